@@ -16,7 +16,7 @@ concept HasArrayForm = requires {
 };
 
 /// Records an array form and reverses it, keeping the tape's memory from run to run. The gradient stays where
-/// the tape left it until it is asked for.
+/// the tape left it until it is read.
 template <HasArrayForm Objective, class T, class Form = ArrayForm<Objective, T>>
 class ArrayTape final : public Computation {
   static constexpr std::size_t rank = std::tuple_size_v<decltype(Form::extents())>;

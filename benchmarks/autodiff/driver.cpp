@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A program beside the driver, and what it is told with --variant.
+/// A program beside the driver, and its value of --variant.
 struct Variant {
   std::string name;
   std::string program;
@@ -90,7 +90,7 @@ template <class Objective>
   return reference;
 }
 
-/// What one recording leaves on the tape.
+/// Size of one recording on the tape.
 struct TapeSize {
   std::size_t statements = 0, operands = 0, bytes = 0;
 };

@@ -11,7 +11,7 @@
 
 namespace tapestry::benchmarks {
 
-/// Computes what BundleJacobian asks for.
+/// Computes the Jacobian of BundleJacobian.
 class JacobianComputation : public Computation {
  public:
   explicit JacobianComputation(const BundleJacobian& bundle) : bundle_(bundle), x_(bundle.start()) {

@@ -64,7 +64,7 @@ struct Lstm {
   }
 };
 
-/// What one unit of one layer computes at one step, for its adjoint.
+/// Values that one unit of one layer computes at one step, for its adjoint.
 template <class T>
 struct LstmStep {
   T in, hidden_before, cell_before, forget, ingate, outgate, change, squashed;

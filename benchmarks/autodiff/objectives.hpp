@@ -12,11 +12,11 @@
 
 namespace tapestry::benchmarks {
 
-// What is differentiated. Each objective has
+// The functions that are differentiated. Each objective has
 //
 //   start()              seeded inputs
-//   objective(x)         its value, for any scalar with arithmetic, comparisons and the functions of
-//   seeded.hpp hand_adjoint(objective, x, gradient)   its gradient by hand; returns its value
+//   objective(x)         its value, for any scalar with arithmetic, comparisons and seeded.hpp's functions
+//   hand_adjoint(objective, x, gradient)   its gradient by hand; returns its value
 //
 // Definitions, sizes and seeds of those in this file are those of the common set of objectives that the
 // published figures of other tapes were measured on, so that ratios to a common peer compare.

@@ -156,7 +156,7 @@ class ReplayedRecording final : public Computation {
   Replay<double> replay_;
 };
 
-/// Makes a recording to replay, in memory that is asked for anew.
+/// Makes a recording to replay, in newly allocated memory.
 template <class Objective>
 class MadeRecording final : public Computation {
  public:
@@ -194,8 +194,8 @@ class ReplayedLanes final : public Computation {
   ReplayLanes<double> replay_;
 };
 
-/// As many copies of a computation as threads, one on each, computed computations_a_wait times. The calling
-/// thread waits for all.
+/// Runs copies of a computation, one on each thread, computed computations_a_wait times. The calling thread
+/// waits for all.
 template <class Inner>
 class OnThreads final : public Computation {
  public:

@@ -34,7 +34,7 @@ struct Options {
   bool is_quick = false;
 };
 
-/// What one run of the compiler took.
+/// Cost of one run of the compiler.
 struct Cost {
   double seconds = 0;
   double processor_seconds = 0;  ///< of all its processes

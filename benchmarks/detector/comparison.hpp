@@ -17,7 +17,7 @@
 
 namespace tapestry::benchmarks {
 
-/// A way to compute a detector: a program beside the driver, and what it is told with --engine.
+/// A way to compute a detector: a program beside the driver, and its value of --engine.
 struct Variant {
   std::string name;
   std::string program;
@@ -155,7 +155,7 @@ inline void score(Comparison& comparison, const Problem& problem, Reference& ref
   }
 }
 
-/// The columns that say how many times faster than each peer a variant is.
+/// The columns with the speed of a variant relative to each peer.
 [[nodiscard]] inline std::string ratio_columns(const Comparison& comparison, const Result* row) {
   std::string text;
   for (const Result& peer : comparison.results) {

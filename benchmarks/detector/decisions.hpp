@@ -14,7 +14,7 @@
 
 namespace tapestry::benchmarks {
 
-/// What a forward pass decided: on which side of the kink each leaky or relu value lies, and which pixel each
+/// Decisions of a forward pass: on which side of the kink each leaky or relu value lies, and which pixel each
 /// pool took. The gradient jumps where a decision changes, and float32 decides otherwise than double for the
 /// few values that lie within rounding of a kink, whatever the kernels. A gradient is therefore compared with
 /// that of double precision under the same decisions.

@@ -61,8 +61,8 @@ struct Source {
   return chosen;
 }
 
-/// Whether the network's files are there; says so if not. Files that the caller named are left to their
-/// readers.
+/// Whether the network's files are there; prints a message if not. Files that the caller named are left to
+/// their readers.
 [[nodiscard]] bool is_present(const Source& source, const Options& options) {
   if (!options.cfg.empty()) return true;
   for (const fs::path& path : {source.cfg, source.weights}) {

@@ -12,8 +12,8 @@
 
 namespace tapestry::benchmarks {
 
-/// What every engine computes: the logits of one picture, or beside them the gradient to the picture of
-/// Σ weighting · logits.
+/// The task of every engine: the logits of one picture, or beside them the gradient to the picture of Σ
+/// weighting · logits.
 struct Problem {
   detect::NetworkConfig config;
   std::vector<detect::FeatureShape> shapes{};  ///< of each layer's output

@@ -23,7 +23,7 @@ struct GradientError {
   std::size_t changed = 0;   ///< decisions in which the two differ
 };
 
-/// A problem solved in double precision by plain sums, as far as it is asked for.
+/// A problem solved in double precision by plain sums, as far as it is needed.
 class Reference {
  public:
   Reference(const Problem& problem, const std::string& weights)

@@ -26,8 +26,8 @@ struct WorkerOptions {
   double seconds = 0;
 };
 
-/// What a pass computed: the logits of all heads one after the other, or the gradient and the decisions
-/// that led to it.
+/// Result of a pass: the logits of all heads one after the other, or the gradient and the decisions that led
+/// to it.
 struct Answer {
   std::vector<float> values{};
   Decisions decisions{};
@@ -68,12 +68,12 @@ class DetectorEngine {
 };
 
 /// The main function of a program that runs one library on one network.
-/// \param engines  says which values --engine has
+/// \param engines  the values of --engine, for the help
 template <Detector D>
 int run_worker(int argc, char** argv, const std::string& engines) {
   auto app = shell::command_line(
-      "Runs a detector again and again, for the benchmark that starts it. Reads requests from the "
-      "standard input unless told how many seconds to run.");
+      "Runs a detector again and again, for the benchmark that starts it. Reads requests from the standard "
+      "input unless --seconds is given.");
   WorkerOptions options;
   app.add_option("--cfg", options.cfg, "Darknet cfg file")->required();
   app.add_option("--weights", options.weights, "Its weights, of version 0.2.5")->required();

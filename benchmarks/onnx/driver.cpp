@@ -163,7 +163,7 @@ void run(const Options& options) {
       problem.threads = threads;
       comparisons.push_back(measure(rivals, problem, name, folders, options.schedule));
     }
-    GraphRun<double> reference(problem, false);  // as the file says, nothing fused
+    GraphRun<double> reference(problem, false);  // the file's own nodes, nothing fused
     reference.forward(nn::Mode::input_gradient);
     reference.adjoint();
     for (Comparison& comparison : comparisons) {

@@ -11,7 +11,7 @@
 
 namespace tapestry::benchmarks {
 
-/// What each program that runs a network is told.
+/// Options of each program that runs a network.
 struct NetworkOptions {
   std::string model{};  ///< an ONNX file of one input, a picture [1, 3, size, size]
   std::string input{};  ///< its values, floats of this machine one after the other
@@ -21,7 +21,7 @@ struct NetworkOptions {
   double seconds = 0;
 };
 
-/// Weights of the sum of all outputs whose gradient is asked for; the same numbers in every program.
+/// Weights of the sum of all outputs whose gradient is computed; the same numbers in every program.
 template <class T>
 [[nodiscard]] std::vector<T> weighting(std::size_t count) {
   Random random(2);
@@ -34,8 +34,8 @@ template <class T>
 template <Engine E>
 int run_network_worker(int argc, char** argv) {
   auto app = shell::command_line(
-      "Runs a network again and again, for the benchmark that starts it. Reads requests from the "
-      "standard input unless told how many seconds to run.");
+      "Runs a network again and again, for the benchmark that starts it. Reads requests from the standard "
+      "input unless --seconds is given.");
   NetworkOptions options;
   app.add_option("--model", options.model, "ONNX file")->required();
   app.add_option("--input", options.input, "File of the picture's values, floats [1, 3, size, size]")

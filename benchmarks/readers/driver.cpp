@@ -46,7 +46,7 @@ void tell_memory(const std::string& name, const std::string& path) {
   std::printf("%.3f\n", peak_memory_mib());
 }
 
-/// What a process of its own prints for tell_memory().
+/// The memory that a process of its own prints in tell_memory().
 double told_memory(const std::string& name, const std::string& path) {
   const std::string command =
       std::string("/proc/") + std::to_string(::getpid()) + "/exe --memory '" + name + "' '" + path + "'";
@@ -71,7 +71,7 @@ double counted_instructions(const std::string& name, const std::string& path) {
   return count / 1e6;
 }
 
-/// Of the processor: what else runs does not count.
+/// Processor time, so that other programs do not count.
 double seconds_of(const Kind& kind, const std::string& path, std::string& refusal) {
   const std::clock_t start = std::clock();
   try {

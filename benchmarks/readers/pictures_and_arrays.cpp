@@ -126,7 +126,7 @@ void read_archive(const std::string& path) {
   const auto file = io::NpzFile::read(path);
   for (const auto& name : file.names()) (void)file.get(name);
 }
-/// Of 4 times the file and so many times its arrays.
+/// Memory of 4 times the file and so many times its arrays.
 double arrays_memory(const std::string& path, double times) {
   const auto file = io::NpzFile::read(path);
   std::size_t bytes = 0;

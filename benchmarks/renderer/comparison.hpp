@@ -18,7 +18,7 @@
 
 namespace tapestry::benchmarks {
 
-/// A way to do a stage: a program beside the driver, and what it is told with --variant.
+/// A way to do a stage: a program beside the driver, and its value of --variant.
 struct Variant {
   const char* stage;
   const char* name;
@@ -115,7 +115,7 @@ inline void start(Comparison& comparison, std::size_t rival, const Folders& fold
   comparison.contestants[rival].start(command, {"OMP_NUM_THREADS=" + threads}, folders.work);
 }
 
-/// What the answers of each case should be; made when first asked for, and kept for the other threads.
+/// Expected answers of each case; computed on first use, and kept for the other threads.
 class References {
  public:
   /// Nothing for a case that has no reference.
@@ -166,7 +166,7 @@ inline void measure(Comparison& comparison, const Folders& folders, const std::s
   std::filesystem::remove(path);
 }
 
-/// What a picture of a mesh may take beside mesh and texture: 24 B a pixel and 64 B a face.
+/// Memory that a picture of a mesh may take beside mesh and texture: 24 B a pixel and 64 B a face.
 [[nodiscard]] inline double allowed_mib(const Scene& scene, std::size_t size) {
   return static_cast<double>(24 * size * size + 64 * scene.mesh.faces.size()) / (1 << 20);
 }
@@ -196,7 +196,7 @@ inline void print(const Comparison& comparison, const Scene& scene) {
   std::fflush(stdout);
 }
 
-/// What memory a pass needs, in rows of their own: VARIANT-working.
+/// Adds the memory that a pass needs, in rows of their own: VARIANT-working.
 inline void add_working_memory(const Comparison& comparison, std::vector<Result>& results) {
   for (std::size_t i = 0; i < comparison.results.size(); ++i) {
     if (!comparison.working_mib[i]) continue;

@@ -21,10 +21,10 @@
 
 namespace tapestry::benchmarks {
 
-/// What every renderer draws: a car of length 2 around the origin, seen from a distance at elevation 20°
-/// and three azimuths with a field of view of 60°, its paint an atlas under white light. Gradients are scored
-/// in one more view, azimuth 45° of Neural Mesh Renderer's camera, for which figures of other renderers are
-/// known.
+/// The scene that every renderer draws: a car of length 2 around the origin, seen from a distance at
+/// elevation 20° and three azimuths with a field of view of 60°, its paint an atlas under white light.
+/// Gradients are scored in one more view, azimuth 45° of Neural Mesh Renderer's camera, for which figures of
+/// other renderers are known.
 struct Scene {
   geometry::Mesh mesh;
   double distance;

@@ -76,8 +76,8 @@ class TapestryRenderer {
     }
   }
 
-  /// What a pass over one view takes from the heap at most, its answer included, beyond mesh, texture and,
-  /// where they are kept, operators.
+  /// Most memory that a pass over one view takes from the heap, its answer included, beyond mesh, texture
+  /// and, where they are kept, operators.
   [[nodiscard]] double working_mib() {
     fragments_ = {};
     picture_ = {};

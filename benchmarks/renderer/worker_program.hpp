@@ -53,12 +53,12 @@ class RendererEngine {
 };
 
 /// The main function of a program that runs one renderer.
-/// \param variants  says which values --variant has
+/// \param variants  the values of --variant, for the help
 template <Renderer R>
 int run_worker(int argc, char** argv, const std::string& variants) {
   auto app = shell::command_line(
       "Renders a car again and again, for the benchmark that starts it. Reads requests from the standard "
-      "input unless told how many seconds to run.");
+      "input unless --seconds is given.");
   WorkerOptions options;
   double seconds = 0;
   app.add_option("--mesh", options.mesh, "OBJ file; a procedural car if not given");

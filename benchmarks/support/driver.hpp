@@ -19,7 +19,7 @@
 
 namespace tapestry::benchmarks {
 
-/// What every driver can be told.
+/// Options of every driver.
 struct DriverOptions {
   std::string case_pattern{};
   std::string output{};
@@ -89,7 +89,7 @@ struct Folders {
   return {peer ? result.variant.substr(5) : result.variant, std::max(*result.error, least), speed, peer};
 }
 
-/// Writes a figure, unless it would be empty, and says where it is.
+/// Writes a figure, unless it would be empty, and prints its path.
 inline void write_figure_beside(const Folders& folders, const std::string& name, const std::string& title,
                                 const std::vector<Panel>& panels, std::size_t columns) {
   if (panels.empty()) return;
@@ -98,7 +98,8 @@ inline void write_figure_beside(const Folders& folders, const std::string& name,
   std::cout << std::filesystem::proximate(svg).string() << "\n";
 }
 
-/// Writes table and figure and says where they are. \throws Error if there are no results
+/// Writes table and figure and prints their paths.
+/// \throws Error if there are no results
 inline void write_results(const Folders& folders, const std::string& name, const std::string& title,
                           const std::vector<Result>& results, const std::vector<Panel>& panels,
                           std::size_t columns) {

@@ -34,7 +34,7 @@ struct Timing {
   return {median, (quantile(seconds, 0.75) - quantile(seconds, 0.25)) / (2 * median), peak_memory_mib};
 }
 
-/// One contestant of a comparison. A worker that failed is gone, and `failure` says why.
+/// One contestant of a comparison. A worker that failed is gone, and `failure` holds the reason.
 struct Contestant {
   std::unique_ptr<Worker> worker{};
   std::string failure{};

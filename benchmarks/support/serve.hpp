@@ -80,7 +80,7 @@ template <Engine E>
 ///
 ///   turn SECONDS  →  {"seconds": [of each pass], "peak_memory_mib": …}
 ///   save PATH     →  {}, after writing the last pass's answer
-///   memory        →  {"working_mib": …}, which a pass needs beyond its input; {} if the engine cannot tell
+///  memory        →  {"working_mib": …}, which a pass needs beyond its input; {} if it is not known
 template <Engine E>
 void serve(E& engine, Replies& replies) {
   engine.run();

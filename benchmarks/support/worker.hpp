@@ -80,7 +80,7 @@ class Worker {
     std::string_view rest = line;
     while (!rest.empty()) {
       const ::ssize_t count = ::write(requests_, rest.data(), rest.size());
-      if (count < 0 && errno != EINTR) break;  // it has ended, and reply() tells why
+      if (count < 0 && errno != EINTR) break;  // it has ended, and reply() throws why
       if (count > 0) rest.remove_prefix(static_cast<std::size_t>(count));
     }
     return reply();

@@ -20,7 +20,7 @@ namespace {
 using namespace tapestry;
 using namespace tapestry::shell;
 
-/// What a run reads, all detectors included. It has what the method paints.
+/// Reads the inputs of a run, all detectors included, and checks that they have what the method paints.
 Inputs load_all(CamouflageOptions& options) {
   std::vector<std::string> layers;
   if (maps_attention(options.optimisation.method)) layers.emplace_back();  // the last that all heads see

@@ -50,8 +50,8 @@ void describe(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_option(
       "--decode", options.decode,
-      "how logits become boxes: darknet, ultralytics or scaled, which the file will say from now on; "
-      "left out, what the cfg says: scaled for new_coords=1, else darknet");
+      "how logits become boxes: darknet, ultralytics or scaled; the output file states it from now on. "
+      "Left out, the cfg decides: scaled for new_coords=1, else darknet");
 }
 
 void require_sound(const Options& options) {
@@ -64,8 +64,8 @@ void require_sound(const Options& options) {
   list.throw_first();
 }
 
-/// Description of the heads of a model, as io::read_detector_description() reads it; nothing if no
-/// description says it.
+/// Description of the heads of a model, for io::read_detector_description(); nothing if no description can
+/// state it.
 std::optional<Json> described(const detect::DarknetModel<float>& model) {
   const auto& layers = model.config().layers;
   const auto is_region = [](const detect::LayerConfig& layer) {
@@ -112,8 +112,7 @@ void write_onnx_model(const Options& options, const detect::DarknetModel<float>&
     io::write_file_atomically(path, std::string_view(description->dump(2) + "\n"));
     remark(path + " describes its heads");
   } else {
-    remark(
-        "no description says what its heads mean: scale_x_y, classes by softmax, or another decode family");
+    remark("no description can state its heads: scale_x_y, classes by softmax, or another decode family");
   }
 }
 

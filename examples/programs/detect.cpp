@@ -64,12 +64,12 @@ void describe(CLI::App& app, Options& options) {
       "out");
   app.add_option(
       "--heat-map", options.heat_map,
-      "folder for copies of the pictures that show where in a layer the score of the surest detection "
-      "comes from; none when left out");
+      "folder for copies of the pictures with a heat map: where in a layer the score of the surest "
+      "detection comes from; none when left out");
   app.add_option(
       "--layer", options.layer,
-      "what --heat-map looks into: the name of a value of an .onnx model, the number of a layer of "
-      "a Darknet network, from 0; left out, the last one that all outputs depend on");
+      "layer of --heat-map: the name of a value of an .onnx model, or the number of a layer of a Darknet "
+      "network, from 0; left out, the last one that all outputs depend on");
   app.add_option("--heat-map-kind", options.heat_map_kind,
                  "layer_cam, or grad_cam or grad_cam_plus_plus, which weigh whole channels")
       ->capture_default_str();
@@ -78,8 +78,8 @@ void describe(CLI::App& app, Options& options) {
                "with --json on the standard error");
   app.add_option("IMAGE", options.images,
                  "PNG, JPEG, BMP, PGM or PPM pictures or frames (.npz), folders of them, or lists of them "
-                 "(.txt, a path a line). One that "
-                 "cannot be read is told and left out; the exit status is then that of the first")
+                 "(.txt, a path a line). One that cannot be read is reported and left out; the exit status "
+                 "is then that of the first")
       ->required();
 }
 
@@ -190,7 +190,7 @@ class Detection {
   }
 
  private:
-  /// What is in a picture, or what went wrong with it.
+  /// Detections in a picture, or the error that it caused.
   struct Examined {
     std::vector<detect::Detection> found{};
     std::optional<Error> error{};

@@ -57,13 +57,13 @@ void describe(CLI::App& app, Options& options) {
   auto* const run = app.add_option(
       "--run", options.run,
       "run folder of camouflage, needed without --clean-only; its settings apply where none are given");
-  app.add_flag(
-         "--accept-changed-inputs", options.accept_changed_inputs,
-         "measure although mesh, weights or frames of the run, or of that of --against, are not what they "
-         "were, which is refused otherwise; what has changed is written into the metrics")
+  app.add_flag("--accept-changed-inputs", options.accept_changed_inputs,
+               "measure although mesh, weights or frames of the run, or of that of --against, have changed, "
+               "which is refused otherwise; the changes are written into the metrics")
       ->needs(run);
   app.add_option("--against", options.against,
-                 "folder of another run of the same car, measured as 'other run': what --run does beyond it");
+                 "folder of another run of the same car, measured as 'other run', with the effect of --run "
+                 "beyond it");
   add_options(app, options.scene);
   add_options(app, options.detector);
   add_options(app, options.dataset);
@@ -73,15 +73,16 @@ void describe(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_option(
       "--conditions", options.conditions,
-      "what the views are photographed under: camera, light, blur, noise, contrast, jpeg, print, or "
-      "physical for all; left out, they are measured as they are");
+      "conditions under which the views are photographed: camera, light, blur, noise, contrast, jpeg, "
+      "print, or physical for all; left out, they are measured as they are");
   app.add_option("--draws", options.draws, "photographs of each view under --conditions")
       ->capture_default_str();
   app.add_option("--output", options.output,
                  "folder for report.html, metrics.json, metrics.csv, views.csv and a contact sheet, or for "
                  "the files of --protocol, which goes "
                  "on there when it was interrupted; nothing is written when left out");
-  app.add_option("--seed", options.seed, "seed of the random controls; that of a run gives its own again")
+  app.add_option("--seed", options.seed,
+                 "seed of the random controls; use the run's seed to get the run's own controls again")
       ->capture_default_str();
   app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
   app.add_flag("--clean-only", options.clean_only, "no texture: measure photo, clean and the controls");
@@ -111,7 +112,7 @@ void require_no_run(const Options& options) {
                 options.output + " holds a run, whose metrics would be lost; give another --output");
 }
 
-/// What was asked for, once the run's settings are adopted.
+/// Checks the options, once the run's settings are adopted.
 void require_sound(const CLI::App& app, const Options& options) {
   ProblemList list;
   require_protocol_options(app, options.protocol, is_on_photographs(options.protocol.protocol),
@@ -131,7 +132,7 @@ void require_sound(const CLI::App& app, const Options& options) {
   require_no_run(options);
 }
 
-/// What the views are photographed under.
+/// The conditions under which the views are photographed.
 evaluate::Photography photography_of(const Options& options) {
   if (options.conditions.empty()) return {};
   return {image::conditions_by_names(options.conditions), options.draws, options.seed};
@@ -153,7 +154,7 @@ void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json
   for (const auto* row : rows_of(report)) print_row(*row);
 }
 
-/// What has changed since the runs that are measured, each file once.
+/// Inputs that have changed since the measured runs, each file once.
 /// \throws Error (in_use) unless that is accepted
 std::vector<ChangedInput> changed_since_runs(const Options& options, Inputs& inputs) {
   std::vector<ChangedInput> changed;

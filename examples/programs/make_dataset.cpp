@@ -87,7 +87,7 @@ void describe_views(CLI::App& app, Options& options) {
   app.add_option("--fov", options.fov, "least and largest horizontal field of view, degrees")
       ->capture_default_str()
       ->check(CLI::Range(5.0, 120.0));
-  app.add_option("--occluded", options.occluded, "share of frames with something in front of the car")
+  app.add_option("--occluded", options.occluded, "share of frames with an object in front of the car")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--backgrounds", options.backgrounds,
@@ -210,7 +210,7 @@ io::Frame frame_in_photograph(const Options& options, const scenes::Vehicle& veh
   }
 }
 
-/// What was asked for, as words of the command line; not where frames are written to.
+/// The options as words of the command line, without the folder that frames are written to.
 Json settings_json(const CLI::App& app, const Options& options) {
   Json settings{{"seed", options.seed}};
   for (const auto* option : app.get_options()) {
@@ -225,7 +225,7 @@ Json settings_json(const CLI::App& app, const Options& options) {
   return settings;
 }
 
-/// What differs between two data sets, by name.
+/// Differences between the settings of two data sets, by name.
 std::string differences(const Json& was, const Json& now) {
   std::string text;
   const auto compare = [&](const std::string& name, const Json& before, const Json& after) {

@@ -161,11 +161,11 @@ void require_sound_camera(const Options& o, ProblemList& list) {
   const bool is_posed = !o.frame.empty() || !o.pose.empty();
   list.require(o.frame.empty() || o.pose.empty(), "--frame and --pose cannot be given together");
   list.require(!is_posed || (o.turntable == 0 && o.distance.empty() && o.target.empty()),
-               "--frame and --pose say where the camera is; leave out --distance, --target and --turntable");
+               "--frame and --pose set the camera; leave out --distance, --target and --turntable");
 }
 
-/// What is written is neither read nor written twice.
-/// What an exported OBJ brings with it overwrites no input, and its texture not the picture.
+/// Requires that no output file is read or written twice: the files beside an exported OBJ must not overwrite
+/// an input, nor its texture the picture.
 void require_exported_files(const Options& o, const std::vector<std::string>& inputs, bool has_texture,
                             ProblemList& list) {
   const std::string stem = o.exported.substr(0, o.exported.size() - 4);
@@ -278,7 +278,7 @@ void set_texture(const Options& o, PaintedScene& scene, std::vector<std::string>
   for (std::size_t c = 0; c < o.colour.size(); ++c) scene.texels(0, c) = static_cast<float>(o.colour[c]);
 }
 
-/// What belongs to the mesh is not overwritten.
+/// Requires that no output overwrites a file of the mesh.
 void require_kept(const Options& o, const io::LoadedMesh& loaded) {
   auto inputs = loaded.material_files;
   for (const auto& material : loaded.mesh.materials)
@@ -334,7 +334,7 @@ Ball ball_around(const geometry::Mesh& mesh) {
   return {geometry::scale(geometry::add(low, high), 0.5), radius > 0 ? radius : 1};
 }
 
-/// Where the camera stands when no frame and no pose says so.
+/// Where the camera stands when neither a frame nor a pose is given.
 struct OrbitSettings {
   Ball ball;
   geometry::Vector3 target;
@@ -387,7 +387,7 @@ geometry::Camera camera_of_pose(const Options& o, const PictureSettings& picture
   return camera;
 }
 
-/// The pictures that are asked for, and how many to a row of the sheet.
+/// The pictures to draw, and how many to a row of the sheet.
 struct Shots {
   std::vector<geometry::Camera> cameras;
   std::size_t columns = 1;

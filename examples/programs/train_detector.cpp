@@ -59,7 +59,7 @@ void describe(CLI::App& app, Options& o) {
       "that of converted --weights; detector.weights or detector.safetensors when left out");
   add("--fresh", o.fresh, "pictures of a batch that are drawn anew; the others are repeated from the pool");
   add("--pool", o.pool, "pictures kept for repetition, about 200 kB each");
-  add("--size", o.size, "width and height of the network's input, pixels; 0: as the cfg says");
+  add("--size", o.size, "width and height of the network's input, pixels; 0: the cfg's own");
   add_options(app, o.training, "P@0.5");
 }
 
@@ -200,7 +200,7 @@ class Trainer {
   Tape<float> tape_;
 };
 
-/// What to type to go on: the steps left, from the weights saved.
+/// The command that goes on: the steps left, from the weights saved.
 std::string command_to_go_on(const CLI::App& app, const char* program, const Options& options,
                              std::size_t done) {
   std::vector<std::string> words{program, "--weights", options.output, "--steps",

@@ -9,8 +9,8 @@ namespace tapestry::scenes {
 
 enum class BodyStyle { sedan, hatchback, suv, van };
 
-/// What makes one body style: curves along the car and a few positions. Metres; x to the front,
-/// y to the left, z up, the origin on the ground under the centre.
+/// Shape of one body style: curves along the car and a few positions. Metres; x to the front, y to the left,
+/// z up, the origin on the ground under the centre.
 struct CarShape {
   double rear, front;  ///< x of the end sections
   double underside;    ///< z

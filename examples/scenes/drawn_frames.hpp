@@ -16,8 +16,8 @@ namespace tapestry::scenes {
 [[nodiscard]] io::Frame make_frame(Random& random, const std::function<Scene(Random&)>& make, double least,
                                    double most, std::size_t height, std::size_t width);
 
-/// Draws street scenes until the car is in the picture and at least 60 % of it shows, 97 % where no occluder
-/// was asked for.
+/// Draws street scenes until the car is in the picture and at least 60 % of it shows, 97 % in scenes without
+/// occluders.
 [[nodiscard]] io::Frame make_frame(Random& random, const SceneOptions& options, std::size_t size);
 
 /// The bundled street scenes: views of the sedan spread evenly around it. `seed` and the stream decide

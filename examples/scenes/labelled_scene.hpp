@@ -19,8 +19,8 @@ struct LabelledScene {
   double main_share = 0;             ///< its visible share, see PictureBox
 };
 
-/// Draws a scene of `size` × `size` pixels and labels its objects. Left out as too hard to ask for: what
-/// shows less than a quarter of itself, fewer than 16 pixels of area, or less than 5 pixels in one direction.
+/// Draws a scene of `size` × `size` pixels and labels its objects. Objects that are too hard are left out:
+/// less than a quarter of them shows, fewer than 16 pixels of area, or less than 5 pixels in one direction.
 [[nodiscard]] LabelledScene draw_labelled(Random random, const SceneOptions& options, std::size_t size);
 
 /// How a picture that is learned from differs from what was drawn: each channel times a gain, and perhaps

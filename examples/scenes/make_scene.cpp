@@ -37,7 +37,7 @@ double width_in_picture(const geometry::Mesh& mesh, const geometry::Camera& came
   return high - low;
 }
 
-/// Looks at the car from around it, as far away as the wished width in the picture asks.
+/// Looks at the car from around it, so far away that it has the wished width in the picture.
 geometry::Camera any_camera(Random& random, const SceneOptions& options, const geometry::Mesh& car) {
   const double azimuth = draw(random, options.azimuth_rad);
   const double elevation = draw(random, options.elevation_deg) * std::numbers::pi / 180;

@@ -24,7 +24,7 @@ inline constexpr std::size_t class_clutter = 2;  ///< cones, crates, bins
 
 enum class PaintKind { realistic, solid, two_tone, stripes, patches, texel_noise };
 
-/// What make_scene() draws from. Ranges are {low, high}, uniform.
+/// Options of make_scene(). Ranges are {low, high}, uniform.
 struct SceneOptions {
   std::optional<BodyStyle> style;  ///< of the main car; none: any, a van with van_chance
   double van_chance = 0.2;

@@ -26,7 +26,7 @@ Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, 
   const double metres = longest * vehicle.metres_per_unit;
   if (!(longest > 0 && metres >= 1 && metres <= 20))
     throw DomainError("the mesh is " + std::to_string(longest > 0 ? metres : 0) +
-                      " m long, expected 1 to 20; --length says how many metres it has");
+                      " m long, expected 1 to 20; --length sets its metres");
   vehicle.origin = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]};
   for (Point& position : mesh.positions)
     position = geometry::scale(geometry::subtract(position, vehicle.origin), vehicle.metres_per_unit);

@@ -26,8 +26,8 @@ int main() {
       io::read_detector<float>({.weights = assets + "detector.weights", .config = assets + "detector.cfg"});
   const auto car = raster::painted(io::read_obj(assets + "car_sedan.obj").mesh, {.material = "body"});
 
-  // What does not change: for each photograph the map from paint to picture, what lies behind, where the car
-  // is.
+  // Constants: for each photograph the map from paint to picture, the background, and the place of
+  // the car.
   std::vector<std::shared_ptr<const raster::TextureOperator<float>>> views;
   std::vector<image::Backdrop<float>> backdrops;
   std::vector<loss::Target> targets;

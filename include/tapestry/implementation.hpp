@@ -1,8 +1,8 @@
 #pragma once
 /// \file
-/// What of the library is compiled once: exactly one source file of a program includes this header, or the
-/// program links the CMake target tapestry::compiled, which is made of it. The tape alone needs neither;
-/// of the laboratory laboratory_implementation.hpp brings this, too.
+/// The parts of the library that are compiled once: exactly one source file of a program includes this
+/// header, or the program links the CMake target tapestry::compiled, which is made of it. The tape alone
+/// needs neither; laboratory_implementation.hpp includes this, too.
 #include <tapestry/io/implementation.hpp>  // first, for it must see stb before anyone else
 
 #include <tapestry/core/implementation.hpp>

@@ -259,7 +259,7 @@ TEST_CASE("results of an operation with a pullback depend on all of its inputs",
   for (std::size_t i = 0; i < 12; i += 2) {
     const Variables results = tapestry::checkpoint<double>(pair, Variables{exp(x[i]), x[i + 1] * x[i + 1]});
     for (int repeat = 0; repeat < 10; ++repeat) roots.push_back(results[0] * results[1]);
-    roots.push_back(results[1]);  // not of x[i], but the tape cannot tell
+    roots.push_back(results[1]);  // not of x[i], but that is hidden from the tape
     roots.push_back(x[i]);
   }
   const JacobianPlan plan(tapestry::sparsity_pattern<double>(tape, roots, x));

@@ -37,7 +37,7 @@ Point moved(const Point& point, std::size_t axis, double step) {
   result[axis] += step;
   return result;
 }
-/// The other points that a replay is asked for.
+/// The other points of a replay.
 Point lane_point(const Point& point, std::size_t lane) {
   return moved(point, lane % input_count, static_cast<double>(lane) * lane_step);
 }
@@ -95,9 +95,9 @@ Reference reference_of(const ScalarProgram& program) {
   return reference;
 }
 
-/// What each mode is compared by: 1e-9 is ten times the sum of the differences' error, 1e-10, and of the
-/// tape's own: 25 operations of 4 ε, each of values up to 20 and magnified up to 1,000 times, 5e-10 at the
-/// worst.
+/// Compares a mode with the reference. The tolerance 1e-9 is ten times the sum of the differences' error,
+/// 1e-10, and of the tape's own: 25 operations of 4 ε, each of values up to 20 and magnified up to 1,000
+/// times, 5e-10 at the worst.
 void check_mode(const char* mode, const ScalarProgram& program, const Reference& reference, double value,
                 std::span<const double> slopes) {
   const auto check = [&](const char* what, double found, double expected) {
@@ -112,7 +112,7 @@ void check_mode(const char* mode, const ScalarProgram& program, const Reference&
 
 using Variables = std::vector<Variable<double>>;
 
-/// By a tape, of which the instructions from `split` on are recorded by apart(rest, variables).
+/// Computes a program by a tape; apart(rest, variables) records the instructions from `split` on.
 template <class Apart>
 double by_tape(const ScalarProgram& program, const Point& point, std::size_t split, Gradient& slopes,
                const Apart& apart) {

@@ -87,7 +87,7 @@ TEST_CASE("directions of different derivatives do not mix", "[autodiff][dual]") 
   STATIC_REQUIRE_FALSE(Addable<Outer, Dual<double, 2, First>>);
   STATIC_REQUIRE(Addable<Outer, Dual<Outer, 1, Second>>);
   STATIC_REQUIRE_FALSE(Addable<Variable<double>, Outer>);
-  // d/dx (x · d/dy (x + y)) = 1: a confused dual would say 2.
+  // d/dx (x · d/dy (x + y)) = 1: a confused dual would return 2.
   const Outer x = Outer::input(3.0);
   using Nested = Dual<Outer, 1, Second>;
   const Outer inner = (x + Nested::input(Outer(1.0))).tangent();

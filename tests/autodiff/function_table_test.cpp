@@ -83,7 +83,7 @@ Row derivatives_of_two(const Function& f, double x, double y) {
           along_y[2], along_x[3], along_y[3]};
 }
 
-/// What errors are relative to where a derivative passes through 0: by order, for these arguments and
+/// Sizes that errors are relative to where a derivative passes through 0: by order, for these arguments and
 /// references.
 using Sizes = std::array<double, 4>;
 Sizes no_size(const Row&) { return {0, 0, 0, 0}; }

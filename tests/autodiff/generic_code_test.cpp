@@ -14,7 +14,7 @@
 
 #include "../support/catch.hpp"
 
-// What code written for numbers does with its numbers, done with variables, duals and formulas.
+// Generic code written for numbers, run with variables, duals and formulas.
 
 using tapestry::Dual;
 using tapestry::Tape;

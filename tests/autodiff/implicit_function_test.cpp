@@ -92,7 +92,7 @@ TEST_CASE("a double root has no derivative, a missing equation no place", "[auto
   CHECK_THROWS_AS(tape.reverse(x[0]), NumericError);
   const auto two = implicit_function<double>(cubic, std::array{0.0, 1.0}, p);
   CHECK_THROWS_WITH(tape.reverse(two[1]), "implicit_function: the residual has 1 numbers, expected 2");
-  tape.reverse(Variable<double>(2 * p[0]));  // the tape stays usable, and what nobody asks for costs nothing
+  tape.reverse(Variable<double>(2 * p[0]));  // the tape stays usable, and unused results cost nothing
   CHECK(p[0].adjoint() == 2);
 }
 

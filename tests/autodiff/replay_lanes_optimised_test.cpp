@@ -130,8 +130,8 @@ template <class T>
   return inputs;
 }
 
-/// As a statement of its own, behind a factor that may be zero where the partial is not finite. Functions are
-/// passed on as pointers, for which recordings and checks are compiled once.
+/// The function as a statement of its own, behind a factor that may be zero where the partial is not finite.
+/// Functions are passed on as pointers, for which recordings and checks are compiled once.
 template <class Function, class S>
 [[nodiscard]] S behind_factor(const S* x) {
   const S y = Function{}(x);

@@ -247,7 +247,7 @@ TEST_CASE("fma and hypot of three replay, with constants among their arguments",
     CHECK(replay.gradient(x, gradient) == root.value());
     for (std::size_t i = 0; i < 3; ++i) CHECK(gradient[i] == inputs[i].adjoint());
   }
-  // By hand at (0, 4, 0): fma(x, y, z) = 0, and the first hypot is at its origin.
+  // Worked out by hand at (0, 4, 0): fma(x, y, z) = 0, and the first hypot is at its origin.
   CHECK(replay.gradient(std::vector<double>{0, 4, 0}, gradient) == 6);
   CHECK(gradient == std::vector<double>{0, 0.8, 0});
 }

@@ -189,7 +189,7 @@ TEST_CASE("the worst views are chosen as they are photographed", "[camouflage][t
   fixture.worst_share = 1;
   auto all = fixture.training(1);
   all.step();
-  // Of a share that is one view's, the loss is the largest of the four: of the shares of ¼ to 1 their means.
+  // With a share of one view, the loss is the largest of the four; with shares of ¼ to 1, their means.
   fixture.worst_share = 0.25;
   auto one = fixture.training(1);
   one.step();

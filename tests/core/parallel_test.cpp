@@ -162,7 +162,7 @@ TEST_CASE("what was made before the first failure is used, on any number of thre
   const auto refuse = [](std::size_t i, bool) {
     if (i == 5) throw std::runtime_error("enough");
   };
-  CHECK_THROWS_WITH(tapestry::for_each_in_order(14, make, refuse), "enough");  // before the 13th is asked for
+  CHECK_THROWS_WITH(tapestry::for_each_in_order(14, make, refuse), "enough");  // before the 13th is made
 }
 
 TEST_CASE("fewer threads than one are one", "[core][parallel]") {

@@ -35,7 +35,7 @@ std::vector<detect::Detection> decoded(const Head& head, const Array<double, 4>&
   return detect::decode<double>({head}, {logits}, 0, threshold, height, width);
 }
 
-/// The reach of one side in cells as its definition says it, without any care for large logits.
+/// The reach of one side in cells by its definition, without any care for large logits.
 double plain_reach(const Array<double, 4>& logits, std::size_t first, std::size_t bins, std::size_t row,
                    std::size_t column) {
   double weighted = 0, sum = 0;

@@ -71,7 +71,7 @@ TEST_CASE("logits of any size give finite scores and slopes", "[detect][class_sc
     detect::class_logit_adjoint(head, 0, reading(values), 1.0, add);
     CHECK(adjoint == std::vector<double>{0, 0, 0, 0, 0, 1, 0, -1});
   }
-  // Where the probability rounds to 1 its logit still says how far.
+  // Where the probability rounds to 1 its logit still has the distance.
   const auto sure = channels({60, 0, 0});
   CHECK(detect::ClassScores(head, reading(sure))(0) == 1);
   CHECK(detect::class_logit(head, 0, reading(sure)) == Approx(60 - std::log(2.0)).epsilon(1e-15));

@@ -41,7 +41,7 @@ Variable<T> total(const std::vector<ArrayVariable<T, 4>>& logits) {
   return sum(logits[0] * logits[0]) + sum(logits[1] * exp(T(0.1) * logits[1]));
 }
 
-/// Of first · Σ logits[0] + second · Σ logits[1], without a tape.
+/// The gradient of first · Σ logits[0] + second · Σ logits[1], without a tape.
 template <class T>
 Array<T, 4> weighted_adjoint(const detect::Detector<T>& detector, const Array<T, 4>& images, T first,
                              T second) {

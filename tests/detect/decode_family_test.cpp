@@ -35,7 +35,7 @@ Array<double, 4> empty_outputs(DecodeFamily family) {
   return tapestry::filled<double, 4>({1, 7, 2, 3}, family == DecodeFamily::scaled ? 0.0 : -20.0);
 }
 
-/// What a head of the family hands over where the one of the others hands over a logit.
+/// Output of a head of the family for a logit of the other families.
 double output(DecodeFamily family, double logit) {
   return family == DecodeFamily::scaled ? tapestry::nn::logistic(logit) : logit;
 }
@@ -201,8 +201,8 @@ TEST_CASE("a decode family that contradicts the cfg is refused", "[detect][decod
   CHECK(with(with_logistic("new_coords=1\n"), DecodeFamily::scaled) == DecodeFamily::scaled);
   tapestry::test::check_refused(
       ErrorKind::mismatch,
-      "some.cfg:16: layer 2 (yolo): new_coords=1 contradicts the decode family asked "
-      "for; expected scaled, found ultralytics",
+      "some.cfg:16: layer 2 (yolo): new_coords=1 contradicts the requested decode "
+      "family; expected scaled, found ultralytics",
       [&] { (void)with(with_logistic("new_coords=1\n"), DecodeFamily::ultralytics); });
   tapestry::test::check_refused(ErrorKind::mismatch,
                                 "expected activation=logistic in a [convolutional] layer",
@@ -220,7 +220,7 @@ TEST_CASE("a [region] is of the family darknet alone", "[detect][decode_family]"
   CHECK(detect::decode_family_of(detect::with_decode(parsed(text), DecodeFamily::darknet)) ==
         DecodeFamily::darknet);
   tapestry::test::check_refused(ErrorKind::mismatch,
-                                "layer 7 (region): a [region] contradicts the decode family asked for; "
+                                "layer 7 (region): a [region] contradicts the requested decode family; "
                                 "expected darknet, found ultralytics",
                                 [&] { (void)detect::with_decode(parsed(text), DecodeFamily::ultralytics); });
 }

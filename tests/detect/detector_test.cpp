@@ -62,7 +62,7 @@ TEST_CASE("a detector of YOLOX's kind has the logits behind its export's scores"
   detect::Pass<double> pass;
   detector.forward(images, pass);
 
-  // The export itself, fed with the second picture as it asks for it: BGR, 0 to 255.
+  // The export itself, fed with the second picture in its encoding: BGR, 0 to 255.
   const nn::Network<double> whole(description, {}, true);
   nn::Buffer<double> input(64 * 64 * 3);
   for (std::size_t i = 0; i < input.size(); ++i)

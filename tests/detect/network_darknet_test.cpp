@@ -125,7 +125,7 @@ bool is_known_to_darknet(const detect::NetworkConfig& config) {
     if (layer.kind == route && layer.groups > 1) return false;
     if (layer.kind == shortcut && layer.sources.size() > 1) return false;
     if (layer.dilation > 1) return false;
-    // Darknet reads the pixels of these one after another, whatever stride and padding say.
+    // Darknet reads the pixels of these one after another, and ignores stride and padding.
     const bool has_steps = layer.stride > 1 || layer.padding > 0;
     if (layer.kind == convolutional && layer.size == 1 && has_steps) return false;
   }

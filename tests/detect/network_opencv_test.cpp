@@ -69,7 +69,7 @@ void check_cfg_text(const std::string& cfg, double tolerance) {
 }
 
 /// Whether OpenCV computes a detector as Darknet does: the layers, options and activations that it knows. A
-/// head's input is asked for by the name that it has without an activation.
+/// head's input has in OpenCV the name that it has without an activation.
 bool is_known_to_opencv(const detect::NetworkConfig& config) {
   using enum detect::LayerKind;
   using enum tapestry::nn::Activation;

@@ -58,7 +58,7 @@ struct Case {
     return made;
   }
 
-  /// What repeats it, with or without this generator.
+  /// The text that repeats it, with or without this generator.
   [[nodiscard]] std::string text() const {
     return cfg.text() + "# engine " + std::string(nn::name_of(engine)) + ", " +
            std::to_string(images.shape(0)) + " images";
@@ -236,7 +236,7 @@ class DifferenceCheck {
   double rounding_ = 0;
 };
 
-/// Of all heads together.
+/// The values of all heads together.
 template <class T>
 std::vector<double> joined(const std::vector<Array<T, 4>>& arrays) {
   std::vector<double> values;

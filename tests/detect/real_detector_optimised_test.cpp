@@ -18,7 +18,7 @@
 namespace detect = tapestry::detect;
 
 namespace {
-/// What OpenCV's DNN module finds: confidence, then the box's left, top, width, height in the frame.
+/// Detection of OpenCV's DNN module: confidence, then the box's left, top, width, height in the frame.
 struct Expected {
   const char* frame;
   double confidence, x, y, w, h;

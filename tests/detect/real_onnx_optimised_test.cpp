@@ -25,7 +25,7 @@ namespace nn = tapestry::nn;
 using tapestry::Array;
 
 namespace {
-/// What ONNX Runtime finds: confidence, then the box's centre and extents in pixels of the frame.
+/// Detection of ONNX Runtime: confidence, then the box's centre and extents in pixels of the frame.
 struct Expected {
   const char* frame;
   double confidence, cx, cy, w, h;
@@ -243,7 +243,7 @@ TEST_CASE("a car's gradient through trained ONNX networks is that of central dif
         twice.forward(Array<double, 4>(input + distance_along * along), pass);
         return pass.logits[car_logit.head].data()[car_logit.index];
       };
-      // Of some steps one crosses no kink of a Leaky ReLU and no tie of a pool.
+      // One of several steps crosses no kink of a Leaky ReLU and no tie of a pool.
       double error = std::numeric_limits<double>::infinity();
       for (const double step : {1e-7, 3e-8, 1e-8, 3e-9})
         error = std::min(error, std::abs((logit(step) - logit(-step)) / (2 * step) - slope));

@@ -46,7 +46,7 @@ std::vector<Detection> random_detections(std::size_t count, std::uint64_t seed, 
   return detections;
 }
 
-/// What tells detections apart, in order.
+/// The candidates of detections, in order.
 std::vector<std::size_t> candidates_of(const std::vector<Detection>& detections) {
   std::vector<std::size_t> candidates;
   for (const Detection& detection : detections) candidates.push_back(detection.candidate);

@@ -33,7 +33,7 @@ double by_decoding(const TinyHeads& heads, const Logits& logits, std::size_t ima
   return best;
 }
 
-/// Logits of which no candidate says anything.
+/// Logits in which no candidate has any confidence.
 Logits silent(const TinyHeads& heads) {
   auto logits = heads.logits<double>(1, 1, 0, 0);
   for (auto& head : logits) std::fill(head.storage().begin(), head.storage().end(), -20.0);

@@ -20,7 +20,7 @@ struct Fixture {
   detect::Detector<float> network = test::tiny_detector<float>();
   tapestry::camouflage::ViewStore<float> store = test::tiny_store<float>(car, 3);
 
-  /// As detector programs do it, with a threshold of confidence alone.
+  /// The detections of detector programs, with a threshold of confidence alone.
   [[nodiscard]] std::vector<detect::Detection> detections(const Array<float, 3>& picture, double confidence) {
     detect::Pass<float> pass;
     network.forward(tapestry::image::batch_of(picture), pass);
@@ -40,7 +40,7 @@ TEST_CASE("a meter's sweep finds what a detector with each threshold finds", "[e
     for (const double threshold : sweep) detections.push_back(fixture.detections(view.background, threshold));
     const auto usual = fixture.detections(view.background, 0.25);
     REQUIRE(!detections[0].empty());
-    for (const detect::Detection& wanted : detections[0]) {  // each in turn is what the view asks for
+    for (const detect::Detection& wanted : detections[0]) {  // each in turn is the wanted box
       if (wanted.class_index != 1) continue;
       view.target = wanted.box;
       const auto result = meter.examine(view.background, view);

@@ -164,7 +164,7 @@ TEST_CASE("what pairs have in common does not widen the interval of their ratio"
 
 TEST_CASE("a ratio's interval covers the true ratio about as often as it says",
           "[evaluate][paired_bootstrap]") {
-  // Of 60 views an effect of u² in the second, and in the first of half of it and noise: means ⅓ and ⅙.
+  // 60 views; the second numbers have an effect of u², the first half of it and noise: means ⅓ and ⅙.
   const std::size_t trials = 600;
   std::size_t covered = 0;
   for (std::size_t trial = 0; trial < trials; ++trial) {

@@ -8,7 +8,7 @@ namespace evaluate = tapestry::evaluate;
 using evaluate::FrameState;
 
 namespace {
-/// Of some frames, some measured, some left out, some to come.
+/// Outcomes of some frames, some measured, some left out, some to come.
 evaluate::ProtocolOutcomes random_outcomes(std::size_t frames, std::size_t textures) {
   tapestry::Random random(11);
   evaluate::ProtocolOutcomes outcomes(frames, textures);
@@ -100,7 +100,7 @@ TEST_CASE("a view that was photographed twice counts once in intervals", "[evalu
   auto outcomes = random_outcomes(60, 3);
   for (std::size_t i = 0; i < 60; ++i) {
     outcomes.state(i) = static_cast<std::uint8_t>(FrameState::measured);
-    if (i % 2 == 1 && i < 40)  // a second photograph that says what the first does
+    if (i % 2 == 1 && i < 40)  // a second photograph with the first one's result
       for (std::size_t k = 0; k < 3; ++k) {
         outcomes.found(i, k) = outcomes.found(i - 1, k);
         outcomes.best_confidence(i, k) = outcomes.best_confidence(i - 1, k);
@@ -131,8 +131,8 @@ TEST_CASE("a view that was photographed twice counts once in intervals", "[evalu
 }
 
 TEST_CASE("what is kept of an effect is a ratio over the views of both", "[evaluate][cells]") {
-  // Of 12 views two photographs each, in which the control is .1 and .3 above the texture, and then the view
-  // itself with .8 in one half and .4 in the other: ⅓ is kept.
+  // 12 views: two photographs of each, in which the control is .1 and .3 above the texture, and then the
+  // view itself with .8 in one half and .4 in the other: ⅓ is kept.
   evaluate::ProtocolOutcomes outcomes(36, 3);
   for (std::size_t i = 0; i < 36; ++i) {
     outcomes.state(i) = static_cast<std::uint8_t>(FrameState::measured);

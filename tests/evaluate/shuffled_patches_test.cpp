@@ -16,7 +16,7 @@ using tapestry::Random;
 
 namespace {
 
-/// Of texels i = 0, 1, … the colour (i, i/100, 0), so that each can be told.
+/// Texels i = 0, 1, … of the colour (i, i/100, 0), so that each is unique.
 Array<double, 2> numbered(std::size_t count) {
   Array<double, 2> colours(tapestry::Extents<2>{count, 3});
   for (std::size_t i = 0; i < count; ++i) {

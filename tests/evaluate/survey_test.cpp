@@ -83,7 +83,7 @@ TEST_CASE("controls of a camouflage of parts cover these parts, each piece for i
   const auto car = test::tiny_car(12);
   camouflage::Paint<float> paint{test::random_array<float>({car.layout.texel_count(car.mesh), 3}, 9)};
   const auto all = tapestry::raster::texture_charts(car);
-  // Of the first chart two corners of its box, which do not touch; of the others nothing.
+  // Paints two corners of the first chart's box, which do not touch, and nothing of the others.
   paint.painted.assign(paint.colours.shape(0), 0);
   const std::size_t height = all[0].height, width = all[0].width;
   REQUIRE(std::min(height, width) >= 4);

@@ -44,7 +44,7 @@ std::uint32_t little_endian(const std::string& file, std::size_t at, std::size_t
   return value;
 }
 
-/// The checksum of the content of every member, as far as members can be told.
+/// Puts the checksum of every member's content right, as far as members can be found.
 std::string with_zip_checksums(std::string file) {
   for (std::size_t at = 0; (at = file.find("PK\x01\x02", at)) != std::string::npos; at += 4) {
     if (at + 46 > file.size()) break;

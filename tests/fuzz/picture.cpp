@@ -38,7 +38,7 @@ std::vector<std::string> seeds() {
   return files;
 }
 
-/// The checksum of every chunk, as far as chunks can be told.
+/// Puts the checksum of every chunk right, as far as chunks can be found.
 std::string repair(std::string file) {
   if (!file.starts_with("\x89PNG")) return file;
   for (std::size_t at = 8; at + 12 <= file.size();) {

@@ -22,7 +22,7 @@ struct Target {
   std::string name;
   /// Reads the bytes, or refuses them by an Error; anything else that is thrown is a fault.
   std::function<void(const std::string& bytes)> read;
-  /// Small files that the reader takes, made when they are asked for.
+  /// Small files that the reader takes, made on demand.
   std::function<std::vector<std::string>()> seeds;
   /// Puts checksums right, so that changed bytes behind them are read as well; may be empty.
   std::function<std::string(std::string)> repair{};

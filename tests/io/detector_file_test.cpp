@@ -213,7 +213,7 @@ TEST_CASE("the decode family is the converted file's, kept or folded", "[io][det
     }
   check_refused(
       ErrorKind::mismatch,
-      "some.safetensors: is of the decode family ultralytics, which contradicts the darknet asked for",
+      "some.safetensors: is of the decode family ultralytics, which contradicts the requested darknet",
       [&] { (void)io::read_darknet_model<float>("", model.converted, 0, 0, detect::DecodeFamily::darknet); });
 }
 
@@ -242,7 +242,7 @@ TEST_CASE("Darknet weights have the decode family that is asked for, or that the
   CHECK(family(said, scaled.weights, {}) == DecodeFamily::scaled);
   CHECK(family(said, scaled.weights, DecodeFamily::scaled) == DecodeFamily::scaled);
   const std::string contradiction =
-      "said.cfg:50: layer 8 (yolo): new_coords=1 contradicts the decode family asked for; expected scaled, "
+      "said.cfg:50: layer 8 (yolo): new_coords=1 contradicts the requested decode family; expected scaled, "
       "found ";
   check_refused(ErrorKind::mismatch, contradiction + "darknet",
                 [&] { (void)family(said, scaled.weights, DecodeFamily::darknet); });

@@ -107,7 +107,7 @@ std::string palette_of(unsigned bits) {
   return png_chunk("PLTE", colours);
 }
 
-/// What a pixel shows, by the rule of read_image().
+/// Values of a pixel by the rule of read_image().
 std::vector<int> expected_values(const PixelKind& kind, const tapestry::test::PngSamples& picture) {
   std::vector<int> values;
   for (std::size_t y = 0; y < picture.height; ++y)

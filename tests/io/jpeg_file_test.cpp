@@ -22,7 +22,7 @@ namespace {
 using Picture = tapestry::Array<std::uint8_t, 3>;
 using namespace std::string_literals;
 
-/// An EXIF segment that says nothing but the orientation.
+/// An EXIF segment that holds nothing but the orientation.
 std::string exif_segment(int orientation, bool is_little) {
   const auto number = [&](int value, int bytes) {
     std::string text;

@@ -115,7 +115,7 @@ TEST_CASE("a description beside an ONNX model is taken", "[io][read_detector]") 
   const auto anchors = detect::known_description("yolov5").anchors;
   const std::string model = files.folder.path("other.onnx");
   io::write_onnx(model, test::yolov5_like(64, anchors));
-  CHECK_THAT(refusal({.weights = model}, ErrorKind::usage), contains("a description says what they are"));
+  CHECK_THAT(refusal({.weights = model}, ErrorKind::usage), contains("a description must define them"));
   const std::string description = files.folder.write("other.json", R"({"head": "yolov5"})");
   CHECK(io::description_beside(model) == description);
   CHECK(io::description_beside(files.weights).empty());

@@ -163,7 +163,7 @@ TEST_CASE("a box smaller than a cell has a match near it", "[loss][dynamic_match
 TEST_CASE("two boxes on one cell: it has the one that costs less", "[loss][dynamic_match]") {
   const TinyHeads detector(DecodeFamily::yolox);
   auto logits = flat_logits(detector);
-  logits[2](0, 5 + 1, 3, 5) = 3;  // the cell of x 40 to 48 and y 24 to 32 says class 1
+  logits[2](0, 5 + 1, 3, 5) = 3;  // the cell of x 40 to 48 and y 24 to 32 predicts class 1
   const loss::Target one{0, {40, 24, 9, 9}}, other{1, {40, 24, 9, 9}};  // logits 0: a cell's corner, 8 × 8
   for (const auto& truths : {std::vector{one, other}, std::vector{other, one}}) {
     const auto matches = matches_of(detector, logits, {truths}).front();

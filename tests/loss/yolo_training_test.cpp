@@ -188,8 +188,8 @@ TEST_CASE("yolo_training refuses what does not fit together", "[loss][yolo_train
   const auto distances = two_heads(DecodeFamily::distance);
   CHECK_THROWS_WITH(
       loss::yolo_training(distances, loss::to_read(logits), two_images, size, size),
-      "yolo_training: heads of the decode family distance have no anchors, which this loss tells "
-      "truths to; expected darknet or ultralytics");
+      "yolo_training: heads of the decode family distance have no anchors, which this loss needs; "
+      "expected darknet or ultralytics");
   CHECK_THROWS_AS(loss::yolo_training_adjoint(two_heads(DecodeFamily::yolox), loss::to_read(logits),
                                               two_images, size, size, {}, 1.0, loss::to_add_to(one)),
                   tapestry::DomainError);

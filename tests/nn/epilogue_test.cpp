@@ -18,7 +18,7 @@ namespace {
   return (bits[i / 8] >> i % 8 & 1) != 0;
 }
 
-/// What an epilogue may ask for, in every combination.
+/// Options of an epilogue, in every combination.
 struct Wishes {
   bool bias, adds, leaks, gate, positive, addend;
 

@@ -64,7 +64,7 @@ expect_same ultralytics.json command.out
 expect_exit 0 "saying it again" "$detect" --json --decode ultralytics --weights ultralytics.safetensors "$frame"
 expect_same ultralytics.json command.out
 expect_exit 4 "saying otherwise" "$detect" --decode darknet --weights ultralytics.safetensors "$frame"
-expect_error_line 'ultralytics.safetensors: is of the decode family ultralytics, which contradicts the darknet asked for'
+expect_error_line 'ultralytics.safetensors: is of the decode family ultralytics, which contradicts the requested darknet'
 expect_exit 2 "asking for an unknown family" "$detect" --decode yolov5 "${cfg[@]}" "${weights[@]}" "$frame"
 expect_error_line "--decode is 'yolov5'; expected one of darknet, ultralytics, scaled"
 
@@ -80,7 +80,7 @@ expect_exit 0 "detecting with ultralytics" "$detect" "${weights[@]}" "${cfg[@]}"
 grep -v ' ms an image' command.out >ultralytics.table
 expect_same ultralytics.table scaled.table
 expect_exit 4 "contradicting new_coords=1" "$detect" "${scaled[@]}" --decode ultralytics "$frame"
-expect_error_line 'scaled.cfg:[0-9]+: .*new_coords=1 contradicts the decode family asked for; expected scaled, found ultralytics'
+expect_error_line 'scaled.cfg:[0-9]+: .*new_coords=1 contradicts the requested decode family; expected scaled, found ultralytics'
 expect_exit 0 "converting new_coords=1" "$convert" "${scaled[@]}" --output scaled.safetensors
 grep -q 'decode scaled' command.out && pass || fail "no word on the decode family"
 expect_exit 0 "detecting with that" "$detect" --weights scaled.safetensors "$frame"

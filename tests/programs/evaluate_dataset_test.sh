@@ -82,7 +82,7 @@ expect_exit 5 "a folder that is not there" "$evaluate" --dataset yolo --csv abse
 [ -e absent ] && fail "a refused evaluation left something behind" || pass
 sed -i 's/"width": [0-9]*/"width": 9/' coco.json
 expect_exit 4 "another size" "$evaluate" --dataset coco.json --images yolo/images --csv none.csv
-expect_error_line 'another size than its labels say; expected 9x'
+expect_error_line 'another size than its labels state; expected 9x'
 [ -e none.csv ] && fail "half of the answer was written" || pass
 
 finish

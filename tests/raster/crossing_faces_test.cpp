@@ -21,7 +21,7 @@ using tapestry::test::triangle_soup;
 
 namespace {
 
-/// Of a picture of one pixel that shows all faces.
+/// Crossings in a picture of one pixel that shows all faces.
 std::vector<FacePair> crossings_of(const Mesh& mesh) {
   raster::SeenFaces seen(1, 1, 1);
   for (std::size_t i = 0; i < mesh.faces.size(); ++i) seen.band(0).add(0, static_cast<std::int32_t>(i));

@@ -189,7 +189,7 @@ class PlainFace {
   bool is_edge_on_ = false, has_no_area_ = false;
 };
 
-/// What is wrong with the visibility of a view; empty if nothing is.
+/// Compares the visibility of a view with plain rays; returns the error, or empty text.
 std::string wrong_visibility(const RandomView& view) {
   const auto buffer = raster::visibility(view.mesh, view.camera, view.height, view.width, view.samples);
   std::vector<PlainFace> faces;
@@ -288,7 +288,7 @@ std::string wrong_gradient(const RandomView& view, std::uint64_t seed) {
   return text.str();
 }
 
-/// Writes the mesh, and says how to draw it again.
+/// Writes the mesh, and returns how to draw it again.
 std::string written(const RandomView& view, std::uint64_t seed) {
   const auto path =
       std::filesystem::temp_directory_path() / ("raster_differential_" + std::to_string(seed) + ".obj");

@@ -32,7 +32,7 @@ geometry::Mesh some_triangles(std::size_t count, std::uint64_t seed) {
   return tapestry::test::triangle_soup(triangles);
 }
 
-/// The faces that a ray meets, by asking all of them.
+/// The faces that a ray meets, found by testing all of them.
 std::vector<std::int32_t> met(const raster::FacesInView& faces, const raster::FaceField& field,
                               const Point& point) {
   std::vector<std::int32_t> result;
@@ -107,7 +107,7 @@ TEST_CASE("cells are half as many as faces spread evenly, and few of faces in ma
   CHECK(spread < 5500);
   CHECK(raster::CellGrid(Extent{box, 10000, 16 * 5000.0}).size() ==
         raster::CellGrid(Extent{box, 10000, 1}).size());
-  // As many layers as faces: each face lies in every cell.
+  // There are as many layers as faces: each face lies in every cell.
   CHECK(raster::CellGrid(Extent{box, 10000, 1e4 * 5000.0}).size() < 20);
   CHECK(raster::CellGrid(Extent{}).size() >= 1);
 }

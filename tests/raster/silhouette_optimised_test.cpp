@@ -62,7 +62,7 @@ double weighted(Mesh mesh, const Array<double, 1>& pose, ValuesOf values_of) {
   return tapestry::test::dot(image, weights);
 }
 
-/// Of colours at positions over a background; white and black make it a silhouette.
+/// Colours at positions over a background; white and black make it a silhouette.
 auto painted(const Array<double, 2>& colours, const std::array<double, 3>& background) {
   return [&colours, background](const Mesh& mesh, std::size_t face, const std::array<double, 3>& b) {
     std::array<double, 3> colour{};

@@ -66,7 +66,7 @@ TEST_CASE("charts are faces that hang together in uv, by value", "[raster][textu
   const auto charts = raster::texture_charts(body);
   REQUIRE(charts.size() == 2);
   // The first has the centres of columns 0 to 4 and reaches column 5, which the other has in rows 0 to 4.
-  // That reaches row 5, but in column 5 it comes second; so it does in column 4, which it reaches.
+  // The other reaches row 5, but in column 5 it comes second; so it does in column 4, which it reaches.
   CHECK(charts[0].height == 10);
   CHECK(charts[0].width == 6);
   CHECK(charts[0].texels.size() == 50 + 5);

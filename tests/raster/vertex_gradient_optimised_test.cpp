@@ -316,7 +316,7 @@ struct Errors {
   double worst = 0;
 };
 
-/// Of the eight motions, over twelve views at 128 pixels, with 1, 2 and 4 samples an axis.
+/// Errors of the eight motions, over twelve views at 128 pixels, with 1, 2 and 4 samples an axis.
 std::array<Errors, 3> errors_over_views(const Mesh& mesh) {
   std::array<Errors, 3> errors;
   const auto directions = random_directions(12);

@@ -69,8 +69,8 @@ std::vector<std::array<Point, 3>> tessellated(const Point& low, const Point& hig
   return triangles;
 }
 
-/// Whether the ray through a sample meets a triangle of view space, by exact homogeneous barycentrics:
-/// 1 or 0, or −1 where the hit is too close to an edge, to near or to far to say.
+/// Whether the ray through a sample meets a triangle of view space, by exact homogeneous barycentrics: 1 or
+/// 0, or −1 where the hit is too close to an edge, to near or to far to decide.
 int hits(const std::array<Vector3, 3>& corner, const Vector3& ray, const Camera& camera, double& depth) {
   std::array<double, 3> b{};
   double sum = 0, largest = 0;

@@ -16,7 +16,7 @@
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"
 
-// What the bundled network finds: in scenes that it was not trained on, and in photographs of a simulator.
+// Results of the bundled network: in scenes that it was not trained on, and in photographs of a simulator.
 
 namespace segment = tapestry::segment;
 namespace scenes = tapestry::scenes;
@@ -73,5 +73,5 @@ TEST_CASE("what the bundled network finds in the frames of a simulator is told",
     std::cout << "data" << number << ": IoU " << overlap.back() << '\n';
   }
   std::cout << "mean IoU on six frames " << mean(overlap) << '\n';
-  CHECK(mean(overlap) >= 0);  // told, not asked for: it was trained on drawn scenes alone
+  CHECK(mean(overlap) >= 0);  // printed, not required: it was trained on drawn scenes alone
 }

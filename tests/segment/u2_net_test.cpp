@@ -42,7 +42,7 @@ nn::NetworkDescription parsed(const onnx::ModelParts& parts) {
   return tapestry::io::parse_onnx(onnx::model(parts), "u2.onnx");
 }
 
-/// What the published program makes of a picture as large as the network's input, for pixel_model().
+/// Result of the published program for a picture as large as the network's input, for pixel_model().
 template <class T>
 Array<double, 2> by_hand(const Array<T, 3>& picture) {
   const double mean[] = {0.485, 0.456, 0.406}, deviation[] = {0.229, 0.224, 0.225},

@@ -11,7 +11,7 @@ inline std::string little_endian(std::uint32_t value, int bytes) {
   return text;
 }
 
-/// What to put into a BMP; every field can be made wrong.
+/// Parts of a BMP; every field can be made wrong.
 struct BmpParts {
   int width = 1;
   int height = 1;  ///< negative: rows from the top

@@ -7,7 +7,7 @@
 #include "paths.hpp"
 
 namespace tapestry::test {
-/// The text of tests/detect/cfg/<name>.cfg, which says at its top what it is for.
+/// The text of tests/detect/cfg/<name>.cfg, which states its purpose at its top.
 inline std::string cfg_text(const std::string& name) {
   std::ifstream file(in_sources("tests/detect/cfg/") + name + ".cfg");
   if (!file) throw std::runtime_error("tests/detect/cfg/" + name + ".cfg is missing");

@@ -60,7 +60,7 @@ std::vector<T> sorted_values(const Array<T, 2>& colours, const raster::TextureCh
   return values;
 }
 
-/// Of one channel over a chart.
+/// Mean of one channel over a chart.
 inline double mean_of(const Array<double, 2>& colours, const raster::TextureChart& chart, std::size_t c) {
   double sum = 0;
   for (const auto& texel : chart.texels) sum += colours(texel.texel, c);

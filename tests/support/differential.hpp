@@ -48,7 +48,7 @@ class DifferentialRun {
     return true;
   }
 
-  /// Of this case; valid after next() has returned true.
+  /// The seed of this case; valid after next() has returned true.
   [[nodiscard]] std::uint64_t seed() const { return first_ + cases_ - 1; }
 
   /// Seconds since the run began.
@@ -56,7 +56,7 @@ class DifferentialRun {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   }
 
-  /// What to put before the test's command line to run this case alone.
+  /// The words to put before the test's command line to run this case alone.
   [[nodiscard]] std::string repeat() const {
     std::string text(seed_variable);
     text += '=';

@@ -9,8 +9,8 @@
 #include <tapestry/geometry/transform.hpp>
 #include <vector>
 
-// What gradients of pictures are scored with: the loss ⟨weights, picture⟩ of a mesh with a colour at every
-// position, which moves in eight ways.
+// Score of gradients of pictures: the loss ⟨weights, picture⟩ of a mesh with a colour at every position,
+// which moves in eight ways.
 namespace tapestry::test {
 
 /// Weights of a picture's values that change slowly over it, [size, size, 3].

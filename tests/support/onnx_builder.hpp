@@ -197,7 +197,7 @@ inline std::string value(const std::string& name, Type type, const std::vector<E
   return bytes_field(1, name) + bytes_field(2, bytes_field(1, tensor_type));
 }
 
-/// What to put into a ModelProto.
+/// Parts of a ModelProto.
 struct ModelParts {
   std::int64_t ir_version = 8;
   std::vector<std::pair<std::string, std::int64_t>> opsets{{"", 13}};

@@ -210,7 +210,7 @@ inline std::vector<double> results_of(const OperatorCase& given,
   return run.results();
 }
 
-/// What a network of the node complains of, without the file's and the node's names; empty if of nothing.
+/// The error of a network of the node, without the file's and the node's names; empty if there is none.
 inline std::string complaint_of(const OperatorCase& given, nn::ElementType type = nn::ElementType::floating) {
   try {
     const OperatorRun run(description_of(given, false, type));

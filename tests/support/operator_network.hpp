@@ -208,7 +208,7 @@ inline void check_adjoints(const OperatorNetwork& test, double float_tolerance =
   }
 }
 
-/// What the network says when it refuses the operator.
+/// The network's error when it refuses the operator.
 inline std::string refusal_of(const OperatorNetwork& test) {
   try {
     static_cast<void>(test.network<float>());

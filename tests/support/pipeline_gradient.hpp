@@ -8,7 +8,7 @@
 
 namespace tapestry::test {
 
-/// What the objective takes as views; the texture decides about T.
+/// Views as the objective takes them; the texture decides about T.
 template <class T>
 using ViewPointers = std::type_identity_t<typename camouflage::Objective<T>::Views>;
 

@@ -30,7 +30,7 @@ inline std::string zlib_packed(const std::string& content, int level = 9) {
   return packed;
 }
 
-/// What to put into a PNG; every field can be made wrong.
+/// Parts of a PNG; every field can be made wrong.
 struct PngParts {
   std::uint32_t width = 1;
   std::uint32_t height = 1;

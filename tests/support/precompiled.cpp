@@ -1,1 +1,1 @@
-// What the precompiled headers are made for: a file that takes them, beside paths.cpp, which does not.
+// Reason for the precompiled headers: a file that takes them, beside paths.cpp, which does not.

@@ -157,7 +157,7 @@ class RandomNetwork : public RandomNetworkParts {
                 {{"mode", std::string(one_of({"nearest", "linear", "cubic"}))}});
   }
 
-  /// What simplified() looks for.
+  /// Patterns that simplified() looks for.
   std::string pattern(const std::string& x) {
     const nn::Shape s = shape(x);
     switch (random.index(4)) {

@@ -78,11 +78,11 @@ class Exporter {
   Random random_{7};
 };
 
-/// Of the detectors below.
+/// Classes of the detectors below.
 inline constexpr std::size_t exported_classes = 5;
 
-/// As YOLOX: boxes, objectness and exported_classes from convolutions of their own, joined, laid flat, joined
-/// again.
+/// A network like YOLOX: boxes, objectness and exported_classes from convolutions of their own, joined, laid
+/// flat, joined again.
 inline nn::NetworkDescription yolox_like(std::size_t size) {
   Exporter exporter(size);
   std::vector<std::string> flat;
@@ -132,7 +132,7 @@ inline void share_slope(nn::NetworkDescription& description) {
   description.nodes.insert(description.nodes.begin(), bend(picture, picture + ".bent"));
 }
 
-/// As NanoDet: one convolution a level, split in two outputs.
+/// A network like NanoDet: one convolution a level, split in two outputs.
 inline nn::NetworkDescription nanodet_like(std::size_t size) {
   Exporter exporter(size);
   std::vector<std::string> scores, distances;
@@ -156,8 +156,8 @@ inline nn::NetworkDescription nanodet_like(std::size_t size) {
   return exporter.finish(scores);
 }
 
-/// As YOLOv5 since version 6: of each level one convolution for three anchors, which the export decodes
-/// itself into centre, extent, objectness and classes: [1, candidates, 5 + exported_classes].
+/// A network like YOLOv5 since version 6: for each level one convolution for three anchors, which the export
+/// decodes itself into centre, extent, objectness and classes: [1, candidates, 5 + exported_classes].
 ///
 /// \param anchors  width and height of three, of each stride
 inline nn::NetworkDescription yolov5_like(std::size_t size,
@@ -200,8 +200,8 @@ inline nn::NetworkDescription yolov5_like(std::size_t size,
   return exporter.finish({exporter.add("Concat", flat, {{"axis", std::int64_t(1)}})});
 }
 
-/// As SSD and DETR: boxes [1, N, 4] as corners, top first, and a number for each of exported_classes and,
-/// before them, for none of them, [1, N, 1 + exported_classes].
+/// A network like SSD and DETR: boxes [1, N, 4] as corners, top first, and a number for each of
+/// exported_classes and, before them, for none of them, [1, N, 1 + exported_classes].
 inline nn::NetworkDescription boxes_and_scores(std::size_t size, std::int64_t opset) {
   Exporter exporter(size, opset);
   const std::string level = exporter.backbone().front();

@@ -11,7 +11,7 @@
 
 namespace tapestry::test {
 
-/// What losses have to know of a detector: three heads with strides 32, 16 and 8 for an input of 64 × 96
+/// Facts of a detector that losses need: three heads with strides 32, 16 and 8 for an input of 64 × 96
 /// pixels, in Darknet's order; of two anchors, if the family has any, and the finest with scale_x_y 1.2.
 class TinyHeads {
  public:

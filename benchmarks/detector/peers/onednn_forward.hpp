@@ -181,7 +181,7 @@ class OneDnnForward {
     }
   }
 
-  /// Gives back what no later layer reads, unless the gradient asks for it.
+  /// Frees values that no later layer reads, unless the gradient needs them.
   void forget_values(std::size_t i) {
     for (std::size_t earlier = 0; earlier <= i; ++earlier) {
       const std::size_t reader = last_reader_[earlier];
@@ -217,7 +217,7 @@ class OneDnnForward {
       choice_.append_activation(forward_, values_[i].memory, task.slope);
   }
 
-  /// What a convolution reads, in the layout that it asks for.
+  /// Input of a convolution, in the layout that it needs.
   [[nodiscard]] Value input_in_layout(std::size_t i, const dnnl::memory::desc& wanted) {
     const dnnl::memory given = i == 0 ? dnnl::memory(description(task(0).in, dnnl::memory::format_tag::nchw),
                                                      engine_, const_cast<float*>(problem_.picture.data()))

@@ -10,7 +10,7 @@
 
 namespace tapestry::benchmarks {
 
-/// The detector in oneDNN with, if asked for, the gradient to its picture by backward-data convolutions.
+/// The detector in oneDNN, optionally with the gradient to its picture by backward-data convolutions.
 class OneDnnNetwork : public OneDnnForward {
  public:
   OneDnnNetwork(const Problem& problem, const std::string& weights_path, bool wants_gradient,

@@ -61,7 +61,7 @@ class EmbreeRenderer {
     rtcReleaseGeometry(triangles);
   }
 
-  /// What all rays of a picture share: ray of row i and column j = first + i · down + j · right.
+  /// Constants of all rays of a picture: ray of row i and column j = first + i · down + j · right.
   struct Rays {
     std::array<float, 3> eye, first, down, right;
     float near, far;

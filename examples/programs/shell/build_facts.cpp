@@ -20,7 +20,7 @@
 namespace tapestry::shell {
 namespace {
 
-/// What the processor calls itself, else its kind.
+/// Brand name of the processor, else its kind.
 std::string processor_name() {
 #if defined(__x86_64__)
   constexpr unsigned first = 0x80000002U, last = 0x80000004U;  // 16 letters each

@@ -5,11 +5,11 @@
 
 namespace tapestry::shell {
 
-/// What computes here, each with its name: version and commit of Tapestry, compiler, instruction set and
-/// processor, on which the last bits of a result depend. The commit is that of the sources when CMake ran
-/// last, with `-changed` behind it if they had been changed since; where git does not know, it is the
-/// version. Compiled on its own, so that a commit compiles nothing else again. \throws DomainError as
-/// instruction_set() does
+/// Facts that the last bits of a result depend on, each with its name: version and commit of Tapestry,
+/// compiler, instruction set and processor. The commit is that of the sources when CMake ran last, with
+/// `-changed` behind it if they had been changed since; where git does not know, it is the version. Compiled
+/// on its own, so that a commit compiles nothing else again.
+/// \throws DomainError as instruction_set() does
 std::vector<std::pair<std::string, std::string>> computed_by();
 
 /// The same in words.

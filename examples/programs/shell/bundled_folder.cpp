@@ -18,7 +18,7 @@ std::string bundled_folder() {
   if (error) return TAPESTRY_ASSETS;
   const auto status = std::filesystem::status(installed, error);
   if (status.type() == std::filesystem::file_type::not_found) return TAPESTRY_ASSETS;
-  // What cannot be looked at is there: whoever opens a file in it says why it cannot be read.
+  // A folder that cannot be looked at counts as there: opening a file in it reports why it cannot be read.
   return error || std::filesystem::is_directory(status) ? installed.string() : TAPESTRY_ASSETS;
 }
 

@@ -11,7 +11,7 @@
 
 namespace tapestry::shell {
 
-/// What the program camouflage is asked for.
+/// Options of the program camouflage.
 struct CamouflageOptions : RunOptions {
   SceneSettings scene;
   DetectorSettings detector;
@@ -28,15 +28,15 @@ inline void describe(CLI::App& app, CamouflageOptions& options) {
   add_run_options(app, options, "runs/camouflage");
   app.add_option(
          "--keep-layers-mib", options.keep_layers_mib,
-         "memory for what the car cannot reach of a Darknet network's layers, MiB, so that a step "
-         "need not compute it again, of each rank; it is taken for views where that saves a quarter of the "
+         "memory of each rank, MiB, for the parts of the network's layers that the car cannot reach, so "
+         "that a step need not compute them again; used for views where that saves a quarter of the "
          "products or more. 0: everything is computed. Results do not depend on it")
       ->capture_default_str();
   app.add_flag("--check", options.check, "only check every input, report all problems, and leave");
   app.add_flag("--profile", options.profile, "print where the time of a step went");
 }
 
-/// What decides the result of a run, under the names of the options.
+/// Settings that decide the result of a run, under the names of the options.
 inline Json settings_json(const CamouflageOptions& options) {
   Json json = Json::object();
   add_json(json, options.scene);
@@ -45,13 +45,13 @@ inline Json settings_json(const CamouflageOptions& options) {
   return json;
 }
 
-/// Whether a method asks a detector for a heat map, and so for a layer.
+/// Whether a method uses a detector's heat map, and so a layer.
 inline bool maps_attention(const std::string& method) { return method == "das" || method == "das_full"; }
 
 /// Whether a method optimises the car's shape, too.
 inline bool moves_shape(const std::string& method) { return method == "mesh_adv"; }
 
-/// That a method gets the texture, the light and the detectors it is about.
+/// Checks that a method gets the texture, the light and the detectors it needs.
 inline void require_fit(const OptimisationSettings& optimisation, const SceneSettings& scene,
                         ProblemList& list) {
   const std::string& method = optimisation.method;
@@ -74,7 +74,7 @@ inline void require_fit(const OptimisationSettings& optimisation, const SceneSet
                "--method rauca takes its light from the photographs; it needs --light photo");
 }
 
-/// Of a run to resume, the settings come from its manifest and are checked there.
+/// Checks the options. To resume a run, the settings come from its manifest and are checked there.
 inline void require_sound(const CamouflageOptions& options, ProblemList& list) {
   require_sound_run(options, list);
   list.require(options.keep_layers_mib <= std::size_t(1) << 24U,

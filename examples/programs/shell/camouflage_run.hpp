@@ -271,7 +271,7 @@ class CamouflageRun {
     remark("report: " + path("report.html"));
   }
 
-  /// What the folder has, for the page.
+  /// Adds the pictures and atlases of the folder to the page.
   void add_paint(ReportPage& page, const evaluate::SurveyedTextures<float>& textures) const {
     const auto atlas = [&](const std::string& words, const camouflage::Paint<float>& paint) {
       page.atlases.emplace_back(
@@ -294,7 +294,7 @@ class CamouflageRun {
     io::write_painted_glb(path("painted.glb"), car, atlas);
   }
 
-  /// As atlases, beside the texture that they are made from.
+  /// Writes the matched controls as atlases, beside the texture that they are made from.
   void write_matched_controls(const std::vector<evaluate::Control<float>>& controls) const {
     const auto write = [&](const char* control, const char* name) {
       for (const auto& [control_name, paint] : controls)

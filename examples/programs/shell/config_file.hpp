@@ -58,7 +58,7 @@ class ConfigFile : public CLI::ConfigTOML {
       refuse("option " + in_quotes(name) + ": an apostrophe at the start of the value and none at its end");
   }
 
-  /// What CLI11 takes as a flag that is off.
+  /// Whether CLI11 reads the value as a flag that is off.
   [[nodiscard]] static bool is_off(const std::string& value) {
     try {
       return CLI::detail::to_flag_value(value) < 0;

@@ -116,10 +116,11 @@ struct DatasetFindings {
   std::vector<evaluate::ScoredBox> detections{};
 };
 
-/// What is in a picture and what is found there, most confident first, cut to the picture.
-inline DatasetFindings findings_in(const evaluate::LabelledPicture& labelled, std::size_t index, std::size_t most,
-                                   const DetectorSettings& settings, const detect::Detector<float>& detector,
-                                   const ClassMatching& matching, detect::PassPool<float>& passes) {
+/// Objects of a picture and its detections, most confident first, cut to the picture.
+inline DatasetFindings findings_in(const evaluate::LabelledPicture& labelled, std::size_t index,
+                                   std::size_t most, const DetectorSettings& settings,
+                                   const detect::Detector<float>& detector, const ClassMatching& matching,
+                                   detect::PassPool<float>& passes) {
   DatasetFindings findings;
   const auto picture = io::read_image(labelled.path);
   for (const auto& object : evaluate::objects_in_pixels(labelled, picture.shape(0), picture.shape(1)))
@@ -136,7 +137,7 @@ inline DatasetFindings findings_in(const evaluate::LabelledPicture& labelled, st
   return findings;
 }
 
-/// As COCO's results, with the pictures' names beside their ids.
+/// Detections in COCO's format of results, with the pictures' names beside their ids.
 inline std::string results_text(const evaluate::Dataset& dataset, const ClassMatching& matching,
                                 const std::vector<evaluate::ScoredBox>& detections) {
   std::string text = "[";
@@ -154,7 +155,7 @@ inline std::string results_text(const evaluate::Dataset& dataset, const ClassMat
 
 }  // namespace detail
 
-/// Runs a detector on the pictures of a data set, prints its average precision and writes what is asked for.
+/// Runs a detector on the pictures of a data set, prints its average precision and writes the wanted files.
 /// \param app  with the options of the settings, all of them checked but those given here
 inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, DetectorSettings settings,
                             int threads) {

@@ -49,17 +49,17 @@ void visit_settings(HardenSettings& s, Visit visit) {
   visit("test-scenes", s.test_scenes, "such scenes held out, for average precision before and after");
   visit("epochs", s.epochs,
         "passes over the training views of each attack that is measured; 0: 20 over drawn scenes; over "
-        "frames enough to show 2400, at least 5");
+        "frames, as many as give 2400 views, at least 5");
   visit("loss", s.loss,
         "adversarial loss of the paints: paper, as_coded, max_score or vanish (no box of any class over the "
         "car)");
   visit("smoothness-weight", s.smoothness, "weight of the paints' smoothness term, in units of 1e-4");
   visit("batch", s.batch, "views a step of a paint");
   visit("learning-rate", s.learning_rate, "Adam's learning rate of the paints");
-  visit("seed", s.seed, "what all paints, orders and draws follow from");
+  visit("seed", s.seed, "seed of all paints, orders and draws");
 }
 
-/// What the program harden is asked for.
+/// Options of the program harden.
 struct HardenOptions : RunOptions {
   SceneSettings scene;
   DetectorSettings detector;
@@ -76,7 +76,7 @@ inline void describe(CLI::App& app, HardenOptions& options) {
                "a small budget for a first look, where no other is given: 80 scenes, 4 short rounds");
 }
 
-/// What decides the result of a run, under the names of the options.
+/// Settings that decide the result of a run, under the names of the options.
 inline Json settings_json(const HardenOptions& options) {
   Json json = Json::object();
   add_json(json, options.scene);
@@ -101,7 +101,7 @@ inline void require_sound(const HardenSettings& s, ProblemList& list) {
   list.require(s.learning_rate > 0, "--learning-rate must be above 0");
 }
 
-/// Of a run to resume, the settings come from its manifest and are checked there.
+/// Checks the options. To resume a run, the settings come from its manifest and are checked there.
 inline void require_sound(const HardenOptions& options, ProblemList& list) {
   require_sound_run(options, list);
   if (options.resume) return;

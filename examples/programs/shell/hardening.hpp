@@ -23,7 +23,7 @@
 
 namespace tapestry::shell {
 
-/// What a hardening needs beside the detector; all of it must outlive it.
+/// Inputs of a hardening beside the detector; all of them must outlive it.
 struct HardeningScene {
   const raster::PaintedMesh& car;
   camouflage::ViewStore<float>& store;
@@ -115,7 +115,7 @@ class Hardening {
     if (!finished()) begin_round();
   }
 
-  /// One line that says how far it is.
+  /// One line of progress.
   [[nodiscard]] std::string progress_text() const {
     const std::size_t of_round = settings_.attack_steps + settings_.steps;
     const HardeningStep last = state_.history.empty() ? HardeningStep{} : state_.history.back();

@@ -22,8 +22,8 @@
 
 namespace tapestry::shell {
 
-/// What is in each training view: the car, whose box is known, and whatever else the undefended detector
-/// finds in the untouched frame away from the car. A frame says nothing of other objects, and to call them
+/// Objects in each training view: the car, whose box is known, and whatever else the undefended detector
+/// finds in the untouched frame away from the car. A frame has no labels of other objects, and to call them
 /// background would teach the detector to lose them.
 ///
 /// \param usable      views of the store that show the car
@@ -66,9 +66,9 @@ struct PaintPool {
   }
 };
 
-/// Of pictures of painted cars, half show the round's own paint, a quarter those of earlier rounds and a
-/// quarter what was not optimised: matched noise, shuffled patches, random noise, solid colours. Otherwise
-/// the detector would merely learn one paint.
+/// Draws the paint of a training picture: half of them show the round's own paint, a quarter those of earlier
+/// rounds and a quarter paints that were not optimised: matched noise, shuffled patches, random noise, solid
+/// colours. Otherwise the detector would merely learn one paint.
 inline Array<float, 2> draw_paint(Random& random, const Array<float, 2>& current, const PaintPool& pool) {
   const double kind = random.uniform();
   if (kind < 0.5 || (kind < 0.75 && pool.paints.empty())) return current;

@@ -23,7 +23,7 @@ struct DetectorFindings {
   std::optional<double> ap50{};             ///< AP at IoU ≥ 0.5 on clean drawn scenes, mean over classes
 };
 
-/// What a hardening bought.
+/// Results of a hardening.
 struct HardeningReport {
   DetectorFindings undefended, hardened;
   std::size_t views = 0;
@@ -129,7 +129,7 @@ inline WordTable hardening_table(const HardeningReport& report) {
   return table;
 }
 
-/// What the table means, sentence by sentence.
+/// Meaning of the table, sentence by sentence.
 inline std::vector<std::string> hardening_findings(const HardeningReport& report) {
   std::vector<std::string> sentences{gain_text(report) + " (Newcombe's interval over the views)."};
   if (const auto precision = precision_text(report); !precision.empty()) sentences.push_back(precision + ".");

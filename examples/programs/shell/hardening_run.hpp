@@ -185,7 +185,8 @@ class HardeningRun {
     return camouflage::atlas_of<float>(inputs_.car.painted, colours);
   }
 
-  /// What a detector finds, the views that were shown to it, and pictures of them under its adaptive attack.
+  /// Detections of a detector, the views that were shown to it, and pictures of them under its adaptive
+  /// attack.
   struct Examined {
     DetectorFindings found;
     std::vector<ViewFacts> views;

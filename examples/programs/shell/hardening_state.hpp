@@ -21,7 +21,7 @@ namespace tapestry::shell {
 struct HardeningStep {
   double box = 0, objectness = 0, classification = 0, total = 0, attack = 0;
 
-  /// Of each its name and its place, in this order.
+  /// Name and member of each number, in this order.
   static const std::array<std::pair<const char*, double HardeningStep::*>, 5> all;
 };
 inline constexpr std::array<std::pair<const char*, double HardeningStep::*>, 5> HardeningStep::all{

@@ -19,7 +19,7 @@
 
 namespace tapestry::shell {
 
-/// Takes what a layer holds and what a score asks of it.
+/// Takes the activations of a layer and the gradient of a score with respect to them.
 using HeatMap = Array<float, 2> (*)(const Array<float, 3>&, const Array<float, 3>&);
 
 /// The heat maps there are, by name.
@@ -38,12 +38,12 @@ inline HeatMap heat_map_by_name(const std::string& name) {
   throw Error(ErrorKind::usage, "--heat-map-kind is '" + name + "'; expected one of " + known);
 }
 
-/// Where in the first layer that a detector tells the score of a class comes from, that of its surest
+/// Where in the first observed layer of a detector the score of a class comes from, that of its surest
 /// candidate, however unsure: spread over the input, [H, W]; zeros where there is no candidate.
 ///
 /// \param input     [H, W, 3], as the network takes it
-/// \param heat_map  one of heat_maps. Those that weigh whole channels say of a detector, whose score belongs
-///                  to a place, more about the channels than about the place
+/// \param heat_map  one of heat_maps. A detector's score belongs to a place, but those that weigh whole
+///                  channels show the channels rather than the place
 inline Array<float, 2> heat_of_input(const Array<float, 3>& input, const detect::Detector<float>& detector,
                                      std::size_t class_index, HeatMap heat_map) {
   const std::size_t height = detector.input_height(), width = detector.input_width();

@@ -15,8 +15,8 @@ inline constexpr const char* exit_status_text =
     "  2 wrong usage       5 output cannot be written        8 beyond a limit\n"
     "  128 + n after signal n, with the work so far saved where a run can be resumed\n";
 
-/// What --help prints, at most 80 columns wide: description, usage, options by groups in the order in which
-/// they were added, the footer of the app, which shows examples, and exit codes. The script that makes manual
+/// Formats --help, at most 80 columns wide: description, usage, options by groups in the order in which they
+/// were added, the footer of the app, which shows examples, and exit codes. The script that makes manual
 /// pages reads this form: names from column 3, texts from column 27.
 class HelpText : public CLI::FormatterBase {
  public:

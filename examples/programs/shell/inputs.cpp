@@ -33,7 +33,7 @@ raster::TextureLayout layout_of(const SceneSettings& settings, const geometry::M
 
 bool is_posed(const std::string& frame) { return !io::read_frame(frame).camera; }
 
-/// Of a detector whose cfg is unsound, the other files can still be missing.
+/// Checks the files of a detector. Even where its cfg is unsound, the other files are checked.
 void check_detector(DetectorSettings settings, ProblemList& list, std::vector<std::string>& warnings) {
   fill_in_bundled(settings);
   if (settings.weights.empty()) return;
@@ -52,8 +52,8 @@ void check_detector(DetectorSettings settings, ProblemList& list, std::vector<st
     if (!path.empty() && !found.starts_with(path + ":")) list.attempt([&] { (void)io::RegularFile(path); });
 }
 
-/// What a folder of make_dataset lacks of the frames that its manifest promises: it was broken off, or
-/// someone has taken frames away. Other folders may hold a manifest of any kind.
+/// Warns of frames that the manifest of make_dataset's folder lists and the folder lacks: the program was
+/// interrupted, or someone has taken frames away. Other folders may hold a manifest of any kind.
 std::vector<std::string> warnings_about_set(const std::string& folder) {
   std::vector<std::string> warnings;
   const std::string path = manifest_path(folder);

@@ -18,7 +18,7 @@ namespace tapestry::shell {
 
 namespace fs = std::filesystem;
 
-// What reads files is compiled once for all programs: the formats and the drawn scenes take a compiler long.
+// Readers of files are compiled once for all programs: the formats and the drawn scenes compile slowly.
 
 /// Names the bundled files where the user named none.
 void fill_in_bundled(SceneSettings& scene);
@@ -54,8 +54,7 @@ using FrameLoaders = std::vector<camouflage::ViewStore<float>::Loader>;
 
 FrameLoaders frame_loaders(const std::vector<std::string>& paths, const MaskRule& mask, bool posed);
 
-/// Loaders of the frames to optimise on. Drawn ones use their own masks, or silhouettes where the rule says
-/// so.
+/// Loaders of the frames to optimise on. Drawn ones use their own masks, or silhouettes if the rule is so.
 FrameLoaders train_loaders(const FrameLists& lists, const MaskRule& mask);
 
 /// A detector beside the first one.

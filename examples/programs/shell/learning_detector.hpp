@@ -77,9 +77,9 @@ class LearningModel final : public LearningDetector {
 };
 
 /// An ONNX model, written as the file that it was read from with other numbers in its initialisers. As far as
-/// it can, it runs simplified as others do; where that merges weights, which the file has apart, it runs as
-/// the file says, which takes longer and differs in rounding from what others make of the file written. Batch
-/// normalisation that the file has keeps its running statistics.
+/// it can, it runs simplified as others do. Where that merges weights which the file has apart, it runs the
+/// file's own nodes: that takes longer and differs in rounding from what others compute with the file
+/// written. Batch normalisation that the file has keeps its running statistics.
 class LearningGraph final : public LearningDetector {
  public:
   /// \param start  read from this file

@@ -21,7 +21,7 @@ MaskRule load_mask_rule(const SceneSettings& settings);
 /// maskN.png beside dataN.npz.
 std::string mask_path_of(const std::string& frame);
 
-/// Replaces the mask of a frame by what the rule says.
+/// Replaces the mask of a frame by that of the rule.
 /// \param path  of the frame, beside which mask files lie
 void apply_mask_rule(const MaskRule& rule, const std::string& path, io::Frame& frame);
 

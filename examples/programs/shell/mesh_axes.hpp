@@ -20,13 +20,13 @@ inline void require_axes(const geometry::MeshAxes& axes, ProblemList& list) {
                "--up " + axes.up + " and --forward " + axes.forward + " are not at a right angle");
 }
 
-/// Of a mesh that turned_upright() has turned, says that it is higher than long; empty if it is not.
+/// Warning that a mesh which turned_upright() has turned is higher than long; empty if it is not.
 inline std::string word_on_height(const geometry::Mesh& upright, const geometry::MeshAxes& axes) {
   if (!geometry::is_higher_than_long(upright)) return {};
   const auto bounds = geometry::bounds_of(upright.positions);
   const auto extent = [&](std::size_t axis) { return std::to_string(bounds.high[axis] - bounds.low[axis]); };
   return "the mesh is " + extent(2) + " high (along " + axes.up + ") and " + extent(0) + " long (along " +
-         axes.forward + "), as no car is; --up and --forward say which of its axes point up and to its front";
+         axes.forward + "), as no car is; --up and --forward set the axes that point up and to its front";
 }
 
 /// A car's mesh with z up and its front at +x.

@@ -50,7 +50,7 @@ inline Array<float, 3> background_of(const PictureSettings& picture) {
   return background;
 }
 
-/// Draws what colour_of(fragment) says, [H, W, 3] times coverage over the background.
+/// Draws colour_of(fragment), [H, W, 3], times coverage over the background.
 template <class ColourOf>
 Array<float, 3> drawn_fragments(const geometry::Mesh& mesh, const geometry::Camera& camera,
                                 const PictureSettings& picture, ColourOf colour_of) {

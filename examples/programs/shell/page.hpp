@@ -5,8 +5,7 @@
 
 namespace tapestry::shell {
 
-/// How every page looks: light and dark by what the reader's system says. What is `wide` scrolls sideways,
-/// with a shade at each side where there is more.
+/// Style of every page: light or dark as the reader's system is set.
 inline constexpr const char* page_style = R"(:root { color-scheme: light dark;
   --paper: #fff; --ink: #24292f; --muted: #57606a; --line: #d8dee4; --mark: #2f81c7; --shade: #f3f5f7 }
 @media (prefers-color-scheme: dark) { :root {

@@ -16,7 +16,7 @@
 
 namespace tapestry::shell {
 
-/// What a detector finds in a picture, most confident first; boxes in pixels of the picture.
+/// Detections in a picture, most confident first; boxes in pixels of the picture.
 /// \param name  of the picture, for messages
 /// \throws NumericError for logits that are not finite
 inline std::vector<detect::Detection> detections_in(const std::string& name,

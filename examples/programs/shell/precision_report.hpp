@@ -65,7 +65,7 @@ inline std::string precision_text(const evaluate::AveragePrecision& result,
   return text;
 }
 
-/// As a table for other programs: shares in 0 to 1, empty without a value; the first row is that of all.
+/// The result as CSV: shares in 0 to 1, empty without a value; the first row is that of all.
 inline std::string precision_csv(const evaluate::AveragePrecision& result,
                                  const std::vector<std::string>& names) {
   std::string text = "class,objects,detections";
@@ -83,7 +83,7 @@ inline std::string precision_csv(const evaluate::AveragePrecision& result,
   return text + "\n";
 }
 
-/// As JSON; null without a value.
+/// The result as JSON; null without a value.
 inline Json precision_json(const evaluate::AveragePrecision& result, const std::vector<std::string>& names) {
   const auto measures = [](const evaluate::PrecisionSummary& s) {
     Json json = Json::object();

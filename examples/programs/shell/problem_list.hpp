@@ -8,7 +8,7 @@
 
 namespace tapestry::shell {
 
-/// What an option can be whose choices are values of an enumeration.
+/// Choices of an option, from the values of an enumeration.
 template <class Values>
 std::vector<std::string> names_of(const Values& values) {
   std::vector<std::string> names;

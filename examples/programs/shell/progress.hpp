@@ -58,8 +58,8 @@ class ProgressLine {
   Clock::time_point shown_{};
 };
 
-/// Says how far a measurement of many pictures is, of which for_each_in_order() counts some at once: between
-/// those it says nothing, for then it would take what is done for what is to come.
+/// Prints the progress of a measurement of many pictures, of which for_each_in_order() counts some at once:
+/// between those it prints nothing, for then it would take what is done for what is to come.
 class MeasuringProgress {
  public:
   explicit MeasuringProgress(std::size_t pictures) : pictures_(pictures) {}

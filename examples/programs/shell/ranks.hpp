@@ -70,7 +70,7 @@ class Ranks {
     return std::find(everywhere.begin(), everywhere.end(), char{1}) != everywhere.end();
   }
 
-  /// Where errors are told: a file descriptor.
+  /// File descriptor that errors are written to.
   [[nodiscard]] int error_stream() const { return error_stream_; }
 
   /// Ends every rank at once, where there are several: the others would wait for this one for ever.

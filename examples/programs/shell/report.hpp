@@ -13,7 +13,7 @@
 
 namespace tapestry::shell {
 
-/// What a run found out.
+/// Results of a run.
 struct RunReport {
   evaluate::Survey survey;
   double seconds = 0;
@@ -27,7 +27,7 @@ Json json_of(const evaluate::Measurement& measurement);
 /// The commonest names of the renamed with their pictures: "umbrella 45, kite 12, truck 4".
 std::string new_names_text(const evaluate::Measurement& measurement);
 
-/// Of an interval, what is infinite becomes null.
+/// An effect; ends of intervals that are infinite become null.
 Json json_of(const evaluate::Effect& effect);
 
 Json metrics_json(const RunReport& report);
@@ -41,10 +41,10 @@ std::vector<const evaluate::Measurement*> rows_of(const RunReport& report);
 /// The rows of the table for other programs: shares and confidences in 0 to 1.
 std::string metrics_csv(const RunReport& report);
 
-/// What the camouflage does beyond a control, for the table and the page.
+/// Effect of the camouflage beyond a control, for the table and the page.
 std::string effect_text(const evaluate::Effect& effect);
 
-/// What its brackets hold.
+/// Meaning of the brackets in effect_text().
 std::string effect_note(const evaluate::Effect& effect);
 
 /// The table that a run prints when it is done.

@@ -115,7 +115,7 @@ void add_pictures(Json& data, PicturePairs pairs, std::size_t most_letters) {
 /// Bytes of a car that a page holds at most.
 constexpr std::size_t most_of_a_car = 1'500'000;
 
-/// Of a view's pictures, the index among `shown` evenly spread ones of the first that is there, or −1.
+/// Index of a view's first picture among `shown` evenly spread ones, or −1 if none of them is there.
 std::ptrdiff_t picture_of_view(std::size_t view, std::size_t draws, std::size_t pictures, std::size_t shown) {
   for (std::size_t k = view * draws; k < (view + 1) * draws; ++k)
     if ((k + 1) * shown / pictures > k * shown / pictures)
@@ -123,7 +123,7 @@ std::ptrdiff_t picture_of_view(std::size_t view, std::size_t draws, std::size_t 
   return -1;
 }
 
-/// What the page's script reads: the list, with the picture of each view, the car and pictures.
+/// Data for the page's script: the list, with the picture of each view, pictures and the car.
 /// \param bytes  that the page has beside these
 Json page_data(const ReportPage& page, std::size_t bytes) {
   constexpr std::size_t least_of_pictures = 400'000;

@@ -4,11 +4,11 @@
 #include "run_folder.hpp"
 
 /// \file
-/// What page_html() puts into a page beside its text: how it looks, and what it does. Nothing is fetched.
+/// Styles and scripts that page_html() puts into a page beside its text. Nothing is fetched.
 
 namespace tapestry::shell {
 
-/// Of a list of views; on paper without what needs a hand.
+/// Style of a list of views; on paper without the controls.
 inline constexpr const char* list_style =
     R"(#views th { cursor: pointer } #views th[aria-sort=ascending]::after { content: " \2191" }
 #views th[aria-sort=descending]::after { content: " \2193" }
@@ -22,7 +22,7 @@ inline constexpr const char* list_style =
 @media print { .hands { display: none } .list { max-height: none } body { max-width: none } }
 )";
 
-/// Of a run's page, after page_style and list_style.
+/// Style of a run's page, after page_style and list_style.
 inline constexpr const char* report_style =
     R"(
 .atlases { display: flex; flex-wrap: wrap; gap: 1em } .atlases figure { margin: 0; width: 15em }

@@ -28,10 +28,10 @@ class ReshapedViews {
   [[nodiscard]] const raster::PaintedMesh& car() const { return *car_; }
   [[nodiscard]] camouflage::ViewStore<float>& store() { return *store_; }
 
-  /// Of these views, in ascending order, those that show the car in this shape, too.
+  /// Those of these views, in ascending order, that show the car in this shape, too.
   /// \throws Stopped when a signal arrives meanwhile
   [[nodiscard]] std::vector<std::size_t> also_with_car(const std::vector<std::size_t>& views) {
-    std::vector<std::string> warnings;  // said of the car as it is
+    std::vector<std::string> warnings;  // about the car as it is
     const auto own = views_with_car(*store_, warnings);
     std::vector<std::size_t> both;
     std::ranges::set_intersection(views, own, std::back_inserter(both));

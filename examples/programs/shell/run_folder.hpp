@@ -93,7 +93,7 @@ inline std::string text_not_utf8(const Json& json) {
   return {};
 }
 
-/// As JSON that will be read again, and so cannot hold everything.
+/// JSON that will be read again, and so must be exact.
 /// \throws Error (usage) naming text that is not UTF-8
 inline std::string exact_text(const Json& json, int indent = 2) {
   try {
@@ -105,7 +105,7 @@ inline std::string exact_text(const Json& json, int indent = 2) {
   }
 }
 
-/// What computed a result, see computed_by().
+/// The facts of computed_by(), as JSON.
 inline Json computed_by_json() {
   Json facts;
   for (const auto& [name, value] : computed_by()) facts[name] = value;

@@ -64,13 +64,13 @@ inline std::vector<ChangedInput> changed_since(const Json& manifest, const Scene
   return changed;
 }
 
-/// What is to be done about them: the run whose inputs are compared, and whether changed ones are accepted.
+/// Handling of changed inputs: the run whose inputs are compared, and whether changed ones are accepted.
 struct RunInputs {
   std::string run{};  ///< its folder; empty: nothing is compared
   bool accepts_changes = false;
 };
 
-/// As changed_since(), with a word on each that is accepted in `warnings`.
+/// Returns changed_since(), with a warning on each change that is accepted in `warnings`.
 /// \throws Error (in_use) naming them, unless they are accepted
 inline std::vector<ChangedInput> require_run_inputs(const RunInputs& inputs, const SceneSettings& scene,
                                                     const Car& car, const DetectorSettings& detector,

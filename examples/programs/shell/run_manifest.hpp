@@ -13,7 +13,8 @@
 
 namespace tapestry::shell {
 
-// The file manifest.json of a run says what was asked for, of which inputs, and what computed it.
+// The file manifest.json of a run holds the options, the hashes of the inputs, and the facts of
+// computed_by().
 
 std::string manifest_path(const std::string& folder);
 
@@ -22,7 +23,7 @@ std::string manifest_path(const std::string& folder);
 Json make_manifest(const std::string& program, const Json& settings, std::uint64_t seed, bool held_out,
                    const std::vector<std::string>& input_paths);
 
-/// What a checkpoint must agree with: options and inputs.
+/// Options and inputs, which a checkpoint must agree with.
 std::string identity_text(const Json& manifest);
 
 /// Versions that differ in their last number only know each other's runs.
@@ -43,8 +44,8 @@ struct ChangedInput {
   bool operator==(const ChangedInput&) const = default;
 };
 
-/// What differs between two lists as of input_hashes(): in the order of paths what is other or new, then what
-/// is gone.
+/// Differences between two results of input_hashes(): in the order of paths those that are other or new, then
+/// those that are gone.
 std::vector<ChangedInput> changed_inputs(const Json& recorded, const Json& now);
 
 /// The first ten of them, with the beginnings of their hashes.

@@ -16,7 +16,7 @@
 
 namespace tapestry::shell {
 
-/// What every program has that works in a folder of its own and can be resumed there.
+/// Options of every program that works in a folder of its own and can be resumed there.
 struct RunOptions {
   std::string output;
   int threads = 0;
@@ -37,7 +37,7 @@ inline void add_run_options(CLI::App& app, RunOptions& options, const std::strin
                  "memory for prepared views, MiB; those beyond are prepared anew")
       ->capture_default_str();
   app.add_flag("--resume", options.resume,
-               "go on with the run in --output; settings not given are taken from it");
+               "continue the run in --output; settings not given are taken from it");
 }
 
 inline void require_sound_run(const RunOptions& options, ProblemList& list) {
@@ -75,7 +75,7 @@ void adopt_run_settings(const CLI::App& app, const RunOptions& options, const st
   throw Error(ErrorKind::in_use, options.output + ": cannot resume with other settings: " + list);
 }
 
-/// What to type to go on; settings come from the manifest, as do those that `adopted` names.
+/// The command that resumes a run; settings come from the manifest, as do those that `adopted` names.
 inline std::string resume_line(const CLI::App& app, const char* program, const RunOptions& options,
                                const Json& settings, std::vector<std::string> adopted = {}) {
   std::vector<std::string> words{program, "--resume", "--output", options.output};
@@ -85,7 +85,7 @@ inline std::string resume_line(const CLI::App& app, const char* program, const R
   return shell_line(words);
 }
 
-/// Runs `body`, and says how to go on when a signal stops it.
+/// Runs `body`, and prints the command that resumes it when a signal stops it.
 ///
 /// \param saved  called after a stop for words on what was saved, may be empty
 /// \returns      the exit code

@@ -42,7 +42,7 @@ std::string findings_html(const RunReport& report) {
   const auto& survey = report.survey;
   std::string html = "<p>Measured on ";
   html += report.held_out ? "held-out views with held-out backgrounds."
-                          : "the same views that the texture was optimised on; it says nothing about others.";
+                          : "the same views that the texture was optimised on; it holds for no others.";
   html += "</p>\n" + html_of(table_of(report));
   if (survey.adversarial)
     html += "<p>Attack success rate: " +

@@ -21,8 +21,8 @@
 
 namespace tapestry::shell {
 
-/// What programs that train a network on procedural street scenes have in common: how long they train, and
-/// how often they save and measure.
+/// Options of programs that train a network on procedural street scenes: how long they train, and how often
+/// they save and measure.
 struct SceneTraining {
   std::size_t steps = 0, batch = 0, validate = 0, validate_every = 0, save_every = 250;
   double learning_rate = 0.002;
@@ -91,10 +91,10 @@ auto held_out_sets(std::uint64_t stream, std::size_t count, Draw draw) {
   return sets;
 }
 
-/// What a step of training comes to.
+/// Loss of a training step.
 struct StepLoss {
   double total = 0;
-  std::string terms{};  ///< in words, to be said behind it
+  std::string terms{};  ///< in words, printed behind it
 };
 
 /// Trains until all steps are done or a signal arrives; saves and validates in between and at the end.

@@ -22,7 +22,7 @@
 
 namespace tapestry::shell {
 
-/// What car, in which pictures. Empty paths stand for the bundled default.
+/// Car and pictures. Empty paths stand for the bundled default.
 struct SceneSettings {
   static constexpr const char* group = "Car and pictures";
   std::string mesh;
@@ -41,7 +41,7 @@ struct SceneSettings {
   std::string light = "frame";
 };
 
-/// Which detector, and what it is asked for.
+/// The detector, and its thresholds.
 struct DetectorSettings {
   static constexpr const char* group = "Detector";
   std::string cfg;
@@ -95,23 +95,22 @@ void visit_settings(SceneSettings& s, Visit visit) {
         "--frames is left out, else none");
   visit("mask", s.mask,
         "auto: the frame's own mask, else the rendered silhouette; silhouette; file: maskN.png beside "
-        "dataN.npz; u2net: what --segmenter finds in the frame's picture. "
-        "Drawn scenes keep their own");
+        "dataN.npz; u2net: the mask that --segmenter finds in the frame's picture. Drawn scenes keep their "
+        "own");
   visit("segmenter", s.segmenter,
         "ONNX model of the U2-Net family for --mask u2net; a small one that is bundled when left out");
   visit("texture", s.texture, "atlas: one uv picture, twice as wide as high; cube: texels on every face");
   visit("texels", s.texels, "rows of the atlas, or texels along a cube's edge; 0: 64 or 6");
   visit("filter", s.filter,
-        "how an atlas is looked up: anisotropic or trilinear, as fine as pixels see it, or bilinear, at one "
-        "place a face and pixel");
+        "filter of the atlas: anisotropic or trilinear, as fine as pixels see it, or bilinear, at one "
+        "place for each face and pixel");
   visit("samples", s.samples, "samples a pixel along each axis: 1, 2, 4 or 8");
   visit("colour-space", s.colour_space,
         "how colours are lit, filtered and blended: linear, in proportion to light as a camera sees it, or "
         "encoded, by the numbers of the picture as in the paper");
   visit("light", s.light,
-        "what the car is lit by: frame, what the frame states, or photo, sun and sky estimated from the car "
-        "in each "
-        "frame's picture, which is taken to be of one colour and well exposed");
+        "light on the car: frame, the light that the frame states, or photo, sun and sky estimated from "
+        "the car in each frame's picture, which is taken to be of one colour and well exposed");
 }
 
 template <class Visit>
@@ -122,39 +121,37 @@ void visit_settings(DetectorSettings& s, Visit visit) {
         "Darknet weights that belong to --cfg, a detector that convert_weights made, or an .onnx model; the "
         "bundled one's when both are left out");
   visit("detector", s.detector,
-        "JSON file that says how an .onnx detector takes pictures and what its outputs are; left out, YOLOX "
-        "and "
-        "NanoDet are recognised");
+        "JSON file that describes input and outputs of an .onnx detector; left out, YOLOX and NanoDet are "
+        "recognised");
   visit("decode", s.decode,
-        "how logits become boxes: darknet, ultralytics or scaled; left out, what converted --weights say, or "
-        "of Darknet weights the cfg: scaled for new_coords=1, else darknet");
+        "how logits become boxes: darknet, ultralytics or scaled; left out, converted --weights decide, or "
+        "for Darknet weights the cfg: scaled for new_coords=1, else darknet");
   visit("fit", s.fit,
-        "how a picture goes into the network's input: letterbox, letterbox_top_left or stretch; left out, as "
-        "letter_box of the cfg or the detector's description says, else letterbox");
+        "how a picture goes into the network's input: letterbox, letterbox_top_left or stretch; left out, "
+        "as letter_box of the cfg or the detector's description states, else letterbox");
   visit("names", s.names,
         "class names, one a line; left out, those of the bundled detector, for others of 80 classes COCO's, "
         "else none");
   visit("class", s.class_name,
         "name of the class that is the car; its number, from 0, when there are no names");
-  visit("size", s.size, "side of the network's square input, pixels; 0: as the cfg or the model says");
+  visit("size", s.size, "side of the network's square input, pixels; 0: that of the cfg or the model");
   visit("confidence", s.confidence, "least objectness x class probability of a detection, 0 to 1");
   visit("nms", s.nms,
         "overlap (IoU, or as nms_kind of the cfg has it) above which the weaker of two boxes of one class is "
         "dropped, 0 to 1");
   visit("precision", s.precision,
-        "what convolutions multiply: float, or bfloat16, which is faster on processors that have it and less "
-        "accurate everywhere");
+        "precision of products in convolutions: float, or bfloat16, which is faster on processors that "
+        "have it and less accurate everywhere");
 }
 
 template <class Visit>
 void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("method", s.method,
-        "what is painted: fca, the whole body; planar_patch, one picture on roof, hood and doors; camou, a "
-        "small pattern repeated all over; upc, patches close to a natural picture; das and das_full, roof, "
-        "hood "
-        "and doors or the whole body, to scatter the detector's attention; rauca, fca with --light "
-        "photo; mesh_adv, fca and the car's shape, with --filter bilinear; random, noise that is not "
-        "optimised; solid, one colour");
+        "method of the paint: fca, the whole body; planar_patch, one picture on roof, hood and doors; "
+        "camou, a small pattern repeated all over; upc, patches close to a natural picture; das and "
+        "das_full, roof, hood and doors or the whole body, to scatter the detector's attention; rauca, fca "
+        "with --light photo; mesh_adv, fca and the car's shape, with --filter bilinear; random, noise that "
+        "is not optimised; solid, one colour");
   visit("loss", s.loss,
         "adversarial loss: paper, as_coded, max_score or vanish (no box of any class over the car)");
   visit("iou-weight", s.iou, "weight alpha of the IoU term");
@@ -171,23 +168,22 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("start", s.start,
         "first texture: random, zero (mid grey), own (the mesh's colours), or the texture.npz of a run of "
         "this car");
-  visit(
-      "epochs", s.epochs,
-      "passes over the training views; 0: 20 over drawn scenes; over frames enough to show 2400, at least 5");
+  visit("epochs", s.epochs,
+        "passes over the training views; 0: 20 over drawn scenes; over frames, as many as give 2400 views, "
+        "at least 5");
   visit("batch", s.batch, "views a step");
   visit("worst-views", s.worst_views,
-        "share of each step's views, those of the largest losses, that it learns from (conditional value at "
+        "share of each step's views to learn from, those of the largest losses (conditional value at "
         "risk); 1: all");
   visit("learning-rate", s.learning_rate, "Adam's step size; 0.01 in the paper");
   visit("ensemble", s.ensemble,
-        "further detectors to optimise against, .onnx models or what convert_weights made, of the same input "
-        "size and --class: the loss is the mean over all; only the first, --weights, is measured");
-  visit(
-      "conditions", s.conditions,
-      "what every step photographs its views under, drawn anew: camera, light, blur, noise, contrast, jpeg, "
-      "print, or physical for all; nothing when left out");
+        "further detectors to optimise against, .onnx models or files of convert_weights, of the same "
+        "input size and --class: the loss is the mean over all; only the first, --weights, is measured");
+  visit("conditions", s.conditions,
+        "conditions under which every step photographs its views, drawn anew: camera, light, blur, noise, "
+        "contrast, jpeg, print, or physical for all; none when left out");
   visit("seed", s.seed,
-        "seed of the start texture, of the views' order, of --conditions and of what --method draws");
+        "seed of the start texture, the views' order, --conditions and the draws of --method");
 }
 
 /// Adds one option a setting, in the group of these settings, but none for the settings named in `except`.
@@ -202,8 +198,8 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
   });
 }
 
-/// What it means that a manifest lacks a setting: nothing is asked for, the choice is left to the detector,
-/// or there was no choice when the run was made. Null if it may not be lacking.
+/// Value of a setting that a manifest lacks: off, left to the detector, or the only choice when the run was
+/// made. Null if it may not be lacking.
 inline const char* value_when_lacking(const std::string& name) {
   if (name == "filter") return raster::name_of(raster::TextureFilter::bilinear);
   if (name == "light") return "frame";
@@ -246,10 +242,10 @@ inline void require_sound(const SceneSettings& s, ProblemList& list) {
   list.require(s.texels <= most_texels, "--texels must be at most " + std::to_string(most_texels));
   list.require(s.faces.empty() || s.material.empty(), "--faces and --material cannot be given together");
   list.require(s.mesh.empty() || !s.faces.empty() || !s.material.empty(),
-               "--mesh needs --material or --faces to say what is painted");
+               "--mesh needs --material or --faces, which select the painted faces");
 }
 
-/// What --decode can be: the families of cfgs.
+/// Choices of --decode: the families of cfgs.
 inline std::vector<std::string> decode_choices() {
   std::vector<std::string> choices;
   for (const auto family : detect::decode_families)

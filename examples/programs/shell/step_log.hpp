@@ -14,7 +14,7 @@
 
 namespace tapestry::shell {
 
-// What a run says about its steps: while it runs, in history.csv and, with --profile, at the end.
+// Reports of a run about its steps: while it runs, in history.csv and, with --profile, at the end.
 
 /// \param first    steps taken before this process began
 /// \param images   shown by this process

@@ -8,8 +8,8 @@ struct Stopped {};
 
 /// Remembers the first signal so that a loop can finish its step and save: SIGINT, SIGTERM or SIGHUP, of
 /// which a second one ends the process at once, as it would without us; or SIGXCPU or SIGUSR1, by which batch
-/// queues say that the time is running out, and which may come every second from then on. A signal that the
-/// process was started to ignore, as by nohup, stays ignored.
+/// queues announce that the time is running out, and which may come every second from then on. A signal that
+/// the process was started to ignore, as by nohup, stays ignored.
 class StopSignal {
  public:
   StopSignal() {
@@ -24,7 +24,7 @@ class StopSignal {
     if (arrived()) throw Stopped{};
   }
 
-  /// 128 + the signal's number, as a shell says it: 130 for Ctrl-C, 129 for SIGHUP; 143, that of SIGTERM,
+  /// 128 + the signal's number, as shells report it: 130 for Ctrl-C, 129 for SIGHUP; 143, that of SIGTERM,
   /// where only another rank got a signal.
   [[nodiscard]] static int exit_code() { return 128 + (arrived() ? received : SIGTERM); }
 

@@ -40,7 +40,7 @@ inline MarkedPicture annotated(const evaluate::MeasuredPicture<float>& measured,
   return marked;
 }
 
-/// Follows a survey: says how far it is, keeps the annotated pictures of some textures, and throws Stopped
+/// Follows a survey: prints its progress, keeps the annotated pictures of some textures, and throws Stopped
 /// when a signal has arrived.
 class SurveyWatch {
  public:
@@ -55,7 +55,7 @@ class SurveyWatch {
     sheets_[texture] = {&sheet, pictures, std::min(pictures, most_on_a_sheet(side_)), 0};
   }
 
-  /// Of the views so far, in the order of the survey; once for each picture of one.
+  /// Facts of the views so far, in the order of the survey; once for each picture of one.
   [[nodiscard]] const std::vector<ViewFacts>& views() const { return views_; }
 
   void operator()(const evaluate::MeasuredPicture<float>& measured) {

@@ -17,7 +17,7 @@
 
 namespace tapestry::shell {
 
-// What programs share that optimise a texture: how it begins, for how long, and from where it goes on.
+// Beginning, length and resumption of a run that optimises a texture, shared by the programs that do so.
 
 /// Drawn scenes are many and quick; frames may be few, or too many for more than the paper's five passes.
 inline std::size_t default_epochs(std::size_t views, bool drawn) {
@@ -34,7 +34,7 @@ inline Array<float, 2> start_texture(const OptimisationSettings& settings, const
   return camouflage::parameter_of_colours(camouflage::random_colours<float>(count, random));
 }
 
-/// What --method paints on a car.
+/// The method that --method names.
 /// \throws FileError (mismatch) if the mesh lacks what the method paints
 inline camouflage::Method<float> chosen_method(const OptimisationSettings& settings,
                                                const raster::PaintedMesh& car, const std::string& mesh_path) {
@@ -65,7 +65,7 @@ inline std::shared_ptr<const Array<float, 2>> texels_to_print(const raster::Pain
   return std::make_shared<const Array<float, 2>>(std::move(printed));
 }
 
-/// What a printer can make: the colours of --palette, or printable_colours(); null where nobody asks.
+/// Colours that a printer can make: those of --palette, or printable_colours(); null without printability.
 inline std::shared_ptr<const Array<double, 2>> palette_of(const OptimisationSettings& settings) {
   if (settings.printability == 0) return nullptr;
   return std::make_shared<const Array<double, 2>>(

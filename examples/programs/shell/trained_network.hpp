@@ -12,7 +12,7 @@
 
 namespace tapestry::shell {
 
-// What programs share that train a Darknet detector.
+// Functions shared by programs that train a Darknet detector.
 
 /// The text of the cfg that weights to be trained belong to: that of the file `cfg` or, where none is named,
 /// the one within a converted detector.
@@ -29,7 +29,7 @@ inline std::string trainable_cfg(const std::string& cfg, const std::string& weig
   return cfg.empty() ? own_cfg : io::read_text_file(cfg);
 }
 
-/// Writes the model in the form that the file's name asks for: a detector with its cfg, or Darknet weights.
+/// Writes the model in the form that the file's name stands for: a detector with its cfg, or Darknet weights.
 inline void save_model(const detect::DarknetModel<float>& model, const std::string& cfg,
                        const std::string& path) {
   if (!path.ends_with(".safetensors")) {

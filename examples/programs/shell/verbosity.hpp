@@ -12,11 +12,11 @@
 
 namespace tapestry::shell {
 
-/// What a program tells: with --quiet its results, warnings and errors; usually also how far it is and what
-/// it has written; with --verbose every step of the way, and at the end what it cost.
+/// Output of a program: with --quiet its results, warnings and errors; usually also its progress and the
+/// files it has written; with --verbose every step of the way, and at the end its time and memory.
 enum class Verbosity { quiet, usual, verbose };
 
-/// That of this process, which the command line sets before anything is told.
+/// Verbosity of this process, set by the command line before anything is printed.
 inline Verbosity& verbosity() {
   static Verbosity chosen = Verbosity::usual;
   return chosen;
@@ -34,7 +34,7 @@ inline void add_verbosity_options(CLI::App& app) {
 /// A message as it goes to the terminal: one line without orders, however long what it names is.
 inline std::string for_terminal(std::string_view message) { return printable(shortened(message)); }
 
-/// As for_terminal(), for a text of several lines.
+/// Like for_terminal(), for a text of several lines.
 inline std::string lines_for_terminal(std::string_view text) {
   std::string lines;
   while (!text.empty()) {

@@ -15,7 +15,7 @@
 
 namespace tapestry::shell {
 
-/// What is known about a view beside how it fares.
+/// Facts about a view beside its measurements.
 struct ViewFacts {
   std::string name;
   double azimuth_deg;    ///< of the camera; 0 in front of the car, 90 at its left
@@ -30,7 +30,7 @@ double car_share_of(const camouflage::View<float>& view);
 
 ViewFacts facts_of(const camouflage::View<float>& view);
 
-/// A measurement of the same views as others, under the name that tells it from those.
+/// A measurement of the same views as others, under a name of its own.
 using NamedMeasurement = std::pair<std::string, const evaluate::Measurement*>;
 
 /// Views that were measured, each maybe several times.
@@ -43,7 +43,7 @@ struct ViewList {
 /// How each picture of each view fared, for other programs: a line for each of them in each measurement.
 std::string views_csv(const ViewList& list);
 
-/// What the script of a page reads of a list: of each view its name and place, and how it fared in each
+/// Data of a list for the script of a page: for each view its name and place, and its results in each
 /// measurement: mean best confidence, share of its pictures in which it was found.
 Json list_json(const ViewList& list);
 

@@ -14,9 +14,9 @@
 namespace tapestry {
 namespace detail {
 
-/// The adjoint of one array on a tape, allocated when first needed; of sweeps of several roots, one a root,
-/// as ArrayMemory::lane says. Shared by the tape's record and the variables that name it; the record detaches
-/// it when the tape forgets it.
+/// The adjoint of one array on a tape, allocated when first needed; in sweeps of several roots, one for each
+/// root, chosen by ArrayMemory::lane. Shared by the tape's record and the variables that name it; the record
+/// detaches it when the tape forgets it.
 template <class T, std::size_t Rank>
 class ArrayAdjoint {
  public:
@@ -26,29 +26,29 @@ class ArrayAdjoint {
   ArrayAdjoint& operator=(const ArrayAdjoint&) = delete;
   ~ArrayAdjoint() { detach(); }
 
-  /// To add to.
+  /// The adjoint, to add to.
   [[nodiscard]] Array<T, Rank>& touch() {
     Lane& lane = made_zero(this->lane());
     lane.holds = Holds::sum;
     return lane.adjoint;
   }
-  /// Whether it still has the extents of its array. Else forgets it.
+  /// Whether the adjoint still has the extents of its array; otherwise forgets it.
   [[nodiscard]] bool keeps_shape() {
     if (lane().adjoint.shape() == extents_) return true;
     release(lane());
     return false;
   }
   [[nodiscard]] const Extents<Rank>& extents() const { return extents_; }
-  /// To read; zeros when nothing was added.
+  /// The adjoint, to read; zeros when nothing was added.
   [[nodiscard]] const Array<T, Rank>& read() { return read(lane()); }
-  /// The same of what a sweep of several roots left for one of them.
+  /// The adjoint that a sweep of several roots left for one of them.
   [[nodiscard]] const Array<T, Rank>& read_lane(std::size_t number) { return read(lane(number)); }
   [[nodiscard]] bool is_touched() { return lane().holds == Holds::sum; }
   void forget() noexcept {
     if (const std::size_t number = lane_number(); number <= several_.size())
       lane(number).holds = Holds::forgotten;
   }
-  /// Frees the memory of what nobody will read until it is next added to.
+  /// Frees the memory of an adjoint that will not be read until it is next added to.
   void release() { release(lane()); }
   void detach() noexcept {
     release(single_);
@@ -59,7 +59,7 @@ class ArrayAdjoint {
  private:
   enum class Holds { forgotten, zeros, sum };
 
-  /// Of one root.
+  /// The adjoint for one root.
   struct Lane {
     Array<T, Rank> adjoint;
     Holds holds = Holds::forgotten;
@@ -110,18 +110,18 @@ class InputRecord final : public TapeRecord<T> {
 };
 }  // namespace detail
 
-/// A formula of array variables that has not been assigned to one yet. Each has the scalar type, the rank,
-/// extents, and the variables it is made of, in order, as leaves().
+/// A formula of array variables that has not been assigned to one yet. It has the scalar type, the rank,
+/// extents, and its variables, in order, as leaves().
 template <class E>
 concept ArrayExpression = requires {
   typename std::remove_cvref_t<E>::ArrayScalar;
 };
 
 /// An array that a tape can differentiate by. An Array<T, Rank> converts to a passive one, which costs no
-/// tape. The value never changes; copies share it and their record, and cost little.
-/// Formulas of arrays (array_functions.hpp) are evaluated and recorded, as one operation, when they become an
-/// ArrayVariable or are summed: write `ArrayVariable<T, 2> y = x * x;`, since `auto` would keep the formula
-/// (safely, by value) and evaluate it anew wherever it is used.
+/// tape. The value never changes; copies share it and their record, and cost little. Formulas of arrays
+/// (array_functions.hpp) are evaluated and recorded, as one operation, when they become an ArrayVariable or
+/// are summed. Write `ArrayVariable<T, 2> y = x * x;`, since `auto` would keep the formula (safely, by value)
+/// and evaluate it anew wherever it is used.
 template <class T, std::size_t Rank>
 class ArrayVariable {
  public:
@@ -142,33 +142,33 @@ class ArrayVariable {
   ArrayVariable& operator=(const ArrayVariable&) = default;
   ~ArrayVariable() = default;
 
-  /// For those who record operations themselves; see record.hpp for the convenient way.
+  /// For operations with records of their own; record.hpp is more convenient.
   ArrayVariable(std::shared_ptr<const Array<T, Rank>> value,
                 std::shared_ptr<detail::ArrayAdjoint<T, Rank>> adjoint, detail::Link link)
       : value_(std::move(value)), adjoint_(std::move(adjoint)), link_(link) {}
 
   /// The numbers; they never change.
   [[nodiscard]] const Array<T, Rank>& value() const { return *value_; }
-  /// The value as a pullback may keep it, without a copy.
+  /// The value for a pullback to keep, without a copy.
   [[nodiscard]] const std::shared_ptr<const Array<T, Rank>>& shared_value() const { return value_; }
   /// The extents of value().
   [[nodiscard]] const Extents<Rank>& shape() const { return value_->shape(); }
-  /// How many numbers value() has.
+  /// Number of elements of value().
   [[nodiscard]] std::size_t size() const { return value_->size(); }
 
-  /// Whether a tape knows the variable.
+  /// Whether the variable is on a tape.
   [[nodiscard]] bool is_active() const { return link_.is_active(); }
 
   /// d root / d variable of the last reverse(), of the extents of value(); zeros before it, for passive
-  /// variables, and where the root does not depend on the variable. Needs no active tape. The reference
-  /// holds until the tape is next reversed, cleared, rewound over the variable, or destroyed.
-  /// \throws DomainError if that has happened, but for reversing
+  /// variables, and where the root does not depend on the variable. Needs no active tape. The reference is
+  /// valid until the tape is next reversed, cleared, rewound over the variable, or destroyed.
+  /// \throws DomainError if that has happened, except reversing
   [[nodiscard]] const Array<T, Rank>& adjoint() const {
     if (adjoint_ == nullptr) adjoint_ = std::make_shared<detail::ArrayAdjoint<T, Rank>>(value_->shape());
     return adjoint_->read();
   }
 
-  /// Where it was recorded.
+  /// The place where it was recorded.
   [[nodiscard]] const detail::Link& link() const { return link_; }
   /// The adjoint that records write to; null for a passive variable.
   [[nodiscard]] const std::shared_ptr<detail::ArrayAdjoint<T, Rank>>& shared_adjoint() const {
@@ -177,8 +177,7 @@ class ArrayVariable {
 
  private:
   std::shared_ptr<const Array<T, Rank>> value_;
-  mutable std::shared_ptr<detail::ArrayAdjoint<T, Rank>>
-      adjoint_;  // a passive variable's is made when asked for
+  mutable std::shared_ptr<detail::ArrayAdjoint<T, Rank>> adjoint_;  // a passive variable's is made on demand
   detail::Link link_;
 };
 
@@ -198,7 +197,7 @@ template <class T, std::size_t Rank>
   return {std::move(shared), std::move(adjoint), link};
 }
 
-/// Tape::input() of what is already an array variable: the same value, without a copy, as a new input.
+/// Tape::input() of an array variable: the same value, without a copy, as a new input.
 template <class T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> array_input(TapeState<T>& state, const ArrayVariable<T, Rank>& value) {
   auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value.shape(), memory_of(state));

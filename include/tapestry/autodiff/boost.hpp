@@ -8,8 +8,8 @@
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
 
-// What Boost.Math and Boost.Odeint need to know of variables; to be included before their headers, and
-// including none of them.
+// Functions and traits of variables for Boost.Math and Boost.Odeint; to be included before their headers,
+// and including none of them.
 
 namespace tapestry {
 namespace detail {
@@ -24,7 +24,8 @@ template <std::integral Integer, std::floating_point T>
 }
 }  // namespace detail
 
-/// The whole part of a variable's value, which has no derivative. Boost.Math finds these by their arguments.
+/// The whole part of a variable's value, which has no derivative. Boost.Math finds these overloads by their
+/// arguments.
 /// \throws NumericError if it does not fit
 template <std::floating_point T, class Policy>
 [[nodiscard]] int itrunc(const Variable<T>& x, const Policy&) {
@@ -46,14 +47,15 @@ namespace boost::math::tools {
 template <class T>
 struct promote_arg;
 
-/// Results are variables also where the argument is a formula, as of −x.
+/// Results are variables also where the argument is a formula, such as −x.
 template <class Formula>
 requires tapestry::ScalarExpression<Formula>
 struct promote_arg<Formula> {
   using type = tapestry::Variable<typename Formula::ExpressionScalar>;
 };
 
-/// A polynomial in a formula, which Boost would compute in the formula's type: in the variable that it means.
+/// A polynomial in a formula, computed in the variable that the formula becomes; Boost would compute it in
+/// the formula's type.
 template <std::size_t N, class Coefficient, class Formula>
 requires tapestry::ScalarExpression<Formula> &&
     (!std::same_as<Formula, tapestry::Variable<typename Formula::ExpressionScalar>>)
@@ -72,7 +74,7 @@ namespace boost::numeric::odeint {
 template <class State, class Enabler>
 struct norm_result_type;
 
-/// The norm by which a controlled stepper chooses its step, of a state of variables.
+/// The norm of a state of variables, by which a controlled stepper chooses its step.
 template <class State>
 requires tapestry::ScalarExpression<typename State::value_type>
 struct norm_result_type<State, void> {

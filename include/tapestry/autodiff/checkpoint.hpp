@@ -36,7 +36,7 @@ template <class T>
   return values;
 }
 
-/// Appends the statements of those that are active.
+/// Appends the statements of the active variables.
 template <class T>
 void list_variables(std::span<const Variable<T>> variables, std::vector<std::uint32_t>& statements) {
   for (const Variable<T>& variable : variables)
@@ -74,9 +74,10 @@ class CheckpointRecord final : public TapeRecord<T> {
 };
 }  // namespace detail
 
-/// Computes a function of several variables and records it as one statement, its gradient taken at once: for
-/// parts with many operations and few inputs, of which the tape keeps nothing else. \param function  takes
-/// std::span<const Variable<T>> of as many, and returns a Variable<T>; uses no other active ones
+/// Computes a function of several variables and records it as one statement, whose gradient is taken at once:
+/// for parts with many operations and few inputs. The tape keeps nothing else of them.
+/// \param function  takes std::span<const Variable<T>> of as many, and returns a Variable<T>; uses no other
+///                  active ones
 template <class T, class Function>
 [[nodiscard]] Variable<T> preaccumulate(const Function& function, std::span<const Variable<T>> inputs) {
   std::vector<T> partials(inputs.size());
@@ -88,9 +89,9 @@ template <class T, class Function>
 
 /// Computes a function of several variables without recording it; every reverse() computes it again, on a
 /// tape of its own. A long computation in n such pieces needs the tape of one of them at a time, and twice
-/// the work. \param function  takes std::span<const Variable<T>> of as many, and returns
-/// std::vector<Variable<T>>; it computes
-///   the same whenever called, uses no other active variables, and is copied
+/// the work.
+/// \param function  takes std::span<const Variable<T>> of as many, and returns std::vector<Variable<T>>; it
+///                  computes the same whenever called, uses no other active variables, and is copied
 /// \throws DomainError as any statement; nothing is recorded if all inputs are passive
 template <class T, class Function>
 [[nodiscard]] std::vector<Variable<T>> checkpoint(Function function, std::span<const Variable<T>> inputs) {

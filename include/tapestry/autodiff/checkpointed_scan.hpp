@@ -29,8 +29,9 @@ namespace detail {
   return count;
 }
 
-/// After how many of `steps` ≥ 2 steps to keep the next state, where `snapshots` ≥ 2 may be kept with the
-/// first: the fewest steps are computed again. Source: Griewank and Walther 2000, "Algorithm 799: revolve".
+/// Number of steps, of `steps` ≥ 2, after which to keep the next state, where `snapshots` ≥ 2 may be kept
+/// with the first, so that the fewest steps are computed again. Source: Griewank and Walther 2000, "Algorithm
+/// 799: revolve".
 [[nodiscard]] inline std::size_t steps_to_next_snapshot(std::size_t steps, std::size_t snapshots) {
   std::size_t repeats = 1;
   while (reversible_steps(snapshots, repeats, steps) < steps) ++repeats;
@@ -86,8 +87,9 @@ void add_adjoints(T* adjoints, std::span<const Variable<T>> variables, std::span
 template <class T, class Step>
 class ScanSweep {
  public:
-  /// The adjoints of the last state become those of the first. Those of the first and of parameters start
-  /// from what they are already, and are added to one statement after the other, as on one tape: its bits.
+  /// The adjoints of the last state become those of the first. The adjoints of the first state and of the
+  /// parameters start from their present values, and are added to in the order of statements, as on one tape:
+  /// with its bits.
   struct Adjoints {
     std::vector<T> initial, state, parameters;
   };
@@ -157,7 +159,7 @@ class ScanSweep {
   SpareTape<T> tape_;
 };
 
-/// Many steps of which none is recorded. The last state is the statements behind it.
+/// Many steps that are not recorded. The last state is the statements behind it.
 template <class T, class Step>
 class ScanRecord final : public TapeRecord<T> {
  public:
@@ -188,7 +190,7 @@ class ScanRecord final : public TapeRecord<T> {
   }
 
  private:
-  /// What the adjoints are, which then are zero; of a variable that stands there twice, once.
+  /// Returns the adjoints of variables and sets them to zero; of a variable that stands there twice, once.
   static std::vector<T> taken(T* adjoints, const std::vector<Variable<T>>& variables) {
     std::vector<T> found;
     for (const Variable<T>& variable : variables)
@@ -203,12 +205,12 @@ class ScanRecord final : public TapeRecord<T> {
 };
 }  // namespace detail
 
-/// The state after many steps, state[i + 1] = step(i, state[i], parameters), of which nothing is recorded: a
-/// reverse sweep computes them again from a few states that it keeps, and records one step at a time. Memory:
-/// that many states and the tape of one step. With s states and r such that step_count ≤ (s + r)! / (s! r!),
-/// each step is computed at most r + 2 times and recorded once: 4 + 2 times for a million steps and 100
-/// states. Source: Griewank and Walther 2000, "Algorithm 799: revolve". Gradients have the bits of a plain
-/// recording, unless a step hands on one variable twice, or a parameter as the state.
+/// The state after many steps, state[i + 1] = step(i, state[i], parameters). Nothing is recorded: a reverse
+/// sweep computes the steps again from a few states that it keeps, and records one step at a time. Memory:
+/// those states and the tape of one step. With s states and r such that step_count ≤ (s + r)! / (s! r!), each
+/// step is computed at most r + 2 times and recorded once: 4 + 2 times for a million steps and 100 states.
+/// Source: Griewank and Walther 2000, "Algorithm 799: revolve". Gradients have the bits of a plain recording,
+/// unless a step returns one variable twice, or a parameter as the state.
 ///
 ///   const auto step = [](std::size_t, auto state, auto parameters) {       // of a damped oscillator
 ///     const Variable<double> v = state[1] - 0.01 * (parameters[0] * state[0] + parameters[1] * state[1]);
@@ -217,18 +219,16 @@ class ScanRecord final : public TapeRecord<T> {
 ///   const auto last = checkpointed_scan<double>(step, 1'000'000, initial, parameters);
 ///
 /// \param step        takes the step's index and two std::span<const Variable<T>>, state and parameters, and
-/// returns
-///   std::vector<Variable<T>> of the state's size; computes the same whenever called, uses no other active
-///   variables, and is copied
-/// \param step_count  how many; the state stays as it is for 0
+///                    returns std::vector<Variable<T>> of the state's size; computes the same in each call,
+///                    uses no other active variables, and is copied
+/// \param step_count  number of steps; the state stays as it is for 0
 /// \param initial     the first state, active or passive
-/// \param parameters  what all steps use, active or passive
-/// \param most_states that are kept at once, the one being computed included; at least 2 are. With 2 the work
-/// is
-///   quadratic
+/// \param parameters  variables that all steps use, active or passive
+/// \param most_states number of states kept at once, the one being computed included; at least 2 are. With 2
+///                    the work is quadratic
 /// \returns           the last state; passive, with nothing recorded, if all of initial and parameters are
 /// \throws DomainError as any statement, and if a step uses other active variables; ShapeError if a step
-/// changes the state's size
+///         changes the state's size
 template <class T, class Step>
 [[nodiscard]] std::vector<Variable<T>> checkpointed_scan(Step step, std::size_t step_count,
                                                          std::span<const Variable<T>> initial,

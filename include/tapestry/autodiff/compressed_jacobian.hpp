@@ -16,8 +16,8 @@
 namespace tapestry {
 
 namespace detail {
-/// One backward pass over the tape, in which every statement hands the sets added to it on to its operands.
-/// \returns of each statement that is wanted its set
+/// One backward pass over the tape, in which every statement passes its sets on to its operands.
+/// \returns the set of each wanted statement
 template <class T>
 [[nodiscard]] std::vector<IndexSets::Name> hand_sets_back(const TapeState<T>& state, PendingSets& pending,
                                                           IndexSets& sets, std::vector<bool> is_wanted) {
@@ -53,11 +53,12 @@ template <class T>
 }  // namespace detail
 
 /// Which of `variables` each of `roots` was computed from, as entries (root, variable): found in one backward
-/// pass over the tape, that hands sets of roots on. An operand counts even where its partial derivative is 0;
+/// pass over the tape that passes sets of roots on. An operand counts even where its partial derivative is 0;
 /// the side that max(), min(), abs() or a comparison did not take does not, so that a pattern serves other
-/// recordings that choose the same. Operations with a pullback do not tell: each of their results counts as
-/// computed from all of their inputs, and an array as one number. Where a pattern made by hand knows better,
-/// it takes fewer directions. \throws DomainError if a root or a variable is not on the tape
+/// recordings that choose the same. Operations with a pullback are opaque: each of their results counts as
+/// computed from all of their inputs, and an array as one number. A pattern made by hand that leaves some of
+/// these out takes fewer directions.
+/// \throws DomainError if a root or a variable is not on the tape
 template <std::floating_point T>
 [[nodiscard]] JacobianPattern sparsity_pattern(const Tape<T>& tape, std::span<const Variable<T>> roots,
                                                std::span<const Variable<T>> variables) {
@@ -81,8 +82,8 @@ template <std::floating_point T>
   return {roots.size(), variables.size(), std::move(entries)};
 }
 
-/// How a Jacobian of a known pattern is computed from few sweeps: backwards for rows that share no column, or
-/// forwards for columns that share no row, whichever takes fewer colours; backwards at a tie.
+/// Plan for computing a Jacobian of a known pattern in few sweeps: backwards for rows that share no column,
+/// or forwards for columns that share no row, whichever takes fewer colours; backwards at a tie.
 class JacobianPlan {
  public:
   JacobianPlan() = default;
@@ -97,9 +98,9 @@ class JacobianPlan {
   [[nodiscard]] bool goes_forward() const { return goes_forward_; }
   /// Directions that the sweeps take, eight of them each.
   [[nodiscard]] std::size_t direction_count() const { return colouring().colour_count; }
-  /// Of the columns when it goes forward, else of the rows.
+  /// Colouring of the columns when it goes forward, else of the rows.
   [[nodiscard]] const ColumnColouring& colouring() const { return goes_forward_ ? columns_ : rows_; }
-  /// Of the rows, whichever way it goes.
+  /// Colouring of the rows, whichever way it goes.
   [[nodiscard]] const ColumnColouring& row_colouring() const { return rows_; }
 
  private:
@@ -139,7 +140,7 @@ void compressed_forwards(const TapeState<T>& state, std::span<const Variable<T>>
   }
 }
 
-/// Adjoints by sums of rows of the same colour, eight colours a sweep.
+/// Adjoints of sums of rows of the same colour, eight colours a sweep.
 template <class T>
 void compressed_backwards(TapeState<T>& state, std::span<const Variable<T>> roots,
                           std::span<const Variable<T>> variables, const JacobianPlan& plan,
@@ -163,12 +164,12 @@ void compressed_backwards(TapeState<T>& state, std::span<const Variable<T>> root
 }
 }  // namespace detail
 
-/// The entries of d roots / d variables that the plan's pattern names, in its order, of what the tape holds.
+/// The entries of d roots / d variables in the plan's pattern, in its order, from the tape's recording.
 /// Entries that the pattern wrongly leaves out are added to others. A tape that holds operations with a
 /// pullback is swept backwards, whichever way the plan goes, and calls each pullback once a colour of the
-/// rows. \throws DomainError if a root or a variable is not on the tape, or there are not as many roots,
-/// variables and
-///   values as the pattern has
+/// rows.
+/// \throws DomainError if a root or a variable is not on the tape, or there are not as many roots, variables
+///         and values as the pattern has
 template <std::floating_point T>
 void compressed_jacobian(const Tape<T>& tape, std::span<const std::type_identity_t<Variable<T>>> roots,
                          std::span<const std::type_identity_t<Variable<T>>> variables,

@@ -17,8 +17,8 @@
 namespace tapestry {
 
 // Derivatives of a function of one number, f(x), or of many, f(std::span<const S>), written for any scalar
-// type S. The duals that it is called with are tagged by the function's own type, so that a derivative taken
-// inside another cannot mix up its directions with the outer one's: where it would, it does not compile.
+// type S. The duals are tagged by the function's own type, so that a derivative taken inside another cannot
+// mix up its directions with the outer one's: such a mixture does not compile.
 
 /// Where to differentiate: contiguous numbers, or a list of them in braces, which lives as long as the call.
 template <class T>
@@ -44,15 +44,15 @@ template <class Function, Scalar T>
   return {y.value(), y.tangent()};
 }
 
-/// What gradient() returns.
+/// Result of gradient().
 template <class T>
 struct ValueAndGradient {
   T value;
   std::vector<T> gradient;
 };
 
-/// Value and gradient, of a tape of its own, which leaves its memory, of up to 128 MiB of statements, to the
-/// thread's next call.
+/// Value and gradient, from a tape of its own. It leaves up to 128 MiB of its memory to the thread's next
+/// call.
 template <std::floating_point T = double, class Function>
 [[nodiscard]] ValueAndGradient<T> gradient(const Function& f, Point<std::type_identity_t<T>> x) {
   detail::SpareTape<T> tape;
@@ -97,7 +97,7 @@ D sweep_duals(Tape<D>& tape, const Function& f, std::span<const T> x, Seed seed,
 }
 }  // namespace detail
 
-/// The Hessian of one function times directions, and its gradient on the way: forward over reverse, on a tape
+/// Products of the Hessian of one function with directions, and its gradient: forward over reverse, on a tape
 /// of duals that is kept from call to call, at about twice the cost of a gradient.
 ///
 ///   HessianProducts products(f);

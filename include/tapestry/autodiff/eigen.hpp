@@ -5,10 +5,10 @@
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/variable.hpp>
 
-/// Variables and duals as scalars of Eigen: Eigen::Matrix<tapestry::Variable<double>, 3, 3> and its products
-/// and decompositions, each operation of which is differentiated. Pivoting looks at the values.
+/// Variables and duals as scalars of Eigen: Eigen::Matrix<tapestry::Variable<double>, 3, 3> with its products
+/// and decompositions. Each of their operations is differentiated. Pivoting compares the values.
 ///
-/// Of a symmetric matrix take SelfAdjointEigenSolver, not JacobiSVD: the latter begins by a division by the
+/// For a symmetric matrix take SelfAdjointEigenSolver, not JacobiSVD: the latter begins by a division by the
 /// difference of two entries, which is then a rounding or 0; its values are right, its derivatives are not.
 
 namespace tapestry::detail {
@@ -61,7 +61,7 @@ template <class A, class B>
 concept NumbersBesideVariables =
     !std::same_as<A, B> && (tapestry::Differentiable<A> || tapestry::Differentiable<B>);
 
-// Products of numbers and variables are taken entry by entry; Eigen's blocked ones are for one type alone.
+// Products of numbers and variables are computed entry by entry; Eigen's blocked products are for one type.
 template <class Left, class Right>
 requires NumbersBesideVariables<typename Left::Scalar, typename Right::Scalar>
 struct generic_product_impl<Left, Right, DenseShape, DenseShape, GemmProduct>

@@ -12,9 +12,8 @@
 
 namespace tapestry {
 
-// The derivatives of derivatives.hpp and jacobian.hpp where numbers are Eigen's: of a function of a column
-// vector, with shapes. The function is called with an Eigen::Map<const Eigen::Matrix<S, N, 1>> of any scalar
-// type S:
+// The derivatives of derivatives.hpp and jacobian.hpp for Eigen: of a function of a column vector, with
+// shapes. The function is called with an Eigen::Map<const Eigen::Matrix<S, N, 1>> of any scalar type S:
 //
 //   const auto f = [](const auto& x) { return x.squaredNorm() / x[0]; };
 //   const Eigen::MatrixXd second = hessian(f, Eigen::VectorXd::Ones(3));
@@ -25,8 +24,8 @@ template <class X>
 concept EigenPoint = std::derived_from<X, Eigen::MatrixBase<X>> && X::ColsAtCompileTime == 1 &&
                      std::floating_point<typename X::Scalar>;
 
-/// f of a span, for an f of Eigen's vectors; see derivatives.hpp. It has a type of its own for each f. What f
-/// returns is a number, perhaps as a matrix of one entry, or if ReturnsVector a column vector.
+/// f of a span, for an f of Eigen's vectors; see derivatives.hpp. Each f gets a type of its own. f returns a
+/// number, perhaps as a matrix of one entry, or if ReturnsVector a column vector.
 template <class Function, int Rows, bool ReturnsVector = false>
 struct OfEigenVector {
   const Function& f;
@@ -47,7 +46,7 @@ struct OfEigenVector {
       return S(f(map(x)));
     }
   }
-  /// Of how many rows its results are, as known at compile time.
+  /// Number of rows of its results, as known at compile time.
   template <class S>
   static constexpr int rows_of_results = std::remove_cvref_t<decltype(std::declval<Function>()(
       std::declval<Eigen::Map<const Eigen::Matrix<S, Rows, 1>>>()))>::RowsAtCompileTime;
@@ -75,7 +74,7 @@ template <int Rows, int Columns, class T>
 }
 }  // namespace detail
 
-/// What gradient() of an Eigen vector returns.
+/// Result of gradient() of an Eigen vector.
 template <class T, int Rows>
 struct ValueAndEigenGradient {
   T value;

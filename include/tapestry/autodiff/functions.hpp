@@ -1,14 +1,14 @@
 #pragma once
 /// The functions of variables and duals, each with the derivative it takes at kinks and poles in its comment.
 ///
-/// Accuracy in double, with glibc: values are within 2 ulp (cbrt and tgamma 3), first derivatives within 4,
-/// second ones within 5, and third ones, by duals of duals of duals, within 8, over the whole range, with
-/// four exceptions. Where a third derivative passes through 0 by terms that cancel, its error is within 4 ε
-/// of the terms: that of sigmoid, tanh, asinh, atan, erf, erfc, tgamma, logsumexp, hypot and atan2. digamma,
-/// and with it the slopes of lgamma and tgamma, is within 1e-18 beside its roots at negative x. A derivative
+/// Accuracy in double, with glibc, over the whole range: values are within 2 ulp (cbrt and tgamma 3), first
+/// derivatives within 4, second ones within 5, and third ones, by duals of duals of duals, within 8. There
+/// are four exceptions. Where a third derivative passes through 0 by terms that cancel (sigmoid, tanh, asinh,
+/// atan, erf, erfc, tgamma, logsumexp, hypot and atan2), its error is within 4 ε of the terms. digamma, and
+/// with it the slopes of lgamma and tgamma, is within 1e-18 beside its roots at negative x. A derivative
 /// below 2^-1070 may be off by 16 units of the smallest number, or 0 where a length overflows. Where a third
-/// one overflows it may be NaN of atan2, by both operands, or of a tape of duals of duals; those of exp2 are
-/// infinite where exp2 is. tests/autodiff/function_table_test.cpp holds every function to this.
+/// derivative overflows, it may be NaN for atan2, by both operands, or on a tape of duals of duals; those of
+/// exp2 are infinite where exp2 is. tests/autodiff/function_table_test.cpp tests every function for this.
 #include <tapestry/autodiff/functions/arithmetic.hpp>
 #include <tapestry/autodiff/functions/exponential.hpp>
 #include <tapestry/autodiff/functions/hyperbolic.hpp>

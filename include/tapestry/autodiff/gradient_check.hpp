@@ -18,14 +18,14 @@
 
 namespace tapestry {
 
-/// How a gradient is checked.
+/// Settings of a gradient check.
 struct GradientCheckOptions {
   double tolerance = 1e-6;  ///< largest relative error that passes
   double step = 0;  ///< h at arguments up to 1, scaled by |x| above; 0: ε^(1/3), with Richardson ε^(1/5)
   bool richardson = false;  ///< extrapolate from h and h/2: error O(h⁴) instead of O(h²)
   std::size_t subset = 0;   ///< how many entries to check, drawn without repetition; 0: all
   std::uint64_t seed = 1;   ///< of the draw
-  double rounding = 4;      ///< what a value of the function may be wrong by, in ε|f|; more for long sums
+  double rounding = 4;      ///< error of a value of the function, in ε|f|; more for long sums
 };
 
 /// One entry of a gradient beside the difference quotient.
@@ -39,7 +39,7 @@ struct GradientCheckEntry {
   bool kink = false;          ///< the function seems not to be smooth within the step
 };
 
-/// What a check found.
+/// Result of a gradient check.
 struct GradientReport {
   double tolerance = 0;
   std::size_t checked = 0;
@@ -158,13 +158,13 @@ inline std::string GradientReport::line(const GradientCheckEntry& entry) {
 /// Compares a gradient with central differences of the function, entry by entry.
 ///
 /// Relative errors are taken against the larger of the two numbers, but at least against the size that
-/// differences can resolve to the tolerance at all: rounding, as the options say it, of ε|f|/h over
-/// tolerance. Where the two disagree, one-sided differences at h, h/2 and h/4 tell a kink or jump of the
+/// differences can resolve to the tolerance at all: rounding, as the options state it, of ε|f|/h over
+/// tolerance. Where the two disagree, one-sided differences at h, h/2 and h/4 separate a kink or jump of the
 /// function within the step, which proves nothing about the gradient, from a wrong gradient; such entries are
 /// listed apart.
 ///
 /// \param f         from const Array<double, Rank>& to double
-/// \param x         where
+/// \param x         the point
 /// \param gradient  claimed, of the extents of x
 /// \throws ShapeError if gradient is not of the extents of x
 template <class Function, std::size_t Rank>
@@ -207,8 +207,8 @@ template <class Function, std::size_t Rank>
 }
 
 /// Compares the tape's gradient of a function written for any scalar type, from std::span<const S> to S, with
-/// dual numbers: exact but for rounding, so that there is no step and no kink to excuse a difference. What
-/// the two have in common, the functions' partial derivatives, only differences check.
+/// dual numbers: exact but for rounding, without a step or kinks. It does not check the functions' partial
+/// derivatives, which both share; only differences check those.
 template <class Function>
 [[nodiscard]] GradientReport check_gradient_by_duals(const Function& f, std::span<const double> x,
                                                      const GradientCheckOptions& options = {

@@ -20,7 +20,7 @@
 namespace tapestry {
 namespace detail {
 
-/// The solution of equations, as the statements behind it. How it was found is not recorded.
+/// The solution of equations, as the statements behind it. The way to it is not recorded.
 template <class T, class Residual>
 class ImplicitRecord final : public TapeRecord<T> {
  public:
@@ -77,7 +77,7 @@ class ImplicitRecord final : public TapeRecord<T> {
 };
 }  // namespace detail
 
-/// The solution x of F(x, p) = 0 as a function of p, as one record, whatever solver has found it: by the
+/// The solution x of F(x, p) = 0 as a function of p, as one record, whatever solver has found it. By the
 /// implicit function theorem
 ///
 ///   p̄ = −(∂F/∂p)ᵀ (∂F/∂x)⁻ᵀ x̄.
@@ -93,8 +93,8 @@ class ImplicitRecord final : public TapeRecord<T> {
 ///   const Variable<double> x = implicit_function<double>(residual, std::array{root}, std::array{p})[0];
 ///
 /// \param residual    F: takes two std::span<const Variable<T>>, x and p, and returns
-/// std::vector<Variable<T>> of
-///   as many as x; computes the same whenever called, uses no other active variables, and is copied
+///                    std::vector<Variable<T>> of as many as x; computes the same whenever called, uses no
+///                    other active variables, and is copied
 /// \param solution    x, any number of numbers
 /// \param parameters  p, any number of variables, active or passive
 /// \returns           the solution as variables; passive, with nothing recorded, if all parameters are

@@ -20,7 +20,7 @@
 namespace tapestry {
 
 namespace detail {
-/// Calls visit for each statement that is a result of a record, which stands before it.
+/// Calls visit for each statement that is a result of a record; the record stands before it.
 template <class T, class Visit>
 void visit_results(const TapeState<T>& state, Visit visit) {
   std::size_t record = state.records().size();
@@ -80,15 +80,15 @@ void sweep_vectors(TapeState<T>& state, std::span<const Variable<T>> roots,
 template <std::floating_point T, std::size_t Width>
 class AdjointVectors {
  public:
-  /// Sweeps the tape; the adjoints that Tape::reverse() left there stay. Keeps the adjoints of all variables.
-  /// Operations with a pullback take one root at a time: theirs is called once a root, and of arrays there is
-  /// an adjoint a root. record_mark() is called once.
+  /// Sweeps the tape; the adjoints of Tape::reverse() stay. Keeps the adjoints of all variables. Operations
+  /// with a pullback take one root at a time: their pullback is called once a root, and each array has an
+  /// adjoint for each root. record_mark() is called once.
   /// \throws DomainError if there are more than Width roots, or one is not on the tape, or if called from
-  ///   within a pullback
+  ///         within a pullback
   void reverse(const Tape<T>& tape, std::span<const Variable<T>> roots) { sweep(tape, roots, nullptr); }
 
-  /// The same, but need not keep any adjoints but those of the variables in `kept`, and so costs less: those
-  /// of a long tape fill much more memory than the tape.
+  /// The same, but keeps only the adjoints of the variables in `kept`, and so costs less: the adjoints of a
+  /// long tape fill much more memory than the tape.
   /// \throws DomainError, too, if one of them is not on the tape
   void reverse(const Tape<T>& tape, std::span<const Variable<T>> roots, std::span<const Variable<T>> kept) {
     sweep(tape, roots, &kept);
@@ -111,7 +111,7 @@ class AdjointVectors {
 
   /// d roots[k] / d array, of the extents of the ArrayVariable's value; zeros if k is no root. Array adjoints
   /// are kept on the tape, until its next sweep of several roots.
-  /// \throws DomainError as for variables, if k is not below Width, or if the tape was swept so again
+  /// \throws DomainError as for variables, if k is not below Width, or after another such sweep of the tape
   template <class ArrayOnTape>
   requires requires(const ArrayOnTape& array) { array.shared_adjoint(); }
   [[nodiscard]] const auto& of(const ArrayOnTape& array, std::size_t k) const {
@@ -151,9 +151,10 @@ class AdjointVectors {
   std::uint64_t sweep_ = 0;  ///< of all of the tape's sweeps of several roots, the last one here
 };
 
-/// d roots[i] / d variables[j] at [i · variables.size() + j], eight roots a sweep. Where the tape holds
-/// arrays it is swept once a root, so that no more than one adjoint of each is in memory; its own adjoints
-/// are then those of the last. \throws DomainError if a root or a variable is not on the tape
+/// d roots[i] / d variables[j] at [i · variables.size() + j], eight roots a sweep. A tape that holds arrays
+/// is swept once a root, so that only one adjoint of each array is in memory; its own adjoints are then those
+/// of the last root.
+/// \throws DomainError if a root or a variable is not on the tape
 template <std::floating_point T>
 [[nodiscard]] std::vector<T> jacobian(Tape<T>& tape, std::span<const std::type_identity_t<Variable<T>>> roots,
                                       std::span<const std::type_identity_t<Variable<T>>> variables) {

@@ -21,8 +21,8 @@ void require_recordable(const Links&... links) {
   (state.require_own_if_active(links), ...);
 }
 
-/// Hands a result's adjoint on to the slots of an operation. \throws ShapeError, see
-/// ArraySlot::require_shape()
+/// Passes a result's adjoint on to the slots of an operation.
+/// \throws ShapeError, see ArraySlot::require_shape()
 template <class Pullback, class Adjoint, class T, class... Slots>
 void pull_back_slots(Pullback& pullback, const Adjoint& adjoint, const std::tuple<Slots...>& all,
                      T* adjoints) {
@@ -51,7 +51,7 @@ class ArrayResultRecord : public TapeRecord<T> {
   void pull_back(T* adjoints, std::size_t) final {
     if (!adjoint_->is_touched()) return;
     pull_back_array(adjoint_->read(), adjoints);
-    if (adjoint_.use_count() == 1) adjoint_->release();  // consumed, and no variable is left to ask for it
+    if (adjoint_.use_count() == 1) adjoint_->release();  // consumed, and no variable is left to read it
   }
   void forget_adjoint() noexcept final { adjoint_->forget(); }
 
@@ -61,7 +61,7 @@ class ArrayResultRecord : public TapeRecord<T> {
   std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint_;
 };
 
-/// One of a few inputs of any kinds.
+/// An operation with a fixed number of inputs of any kinds.
 template <class T, std::size_t Rank, class Pullback, class... Slots>
 class ArrayRecord final : public ArrayResultRecord<T, Rank> {
  public:
@@ -132,7 +132,7 @@ class ArraysRecord final : public TapeRecord<T> {
   std::tuple<Slots...> slots_;
 };
 
-/// Not an operation: a place that the sweep comes by.
+/// Not an operation: a place where the sweep calls a function.
 template <class T, class Callback>
 class MarkRecord final : public TapeRecord<T> {
  public:
@@ -184,22 +184,22 @@ template <class T, class Pullback, class... Slots>
 }
 }  // namespace detail
 
-/// Puts an operation with an array result and its pullback on the active tape.
+/// Records an operation with an array result and its pullback on the active tape.
 ///
-/// The inputs name what the result depends on: ArrayVariable<T, R>, Variable<T> or a formula of these;
-/// plain arrays and numbers are allowed, and passive; a std::vector or std::span of one kind is one input of
+/// The inputs are those that the result depends on: ArrayVariable<T, R>, Variable<T> or a formula of these.
+/// Plain arrays and numbers are allowed, and passive; a std::vector or std::span of one kind is one input of
 /// a run-time number of parts. In the reverse sweep the tape calls
 ///
-///   pullback(const Array<T, Rank>& value_adjoint, input_adjoint*...)
+///  pullback(const Array<T, Rank>& value_adjoint, input_adjoint*...)
 ///
-/// with one pointer an input, in order: Array<T, R>* of the input's extents, or T* for a scalar; null for
-/// a passive input; and a std::vector of these pointers for a vector of inputs. The pullback ADDS
-/// value_adjoint · d value / d input to each that is not null. Two of them may point to the same adjoint. It
-/// is not called when nothing depends on the result. It may be called again by another reverse(), so it keeps
-/// what it captured; values of inputs are captured cheaply as input.shared_value().
+/// with one pointer an input, in order: Array<T, R>* of the input's extents, or T* for a scalar; null for a
+/// passive input; and a std::vector of these pointers for a vector of inputs. The pullback ADDS value_adjoint
+/// · d value / d input to each that is not null. Two of them may point to the same adjoint. It is not called
+/// when nothing depends on the result. Another reverse() may call it again, so it must keep what it captured;
+/// capture values of inputs cheaply as input.shared_value().
 ///
 /// \returns the result; passive, with nothing recorded, when all inputs are passive
-/// \throws ShapeError in the reverse sweep if the pullback gives an input's adjoint other extents
+/// \throws ShapeError in the reverse sweep if the pullback changes the extents of an input's adjoint
 /// \throws DomainError if an input is active but no tape is, or is not on the active tape
 template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] ArrayVariable<T, Rank> record_array(Array<T, Rank> value, Pullback pullback,
@@ -208,7 +208,7 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
                                              std::move(pullback), detail::slot_of<T>(inputs)...);
 }
 
-/// The same for a result that the pullback reads too, and therefore shares.
+/// The same for a result that the pullback reads, too, and therefore shares.
 template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] ArrayVariable<T, Rank> record_array(std::shared_ptr<const Array<T, Rank>> value,
                                                   Pullback pullback, const Inputs&... inputs) {
@@ -228,7 +228,7 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
                                               detail::slot_of<T>(inputs)...);
 }
 
-/// The same for results that belong to something else, too.
+/// The same for results with other owners, too.
 template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_shared_arrays(
     std::vector<std::shared_ptr<const Array<T, Rank>>> values, Pullback pullback, const Inputs&... inputs) {
@@ -236,15 +236,16 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
                                               detail::slot_of<T>(inputs)...);
 }
 
-/// Puts an operation with a scalar result and its pullback on the active tape. As record_array(), but the
-/// tape calls pullback(T value_adjoint, input_adjoint*...), and not when value_adjoint is zero.
+/// Records an operation with a scalar result and its pullback on the active tape. Like record_array(), but
+/// the tape calls pullback(T value_adjoint, input_adjoint*...), and does not call it when value_adjoint is
+/// zero.
 template <class T, class Pullback, class... Inputs>
 [[nodiscard]] Variable<T> record_scalar(T value, Pullback pullback, const Inputs&... inputs) {
   return detail::record_scalar_slots<T>(value, std::move(pullback), detail::slot_of<T>(inputs)...);
 }
 
-/// Puts a mark on the active tape, if there is one: every reverse sweep that comes by calls passed(). For
-/// clocks and progress; no adjoint is involved.
+/// Puts a mark on the active tape, if there is one: every reverse sweep calls passed() when it reaches the
+/// mark. For clocks and progress; no adjoint is involved.
 template <class T, class Callback>
 void record_mark(Callback passed) {
   if (!detail::TapeState<T>::is_any_active()) return;

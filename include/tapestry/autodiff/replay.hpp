@@ -12,23 +12,23 @@
 
 namespace tapestry {
 
-/// A function recorded once and evaluated, with its gradient, for other inputs: for less than recording it
+/// A function recorded once and evaluated, with its gradient, for other inputs; cheaper than recording it
 /// anew.
 ///
 ///   const auto f = [](const auto* x) { return exp(x[0]) * x[1]; };
 ///   Replay<double> replay(f, start);          // calls f once, with Replayable<double>
 ///   double value = replay.gradient(x, gradient);
 ///
-/// What f decides by comparing its variables is decided once: inputs for which a comparison comes out
-/// otherwise are refused, unless guards are ignored. Which of two numbers is the larger counts, not what was
-/// asked: x >= y, recorded with x above y, refuses x equal to y. What it decides by their value() is not
-/// noticed; min, max and abs follow their arguments, and need no guard. One Replay serves one thread at a
+/// A decision of f that compares its variables is made once: inputs for which a comparison comes out
+/// otherwise are refused, unless guards are ignored. Which of two numbers is the larger counts, not the
+/// comparison itself: x >= y, recorded with x above y, refuses x equal to y. Decisions by their value() are
+/// not noticed; min, max and abs follow their arguments, and need no guard. One Replay serves one thread at a
 /// time.
 template <std::floating_point T>
 class Replay {
  public:
   /// \param function  takes a const Replayable<T>* to as many inputs as `inputs` has, or a span of them, as
-  ///                  the functions of derivatives.hpp do; returns what converts to one
+  ///                  the functions of derivatives.hpp do; returns a type that converts to one
   /// \throws what function throws
   template <class Function>
   Replay(const Function& function, std::span<const T> inputs, Guards guards = Guards::record)
@@ -56,9 +56,9 @@ class Replay {
     return value;
   }
 
-  /// Formulas and comparisons recorded.
+  /// Number of recorded formulas and comparisons.
   [[nodiscard]] std::size_t statement_count() const { return program_.statement_count(); }
-  /// The pieces in which they are computed.
+  /// Number of pieces in which they are computed.
   [[nodiscard]] std::size_t run_count() const { return program_.run_count(); }
 
  private:

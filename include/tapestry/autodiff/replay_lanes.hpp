@@ -16,27 +16,27 @@
 
 namespace tapestry {
 
-/// A function recorded once and evaluated, with its gradient, for many inputs, of which so many at a time are
-/// the lanes of vectors: what calibrations and simulations by chance do all day.
+/// A function recorded once and evaluated, with its gradient, for many inputs, several at a time in the lanes
+/// of vectors: for calibrations and random simulations.
 ///
 ///   ReplayLanes<double> replay(f, start);               // calls f once, with Replayable<double, 8>
 ///   auto values = replay.gradients(inputs, gradients);  // of inputs.size() / start.size() inputs
 ///
-/// Each input has the same bits whatever the others are, how many lanes there are, and which instructions an
-/// x86-64 processor has: a comparison that comes out otherwise, a NaN or an overflow of one is of no matter
-/// to the others. exp, log, log1p and tanh are the library's own, of vectors: right to 1 unit of the last
-/// place, tanh to 2.5, and at infinities, NaN and denormal numbers as those of C; sigmoid, softplus and
+/// The bits of each input do not depend on the other inputs, the number of lanes, or the instructions of an
+/// x86-64 processor: a comparison that comes out otherwise, a NaN or an overflow of one input does not affect
+/// the others. exp, log, log1p and tanh are the library's own, for vectors: right to 1 unit of the last
+/// place, tanh to 2.5, and like those of C at infinities, NaN and denormal numbers; sigmoid, softplus and
 /// logsumexp are made of them. Other functions are those of C. A computation without these has the bits of
 /// Replay, one with them those of Replay but for roundings. With flags that let a compiler fuse products and
-/// sums, such as -march=native, last bits may differ. Cheap results are not kept but computed again on the
-/// way backwards. One ReplayLanes serves one thread at a time.
+/// sums, such as -march=native, last bits may differ. Cheap results are not kept but computed again in the
+/// backward pass. One ReplayLanes serves one thread at a time.
 template <std::floating_point T, std::size_t Lanes = 8>
 class ReplayLanes {
   static_assert(Lanes > 1 && Lanes <= 64, "2 to 64 lanes; Replay is for one");
 
  public:
   /// \param function  as Replay's, of Replayable<T, Lanes>
-  /// \param inputs    at which it is called, [inputs]
+  /// \param inputs    the point at which it is called, [inputs]
   /// \throws what function throws
   template <class Function>
   ReplayLanes(const Function& function, std::span<const T> inputs, Guards guards = Guards::record)
@@ -48,9 +48,9 @@ class ReplayLanes {
   }
 
   /// The function's values.
-  /// \param inputs  one after another, [N, inputs], N of any number
+  /// \param inputs  one input after another, [N, inputs], N of any number
   /// \returns [N], none where a comparison comes out otherwise than when recorded
-  /// \throws DomainError if there is no whole number of them
+  /// \throws DomainError if the size is no multiple of an input's
   std::vector<std::optional<T>> values(std::span<const T> inputs) {
     return evaluate(inputs, [](std::size_t, std::size_t) {});
   }
@@ -75,7 +75,7 @@ class ReplayLanes {
   }
 
  private:
-  /// Calls after(first, count) when values `first` and on are there.
+  /// Calls after(first, count) when values `first` and on are computed.
   template <class After>
   std::vector<std::optional<T>> evaluate(std::span<const T> inputs, After after) {
     const std::size_t width = std::max<std::size_t>(input_count_, 1);

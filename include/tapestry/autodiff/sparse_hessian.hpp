@@ -34,10 +34,10 @@ namespace detail {
 }
 
 /// Colours of variables such that neighbours differ, and two neighbours of one variable may be equal only if
-/// it has a lower colour than they: a restricted star colouring, greedily, in the order of the variables.
+/// its colour is lower than theirs: a restricted star colouring, greedily, in the order of the variables.
 /// Source: Gebremedhin, Manne and Pothen 2005, "What color is your Jacobian? Graph coloring for computing
-/// derivatives", after Powell and Toint 1979. Time: of each entry of the pattern the length of its row, at
-/// most.
+/// derivatives", after Powell and Toint 1979. Time: at most the sum over all entries of the pattern of their
+/// rows' lengths.
 [[nodiscard]] inline std::vector<std::uint32_t> star_colours(const JacobianPattern& pattern) {
   constexpr std::uint32_t none = 0xFFFFFFFFU;
   std::vector<std::uint32_t> colours(pattern.row_count(), none);
@@ -67,12 +67,13 @@ namespace detail {
 }
 }  // namespace detail
 
-/// Which second derivatives of f may differ from 0, found by computing f once, in numbers that know what they
-/// were computed from: of both triangles, nothing left out. Operations count by their kind, not by their
-/// values at x: x[0] * x[1] makes these two meet, exp(x[0]) makes x[0] meet itself, max(), abs() and their
-/// like make none meet. So the pattern serves every point at which comparisons in f come out the same. It may
-/// hold an entry too many, where terms cancel, as of (x + y)² − (x − y)², or a power is 1. Time and memory:
-/// of f, and of the pattern; sums that enter no operation but further sums cost nothing.
+/// Pattern of the second derivatives of f that may differ from 0, in both triangles, with nothing left out.
+/// It is found by computing f once with numbers that track which inputs they depend on. Operations count by
+/// their kind, not by their values at x: x[0] * x[1] makes these two meet, exp(x[0]) makes x[0] meet itself,
+/// max(), abs() and their like make none meet. So the pattern serves every point at which comparisons in f
+/// come out the same. It may hold an entry too many, where terms cancel, as in (x + y)² − (x − y)², or a
+/// power is 1. Time and memory: those of f, and of the pattern; sums that enter no operation but further sums
+/// cost nothing.
 ///
 ///   const HessianPlan plan(hessian_pattern(f, x));
 ///
@@ -90,9 +91,9 @@ template <std::floating_point T = double, class Function>
   return all.pattern();
 }
 
-/// How a Hessian of a known pattern is computed from few products with directions: the variables of one
-/// colour are one direction. Of a band of half width b it takes 2 b + 1 or a few more, whatever its length;
-/// of an arrow, 2.
+/// Plan for computing a Hessian of a known pattern from few products with directions: the variables of one
+/// colour are one direction. A band of half width b takes 2 b + 1 or a few more, whatever its length; an
+/// arrow takes 2.
 class HessianPlan {
  public:
   HessianPlan() = default;
@@ -103,11 +104,11 @@ class HessianPlan {
       direction_count_ = std::max<std::size_t>(direction_count_, colour + 1);
   }
 
-  /// Of both triangles.
+  /// The pattern of both triangles.
   [[nodiscard]] const JacobianPattern& pattern() const { return pattern_; }
   /// Directions that the Hessian is multiplied by, eight of them a sweep.
   [[nodiscard]] std::size_t direction_count() const { return direction_count_; }
-  /// Of each variable its direction.
+  /// The direction of each variable.
   [[nodiscard]] const std::vector<std::uint32_t>& colour_of() const { return colour_of_; }
 
  private:
@@ -116,10 +117,10 @@ class HessianPlan {
   std::size_t direction_count_ = 0;
 };
 
-/// The entries of the Hessian at x that the plan's pattern names, in its order, row by row and of both
-/// triangles, exact but for rounding, and symmetric. Each is read from the product with the direction of the
-/// lower of its two colours, in the row of the other, where no other entry meets it. Entries that the pattern
-/// wrongly leaves out are added to others.
+/// The entries of the Hessian at x in the plan's pattern, in its order, row by row and in both triangles,
+/// exact but for rounding, and symmetric. Each is read from the product with the direction of the lower of
+/// its two colours, in the row of the other, where no other entry meets it. Entries that the pattern wrongly
+/// leaves out are added to others.
 ///
 ///   HessianPlan plan(hessian_pattern(f, x));                 // once
 ///   const auto values = sparse_hessian(f, x, plan);          // at each x

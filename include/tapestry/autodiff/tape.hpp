@@ -19,7 +19,7 @@ class Variable;
 /// A place on a tape, to rewind to. Made by Tape::mark().
 using Position = detail::TapePosition;
 
-/// While it lives, its thread records on the tape that made it; then on the tape before it again.
+/// While it lives, its thread records on the tape that made it; afterwards on the tape before it again.
 /// Scopes end in the reverse order of their beginning, on the thread that began them.
 template <class T>
 class ActiveScope {
@@ -41,7 +41,7 @@ class ActiveScope {
   detail::WriteHead* previous_;
 };
 
-/// Reverse-mode tape: remembers the operations on active variables, and runs their adjoints backwards.
+/// Reverse-mode tape: records the operations on active variables, and runs their adjoints backwards.
 ///
 ///   Tape<double> tape;
 ///   auto scope = tape.activate();
@@ -97,25 +97,25 @@ class Tape {
                          static_cast<double>(detail::value_of<detail::Base<T>>(variable.value())));
   }
 
-  /// Finds memory beforehand, so that a first recording waits for none, and its first sweep.
-  /// \param statements, operands  as statement_count() and operand_count() say of such a recording
-  /// Adjoints of the last reverse() may be forgotten.
+  /// Finds memory beforehand, so that a first recording waits for none, and its first sweep. Adjoints of the
+  /// last reverse() may be forgotten.
+  /// \param statements, operands  statement_count() and operand_count() of such a recording
   /// \throws Error if there is not as much, DomainError if called from within a pullback
   void reserve(std::size_t statements, std::size_t operands) {
     state().require_idle("reserve");
     state().reserve(statements, operands);
   }
 
-  /// While the result lives, what is recorded on this tape has this name, within the names of labels around
-  /// it. clear() and rewind() forget labels begun since.
+  /// While the result lives, statements recorded on this tape have this name, within the names of labels
+  /// around it. clear() and rewind() forget labels begun since.
   [[nodiscard]] LabelScope<T> label(std::string name) { return {shared_state(), std::move(name)}; }
 
-  /// From now on, each statement's value is looked at when it is recorded, which takes several times as long;
-  /// partial derivatives are on the tape anyway, values are not. Of duals, the numbers beneath.
+  /// From now on, checks each statement's value when it is recorded, which takes several times as long;
+  /// partial derivatives are on the tape anyway, values are not. For duals, checks the numbers beneath.
   void watch_values(bool on = true) { state().watch_values(on); }
 
-  /// The first statement with a partial derivative, or a value since watch_values(), that is not finite:
-  /// where a NaN came from. Results of operations with a pullback are not looked at.
+  /// The first statement with a partial derivative, or a value since watch_values(), that is not finite: the
+  /// origin of a NaN. Results of operations with a pullback are not checked.
   ///
   ///   const auto scope = tape.label("loss");
   ///   …
@@ -124,11 +124,11 @@ class Tape {
     return detail::first_non_finite(state());
   }
 
-  /// Sets every variable's adjoint to seed · d root / d variable. Adjoints start from zero each time, so
-  /// that a second call repeats the first and does not add to it.
-  /// A passive root depends on nothing, which is no error: every adjoint is then zero.
-  /// A zero adjoint passes nothing on, even where a partial derivative is infinite or NaN.
-  /// If a pullback throws, so does this; the tape stays usable, its adjoints are those computed so far.
+  /// Sets every variable's adjoint to seed · d root / d variable. Adjoints start from zero each time, so that
+  /// a second call repeats the first and does not add to it. A passive root depends on nothing, which is no
+  /// error: every adjoint is then zero. A zero adjoint passes nothing on, even where a partial derivative is
+  /// infinite or NaN. If a pullback throws, so does this; the tape stays usable, with the adjoints computed
+  /// so far.
   /// \throws DomainError if root is not on this tape, or if called from within a pullback
   void reverse(const Variable<T>& root, T seed = T(1)) {
     const detail::Link link = root.link();
@@ -147,7 +147,7 @@ class Tape {
     reverse_from_array(state(), root, seed);
   }
 
-  /// What variable.adjoint() gives, without the need for an active tape.
+  /// The result of variable.adjoint(), without the need for an active tape.
   [[nodiscard]] T adjoint(const Variable<T>& variable) const { return state().adjoint(variable.link()); }
 
   /// The same of many variables; writes to the adjoints.
@@ -164,24 +164,25 @@ class Tape {
   /// The present end of the tape.
   [[nodiscard]] Position mark() const { return state().mark(); }
 
-  /// Forgets what was recorded since the position; variables recorded before it remain.
+  /// Forgets all that was recorded since the position; variables recorded before it remain.
   /// \throws DomainError if the position is not, or no longer, on this tape
   void rewind(const Position& position) { state().rewind(position); }
 
   /// Forgets everything but keeps the memory for the next recording.
   void clear() { state().clear(); }
 
-  /// Inputs and operations recorded.
+  /// Number of inputs and operations recorded.
   [[nodiscard]] std::size_t statement_count() const { return state().statement_count(); }
-  /// Pairs (variable, partial derivative) of all scalar statements. Reads the whole tape to count them.
+  /// Number of pairs (variable, partial derivative) in all scalar statements. Reads the whole tape to count
+  /// them.
   [[nodiscard]] std::size_t operand_count() const { return state().operand_count(); }
-  /// Bytes that these take up: 1 a statement, 4 an operand of partial derivative 1 or −1, 4 + sizeof(T) any
-  /// other. Adjoints, sizeof(T) a statement, and what records hold come on top.
+  /// Bytes of these: 1 a statement, 4 an operand of partial derivative 1 or −1, 4 + sizeof(T) any other.
+  /// Adjoints, sizeof(T) a statement, and the memory of records come on top.
   [[nodiscard]] std::size_t statement_bytes() const { return state().statement_bytes(); }
-  /// Array inputs, and operations with a pullback.
+  /// Number of array inputs, and operations with a pullback.
   [[nodiscard]] std::size_t record_count() const { return state().record_count(); }
 
-  /// For those who extend the tape; see jacobian.hpp.
+  /// For extensions of the tape; see jacobian.hpp.
   [[nodiscard]] const detail::Shared<detail::TapeState<T>>& shared_state() const {
     const auto make = [this] { state_ = detail::Shared<detail::TapeState<T>>::make(); };
     if (!state_ && !detail::succeeds(make)) detail::throw_deferred();

@@ -15,7 +15,7 @@
 
 namespace tapestry {
 
-/// What a tape holds, counted; see tape_statistics().
+/// Counts of a tape's contents; see tape_statistics().
 struct TapeStatistics {
   /// Statements of one kind.
   struct Row {
@@ -30,7 +30,7 @@ struct TapeStatistics {
   std::vector<Row> operations;  ///< those with a pullback, array inputs included, the most frequent first
   std::vector<Row> labels;  ///< of each label what was recorded under it, in the order of their beginnings
 
-  /// A table; the header `ostream` must be included.
+  /// Prints a table; the header `ostream` must be included.
   template <class Character, class Traits>
   friend std::basic_ostream<Character, Traits>& operator<<(std::basic_ostream<Character, Traits>& out,
                                                            const TapeStatistics& statistics) {
@@ -68,9 +68,9 @@ struct TapeStatistics {
 
 namespace detail {
 
-/// Of a callable's type the name that tells: of a lambda the function that it stands in, else the type
-/// without template arguments; without our namespace. Read from what the Itanium ABI makes of it, as GCC and
-/// Clang do: their demangler knows not all lambdas. "Z" begins a name within a function, "N" one of several
+/// A readable name of a callable's type: for a lambda the function that it stands in, else the type without
+/// template arguments; without our namespace. Read from the mangled name of the Itanium ABI, as GCC and Clang
+/// make it: their demangler knows not all lambdas. "Z" begins a name within a function, "N" one of several
 /// parts, each after its length.
 [[nodiscard]] inline std::string operation_name(std::string_view mangled) {
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
@@ -99,7 +99,7 @@ inline void count_in(TapeStatistics::Row& row, std::size_t operands, std::size_t
   row.bytes += bytes;
 }
 
-/// Counts of one kind of statement each, and what lies from a statement on.
+/// Counts of statements by kind, and sums of what lies behind some statements.
 struct StatementCounts {
   static constexpr std::array names{"inputs",     "1 operand",       "2 operands",
                                     "3 operands", "4 to 7 operands", "8 operands or more"};
@@ -142,7 +142,7 @@ void count_statements(const TapeState<T>& state, StatementCounts& counts) {
 
 /// Counts what a tape holds: scalar statements by their number of operands, operations with a pullback by
 /// their names, everything by label. A scalar statement is a whole formula, of which the tape keeps partial
-/// derivatives and no operation, so that these have no names; label what is to be told apart. Names are those
+/// derivatives and no operation, so that these have no names; label them to count them apart. Names are those
 /// of functions that called record_array() and its like with a lambda, or of the types of other callables.
 /// One pass over the tape; recording costs nothing more for it.
 ///

@@ -12,9 +12,9 @@
 namespace tapestry {
 
 /// A scalar that a tape can differentiate by. Numbers convert to passive variables, which cost no tape.
-/// Formulas of variables are evaluated and recorded, as one statement, when they become a Variable:
-/// write `Variable<T> y = x * x;`, since `auto` would keep the formula (safely, by value) and evaluate
-/// it anew wherever it is used. Copies share their record; a moved-from variable keeps its value.
+/// Formulas of variables are evaluated and recorded, as one statement, when they become a Variable. Write
+/// `Variable<T> y = x * x;`, since `auto` would keep the formula (safely, by value) and evaluate it anew
+/// wherever it is used. Copies share their record; a moved-from variable keeps its value.
 template <class T>
 class Variable {
   static_assert(Scalar<T>);
@@ -33,8 +33,8 @@ class Variable {
   constexpr Variable(const N& value) : value_(static_cast<T>(value)) {}
 
   /// Records the formula as one statement of the active tape; a passive formula records nothing. Always
-  /// inlined, as are updates: the formula then stays in registers. \throws DomainError if the formula is
-  /// active but no tape is, or it uses a variable not on the tape
+  /// inlined, as are updates: the formula then stays in registers.
+  /// \throws DomainError if the formula is active but no tape is, or it uses a variable not on the tape
   template <ScalarExpression E>
   requires(!std::same_as<E, Variable> && std::same_as<typename E::ExpressionScalar, T>)
       [[gnu::always_inline]] Variable(const E& formula)
@@ -42,12 +42,12 @@ class Variable {
     detail::record_statement(formula, link_);
   }
 
-  /// For those who record operations themselves; see record.hpp for the convenient way.
+  /// For operations with records of their own; record.hpp is more convenient.
   constexpr Variable(T value, detail::Link link) : value_(value), link_(link) {}
 
   [[nodiscard]] constexpr T value() const { return value_; }
 
-  /// Whether a tape knows the variable.
+  /// Whether the variable is on a tape.
   [[nodiscard]] constexpr bool is_active() const { return link_.is_active(); }
 
   /// d root / d variable of the last reverse() of the active tape; zero before it and for passive variables.
@@ -75,7 +75,7 @@ class Variable {
 
   friend constexpr void swap(Variable& x, Variable& y) noexcept { std::swap(x, y); }
 
-  /// Where it was recorded.
+  /// The place where it was recorded.
   [[nodiscard]] constexpr detail::Link link() const { return link_; }
   [[nodiscard]] constexpr std::uint64_t difference(detail::Link link) const { return link_.difference(link); }
   template <class Factor, class Sink>

@@ -34,11 +34,11 @@ template <std::floating_point T>
 [[nodiscard]] DrawnViews<T> drawn_views(ViewSpan<T> views, const ArrayVariable<T, 2>& colours,
                                         const ShapeParameter& shape, const ArrayVariable<T, 2>& steps);
 
-/// Lays what was drawn over the frames: picture_of() of each view, as a batch, [N, H, W, 3].
+/// Lays the renders over the frames: picture_of() of each view, as a batch, [N, H, W, 3].
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> laid_over(ViewSpan<T> views, const DrawnViews<T>& drawn);
 
-/// Mean over the views of loss::smoothness() of what was drawn, between encoded colours.
+/// Mean over the views of loss::smoothness() of the renders, between encoded colours.
 template <std::floating_point T>
 [[nodiscard]] Variable<T> smoothness_of(ViewSpan<T> views, const DrawnViews<T>& drawn);
 

@@ -19,33 +19,32 @@
 
 namespace tapestry::camouflage {
 
-/// Least share of a pass's multiply-adds that a view's window must leave out for its layers to be kept.
-/// Below it copies of what is kept and passes over one picture each, not a batch, cost what they save: with
-/// a share of .18, the mean over the bundled views, a run takes the same time and twice the memory.
+/// Least share of a pass's multiply-adds that a view's window must leave out for its layers to be kept. Below
+/// it, keeping costs as much as it saves: copies, and passes over one picture each instead of a batch. With a
+/// share of .18, the mean over the bundled views, a run takes the same time and twice the memory.
 inline constexpr double least_share_kept = 0.25;
 
-/// What a detector keeps of views while a texture is optimised, up to a memory limit: of its layers what the
-/// car cannot reach, for views where that is worth it. Views go by their names; of one that has changed
-/// everything is computed anew.
+/// Kept layers of a detector for views while a texture is optimised, up to a memory limit: the parts of its
+/// layers that the car cannot reach, for views where that is worth it. Views are known by name; a view
+/// that has changed is computed anew.
 template <std::floating_point T>
 class KeptLayers {
  public:
   using Views = ViewSpan<T>;
 
-  /// Kept layers of each view, for detect::forward_within(); null for views that are not worth it or
-  /// beyond the memory, nothing if all are.
+  /// Kept layers of each view, for detect::forward_within(). Null for views that are not worth it or beyond
+  /// the memory; empty if all are.
   ///
-  /// \param least_share  of a pass's multiply-adds, see Detector::share_kept(); asked when a view comes first
+  /// \param least_share  of a pass's multiply-adds, see Detector::share_kept(); read when a view is new
   [[nodiscard]] std::vector<detect::KeptPicture<T>*> of(const detect::Detector<T>& detector, Views views,
                                                         double least_share);
 
-  /// To be called after a pass over views: forgets them, and takes no more, if they need more memory than
-  /// there is.
+  /// Call it after a pass over views: if they need more memory than `bytes`, forgets them and takes no more.
   void limit_to(std::size_t bytes, Views views);
 
   [[nodiscard]] std::size_t bytes() const;
 
-  /// Views that have been seen, and those of them of which layers are kept.
+  /// Views that have been seen; views of which layers are kept.
   [[nodiscard]] std::size_t view_count() const { return views_.size(); }
   [[nodiscard]] std::size_t kept_count() const;
   /// Mean over all views of the share of multiply-adds that is left out, 0 where nothing is kept.
@@ -64,23 +63,24 @@ class KeptLayers {
 extern template class KeptLayers<float>;
 extern template class KeptLayers<double>;
 
-/// Pictures that detectors look at, on the tape, and where they come from.
+/// Pictures for detectors, on the tape, and where they come from.
 template <std::floating_point T>
 struct ShownPictures {
   const ArrayVariable<T, 4>& pictures;    ///< [N, H, W, 3]
   ViewSpan<T> views;                      ///< N
   const PhotoSession* session = nullptr;  ///< of N shots, if the pictures were photographed
-  bool is_redrawn = false;                ///< beyond the views' windows, as where a shape moves
+  bool is_redrawn = false;                ///< whether they change beyond the views' windows
 };
 
-/// Detectors that look at the same pictures, and the mean of their adversarial losses.
+/// Detectors of the same pictures, and the mean of their adversarial losses.
 template <std::floating_point T>
 class Ensemble {
  public:
-  /// Lets a detector, in which the car has this class, count as much as those before. It must outlive this.
+  /// Adds a detector, in which the car has this class; it counts as much as those before. It must outlive
+  /// this.
   ///
-  /// \throws DomainError if the detector has no class of that index, or gives no raw logits; ShapeError if it
-  ///         takes pictures of other extents than the first
+  /// \throws DomainError if the detector has no class of that index, or no raw logits; ShapeError if it takes
+  ///         pictures of other extents than the first
   void join(const detect::Detector<T>& detector, std::size_t class_index);
 
   /// See Objective::keep_layers().
@@ -107,7 +107,7 @@ class Ensemble {
 
   [[nodiscard]] Logits logits_of(Member& member, const ShownPictures<T>& shown);
 
-  /// Logits, and the mean over the pictures of what their attention costs.
+  /// Logits, and the mean over the pictures of their attention loss.
   struct Explained {
     Logits logits;
     Variable<T> attention;

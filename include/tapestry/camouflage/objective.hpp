@@ -18,64 +18,64 @@ namespace tapestry::camouflage {
 ///
 ///   parameter → colours → render → over the frames → detector → adversarial loss + μ · smoothness
 ///
-/// and, where print_by() gives what a printer can make, + its weight · non-printability score. Each stage can
-/// be used alone: method_colours(), drawn_views(), laid_over(), photographed(), Ensemble, the losses.
+/// and, once print_by() has set a printer, + its weight · non-printability score. Each stage can be used
+/// alone: method_colours(), drawn_views(), laid_over(), photographed(), Ensemble, the losses.
 ///
-/// A photo session prints the colours before and photographs the pictures after they are laid over the
+/// A photo session prints the colours first, and photographs the pictures after they are laid over the
 /// frames. Views in image::ColourSpace::linear are rendered and laid over in light; colours, pictures and the
 /// steps that smoothness sums stay encoded.
 ///
-/// Source: FCA (AAAI 2022), eq. 2-7 and Algorithm 1, but that smoothness is summed over steps of the paint
-/// within the car (eq. 5: over the composited picture). The network's weights, the frames and the cameras are
-/// passive and record nothing. May be called again before the tape is reversed.
+/// Source: FCA (AAAI 2022), eq. 2-7 and Algorithm 1. Differs in that smoothness is summed over steps of the
+/// paint within the car (eq. 5: over the composited picture). The network's weights, the frames and the
+/// cameras are passive and record nothing. May be called again before the tape is reversed.
 template <std::floating_point T>
 class Objective {
  public:
   using Views = ViewSpan<T>;
 
   /// \param detector     must outlive the objective
-  /// \param used_texels  if given, smoothness counts steps over the atlas instead of the pictures, between
+  /// \param used_texels  if given, smoothness counts steps in the atlas instead of the pictures, between
   ///                     texels where this, [height, width] of the atlas, is 1
-  /// \throws DomainError if the detector has no class of that index, or gives no raw logits
+  /// \throws DomainError if the detector has no class of that index, or no raw logits
   Objective(const detect::Detector<T>& detector, ObjectiveOptions options,
             std::shared_ptr<const Array<T, 2>> used_texels = nullptr)
       : options_(options), used_texels_(std::move(used_texels)) {
     ensemble_.join(detector, options.class_index);
   }
 
-  /// Lets another detector, in which the car has this class, count as much as those before: an ensemble,
-  /// whose adversarial terms are means. It must outlive the objective.
+  /// Adds a detector, in which the car has this class; it counts as much as those before. The adversarial
+  /// terms of such an ensemble are means. It must outlive the objective.
   ///
   /// \throws DomainError as the constructor; ShapeError if it takes pictures of other extents than the first
   void join(const detect::Detector<T>& detector, std::size_t class_index) {
     ensemble_.join(detector, class_index);
   }
 
-  /// Paints by another method than FCA's, of whose rows the parameter then consists. If it is about
-  /// attention, each detector must observe a layer; terms() are still those of the adversarial loss, but for
-  /// `total`. If it moves the shape, views must keep what they are drawn by, see sight_of(), and the weighted
-  /// shape_roughness() counts in `total`.
+  /// Paints by another method than FCA's; the parameter then has its rows. If the method scatters attention,
+  /// each detector must observe a layer; terms() are still those of the adversarial loss, except `total`. If
+  /// it moves the shape, views must keep their Sight, see sight_of(), and `total` includes the weighted
+  /// shape_roughness().
   void follow(Method<T> method) { method_ = std::move(method); }
   [[nodiscard]] const Method<T>& method() const { return method_; }
 
-  /// Lets the paint's non-printability score count, by its weight in the options.
+  /// Adds the paint's non-printability score to the loss, with its weight in the options.
   ///
   /// \param palette  printable colours, [colour, 3]
-  /// \param used     [height, width], whose product is the texels of the paint: 1 for those that are printed
+  /// \param used     [height, width] of the atlas, 1 for texels that are printed
   /// \throws as loss::non_printability(), from the next call on
   void print_by(std::shared_ptr<const Array<double, 2>> palette, std::shared_ptr<const Array<T, 2>> used) {
     palette_ = std::move(palette);
     printed_texels_ = std::move(used);
   }
 
-  /// Keeps those parts of the detectors' layers that the car cannot reach from step to step, of views where
+  /// Keeps from step to step the parts of the detectors' layers that the car cannot reach, for views where
   /// that saves at least a share of the products, up to so many bytes for all views and detectors together;
-  /// 0, as without a call, keeps nothing. Results are the same bits. Steps with a photo session, or of a
-  /// shape that moves, change more and compute everything.
+  /// 0, the default, keeps nothing. Results are the same bits. Steps with a photo session, or of a shape that
+  /// moves, change more and compute everything.
   void keep_layers(std::size_t bytes, double least_share = least_share_kept) {
     ensemble_.keep_layers(bytes, least_share);
   }
-  /// What is kept for a detector, of which the objective's own is 0.
+  /// Kept layers of a detector; number 0 is the objective's own.
   [[nodiscard]] const KeptLayers<T>& kept_layers(std::size_t member) const {
     return ensemble_.kept_layers(member);
   }

@@ -15,13 +15,13 @@ namespace tapestry::camouflage {
 /// pixels, drowns adversarial terms that never exceed ten.
 inline constexpr double smoothness_unit = 1e-4;
 
-/// Which loss is minimised, and by which weights.
+/// The loss to minimise, and its weights.
 struct ObjectiveOptions {
   loss::AdversarialLoss kind = loss::AdversarialLoss::paper;
   loss::AdversarialWeights weights{};  ///< α, β, γ of the paper
   double smoothness = 1;               ///< μ, in units of smoothness_unit
-  double printability = 1;      ///< of the non-printability score, once print_by() says of which printer
-  std::size_t class_index = 0;  ///< the class that the car should no longer be found as
+  double printability = 1;             ///< of the non-printability score, once print_by() has set a printer
+  std::size_t class_index = 0;         ///< the class that the car should no longer be found as
 };
 
 /// The terms of one minibatch, before their weights, averaged over its views.
@@ -32,9 +32,9 @@ struct ObjectiveTerms {
   double max_score = 0;
   double smoothness = 0;    ///< sum of squared colour steps
   double printability = 0;  ///< non-printability score of the paint, 0 where no printer is known
-  double total = 0;         ///< with weights: what is minimised
+  double total = 0;         ///< weighted sum, which is minimised
 
-  /// Of each its name and its place, in this order.
+  /// Name and member of each term, in this order.
   static const std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> all;
 };
 inline constexpr std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> ObjectiveTerms::all{
@@ -46,7 +46,7 @@ inline constexpr std::array<std::pair<const char*, double ObjectiveTerms::*>, 7>
      {"printability", &ObjectiveTerms::printability},
      {"total", &ObjectiveTerms::total}}};
 
-/// The values of the terms, of which those of the loss are variables.
+/// Values of the terms; those of the loss are variables.
 template <class Term>
 [[nodiscard]] ObjectiveTerms numbers_of(const loss::AdversarialTerms<Term>& adversarial,
                                         const Term& smoothness, const Term& printability, const Term& total) {
@@ -60,20 +60,20 @@ template <class Term>
           number(total)};
 }
 
-/// How much each view of a minibatch counts when only the worst share of them does: the weights, which add up
-/// to one, under which the sum of the losses is their conditional value at risk,
+/// Weights of a minibatch's views if only the worst share of them counts: they add up to one, and the
+/// weighted sum of the losses is their conditional value at risk,
 ///
 ///   CVaR = Σ w[i]·L[i] = min over z of  z + 1/(share·n) · Σ max(0, L[i] − z).
 ///
-/// The views of the largest losses count 1/(share·n) each, the last of them what is left; of equal losses the
+/// The views of the largest losses count 1/(share·n) each, the last of them the rest; of equal losses the
 /// earlier one counts first. A share of 1 is the mean, one of at most 1/n the largest loss alone. The
-/// gradient of the sum with the weights held is that of CVaR where no two losses at its edge are equal, and a
-/// subgradient there. Source: Rockafellar and Uryasev, "Optimization of conditional value-at-risk" (J. Risk
-/// 2, 2000), eq. 4 and 9.
+/// gradient of the sum with fixed weights is that of CVaR if no two losses at its edge are equal, and
+/// otherwise a subgradient. Source: Rockafellar and Uryasev, "Optimization of conditional value-at-risk" (J.
+/// Risk 2, 2000), eq. 4 and 9.
 ///
 /// \param losses  L, at least one, none NaN
 /// \param share   above 0, at most 1
-/// \throws DomainError for a share or losses that are none
+/// \throws DomainError for a share out of range or without losses
 [[nodiscard]] std::vector<double> worst_view_weights(std::span<const double> losses, double share);
 
 }  // namespace tapestry::camouflage

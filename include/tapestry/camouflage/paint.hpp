@@ -15,7 +15,7 @@
 
 namespace tapestry::camouflage {
 
-/// Colours for a car, and which of them are paint; the others are the car's own, which nobody prints.
+/// Colours for a car, and which of them are paint; the others are the car's own and are not printed.
 template <std::floating_point T>
 struct Paint {
   Array<T, 2> colours{};                ///< [texel, 3], in [0, 1]
@@ -32,33 +32,33 @@ template <std::floating_point T>
 template <std::floating_point T>
 void require_sound(const char* operation, const Paint<T>& paint);
 
-/// The colours as a printer makes those that are paint, [texel, 3].
+/// The colours, with those that are paint as a printer reproduces them, [texel, 3].
 /// \throws ShapeError as require_sound(); else as image::transformed()
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> printed(const Paint<T>& paint, const image::ColourChange& print);
 
-/// The paint that a run ended with, of its texture.npz: colours, [texel, 3], and painted, [texel], 0 or 1; if
-/// the latter is missing, all is paint.
+/// Reads the paint that a run ended with from its texture.npz: colours, [texel, 3], and painted, [texel], 0
+/// or 1; if the latter is missing, all is paint.
 /// \throws FileError: mismatch (of another car or layout), malformed (other values)
 [[nodiscard]] Paint<float> read_paint(const std::string& path, std::size_t texel_count);
 
-/// The offsets of the car's positions that a run ended with, of its texture.npz, see shape_offsets(); of
-/// extent 0 if it left the shape as it was.
+/// Reads the offsets of the car's positions that a run ended with from its texture.npz, see shape_offsets();
+/// of extent 0 if the run kept the shape.
 /// \throws FileError: mismatch (of another mesh), malformed (offsets farther than the car is long)
 [[nodiscard]] Array<float, 2> read_offsets(const std::string& path, std::size_t position_count);
 
-/// Writes what read_paint() and read_offsets() read, and the parameter that a method made it of, [row, 3].
+/// Writes a file for read_paint() and read_offsets(), with the method's parameter, [row, 3].
 /// \param offsets  [V, 3], or of extent 0 where the shape stays
 /// \throws ShapeError as require_sound(); FileError (write)
 void write_paint(const std::string& path, const Array<float, 2>& parameter, const Paint<float>& paint,
                  const Array<float, 2>& offsets = {});
 
-/// The colours that the painted faces have by their materials, as a texture, [texel, 3]. Atlas texels that
-/// no painted face uses take the mean over painted faces.
+/// Material colours of the painted faces as a texture, [texel, 3]. Atlas texels that no painted face uses
+/// take the mean over painted faces.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> own_colours(const raster::PaintedMesh& car);
 
-/// A texture as an atlas picture for a viewer, [H, W, 3] in [0, 1] with row 0 at v = 1: texels that no
+/// A texture as an atlas picture for a viewer, [H, W, 3] in [0, 1] with row 0 at v = 1. Texels that no
 /// painted face refers to take colours of those around them. Textures of other kinds than an atlas are baked
 /// into one of 512 × 1024 texels; faces without uv do not show.
 template <std::floating_point T>
@@ -71,7 +71,7 @@ enum class TextureStart {
   own,     ///< the colours that the mesh's materials give
 };
 
-/// Colours farther than this from 0 and 1 are kept exactly by parameter_of_colours().
+/// parameter_of_colours() keeps colours exactly that are farther than this from 0 and 1.
 inline constexpr double colour_margin = 1e-3;
 
 /// The colours of a texture parameter on the tape: c = ½ (tanh p + 1), so that no step leaves (0, 1). Its
@@ -91,8 +91,8 @@ template <std::floating_point T>
   return texture_colours(ArrayVariable<T, 2>(parameter)).value();
 }
 
-/// The parameter whose colours are given: p = atanh(2c − 1), with c first moved into
-/// [colour_margin, 1 − colour_margin], since a full white or black would need an infinite p.
+/// The parameter of given colours: p = atanh(2c − 1), with c first moved into [colour_margin, 1 −
+/// colour_margin], since a full white or black would need an infinite p.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> parameter_of_colours(const Array<T, 2>& colours);
 

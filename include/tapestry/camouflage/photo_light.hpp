@@ -11,16 +11,16 @@
 
 namespace tapestry::camouflage {
 
-/// How the light of a frame is estimated from the car in its photograph.
+/// Settings for estimating the light of a frame from the car in its photograph.
 struct PhotoLight {
   std::shared_ptr<const raster::AmbientOcclusion> occlusion{};  ///< of the car; null: all of it sees the sky
-  std::size_t most_points = 8192;                               ///< of the photograph that are looked at
-  std::size_t shadow_pixels = 512;                              ///< of the car as the sun sees it
+  std::size_t most_points = 8192;                               ///< of the photograph that are used
+  std::size_t shadow_pixels = 512;                              ///< of the car in the view from the sun
   std::optional<std::array<double, 3>> paint{};  ///< the photographed car's, if known, see estimated_light()
 };
 
-/// The points of the car's painted faces in a photograph: at most so many, spread evenly over the pixels that
-/// one face fills, that the frame's mask shows, and in which no channel is at its limit.
+/// Points of the car's painted faces in a photograph: at most most_points, spread evenly over the pixels that
+/// show a single face, lie in the frame's mask, and have no channel at its limit.
 ///
 /// \returns points with colours in the car's space, in the order of the pixels
 /// \throws DomainError as io::camera_of(), and for an occlusion of another mesh
@@ -28,8 +28,8 @@ struct PhotoLight {
                                                        const PhotoLight& settings);
 
 /// The light of a frame's photograph, with the shadow of its sun and the car's occlusion, for pictures in the
-/// car's space; none if no point of the car can be made out in it. \throws DomainError as lit_points() and
-/// raster::estimated_light()
+/// car's space; none if no point of the car can be made out in it.
+/// \throws DomainError as lit_points() and raster::estimated_light()
 [[nodiscard]] std::optional<raster::EstimatedLight> photo_light(const io::Frame& frame,
                                                                 const raster::PaintedMesh& car,
                                                                 const PhotoLight& settings);

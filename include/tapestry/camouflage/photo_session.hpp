@@ -13,20 +13,20 @@
 
 namespace tapestry::camouflage {
 
-/// One photograph of a view: what happens to its picture, and where the car then is.
+/// One photograph of a view: the transformations of its picture, and the car's place in it.
 struct Shot {
   image::TransformationChain chain;
   detect::Box target;  ///< in pixels of the network's input
 };
 
-/// A paint that was printed, if it was, and photographs of it, one for each of some views.
+/// A print of a paint, if it was printed, and photographs of it, one for each of some views.
 struct PhotoSession {
   std::optional<image::ColourChange> print;
   std::vector<Shot> shots;
 };
 
-/// Draws a photograph of a view, the same for the same random numbers. A camera whose motion would lose half
-/// of the car's box or more from the picture is held still.
+/// Draws a photograph of a view, the same for the same random numbers. The camera is held still if its motion
+/// would lose half of the car's box or more from the picture.
 ///
 /// \param is_smooth  see image::draw_chain()
 template <std::floating_point T>
@@ -41,7 +41,7 @@ template <std::floating_point T>
 /// \throws ShapeError if a session has not a shot for each of so many views
 void require_shots(const PhotoSession* session, std::size_t views);
 
-/// Where the car is in the pictures of some views, or in their photographs if there is a session.
+/// Boxes of the car in the pictures of some views, or in their photographs if there is a session.
 template <std::floating_point T>
 [[nodiscard]] std::vector<loss::Target> targets_of(ViewSpan<T> views, const PhotoSession* session,
                                                    std::size_t class_index);

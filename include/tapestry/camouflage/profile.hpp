@@ -36,8 +36,8 @@ class StageClock {
     mark(nullptr);
   }
 
-  /// What was recorded since the last call was this stage.
-  /// \param reverse  where the sweep over it counts
+  /// Ends a stage: counts the time since the last call for it.
+  /// \param reverse  stage that the sweep over what was recorded since then counts for
   void end_of(Stage forward, Stage reverse);
   void end_of(Stage stage) { end_of(stage, stage); }
 

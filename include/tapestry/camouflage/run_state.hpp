@@ -25,7 +25,7 @@ ObjectiveTerms terms_of(const double* row);
 template <std::floating_point T>
 void write_checkpoint(const std::string& path, const TrainingState<T>& state, const std::string& settings);
 
-/// A checkpoint as it was written.
+/// Reads a checkpoint.
 template <std::floating_point T>
 struct Checkpoint {
   TrainingState<T> state;

@@ -37,7 +37,7 @@ struct ShapeParameter {
 ///         Error (mismatch) if a face refers to a missing position
 [[nodiscard]] ShapeParameter shape_parameter(const raster::PaintedMesh& car);
 
-/// Where positions go on the tape, in shares of the reach: d = tanh p[w(v)], [V, 3], each in [−1, 1].
+/// Steps of the positions on the tape, in shares of the reach: d = tanh p[w(v)], [V, 3], each in [−1, 1].
 ///
 /// \param parameter  [row, 3], whose last V rows are p
 /// \throws ShapeError if there are not as many
@@ -45,8 +45,8 @@ template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> shape_steps(const ShapeParameter& shape,
                                               const ArrayVariable<T, 2>& parameter);
 
-/// How unevenly the shape moves: 1/E · Σ |d_a − d_b|² over edges, 0 where all of it moves alike. It is the
-/// quadratic form of the mesh's Laplacian.
+/// Unevenness of the shape's motion: 1/E · Σ |d_a − d_b|² over edges, 0 where all of it moves alike. It is
+/// the quadratic form of the mesh's Laplacian.
 /// Source: Xiao et al., "MeshAdv" (CVPR 2019), the Laplacian loss of displacements, there a sum.
 /// \param shape  must outlive the tape's last reverse()
 /// \param steps  d, see shape_steps()
@@ -55,17 +55,17 @@ template <std::floating_point T>
   return loss::edge_length(shape.topology, steps);
 }
 
-/// Where positions are on the tape, [V, 3].
+/// The moved positions on the tape, [V, 3].
 /// \param steps  see shape_steps()
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> shape_positions(const ShapeParameter& shape,
                                                   const ArrayVariable<T, 2>& steps);
 
-/// The offsets that a parameter comes to, [V, 3], in longest extents of the car, whatever its units.
+/// The offsets of a parameter, [V, 3], in longest extents of the car, whatever its units.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> shape_offsets(const ShapeParameter& shape, const Array<T, 2>& parameter);
 
-/// A car in another shape. Normals stay those of the car.
+/// The car in another shape. Normals stay those of the original car.
 /// \param offsets  see shape_offsets()
 /// \throws ShapeError unless there is one a position
 template <std::floating_point T>
@@ -84,8 +84,7 @@ struct RedrawnView {
 ///
 /// \param texels     [texel, 3], in the view's colour space
 /// \param positions  [V, 3]
-/// \throws DomainError if the view does not keep what it is drawn by, see sight_of(); else as
-///         raster::render()
+/// \throws DomainError if the view does not keep its Sight, see sight_of(); else as raster::render()
 template <std::floating_point T>
 [[nodiscard]] RedrawnView<T> redrawn(const View<T>& view, const ShapeParameter& shape,
                                      const ArrayVariable<T, 2>& texels, const ArrayVariable<T, 2>& positions);

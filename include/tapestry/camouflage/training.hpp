@@ -20,18 +20,18 @@
 
 namespace tapestry::camouflage {
 
-/// How long and how fast a texture is trained.
+/// Length, speed and conditions of a texture's training.
 struct TrainingOptions {
   std::size_t epochs = 5;
   std::size_t batch = 1;   ///< views a step
   double worst_share = 1;  ///< of a step's views, the worst that count; see worst_view_weights()
   std::uint64_t seed = 1;
   optim::AdamSettings adam{};
-  image::Conditions conditions{};  ///< what every step photographs its views under; none: as they are
+  image::Conditions conditions{};  ///< conditions of every step's photographs; none: pictures as they are
 };
 
-/// Which views of every step a process looks at where several train one texture together, and how they tell
-/// each other what they found.
+/// Which views of every step a process computes where several train one texture together, and how they
+/// exchange their results.
 struct SharedSteps {
   std::size_t processes = 1;
   std::size_t own = 0;  ///< of the processes, from 0
@@ -39,8 +39,8 @@ struct SharedSteps {
   std::function<std::vector<double>(const std::vector<double>&)> gathered;
 };
 
-/// Everything that changes while the texture is optimised. Two runs that agree in it and in their
-/// settings go on to the same bits.
+/// Everything that changes while the texture is optimised. Two runs with the same state and settings continue
+/// to the same bits.
 template <std::floating_point T>
 struct TrainingState {
   Array<T, 2> parameter;  ///< [texel, 3], or a row for each of the method's
@@ -51,15 +51,16 @@ struct TrainingState {
 
 /// Minimises the objective over the texture by Adam, in shuffled minibatches over views.
 ///
-/// The order of an epoch's views depends on the seed and the epoch's number only, and what they are
-/// photographed under on the step's, so the state needs no sampler: the step's number says where it stands.
-/// Source: FCA (AAAI 2022), Algorithm 1.
+/// The order of an epoch's views depends only on the seed and the epoch's number, and their photographs'
+/// conditions only on the step's number, so the state needs no sampler: the step's number is enough. Source:
+/// FCA (AAAI 2022), Algorithm 1.
 template <std::floating_point T>
 class Training {
  public:
-  /// \param objective  and \param store must outlive the training
+  /// \param objective  must outlive the training
+  /// \param store      must outlive the training
   /// \param usable     the store's views that show the car, at least one
-  /// \param start      [texel, 3]; of another method than FCA's its first_parameter()
+  /// \param start      [texel, 3]; for another method than FCA's its first_parameter()
   Training(Objective<T>& objective, ViewStore<T>& store, std::vector<std::size_t> usable, Array<T, 2> start,
            TrainingOptions options);
 
@@ -70,7 +71,7 @@ class Training {
   [[nodiscard]] bool finished() const { return state_.step >= step_count(); }
   /// Steps so far, also those of a run that this one resumes.
   [[nodiscard]] std::uint64_t steps_taken() const { return state_.step; }
-  /// What is trained, [texel, 3] or a row for each of the method's; see method_colours().
+  /// The trained parameter, [texel, 3] or a row for each of the method's; see method_colours().
   [[nodiscard]] const Array<T, 2>& parameter() const { return state_.parameter; }
   /// The terms of every step so far.
   [[nodiscard]] const std::vector<ObjectiveTerms>& history() const { return state_.history; }
@@ -87,12 +88,12 @@ class Training {
   void restore(TrainingState<T> state);
 
   /// One minibatch: records and reverses each view alone, which takes the memory of one, adds their gradients
-  /// in the minibatch's order, and updates. Where only the worst views count, the losses of all are computed
+  /// in the minibatch's order, and updates. If only the worst views count, the losses of all are computed
   /// first, without a tape.
   ///
   /// \returns the number of views in it
-  /// \throws NumericError naming step, term and views if a term or the gradient is not finite; the state
-  ///         is then what it was before the step
+  /// \throws NumericError naming step, term and views if a term or the gradient is not finite; the state is
+  ///         then unchanged
   std::size_t step();
 
  private:
@@ -100,10 +101,10 @@ class Training {
 
   [[nodiscard]] std::vector<ViewPointer> next_batch();
 
-  /// Depends on the seed and the step's number only, as does the batch.
+  /// The session depends on the seed and the step's number only, as does the batch.
   [[nodiscard]] std::optional<PhotoSession> next_session(const std::vector<ViewPointer>& views) const;
 
-  /// Leaves the terms in terms_.
+  /// Gradient of one view; stores its terms in terms_.
   [[nodiscard]] Array<T, 2> gradient_of(const ViewPointer& view, const std::optional<PhotoSession>& session);
 
   /// Terms and gradient that one view adds to a step.
@@ -115,8 +116,8 @@ class Training {
     static Share of(const double* numbers, const Extents<2>& extents);
   };
 
-  /// Has the share of each of some views found by the process that the view is dealt to, and takes them in
-  /// order.
+  /// Calls find for each of some views in the process that the view is dealt to, exchanges the shares, and
+  /// calls take with each of them in order.
   /// \param extents  of the slopes
   template <class Find, class Take>
   void deal(const std::vector<std::size_t>& views, const Extents<2>& extents, Find find, Take take) {
@@ -137,7 +138,7 @@ class Training {
   }
 
   /// A step's loss is the sum of its views' losses, each divided by its entry here: the number of views, or
-  /// where only the worst count, 1 / weight by worst_view_weights(), ∞ for those that do not.
+  /// if only the worst count, 1 / weight by worst_view_weights(), ∞ for views that do not count.
   template <class ShotOf>
   [[nodiscard]] std::vector<double> divisors_of(const std::vector<ViewPointer>& views,
                                                 const std::vector<std::size_t>& all, ShotOf shot_of) {
@@ -158,8 +159,8 @@ class Training {
     return divisors;
   }
 
-  /// The mean of the views' gradients, or their weighted sum where only the worst count. Leaves the terms' in
-  /// terms_.
+  /// The mean of the views' gradients, or their weighted sum if only the worst count; stores the same of the
+  /// terms in terms_.
   [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views);
 
   void require_finite_terms(const std::vector<ViewPointer>& views) const;

@@ -19,7 +19,7 @@
 
 namespace tapestry::camouflage {
 
-/// What a view is drawn by, when its car changes its shape and it has to be drawn anew.
+/// Inputs of a view's drawing, needed again when its car changes its shape.
 template <std::floating_point T>
 struct Sight {
   geometry::Camera camera;           ///< that sees the frame in the network's input
@@ -30,8 +30,8 @@ struct Sight {
 
 /// A frame prepared for one detector: everything that does not change with the texture.
 ///
-/// H and W are those of the network's input; image::Fit says how a frame of another aspect ratio lies in it.
-/// The car is drawn in the window around what shows of it, h × w pixels.
+/// H and W are those of the network's input; image::Fit defines where a frame of another aspect ratio lies in
+/// it. The car is drawn in the window around its visible part, h × w pixels.
 template <std::floating_point T>
 struct View {
   std::string name;
@@ -42,16 +42,16 @@ struct View {
   /// [h, w], 1 where a pixel and those right and below are all car.
   std::shared_ptr<const Array<T, 2>> interior;
   detect::Box target{0, 0, 0, 0};  ///< around what shows of the car, pixels of the input
-  std::size_t visible_pixels = 0;  ///< pixels in which the car shows
+  std::size_t visible_pixels = 0;  ///< pixels that show the car
   double hidden_share = 0;         ///< of the car's silhouette in the picture, by the frame's mask
-  /// Of the camera around the middle of the car, whose longest half is the unit of distance; all 0 for a
-  /// camera right there.
+  /// Position of the camera around the middle of the car, in units of half the car's longest side; all 0 for
+  /// a camera right there.
   geometry::Orbit orbit{};
   image::ColourSpace space =
       image::ColourSpace::encoded;                      ///< in which the car is lit and laid over the frame
   std::shared_ptr<const raster::MipPyramid> pyramid{};  ///< of a filtered atlas, else null
-  /// Of the photograph, without the shadow and occlusion it was drawn with; null where the frame's light was
-  /// taken.
+  /// Light estimated from the photograph, without the shadow and occlusion it was drawn with; null where the
+  /// frame's own light was used.
   std::shared_ptr<const raster::EstimatedLight> photo_light{};
   std::shared_ptr<const Sight<T>> sight{};  ///< null where the car's shape stays
 };
@@ -60,27 +60,26 @@ template <std::floating_point T>
 using ViewSpan = std::span<const std::shared_ptr<const View<T>>>;
 
 namespace detail {
-/// Which pixels are covered wholly, as are those right of and below them: steps between them are steps of the
-/// paint, not of its outline.
+/// Which pixels are covered wholly, as are those right of and below them: colour steps between them belong to
+/// the paint, not to its outline.
 template <std::floating_point T>
 Array<T, 2> interior_of(const Array<T, 2>& coverage);
 
 }  // namespace detail
 
-/// What a frame is drawn by; parameters as for make_view().
+/// Inputs of a frame's drawing; parameters as for make_view().
 /// \throws DomainError as io::camera_of()
 template <std::floating_point T>
 [[nodiscard]] Sight<T> sight_of(const io::Frame& frame, image::ColourSpace space, std::size_t height,
                                 std::size_t width, std::size_t samples_per_axis, image::FitKind fit);
 
-/// Prepares one frame for a network input of height × width pixels, into which it goes by `fit`.
+/// Prepares one frame for a network input of height × width pixels; `fit` places it there.
 ///
 /// The car is hidden in the view when it lies outside the picture or wholly behind the mask: then
 /// visible_pixels is 0 and the target an empty box.
 /// \param car    with the pyramid of its atlas if that is filtered
-/// \param photo  how the light is estimated from the frame's picture; without it, or where no point of the
-/// car can
-///               be made out in it, the light is io::frame_light()
+/// \param photo  settings for estimating light from the frame's picture; without them, or if no point of the
+///               car can be made out in it, the light is io::frame_light()
 /// \throws ShapeError if the frame's mask has other extents than its image; DomainError for a filtered atlas
 ///         without a pyramid, and as io::camera_of()
 template <std::floating_point T>

@@ -20,11 +20,11 @@ namespace tapestry::camouflage {
 template <std::floating_point T>
 [[nodiscard]] std::size_t view_bytes(const View<T>& view);
 
-/// Prepares views when they are first asked for and keeps them up to a memory limit, so that an epoch
-/// after the first rasterises nothing as long as the frames fit, and 12,500 frames still run. Frames that
-/// have the size of the network's input are kept as bytes, a quarter of what they are as numbers.
+/// Prepares views on first use and keeps them up to a memory limit. So an epoch after the first rasterises
+/// nothing if the frames fit, and 12,500 frames still run. Frames that have the size of the network's input
+/// are kept as bytes, a quarter of their size as numbers.
 ///
-/// What a view holds does not depend on whether it was kept, so neither does any result.
+/// A view is the same whether it was kept or not, and so is every result.
 template <std::floating_point T>
 class ViewStore {
  public:
@@ -38,8 +38,8 @@ class ViewStore {
     std::size_t samples_per_axis = 2;
     std::size_t keep_bytes = std::size_t(4) << 30U;  ///< views beyond it are prepared anew each time
     image::Fit fit{};                                ///< of frames in the network's input
-    std::optional<PhotoLight> photo_light{};         ///< how light is estimated; none: the frames' own
-    bool redrawn = false;                            ///< whether views keep what they are drawn by, see Sight
+    std::optional<PhotoLight> photo_light{};         ///< of estimated light; none: the frames' own
+    bool redrawn = false;                            ///< whether views keep their Sight
   };
 
   /// \param car  must outlive the store
@@ -49,7 +49,7 @@ class ViewStore {
   [[nodiscard]] std::size_t size() const { return loaders_.size(); }
   [[nodiscard]] const Settings& settings() const { return settings_; }
 
-  /// View number `index`; throws what its loader throws. Threads may ask at once.
+  /// View number `index`; throws what its loader throws. Several threads may call it at once.
   [[nodiscard]] ViewPointer view(std::size_t index);
 
   /// Calls visit(index, view) for every view in order, preparing some at a time in parallel.
@@ -61,7 +61,7 @@ class ViewStore {
   }
 
  private:
-  /// A view, without its background where bytes say the same.
+  /// A view; its background is left out where bytes hold the same.
   struct Kept {
     ViewPointer view{};
     Array<std::uint8_t, 3> background{};
@@ -99,8 +99,7 @@ struct UsableViews {
 
 /// Prepares every view of a store once and sorts out those in which the car is hidden; errors as its loaders.
 ///
-/// \param visit  called with each view in order, so that a program can say how far it is, or give up by an
-///               exception
+/// \param visit  called with each view in order; may report progress, or throw to give up
 template <std::floating_point T, std::invocable<const View<T>&> Visit>
 [[nodiscard]] UsableViews usable_views(ViewStore<T>& store, Visit visit) {
   UsableViews usable;

@@ -2,8 +2,8 @@
 
 namespace tapestry {
 
-/// Defined by tapestry/implementation.hpp. Where that is missing, or is there twice, the linker's message
-/// about this name states the remedy.
+/// Defined by tapestry/implementation.hpp. If that is missing, or included twice, the linker's message about
+/// this name states the remedy.
 extern const char include_tapestry_implementation_hpp_in_one_source_file_or_link_tapestry_compiled;
 
 namespace detail {

@@ -6,10 +6,10 @@
 
 namespace tapestry {
 
-/// What kind of thing went wrong; the value is the exit code that Tapestry's programs return for it.
+/// Kind of an error; its value is the exit code that Tapestry's programs return for it.
 enum class ErrorKind {
   usage = 2,      ///< an option or argument that makes no sense
-  malformed = 3,  ///< input unreadable, or not what its format says
+  malformed = 3,  ///< input unreadable, or not in the format that it claims
   mismatch = 4,   ///< inputs well-formed, but they do not fit each other
   write = 5,      ///< output cannot be written
   numeric = 6,    ///< a value that is not finite where one is needed
@@ -21,7 +21,7 @@ enum class ErrorKind {
 class Error : public std::runtime_error {
  public:
   Error(ErrorKind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
-  /// What kind of thing went wrong.
+  /// The kind of this error.
   [[nodiscard]] ErrorKind kind() const noexcept { return kind_; }
 
  private:

@@ -6,9 +6,9 @@
 namespace tapestry {
 
 namespace detail {
-/// Bytes of the character at the beginning of `text` of which a terminal would take orders; 0 if it would
-/// not: control characters of ASCII, U+0080 to U+009F, and those that turn the direction of writing or end a
-/// line: U+061C, U+200E, U+200F, U+2028 to U+202E, U+2066 to U+2069.
+/// Bytes of the character at the beginning of `text` if a terminal would obey it, else 0: control characters
+/// of ASCII, U+0080 to U+009F, and those that turn the direction of writing or end a line: U+061C, U+200E,
+/// U+200F, U+2028 to U+202E, U+2066 to U+2069.
 /// Source: The Unicode Standard 15.0, Annex 9, section 2 (explicit directional formatting characters).
 [[nodiscard]] inline std::size_t order_length(std::string_view text) {
   const auto byte = [&](std::size_t at) {
@@ -25,8 +25,8 @@ namespace detail {
 }
 }  // namespace detail
 
-/// The text with a '?' for each character of which a terminal would take orders: it could hide or turn round
-/// what stands there.
+/// The text with a '?' for each character that a terminal would obey: it could hide or turn round its
+/// surroundings.
 [[nodiscard]] inline std::string printable(std::string_view text) {
   std::string clean;
   while (!text.empty()) {
@@ -37,8 +37,8 @@ namespace detail {
   return clean;
 }
 
-/// A message of at most `most` bytes and what says how many are left out of its middle: a name or a value in
-/// it may be as long as its file.
+/// Cuts a message to at most `most` bytes: its middle is replaced by the number of bytes left out. A name or
+/// a value in a message may be as long as its file.
 [[nodiscard]] inline std::string shortened(std::string_view text, std::size_t most = 2000) {
   if (text.size() <= most) return std::string(text);
   const auto is_inside = [&](std::size_t at) {
@@ -54,7 +54,7 @@ namespace detail {
 
 /// A word of a file or a command line in quotes, for messages: at most 40 bytes of it, printable().
 [[nodiscard]] inline std::string in_quotes(std::string_view word) {
-  std::string quoted(1, '\'');  // appended to, for g++ 12 warns of what it makes of "'" + string
+  std::string quoted(1, '\'');  // appended to, since g++ 12 warns of "'" + string
   quoted += printable(word.substr(0, 40));
   return quoted += word.size() > 40 ? "…'" : "'";
 }

@@ -7,7 +7,7 @@
 
 namespace tapestry {
 
-/// What kernels are compiled for; each includes the ones before it.
+/// Instruction sets that kernels are compiled for; each includes the ones before it.
 enum class InstructionSet { portable, avx2, avx512 };
 
 /// The best instruction set of this processor that kernels are compiled for.
@@ -43,9 +43,8 @@ enum class InstructionSet { portable, avx2, avx512 };
                     ", expected portable, avx2 or avx512");
 }
 
-/// The instruction set of everything that is computed: the one that the environment variable
-/// TAPESTRY_INSTRUCTION_SET names when this is first called, for tests and comparisons; the best one if it is
-/// not set or empty.
+/// The instruction set of all computation: the one that the environment variable TAPESTRY_INSTRUCTION_SET
+/// names when this is first called, for tests and comparisons; the best one if it is not set or empty.
 /// \throws DomainError as instruction_set_named()
 [[nodiscard]] inline InstructionSet instruction_set() {
   static const InstructionSet chosen = [] {

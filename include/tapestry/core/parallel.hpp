@@ -14,7 +14,7 @@
 namespace tapestry {
 namespace detail {
 
-/// What the environment says, or else the processors that this process may run on.
+/// Reads TAPESTRY_THREADS, then OMP_NUM_THREADS; else counts the processors that this process may run on.
 [[nodiscard]] inline int default_thread_count() {
   for (const char* name : {"TAPESTRY_THREADS", "OMP_NUM_THREADS"})
     if (const char* const text = std::getenv(name); text != nullptr)
@@ -23,7 +23,7 @@ namespace detail {
   return static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
 
-/// Of the calling thread.
+/// The thread limit of the calling thread.
 [[nodiscard]] inline int& thread_limit() {
   static const int otherwise = default_thread_count();
   static thread_local int limit = otherwise;
@@ -31,9 +31,9 @@ namespace detail {
 }
 }  // namespace detail
 
-/// Threads that parallel_for() will use, the caller included: what limit_threads() has said on this thread,
-/// else TAPESTRY_THREADS or OMP_NUM_THREADS in the environment, else the processors there are. 1 within a
-/// loop.
+/// Number of threads that parallel_for() will use, the caller included: the last limit_threads() on this
+/// thread, else TAPESTRY_THREADS or OMP_NUM_THREADS in the environment, else the number of processors. 1
+/// within a loop.
 [[nodiscard]] inline int thread_count() {
   return detail::ThreadPool::is_inside() ? 1 : detail::thread_limit();
 }
@@ -73,17 +73,16 @@ struct BlockRange {
   return {begin, begin + size < count ? begin + size : count};
 }
 
-/// Items that are worth working on before any is used: enough that no thread waits long for another one, and
-/// few enough to hold. 1 on one thread.
+/// Number of items to compute before any is used: enough that no thread waits long for another one, and few
+/// enough to hold. 1 on one thread.
 [[nodiscard]] inline std::size_t items_at_a_time() {
   const auto threads = static_cast<std::size_t>(thread_count());
   return threads == 1 ? 1 : std::max(threads, std::min<std::size_t>(4 * threads, 64));
 }
 
-/// Calls make(i) for i = 0 … count − 1 on up to thread_count() threads and use(i, result) with what each
-/// returned, in order, on the calling thread: of items_at_a_time() items after another. When make() throws,
-/// what was made of smaller i is used, then the exception of the smallest i reaches the caller, as on one
-/// thread.
+/// Calls make(i) for i = 0 … count − 1 on up to thread_count() threads, and use(i, result) with each result,
+/// in order, on the calling thread; items_at_a_time() items at a time. When make() throws, the results of
+/// smaller i are used, then the exception of the smallest i reaches the caller, as on one thread.
 template <class Make, class Use>
 void for_each_in_order(std::size_t count, Make make, Use use) {
   using Result = std::invoke_result_t<Make&, std::size_t>;
@@ -94,7 +93,7 @@ void for_each_in_order(std::size_t count, Make make, Use use) {
     std::atomic<std::size_t> failed_at = results.size();
     std::exception_ptr failure;
     const auto make_result = [&](std::size_t i) {
-      if (i > failed_at) return;  // nobody would use it
+      if (i > failed_at) return;  // its result would not be used
       try {
         results[i].emplace(make(items.begin + i));
       } catch (...) {

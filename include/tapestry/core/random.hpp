@@ -14,7 +14,7 @@ class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
 
-  /// All that it remembers.
+  /// The generator's whole state.
   [[nodiscard]] std::uint64_t state() const { return state_; }
 
   /// 64 uniformly distributed bits.

@@ -14,11 +14,11 @@
 
 namespace tapestry::detail {
 
-/// Threads that help callers of parallel_for() with their loops. They are started when they are first wanted,
-/// sleep while there is nothing to do, and stay until the program ends.
+/// Threads that help callers of parallel_for() with their loops. They start when they are first needed, sleep
+/// while there is nothing to do, and stay until the program ends.
 ///
 /// A caller works on its own loop and waits only for indices that a helper has begun. Helpers that the system
-/// has not woken yet, as beside other busy processes, hold nothing up, unlike at a barrier.
+/// has not woken yet, as beside other busy processes, do not delay it, unlike at a barrier.
 class ThreadPool {
  public:
   /// Calls of one loop: call(context, i) for i = 0 … count − 1.
@@ -28,7 +28,8 @@ class ThreadPool {
     std::size_t count = 0;
   };
 
-  /// The one of this program. It is never destroyed: loops may run while other things are.
+  /// The pool of this program. It is never destroyed, since loops may run during destruction of other
+  /// objects.
   [[nodiscard]] static ThreadPool& instance() {
     static ThreadPool& pool = *new ThreadPool;
     return pool;
@@ -72,16 +73,16 @@ class ThreadPool {
     Job(const Loop& of, std::size_t wanted) : loop(of), places(wanted) {}
     Loop loop;
     std::size_t places;                   ///< for further helpers
-    std::atomic<std::size_t> next{0};     ///< index that nobody has begun yet
-    std::atomic<std::size_t> helpers{0};  ///< that are at it
+    std::atomic<std::size_t> next{0};     ///< next index to begin
+    std::atomic<std::size_t> helpers{0};  ///< at work
     std::mutex failing{};
     std::exception_ptr failure{};
     std::size_t failed_at = std::numeric_limits<std::size_t>::max();
   };
 
-  /// Turns for which a thread looks out for work before it sleeps, about ten microseconds or forty: loops
-  /// often follow one another closely, and to be woken takes longer than that. But where other processes want
-  /// the processors, a thread that looks out takes one from the threads that work.
+  /// Turns for which a thread spins before it sleeps, about ten microseconds or forty: loops often follow one
+  /// another closely, and waking takes longer than that. But where other processes need the processors, a
+  /// spinning thread takes one from the threads that work.
   static constexpr int short_patience = 500, long_patience = 2000;
   static constexpr int loops_between_looks = 32, calm_looks = 16;
 
@@ -95,8 +96,8 @@ class ThreadPool {
     }
   }
 
-  /// Becomes impatient when the system has taken the processor from a calling thread, and patient again when
-  /// it has not for a while.
+  /// Shortens patience when the system has taken the processor from a calling thread, and restores it after a
+  /// while without that.
   void adapt_patience() {
 #if defined(RUSAGE_THREAD)
     static thread_local int loops = 0, calm = 0;
@@ -110,7 +111,7 @@ class ThreadPool {
 #endif
   }
 
-  /// As many as can be had: without them loops still run, on fewer.
+  /// Starts threads up to `wanted`; where the system refuses one, loops run on fewer.
   void start_threads(std::size_t wanted) {
     while (thread_count_ < wanted) {
       try {

@@ -7,7 +7,7 @@
 namespace tapestry::detail {
 
 /// (exp r − 1 − r) / r² for |r| ≤ ln 2 / 2, interpolated at the Chebyshev nodes; behind each the largest
-/// error of the whole, relative to exp r.
+/// error relative to exp r.
 template <class T>
 struct ExponentialTerms;
 template <>

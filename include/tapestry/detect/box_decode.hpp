@@ -35,8 +35,8 @@ template <std::floating_point T>
                                             double confidence_threshold, std::size_t input_height,
                                             std::size_t input_width);
 
-/// Refuses what a detector says about a picture unless all of it is finite: sound weights can still overflow
-/// on the way, and decode() leaves out candidates that are not numbers.
+/// Throws unless all logits of a picture are finite: sound weights can still overflow on the way, and
+/// decode() leaves out candidates that are not numbers.
 ///
 /// \param logits   one array for each head
 /// \param picture  its name, for the message

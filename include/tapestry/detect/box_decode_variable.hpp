@@ -11,7 +11,7 @@
 
 namespace tapestry::detect {
 
-/// What a head says of all its candidates, numbered (anchor · H + row) · W + column as Detection has them.
+/// Decoded candidates of a head, numbered (anchor · H + row) · W + column as in Detection.
 template <std::floating_point T>
 struct DecodedHead {
   ArrayVariable<T, 3> boxes;       ///< [N, candidate, 4]: cx, cy, w, h in pixels of the network's input
@@ -21,7 +21,7 @@ struct DecodedHead {
   bool has_objectness = true;
 };
 
-/// How sure a head is of each class of each candidate, [N, candidate, K]: objectness times classes, or
+/// Confidence of a head in each class of each candidate, [N, candidate, K]: objectness times classes, or
 /// classes alone where a head has no objectness.
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 3> confidences(const DecodedHead<T>& head);
@@ -51,8 +51,8 @@ template <class Detector, std::floating_point T>
   return detail::decoded_heads(detector.heads(), logits, detector.input_height(), detector.input_width());
 }
 
-/// How sure a detector is of the surest of all its candidates and classes in a batch of pictures: the largest
-/// of confidences(), from 0 to 1, before suppression. Of equals the first has the derivative.
+/// Confidence of the surest of all candidates and classes in a batch of pictures: the largest of
+/// confidences(), from 0 to 1, before suppression. The first of equals has the derivative.
 ///
 /// \param detector  with heads(), input_height() and input_width()
 /// \param logits    of forward()

@@ -9,9 +9,9 @@
 
 namespace tapestry::detect {
 
-/// softmax of the logits of B bins, which says how far a side of a box is from its cell's centre: bin b
-/// stands for b cells. Finite for finite logits of any size; a NaN among them makes everything NaN. Source:
-/// Li et al., "Generalized Focal Loss" (NeurIPS 2020), the general distribution of a box.
+/// Softmax of the logits of B bins, the distribution of the distance of a box's side from its cell's centre:
+/// bin b stands for b cells. Finite for finite logits of any size; a NaN among them makes everything NaN.
+/// Source: Li et al., "Generalized Focal Loss" (NeurIPS 2020), the general distribution of a box.
 class BinDistribution {
  public:
   /// \param count  B, 1 to largest_bin_count
@@ -51,7 +51,7 @@ class BinDistribution {
 inline constexpr double largest_extent_logit = 50;
 
 /// Offset of a centre from the upper left corner of its cell, in cells; see DecodeFamily. Not for the
-/// families distance and decoded, as the other functions of one x, y, w or h.
+/// families distance and decoded, like all functions here of one x, y, w or h.
 [[nodiscard]] inline double centre_offset(const Head& head, double logit) {
   if (head.decode == DecodeFamily::yolox) return logit;
   if (head.decode == DecodeFamily::scaled) return logit * head.scale_x_y - (head.scale_x_y - 1) / 2;
@@ -59,8 +59,8 @@ inline constexpr double largest_extent_logit = 50;
   return (nn::logistic(logit) - 0.5) * head.scale_x_y + 0.5;
 }
 
-/// Width or height of a box as a multiple of its anchor's, or of a cell; see DecodeFamily. That of the
-/// families darknet and yolox is bounded by largest_extent_logit; that of the others lies in [0, 4].
+/// Width or height of a box as a multiple of its anchor's, or of a cell; see DecodeFamily. In the families
+/// darknet and yolox it is bounded by largest_extent_logit; in the others it lies in [0, 4].
 [[nodiscard]] inline double extent_factor(const Head& head, double logit) {
   if (head.decode == DecodeFamily::darknet || head.decode == DecodeFamily::yolox)
     return std::exp(logit > largest_extent_logit ? largest_extent_logit : logit);
@@ -68,7 +68,7 @@ inline constexpr double largest_extent_logit = 50;
   return twice * twice;
 }
 
-/// Probability that an output for objectness or a class stands for: σ of it, or itself for the decode family
+/// Probability for an output of objectness or a class: σ of it, or the output itself in the decode family
 /// scaled.
 [[nodiscard]] inline double probability(const Head& head, double logit) {
   return head.decode == DecodeFamily::scaled ? logit : nn::logistic(logit);
@@ -96,7 +96,7 @@ inline constexpr double largest_extent_logit = 50;
   return head.decode == DecodeFamily::scaled ? 1 : nn::logistic(logit) * nn::logistic(-logit);
 }
 
-/// Where a candidate stands in its head, and what the head's grid lies on.
+/// Place of a candidate in its head, and the extents below the head's grid.
 struct CandidatePlace {
   std::size_t anchor = 0, row = 0, column = 0;
   double input_width = 0, input_height = 0;  ///< of the network, pixels
@@ -109,7 +109,7 @@ struct GridAxis {
   double cell = 0, cells = 0;  ///< the candidate's, and how many there are
   double input = 0;            ///< extent, pixels
   double stride = 0;           ///< pixels; 0: input / cells
-  double unit = 0;             ///< what an extent is a multiple of, pixels
+  double unit = 0;             ///< unit of extents, pixels
 
   /// Pixels of a position in cells.
   [[nodiscard]] double position(double in_cells) const {
@@ -121,7 +121,7 @@ struct GridAxis {
   }
 };
 
-/// Columns, then rows.
+/// The axes of the columns, then of the rows.
 [[nodiscard]] inline std::array<GridAxis, 2> axes_of(const Head& head, const CandidatePlace& place) {
   const auto number = [](std::size_t count) { return static_cast<double>(count); };
   const double stride = number(head.stride);
@@ -133,7 +133,7 @@ struct GridAxis {
   return axes;
 }
 
-/// NaN stays.
+/// The extent, but 0 if it is below 0; NaN stays.
 [[nodiscard]] inline double not_below_0(double extent) { return extent < 0 ? 0 : extent; }
 
 /// Sides of a box: left, top, right, bottom.
@@ -170,8 +170,8 @@ template <std::invocable<std::size_t> Logits>
           extent_factor(head, logit(w_channel)) * x.unit, extent_factor(head, logit(h_channel)) * y.unit};
 }
 
-/// The pullback of decode_box(): calls add(channel, c) with what box_adjoint asks of each channel of the
-/// candidate. A component of box_adjoint that is 0 asks nothing, however large the box is.
+/// The pullback of decode_box(): calls add(channel, c) with the gradient c of each channel of the candidate.
+/// A component of box_adjoint that is 0 adds nothing, however large the box is.
 template <std::invocable<std::size_t> Logits, std::invocable<std::size_t, double> Add>
 void decode_box_adjoint(const Head& head, const CandidatePlace& place, Logits logit, const Box& box_adjoint,
                         Add add) {
@@ -203,7 +203,7 @@ void decode_box_adjoint(const Head& head, const CandidatePlace& place, Logits lo
   }
 }
 
-/// The channel that says how sure a candidate is that something is there: its objectness; of a head without
+/// The channel that measures how sure a candidate is of an object: its objectness; in a head without
 /// objectness the class of the largest logit, the first of several, or the first that is NaN.
 template <std::invocable<std::size_t> Logits>
 [[nodiscard]] std::size_t surest_channel(const Head& head, Logits logit) {

@@ -19,8 +19,8 @@ namespace tapestry::detect {
 /// The search is exact whatever the rounding, since a box overlaps another only if its computed edges lie
 /// between those of the other, and the tile of an edge never decreases with the edge.
 ///
-/// It is worth its lines for networks that have learnt little: of 20,000 boxes of a class, which such a one
-/// gives for a picture of 608 by 608, it keeps 16,557 twenty times as fast as a loop over those kept.
+/// It pays off for networks that have learnt little: of 20,000 boxes of a class, which such a network finds
+/// in a picture of 608 by 608, it keeps 16,557 twenty times as fast as a loop over the kept boxes.
 class BoxGrid {
  public:
   /// Lays the lines through quantiles of the centres of the boxes to come, so that boxes far out or of
@@ -44,7 +44,7 @@ class BoxGrid {
     levels_[level].tile(reach.top >> level, reach.left >> level).push_back(box);
   }
 
-  /// Whether the predicate holds for one of the boxes inserted that overlap `box`.
+  /// Whether the predicate holds for one of the inserted boxes that overlap `box`.
   template <std::predicate<const Box&> Predicate>
   [[nodiscard]] bool any_overlapping(const Box& box, Predicate predicate) const {
     if (!(intersection(box, box) > 0)) return false;

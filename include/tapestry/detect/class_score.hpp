@@ -9,9 +9,9 @@
 
 namespace tapestry::detect {
 
-/// The probabilities of all classes of one candidate, as its head means them: each by itself, see
-/// probability(), or of exclusive classes their softmax e^t_k / Σ_j e^t_j. NaN logits of exclusive classes
-/// make all of them NaN.
+/// The probabilities of all classes of one candidate. By its head, each is computed by itself, see
+/// probability(), or classes are exclusive and have their softmax e^t_k / Σ_j e^t_j. A NaN logit of exclusive
+/// classes makes all of them NaN.
 ///
 /// Logits is a function that takes a channel of the candidate and returns its output as a double.
 template <std::invocable<std::size_t> Logits>
@@ -24,13 +24,13 @@ class ClassScores {
     for (std::size_t k = 0; k < head.classes; ++k) sum_ += std::exp(logit_of(k) - largest_);
   }
 
-  /// Of class k.
+  /// The score of class k.
   [[nodiscard]] double operator()(std::size_t k) const {
     return head_.exclusive_classes ? std::exp(logit_of(k) - largest_) / sum_
                                    : probability(head_, logit_of(k));
   }
 
-  /// The pullback: calls add(channel, c) with what the adjoints of all scores ask of each class's channel.
+  /// The pullback: calls add(channel, c) with the gradient c of each class's channel.
   /// \param score_adjoint  takes a class
   template <std::invocable<std::size_t> Adjoint, std::invocable<std::size_t, double> Add>
   void adjoint(Adjoint score_adjoint, Add add) const {
@@ -57,7 +57,7 @@ class ClassScores {
 
 namespace detail {
 
-/// log Σ e^t_j over the classes j other than k, and the pieces of which it is made; −∞ of a single class.
+/// log Σ e^t_j over the classes j other than k, and the pieces it is computed from; −∞ for a single class.
 struct OtherClasses {
   double largest = -std::numeric_limits<double>::infinity();
   double sum = 0;  ///< Σ e^(t_j − largest)
@@ -73,10 +73,9 @@ struct OtherClasses {
 
 }  // namespace detail
 
-/// The number of which the probability of class k is σ, that of a family with raw logits: its logit, or of
-/// exclusive classes how far that is ahead of the others, t_k − log Σ_{j≠k} e^t_j. For then softmax is
-/// 1 / (1 + Σ_{j≠k} e^(t_j − t_k)), and what is written with σ keeps its digits at either end. A single
-/// exclusive class is sure: ∞.
+/// The number whose σ is the probability of class k, in a family with raw logits: its logit, or for exclusive
+/// classes its lead over the others, t_k − log Σ_{j≠k} e^t_j. For softmax is 1 / (1 + Σ_{j≠k} e^(t_j − t_k)),
+/// and formulas in σ keep their digits at either end. A single exclusive class is sure: ∞.
 template <std::invocable<std::size_t> Logits>
 [[nodiscard]] double class_logit(const Head& head, std::size_t k, Logits logit) {
   const double own = logit(head.class_channel(k));
@@ -85,7 +84,7 @@ template <std::invocable<std::size_t> Logits>
   return own - (others.largest + std::log(others.sum));
 }
 
-/// The pullback of class_logit(): calls add(channel, c) with what the adjoint asks of each class's channel.
+/// The pullback of class_logit(): calls add(channel, c) with the gradient c of each class's channel.
 template <std::invocable<std::size_t> Logits, std::invocable<std::size_t, double> Add>
 void class_logit_adjoint(const Head& head, std::size_t k, Logits logit, double adjoint, Add add) {
   add(head.class_channel(k), adjoint);

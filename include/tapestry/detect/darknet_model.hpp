@@ -23,8 +23,8 @@ namespace tapestry::detect {
 /// batch normalisation, ".scales", ".means" and ".variances". The outputs are the raw logits of the heads in
 /// their order, or the last layer's values in a network without heads.
 ///
-/// Layers that only pass something on (dropout, heads, a route of one whole layer) have no node. What is
-/// Darknet's own:
+/// Layers that only pass something on (dropout, heads, a route of one whole layer) have no node. Darknet's
+/// own operators become:
 ///
 ///   convolutional    ε of batch normalisation is added inside the root, see NetworkConfig
 ///   swish            x · Sigmoid(x)
@@ -40,11 +40,10 @@ namespace tapestry::detect {
 /// \param input_height   of the pictures, in pixels; 0 takes the cfg's own. Some operators state extents, so
 ///                       that the description is for pictures of this size alone
 /// \param input_width    likewise
-/// \param batch_statistics  batch normalisation takes the statistics of the pass's batch, and of each such
-///                       layer the outputs have "layer_i.batch_means" and "layer_i.batch_variances", biased,
-///                       behind those of the heads
-/// \throws FileError as infer_shapes(); ShapeError unless there are as many parameters as the cfg
-/// needs
+/// \param batch_statistics  batch normalisation takes the statistics of the pass's batch. The outputs then
+///                      have "layer_i.batch_means" and "layer_i.batch_variances", biased, of each such layer
+///                      behind those of the heads
+/// \throws FileError as infer_shapes(); ShapeError unless there are as many parameters as the cfg needs
 template <std::floating_point T>
 [[nodiscard]] nn::NetworkDescription network_description(const NetworkConfig& config,
                                                          const Array<T, 1>& parameters,
@@ -54,19 +53,19 @@ template <std::floating_point T>
 
 /// A YOLO network, version 2 to 4 and relatives, as Darknet's files hold it: a cfg and the parameters in
 /// Darknet's order. It makes the detectors that run; see network_description(). A detector of a network
-/// without heads, such as a classifier, hands out the last layer's output, [N, C, H, W], in the place of
-/// logits, be it before or behind a softmax.
+/// without heads, such as a classifier, has the last layer's output, [N, C, H, W], in the place of logits, be
+/// it before or behind a softmax.
 template <std::floating_point T>
 class DarknetModel {
  public:
-  /// Parameters are 0, but scales and variances 1.
+  /// Sets all parameters to 0, but scales and variances to 1.
   ///
   /// \param input_height  of the pictures, in pixels; 0 takes the cfg's own
   /// \param input_width   likewise
   /// \throws FileError (mismatch or limit) if the layers do not fit that size
   explicit DarknetModel(NetworkConfig config, std::size_t input_height = 0, std::size_t input_width = 0);
 
-  /// With these parameters, in the order of layout(); errors as above.
+  /// Takes these parameters, in the order of layout(); errors as above.
   /// \throws ShapeError unless there are as many as the cfg needs
   DarknetModel(NetworkConfig config, Array<T, 1> parameters, std::size_t input_height = 0,
                std::size_t input_width = 0);
@@ -75,21 +74,22 @@ class DarknetModel {
   [[nodiscard]] std::size_t input_width() const { return width_; }
   [[nodiscard]] std::size_t input_channels() const { return config_.channels; }
   [[nodiscard]] const std::vector<Head>& heads() const { return heads_; }
-  /// Taken from nms_kind and beta_nms of the last head, as Darknet does.
+  /// The measure of nms_kind and beta_nms of the last head, as in Darknet.
   [[nodiscard]] SuppressionMeasure suppression_measure() const;
   [[nodiscard]] const NetworkConfig& config() const { return config_; }
-  /// Where each layer's parameters lie.
+  /// Places of each layer's parameters.
   [[nodiscard]] const ParameterLayout& layout() const { return layout_; }
 
   /// All parameters in the order of layout(), running statistics included.
   [[nodiscard]] Array<T, 1>& parameters() { return parameters_; }
   [[nodiscard]] const Array<T, 1>& parameters() const { return parameters_; }
 
-  /// Pictures it was trained on, which Darknet's files count.
+  /// Number of pictures it was trained on, which Darknet's files store.
   [[nodiscard]] std::uint64_t images_seen() const { return images_seen_; }
   void set_images_seen(std::uint64_t count) { images_seen_ = count; }
 
-  /// Weights normal with variance 2 / (inputs of a filter), biases 0, batch normalisation the identity.
+  /// Draws weights from a normal distribution of variance 2 / (inputs of a filter); biases are 0, batch
+  /// normalisation the identity.
   /// Source: He et al., "Delving deep into rectifiers" (2015), eq. 10.
   void initialise(Random& random);
 
@@ -104,18 +104,18 @@ class DarknetModel {
   /// The same model for pictures of another size; errors as the constructor.
   [[nodiscard]] DarknetModel resized(std::size_t input_height, std::size_t input_width) const;
 
-  /// Name of the value that a layer of config() computes or hands on, by which a detector observes it.
+  /// Name of the value that a layer of config() computes or passes on; a detector observes it by that name.
   /// \throws FileError (mismatch) for a layer that is not there, or hands on the picture itself
   [[nodiscard]] std::string value_name(std::size_t layer) const;
 
-  /// network_description() of the parameters as they are.
+  /// network_description() of the present parameters.
   [[nodiscard]] nn::NetworkDescription description(bool batch_statistics = false) const;
 
-  /// The detector of the parameters as they are.
+  /// The detector of the present parameters.
   /// \param layers  names of observed layers, see value_name()
   [[nodiscard]] Detector<T> detector(const std::vector<std::string>& layers = {}) const;
 
-  /// A detector whose weights are the parameters that learn, each as the cfg has it: for passes in
+  /// A detector whose weights are the parameters that learn, in the form of the cfg, for passes in
   /// Mode::training; see take_weights() and, with batch statistics, update_running_statistics().
   ///
   /// \param batch_statistics  batch normalisation takes the statistics of the pass's batch instead of the

@@ -9,26 +9,27 @@
 
 namespace tapestry::detect {
 
-/// What four numbers of a box say.
+/// Meaning of the four numbers of a box.
 enum class BoxForm {
   centre,     ///< cx, cy, width, height
   corners,    ///< left, top, right, bottom
   corners_yx  ///< top, left, bottom, right, as in TensorFlow
 };
-/// What the numbers of classes are: probabilities, their logits, or logits of one softmax over all classes.
+/// Meaning of the class numbers: probabilities, their logits, or logits of one softmax over all classes.
 enum class ScoreForm { probabilities, logits, softmax };
 /// Which entry among the classes stands for none of them, and is left out.
 enum class Background { none, first, last };
 
 /// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. The names
-/// may be those of inner values, too. Better name logits than probabilities: where a probability is rounded
+/// may be those of inner values, too. Name logits rather than probabilities: where a probability is rounded
 /// to 1, its gradient is 0.
 struct DecodedOutputs {
   std::string boxes{}, scores{};  ///< names of outputs; of one for both, boxes come first in it
   bool channels_first = false;    ///< [1, channels, N], as of YOLOv8, instead of [1, N, channels]
   BoxForm form = BoxForm::centre;
   bool relative = false;  ///< boxes are shares of the picture, not pixels
-  /// Behind the box, in one output for both: in the form of the classes, and a factor of theirs.
+  /// Whether an objectness follows the box, in the same form as the classes; it is a factor of their scores.
+  /// Only in one output for both.
   bool has_objectness = false;
   ScoreForm score_form = ScoreForm::probabilities;
   Background background = Background::none;
@@ -36,7 +37,8 @@ struct DecodedOutputs {
   bool operator==(const DecodedOutputs&) const = default;
 };
 
-/// How far probabilities are kept from 0 and 1, so that they have a logit: beyond, no slope is left.
+/// Probabilities are clipped to this distance from 0 and 1, so that they have a logit; clipped ones have no
+/// slope.
 inline constexpr float least_probability = 1e-7F;
 
 namespace detail {
@@ -72,7 +74,7 @@ class DecodedOutputNodes {
   /// Channels `first` to `end`, which counts from behind where it is below 0.
   std::string rows(const std::string& from, std::int64_t first, std::int64_t end);
 
-  /// The classes as they are said, [1, K, N], but of a softmax their probabilities.
+  /// The class numbers of the output, [1, K, N]; probabilities if the form is softmax.
   std::string scores(std::string from);
   std::string probabilities(const std::string& said) {
     return outputs_.score_form == ScoreForm::logits ? node("Sigmoid", {said}, {}) : said;
@@ -80,7 +82,7 @@ class DecodedOutputNodes {
   /// log p − log(1 − p)
   std::string logits(const std::string& from);
 
-  /// The matrix that makes centre and extent in pixels of what a box says.
+  /// The matrix that turns the numbers of a box into centre and extent in pixels.
   std::string to_pixels(std::size_t height, std::size_t width);
 
   nn::NetworkDescription& network_;

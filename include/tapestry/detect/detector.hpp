@@ -25,49 +25,49 @@ namespace tapestry::detect {
 template <std::floating_point T>
 class KeptPicture;
 
-/// What finds objects in pictures: a network whose results are the raw logits of heads, forward and backward,
-/// with how a picture goes in and the names of its classes, whatever file they came from; see
+/// Finds objects in pictures: a network whose results are the raw logits of heads, forward and backward, with
+/// the encoding of its input and the names of its classes, whatever file they came from; see
 /// io::read_detector(). Results are the same bits for any number of threads.
 ///
 /// The heads of an export are read before the logistic function that it ends with, so that losses get raw
-/// logits, but for those of boxes_and_scores, see DecodedOutputs. Pictures of a batch run one after another
-/// on all threads, those of a small network side by side: a batch costs no more a picture than one. Only
-/// where the network takes the statistics of a batch they train together.
+/// logits; boxes_and_scores is the exception, see DecodedOutputs. Pictures of a batch run one after another
+/// on all threads, those of a small network side by side: a batch costs no more a picture than one. Only a
+/// network that takes the statistics of a batch computes its pictures together.
 template <std::floating_point T>
 class Detector {
  public:
   /// \param network  of one input [1, 3, H, W]
   /// \param kind     how pictures go in and what the outputs mean
-  /// \param size     side of the square input, pixels; 0: as the network says
-  /// \param layers   names of values within the network that layer_values() and layer_adjoint() give
-  /// \param simplifies  as of nn::Network; without, weights have the names of the file's values
+  /// \param size     side of the square input, pixels; 0: the network's own
+  /// \param layers   names of values within the network, for layer_values() and layer_adjoint()
+  /// \param simplifies  as in nn::Network; without, weights have the names of the file's values
   /// \throws FileError (mismatch) as nn::Network, or if the network's outputs are not of this kind, or a
-  /// layer is
-  ///         not one of its maps
+  ///         layer is not one of its maps
   Detector(const nn::NetworkDescription& network, DetectorDescription kind, std::size_t size = 0,
            const std::vector<std::string>& layers = {}, bool simplifies = true);
 
   /// A network of pictures in RGB from 0 to 1, whose first outputs are the raw logits of these heads, in
-  /// their order. Without heads its first output, [1, C, H, W], is handed out in the place of logits. \throws
-  /// FileError as above; ShapeError unless the outputs have the heads' extents
+  /// their order. Without heads its first output, [1, C, H, W], takes the place of logits.
+  /// \throws FileError as above; ShapeError unless the outputs have the heads' extents
   Detector(nn::NetworkDescription network, std::vector<Head> heads,
            const std::vector<std::string>& layers = {}, bool simplifies = true);
 
-  /// A model that another library runs, which has no gradients and no layers: who asks for them is refused.
-  /// The engine runs once, to know its outputs. \param kind           of boxes_and_scores \param height,
-  /// width  of the model's input, pixels \throws DomainError for heads of another kind; FileError (mismatch)
-  /// as above
+  /// A model that another library runs. It has no gradients and no layers: calls for them throw. The engine
+  /// runs once here, to find the extents of its outputs.
+  /// \param kind           of boxes_and_scores
+  /// \param height, width  of the model's input, pixels
+  /// \throws DomainError for heads of another kind; FileError (mismatch) as above
   Detector(const ForeignEngine& engine, DetectorDescription kind, std::size_t height, std::size_t width);
 
   Detector(Detector&&) noexcept;
   Detector& operator=(Detector&&) noexcept;
   ~Detector();
 
-  /// Extents of the pictures that it takes, pixels.
+  /// Extents of the pictures in its input, pixels.
   [[nodiscard]] std::size_t input_height() const { return height_; }
   [[nodiscard]] std::size_t input_width() const { return width_; }
   [[nodiscard]] std::size_t input_channels() const { return foreign_ ? 3 : network_.input_shape(0)[3]; }
-  /// In the order of the logits that forward() gives.
+  /// The heads, in the order of the logits of forward().
   [[nodiscard]] const std::vector<Head>& heads() const { return heads_.heads; }
   [[nodiscard]] const DetectorDescription& description() const { return kind_; }
 
@@ -82,8 +82,7 @@ class Detector {
   void set_names(std::vector<std::string> names) { names_ = std::move(names); }
   /// The class of a name or, without names, of a number.
   /// \throws Error (mismatch) listing the names there are, or if there are not so many classes; (usage) for a
-  /// name
-  ///         where there are none
+  ///         name where there are none
   [[nodiscard]] std::size_t class_index(std::string_view name) const;
 
   void set_engine(nn::Engine engine) { network_.set_engine(engine); }
@@ -92,7 +91,7 @@ class Detector {
 
   /// Values of the constants that training changes, one behind the other; see nn::Network::weight_blocks().
   [[nodiscard]] Array<T, 1> weights() const;
-  /// Passes of before keep their results; for an adjoint forward() runs again.
+  /// Earlier passes keep their results; for an adjoint call forward() again.
   /// \throws ShapeError unless there are as many as weights()
   void set_weights(const Array<T, 1>& weights);
 
@@ -103,24 +102,24 @@ class Detector {
   /// Logits of every head for a batch of pictures.
   ///
   /// \param images  [N, H, W, 3], RGB in [0, 1], N at least 1: pictures as everywhere else, one behind the
-  ///                other. What else a network wants of its input, it makes of them itself.
-  /// \param pass    takes the logits, and what `mode` says is kept
+  ///                other. The detector itself applies the input encoding of the network.
+  /// \param pass    receives the logits, and what `mode` keeps
   /// \throws ShapeError unless images have the network's extents
   void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const;
 
-  /// forward() of pictures that change from call to call within a window each, with the same bits. Where a
-  /// network's layers are not reached by the window they are taken from `kept` instead of being computed,
-  /// and pull_back() may add to the windows only. The first call with a kept picture computes everything, and
-  /// so does every call before which the rest of the picture, the weights or the mode have changed.
+  /// forward() of pictures that change from call to call within a window each, with the same bits. Layers
+  /// that the window does not reach are taken from `kept` instead of being computed, and pull_back() may add
+  /// to the windows only. The first call with a kept picture computes everything, and so does every call
+  /// after a change of the rest of the picture, the weights or the mode.
   ///
-  /// \param kept  for each image, or null for one of which everything is computed
+  /// \param kept  one for each image; null: everything of the image is computed
   /// \throws ShapeError as forward(), unless there are as many of them as images, and for windows that leave
   ///         the picture
   void forward_within(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
                       Mode mode = Mode::inference) const;
 
   /// Share of a whole pass's multiply-adds, from 0 to 1, that forward_within() leaves out for a picture that
-  /// changes within a window; 0 where nothing is kept. A small share is not worth the memory of what is kept.
+  /// changes within a window; 0 where nothing is kept. A small share is not worth its memory.
   /// \throws ShapeError if the window leaves the picture
   [[nodiscard]] double share_kept(const image::PixelWindow& window) const;
 
@@ -191,7 +190,7 @@ class Detector {
   static void require_value(const nn::NetworkDescription& network, const std::string& what,
                             const std::string& name);
 
-  /// The network with other outputs: what the heads are made of, then the layers.
+  /// The network with other outputs: the values that the heads are computed from, then the layers.
   [[nodiscard]] static nn::NetworkDescription showing_heads(const nn::NetworkDescription& network,
                                                             const DetectorDescription& kind, std::size_t size,
                                                             const std::vector<std::string>& layers);
@@ -200,7 +199,7 @@ class Detector {
 
   [[nodiscard]] std::vector<nn::Shape> output_shapes() const;
 
-  /// Adjoints of the network's outputs for one pass, and what they point to.
+  /// Adjoints of the network's outputs for one pass, and the arrays they point to.
   struct OutputAdjoints {
     std::vector<const T*> of_outputs{};
     std::vector<std::vector<T>> joined{};  ///< of a pass with several images
@@ -227,7 +226,7 @@ class Detector {
   /// \throws DomainError if there is no such layer or image
   void require_layer(const char* operation, const Pass<T>& pass, std::size_t layer, std::size_t image) const;
 
-  /// Extents of a head's logits for one image, or of what stands in their place.
+  /// Extents of a head's logits for one image, or of the output in their place.
   [[nodiscard]] std::array<std::size_t, 3> logits_extents(std::size_t head) const;
   [[nodiscard]] std::size_t logits_count() const { return heads_.pieces.back().head + 1; }
 

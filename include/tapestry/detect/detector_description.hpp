@@ -14,7 +14,7 @@
 
 namespace tapestry::detect {
 
-/// The heads of known detectors: a decode family with what else of a Head is the same in all of them.
+/// The heads of known detectors: a decode family, and the other members of Head that all of them share.
 ///
 ///   yolox    the decode family yolox
 ///   nanodet  the decode family distance, 8 bins, classes first: NanoDet-m
@@ -48,28 +48,28 @@ inline constexpr std::string_view head_kind_names =
   return kind == HeadKind::yolox ? DecodeFamily::yolox : DecodeFamily::distance;
 }
 
-/// What a file of a network's operators leaves open: how a picture goes in, and how its outputs become boxes.
+/// The facts that a network's file leaves open: how a picture goes in, and how its outputs become boxes.
 struct DetectorDescription {
   InputEncoding encoding{};
   image::Fit fit{};
   HeadKind head = HeadKind::darknet;
   std::vector<std::size_t> strides{};  ///< pixels between cells, of each head in the order of the outputs
-  /// Of each head with anchors, those of Head::anchors.
+  /// Anchors of each head that has some, as Head::anchors.
   std::vector<std::vector<std::array<double, 2>>> anchors{};
   DecodedOutputs decoded{};  ///< of boxes_and_scores, which has no strides
 
   bool operator==(const DetectorDescription&) const = default;
 };
 
-/// The description of a detector that is known by name: yolox, as Megvii's YOLOX takes its pictures since
-/// version 0.1.1, nanodet, as NanoDet-m, or yolov5, as the models n to x of three grids.
-/// Sources: Ge et al., "YOLOX" (2021) and its program; the configurations of NanoDet-m and of YOLOv5, version
-/// 6, whose anchors they are.
+/// The description of a detector that is known by name. yolox: as Megvii's YOLOX takes its pictures since
+/// version 0.1.1; nanodet: NanoDet-m; yolov5: the models n to x of three grids. Sources: Ge et al., "YOLOX"
+/// (2021) and its program; the configurations of NanoDet-m and of YOLOv5, version 6, from which the anchors
+/// are.
 /// \throws DomainError for any other name
 [[nodiscard]] DetectorDescription known_description(std::string_view name);
 
-/// The heads that a description means, for an input of the given extents: of each stride s one with
-/// ⌈height / s⌉ × ⌈width / s⌉ cells. Of boxes_and_scores, which has no strides, there are none.
+/// The heads of a description, for an input of the given extents: for each stride s one with ⌈height / s⌉ ×
+/// ⌈width / s⌉ cells. None for boxes_and_scores, which has no strides.
 ///
 /// \param classes  K
 /// \throws DomainError for a stride of 0, for heads with anchors unless each stride has some, and for anchors
@@ -77,7 +77,7 @@ struct DetectorDescription {
 [[nodiscard]] std::vector<Head> heads_of(const DetectorDescription& description, std::size_t classes,
                                          std::size_t input_height, std::size_t input_width);
 
-/// K of the first head, which has so many channels.
+/// K, computed from the number of channels of the first head.
 /// \throws ShapeError if the channels leave no class, or not as many for each anchor; DomainError as
 /// heads_of()
 [[nodiscard]] std::size_t class_count_of(const DetectorDescription& description, std::size_t channels);
@@ -90,8 +90,8 @@ struct ForeignOutput {
 
 /// Another library, such as OpenCV, ONNX Runtime or TensorRT, that runs a model which our readers do not
 /// read: everything that measures by forward passes takes it as a Detector. Runs the model on one picture,
-/// [3, H, W] of the input's extents, encoded as the description says, and returns the output with boxes and,
-/// unless it is the same, the one with scores. It is never called by two threads at once.
+/// [3, H, W] of the input's extents, encoded by the description, and returns the output with boxes and,
+/// unless it is the same, the one with scores. Two threads never call it at once.
 using ForeignEngine = std::function<std::vector<ForeignOutput>(const std::vector<float>& picture)>;
 
 }  // namespace tapestry::detect

@@ -8,7 +8,7 @@
 
 namespace tapestry::detect {
 namespace detail {
-/// The logits of a pass, which live as long as any of these does.
+/// The logits of a pass, which live as long as any of them is held.
 template <std::floating_point T>
 [[nodiscard]] std::vector<std::shared_ptr<const Array<T, 4>>> shared_logits(
     const std::shared_ptr<Pass<T>>& pass);
@@ -36,9 +36,9 @@ template <std::floating_point T>
                                                        std::shared_ptr<Pass<T>> pass = nullptr);
 
 /// The same, bit for bit, of pictures that change within a window each from call to call, without computing
-/// again what the windows do not reach: see Detector::forward_within(). The adjoint that it hands to the
-/// pictures is that of forward() within the windows, and may be zero elsewhere. Pictures that are constants
-/// run in the same mode as others, for what is kept is of one mode.
+/// again what the windows do not reach: see Detector::forward_within(). The pictures' adjoint is that of
+/// forward() within the windows, and may be zero elsewhere. Constant pictures run in the same mode as others,
+/// since kept layers belong to one mode.
 ///
 /// \param kept  for each image, or null to compute everything of it; needed during the call only
 /// \throws ShapeError as Detector::forward_within(); DomainError as forward()
@@ -48,10 +48,10 @@ template <std::floating_point T>
                                                               const std::vector<KeptPicture<T>*>& kept,
                                                               std::shared_ptr<Pass<T>> pass = nullptr);
 
-/// The same in training mode, differentiable by the pictures and by the weights. Batch normalisation that the
-/// network holds keeps its running statistics.
+/// The same in training mode, differentiable by the pictures and by the weights. Batch normalisation in the
+/// network keeps its running statistics.
 ///
-/// The detector takes over the weights' values, which must stay until the tape's last reverse().
+/// The detector takes over the weights' values, which must stay unchanged until the tape's last reverse().
 ///
 /// \param images     [N, H, W, 3], RGB in [0, 1]
 /// \param weights    in the order of detector.weights()

@@ -11,23 +11,24 @@
 
 namespace tapestry::detect {
 
-/// The convolutions that an exported detector's outputs show, before they were rearranged and before the
-/// logistic function: what losses need, since where that rounds to 1 no slope is left. Found by going back
-/// from the outputs through operators that only present values; in the order in which they are joined there.
+/// The convolutions that an exported detector's outputs are computed from, before they were rearranged and
+/// before the logistic function: losses need them, since where that function rounds to 1 no slope is left.
+/// Found by going back from the outputs through operators that only rearrange values; in the order in which
+/// they are joined there.
 [[nodiscard]] std::vector<std::string> raw_outputs(const nn::NetworkDescription& description);
 
-/// The last value on which all these values depend: of raw outputs, where everything that the heads see still
-/// lies in one layer. Empty if there is none.
+/// The last value on which all these values depend. For raw outputs it is the last single layer that all
+/// heads depend on. Empty if there is none.
 [[nodiscard]] std::string common_layer(const nn::NetworkDescription& description,
                                        const std::vector<std::string>& outputs);
 
-/// The description of a known detector, by the shape of what is behind its outputs:
+/// The description of a known detector, recognised by the shapes of its raw outputs:
 ///
 ///   yolox    three convolutions on each of three grids, of 4, 1 and K filters
 ///   nanodet  on each of three grids either one convolution of K + 32 filters, with K classes and 32 bins in
 ///            outputs of their own, or two of K and 32
 ///
-/// Exports of other detectors may look alike; a description by hand goes before this.
+/// Exports of other detectors may look alike; a description by hand takes precedence.
 [[nodiscard]] std::optional<DetectorDescription> recognised_detector(const nn::NetworkDescription& network);
 
 /// An output of a network that is a run of channels of a head's logits.
@@ -38,7 +39,7 @@ struct HeadPiece {
   std::size_t size = 0;           ///< values
 };
 
-/// The heads that a network's raw outputs make up.
+/// The heads that a network's raw outputs form.
 struct ExportedHeads {
   std::vector<Head> heads{};
   std::vector<HeadPiece> pieces{};
@@ -49,7 +50,7 @@ struct ExportedHeads {
 /// \param path    of the network, for messages
 /// \param shapes  of the outputs, each [1, C, H, W]
 /// \param labels  of the nodes that make them, for messages
-/// \throws FileError (mismatch) if they are not what detectors of this kind have
+/// \throws FileError (mismatch) if they do not fit detectors of this kind
 [[nodiscard]] ExportedHeads exported_heads(const std::string& path, const DetectorDescription& kind,
                                            const std::vector<nn::Shape>& shapes,
                                            const std::vector<std::string>& labels, std::size_t input_height,

@@ -11,7 +11,7 @@
 namespace tapestry::detect {
 
 /// How a head's outputs become boxes and scores. Detectors of different families can have the same layers and
-/// tensors, so nothing but a word about it tells them apart, and the wrong family puts every box elsewhere.
+/// tensors, so the family must be stated: the wrong one puts every box elsewhere.
 ///
 /// With the outputs t, the logistic function σ, and s the head's scale_x_y, for heads with anchors:
 ///
@@ -31,8 +31,8 @@ namespace tapestry::detect {
 /// decoded is for exports that hold their own decoding; its cells are their candidates, in one row.
 /// scaled is new_coords=1 of a cfg: t has been through σ already, in the convolution before the head, which
 /// has activation=logistic. With s = 2 it puts boxes where ultralytics does for the logits before that σ.
-/// The ultralytics family has 2 for s always, whatever a cfg says. YOLOv2's [region] is darknet with s = 1;
-/// its classes, and no others, can be exclusive: a softmax in the place of σ(class), see ClassScores.
+/// The ultralytics family always has s = 2, and ignores a cfg's value. YOLOv2's [region] is darknet with s =
+/// 1; its classes, and no others, can be exclusive: a softmax in the place of σ(class), see ClassScores.
 ///
 /// Sources: darknet, Redmon and Farhadi, "YOLOv3" (2018), section 2.1, and for s Bochkovskiy et al., "YOLOv4"
 /// (2020); ultralytics, the Detect layer of YOLOv5 and of its YOLOv3; scaled, Wang et al.,
@@ -71,7 +71,7 @@ inline constexpr std::string_view anchored_family_names = "darknet, ultralytics 
                     std::string(decode_family_names));
 }
 
-/// What a candidate of the decode family distance says first.
+/// Order of a candidate's channels in the decode family distance.
 enum class ChannelOrder { box_first, classes_first };
 
 /// The first channels of a candidate of every family but distance.
@@ -102,14 +102,15 @@ struct Head {
 
   /// A; a cell of a head without anchors has one candidate.
   [[nodiscard]] std::size_t anchor_count() const { return has_anchors(decode) ? anchors.size() : 1; }
-  /// False for the families distance and decoded, where a class score says by itself that something is there.
+  /// False for the families distance and decoded, where the class score alone decides whether an object is
+  /// there.
   [[nodiscard]] bool has_objectness() const {
     return decode != DecodeFamily::distance && decode != DecodeFamily::decoded;
   }
   [[nodiscard]] std::size_t box_channel_count() const {
     return decode == DecodeFamily::distance ? 4 * bins : 4;
   }
-  /// The first of a candidate's box_channel_count() channels that say where it is.
+  /// The first of a candidate's box_channel_count() channels of the box.
   [[nodiscard]] std::size_t box_channel() const { return has_classes_first() ? classes : 0; }
   [[nodiscard]] std::optional<std::size_t> objectness_channel() const {
     return has_objectness() ? std::optional(box_channel_count()) : std::nullopt;

@@ -14,22 +14,22 @@
 
 namespace tapestry::detect {
 
-/// The candidate that is surest to be of a class.
+/// The surest candidate of a class.
 struct BestCandidate {
   std::size_t head = 0;       ///< whose it is
   std::size_t candidate = 0;  ///< anchor · cells + cell within that
   double confidence = 0;  ///< objectness times the probability of the class, or without objectness the latter
 };
 
-/// Where to look for it.
+/// Class and place of the candidates to search.
 struct CandidateSearch {
   std::size_t class_index = 0;
   std::optional<Box> target{};  ///< only candidates whose box has iou_threshold with it, pixels of the input
   double iou_threshold = 0.5;   ///< met exactly counts
 };
 
-/// The surest candidate of one image, however unsure and before suppression; of equals the first. Candidates
-/// do not count whose box, objectness or probability is NaN or whose confidence is 0.
+/// The surest candidate of one image, however unsure and before suppression; the first of equals. Candidates
+/// whose box, objectness or probability is NaN or whose confidence is 0 do not count.
 ///
 /// \param heads   of any decode family
 /// \param logits  one [N, channels, H, W] a head
@@ -42,8 +42,8 @@ template <std::floating_point T>
                                                           std::size_t image, const CandidateSearch& search,
                                                           std::size_t height, std::size_t width);
 
-/// Grad-CAM: where in a layer a score comes from. What the layer holds, A, is weighted by what the score asks
-/// of it, G = ∂score/∂A: here each channel by the mean of its adjoint.
+/// Grad-CAM: where in a layer a score comes from. The activations A of the layer are weighted by the gradient
+/// of the score, G = ∂score/∂A: here each channel by the mean of its gradient.
 ///
 /// \param values   A, [C, H, W]
 /// \param adjoint  G, [C, H, W]
@@ -66,8 +66,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> layer_cam(const Array<T, 3>& values, const Array<T, 3>& adjoint);
 
-/// How much of a heat map lies where a mask is: Σ heat · mask / Σ heat, in [0, 1]; nothing where there is no
-/// heat at all. Heat that is the same everywhere has the share of the mask's area.
+/// Share of a heat map that lies in a mask: Σ heat · mask / Σ heat, in [0, 1]; nothing where there is no heat
+/// at all. Heat that is the same everywhere has the share of the mask's area.
 ///
 /// \param heat  [H, W], at least 0
 /// \param mask  [H, W], in [0, 1]
@@ -75,8 +75,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] std::optional<double> share_within(const Array<T, 2>& heat, const Array<T, 2>& mask);
 
-/// The adjoint of one candidate's score: 1 for the logit of the class and for that of objectness, of which
-/// the score is the sum; zeros elsewhere.
+/// The adjoint of one candidate's score, which is the sum of the logit of the class and that of objectness: 1
+/// for both, zeros elsewhere.
 ///
 /// \param logits  one [N, channels, H, W] a head, for their extents
 /// \param best    of best_candidate()
@@ -86,22 +86,22 @@ template <std::floating_point T>
                                                      std::size_t image, std::size_t class_index,
                                                      const BestCandidate& best);
 
-/// What a detector sees in a batch, and where from.
+/// Logits of a batch, and the heat maps that explain them.
 template <std::floating_point T>
 struct ExplainedLogits {
   std::vector<ArrayVariable<T, 4>> logits;  ///< as forward() gives them
   std::vector<ArrayVariable<T, 2>> heat;    ///< [H, W] of a layer, one an image
 };
 
-/// Logits and, of each picture, the layer_cam() of the surest candidate of a class, over the first layer that
-/// the detector tells, on the tape. The pullback of a map is that of the layer's values; what the score asks
-/// of the layer is taken as constant, as programs with Grad-CAM do it, which is exact, off kinks, where the
-/// network above the layer is piecewise linear.
+/// Logits and, for each picture, the layer_cam() of the surest candidate of a class, over the first observed
+/// layer of the detector, on the tape. The pullback of a map is that of the layer's values; the gradient of
+/// the score in the layer is taken as constant, as programs with Grad-CAM do it. That is exact, off kinks,
+/// where the network above the layer is piecewise linear.
 ///
-/// \param detector  that tells a layer; must outlive the tape's last reverse(), unchanged
+/// \param detector  with an observed layer; must outlive the tape's last reverse(), unchanged
 /// \param images    [N, H, W, 3], RGB in [0, 1]
 /// \param pass      memory to use, as for forward()
-/// \throws as forward(); DomainError if the detector tells no layer, or has no such class
+/// \throws as forward(); DomainError if the detector has no observed layer, or no such class
 template <std::floating_point T>
 [[nodiscard]] ExplainedLogits<T> explained_forward(const Detector<T>& detector,
                                                    const ArrayVariable<T, 4>& images, std::size_t class_index,

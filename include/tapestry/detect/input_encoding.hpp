@@ -9,10 +9,10 @@
 
 namespace tapestry::detect {
 
-/// Which colour a network's first input channel is.
+/// Colour of a network's first input channel.
 enum class ColourOrder { rgb, bgr };
 
-/// What a network takes for a picture's colours. With a picture in [0, 1] and d_c the deviation,
+/// Encoding of a picture's colours for a network. With a picture in [0, 1] and d_c the deviation,
 ///
 ///   input channel c = (255 · scale · (colour that order puts at c) − mean_c) / d_c
 ///
@@ -23,14 +23,14 @@ struct InputEncoding {
   std::array<double, 3> mean{0, 0, 0};       ///< by input channel
   std::array<double, 3> deviation{1, 1, 1};  ///< by input channel, above 0
 
-  /// The channel of an RGB picture that input channel c shows.
+  /// The channel of an RGB picture that belongs to input channel c.
   [[nodiscard]] std::size_t picture_channel(std::size_t c) const {
     return order == ColourOrder::rgb ? c : 2 - c;
   }
   bool operator==(const InputEncoding&) const = default;
 };
 
-/// Pixels as a network takes them.
+/// Encodes pixels for a network.
 /// \param pictures  [pixel, 3], RGB in [0, 1]
 /// \param input     takes as many
 template <std::floating_point T>
@@ -41,7 +41,7 @@ template <std::floating_point T>
 void encode_adjoint(const T* input_adjoint, std::size_t pixel_count, const InputEncoding& encoding,
                     T* pictures_adjoint);
 
-/// Pictures as a network takes them.
+/// Encodes pictures for a network.
 /// \param pictures  [N, H, W, 3], RGB in [0, 1]
 /// \returns         [N, H, W, 3]
 /// \throws ShapeError unless the pictures have three channels

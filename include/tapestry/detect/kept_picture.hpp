@@ -11,15 +11,15 @@
 
 namespace tapestry::detect {
 
-/// The same window, as networks have it.
+/// The same window in rows and columns, for networks.
 [[nodiscard]] inline nn::MapWindow rows_and_columns(const image::PixelWindow& window) {
   return {{window.top, window.top + window.height}, {window.left, window.left + window.width}};
 }
 
-/// What a detector keeps of one picture that changes from pass to pass within a window only, as a car's does
-/// while its paint is optimised: of each layer what is next to the part that the window reaches. See
-/// Detector::forward_within(), which fills it and finds out by itself when it no longer holds. Two threads
-/// must not share one.
+/// Kept layers of one picture that changes from pass to pass within a window only, as a car's does while its
+/// paint is optimised: of each layer what is next to the part that the window reaches.
+/// Detector::forward_within() fills it and checks itself whether it still holds. Two threads must not share
+/// one.
 template <std::floating_point T>
 class KeptPicture {
  public:
@@ -28,7 +28,8 @@ class KeptPicture {
 
   [[nodiscard]] const image::PixelWindow& window() const { return window_; }
 
-  /// Memory that it holds: 0 before the first pass, and for detectors that compute everything each time.
+  /// Memory that it holds, bytes: 0 before the first pass, and for detectors that compute everything each
+  /// time.
   [[nodiscard]] std::size_t bytes() const { return values_.bytes(); }
 
   /// For detectors, to read and to fill.

@@ -19,16 +19,15 @@ void check_decode(const NetworkConfig& config);
 /// The decode family of a network's heads; darknet where there is none.
 [[nodiscard]] DecodeFamily decode_family_of(const NetworkConfig& config);
 
-/// The same network with heads of this decode family. A cfg that says new_coords=1 is scaled and stays so;
-/// one that does not say it leaves the choice open. A [region] is of the family darknet.
+/// The same network with heads of this decode family. A cfg with new_coords=1 is scaled and stays so; one
+/// without that option leaves the choice open. A [region] is of the family darknet.
 ///
 /// \throws FileError (mismatch) for a family that contradicts new_coords=1 or [region] or has no anchors, and
-/// for scaled
-///         unless each head reads a convolution with activation=logistic
+///         for scaled unless each head reads a convolution with activation=logistic
 [[nodiscard]] NetworkConfig with_decode(NetworkConfig config, DecodeFamily family);
 
-/// One remark for each head that puts σ on what has been through it: Darknet computes that, too, but hardly
-/// any detector means it.
+/// One remark for each head that applies σ to values that have been through σ: Darknet computes that, too,
+/// but hardly any detector intends it.
 [[nodiscard]] std::vector<std::string> decode_warnings(const NetworkConfig& config);
 
 /// Extents of a layer's output for one image.
@@ -86,25 +85,24 @@ inline void check_heads(const NetworkConfig& config, const std::vector<FeatureSh
 }
 }  // namespace detail
 
-/// How pictures go into a network's input: as letter_box says, whose 1 means a letterbox and 0 means that
-/// they are stretched, and where a cfg does not say it, in a letterbox. Source: the option letter_box in
-/// AlexeyAB's Darknet, which stretches where it is left out; the first Darknet has no such option and a
-/// letterbox always.
+/// How pictures go into a network's input. The option letter_box decides: 1 is a letterbox, 0 stretches;
+/// without the option, a letterbox. Source: the option letter_box in AlexeyAB's Darknet, which stretches
+/// where it is left out; the first Darknet has no such option and always uses a letterbox.
 [[nodiscard]] inline image::Fit fit_of(const NetworkConfig& config) {
   return image::fit_by_name(config.letter_box.value_or(true) ? "letterbox" : "stretch");
 }
 
-/// Checks that a description is a detector's: layers that fit each other at the size it names, at least one
-/// head, no two heads of the same grid, and all of one decode family. A reader of files calls it; so should
-/// who writes a description by hand.
+/// Checks that a description is a detector's: layers that fit each other at its size, at least one head, no
+/// two heads of the same grid, and all of one decode family. A reader of files calls it; descriptions by hand
+/// should be checked, too.
 /// \throws FileError  as infer_shapes(), and mismatch for the heads, with the description's name and line
 inline void check_network(const NetworkConfig& config) {
   detail::check_heads(config, infer_shapes(config, config.height, config.width));
   detail::check_decode(config);
 }
 
-/// Checks that a description is that of a network without heads, whose last layer is what it tells: a
-/// classifier, or the beginning of a detector.
+/// Checks that a description is a network without heads, whose result is its last layer: a classifier, or the
+/// beginning of a detector.
 /// \throws FileError  as infer_shapes(), and mismatch for a head or where there are no layers
 inline void check_classifier(const NetworkConfig& config) {
   if (config.layers.empty())

@@ -10,7 +10,7 @@
 
 namespace tapestry::detect {
 
-/// What a parameter is for, in the order in which Darknet stores them.
+/// Role of a parameter, in the order in which Darknet stores them.
 enum class ParameterRole { bias, scale, mean, variance, weight };
 
 [[nodiscard]] constexpr std::string_view name_of(ParameterRole role) {
@@ -18,7 +18,7 @@ enum class ParameterRole { bias, scale, mean, variance, weight };
   return names[static_cast<std::size_t>(role)];
 }
 
-/// Whether parameters are running statistics: state that training passes leave behind, which no step moves.
+/// Whether parameters are running statistics: training passes change them, optimiser steps do not.
 [[nodiscard]] constexpr bool is_running_statistic(ParameterRole role) {
   return role == ParameterRole::mean || role == ParameterRole::variance;
 }
@@ -55,9 +55,9 @@ struct ParameterLayout {
 /// The same network with convolutions that have a bias only, as after fold_batch_norm().
 [[nodiscard]] NetworkConfig without_batch_norm(NetworkConfig config);
 
-/// The parameters of without_batch_norm(config) that give the same outputs: with f = γ/√(σ² + ε) of each
-/// filter, weights f·w and biases β − f·μ. They are worked out in double and rounded once, as a Detector
-/// does for inference itself; what is lost is training with the batch's own statistics.
+/// The parameters of without_batch_norm(config) with the same outputs: with f = γ/√(σ² + ε) of each filter,
+/// weights f·w and biases β − f·μ. They are computed in double and rounded once, as a Detector does for
+/// inference itself. Training with the batch's own statistics is then impossible.
 ///
 /// \param layout      of config
 /// \param parameters  in the order of layout; the result is in that of the folded network's

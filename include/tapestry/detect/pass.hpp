@@ -47,13 +47,13 @@ struct Pass {
 extern template struct Pass<float>;
 extern template struct Pass<double>;
 
-/// Memory of a detector's passes, for what runs it again and again: steps that record, and threads that
-/// examine pictures. A copy of a pool shares its passes.
+/// Memory of a detector's passes, for steps that record again and again, and for threads that examine
+/// pictures. A copy of a pool shares its passes.
 template <std::floating_point T>
 class PassPool {
  public:
-  /// A pass that nobody else holds, no tape and no thread. It comes back when it is let go, if need be after
-  /// the pool. May be called by several threads at once.
+  /// A pass that no tape and no other thread holds. It returns to the pool when it is released, even if the
+  /// pool is gone. May be called by several threads at once.
   [[nodiscard]] std::shared_ptr<Pass<T>> take() {
     return {idle_->take().release(),
             [idle = idle_](Pass<T>* pass) { idle->give_back(std::unique_ptr<Pass<T>>(pass)); }};

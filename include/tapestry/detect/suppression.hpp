@@ -9,14 +9,14 @@
 
 namespace tapestry::detect {
 
-/// How much two detections are the same, at most 1: what suppress() compares with its threshold. That is
-/// their IoU, or with an exponent β
+/// Similarity of two detections, at most 1, which suppress() compares with its threshold. It is their IoU, or
+/// with an exponent β
 ///
 ///   IoU − (d² / c²)^β
 ///
-/// where d is the distance of their centres and c the diagonal of the smallest box around both: of two
-/// objects, one of which hides a part of the other, both stay more often. Source: Zheng et al., "Distance-IoU
-/// loss" (AAAI 2020), section 3.3, there with β = 1; β is beta_nms of AlexeyAB's Darknet for
+/// where d is the distance of their centres and c the diagonal of the smallest box around both. With β, two
+/// objects of which one hides a part of the other are both kept more often. Source: Zheng et al.,
+/// "Distance-IoU loss" (AAAI 2020), section 3.3, there with β = 1; β is beta_nms of AlexeyAB's Darknet for
 /// nms_kind=diounms, which measures in shares of the picture's extents. Here it is in pixels of the network's
 /// input.
 struct SuppressionMeasure {

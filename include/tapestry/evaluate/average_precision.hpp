@@ -8,7 +8,7 @@
 
 namespace tapestry::evaluate {
 
-/// How well a detector does, by COCO's measures; each without a value where there is nothing to find.
+/// A detector's accuracy by COCO's measures; a measure has no value where there is nothing to find.
 struct PrecisionSummary {
   std::optional<double> ap{};         ///< mean over the thresholds .50, .55, … .95
   std::optional<double> ap50{};       ///< at IoU ≥ .50
@@ -19,14 +19,14 @@ struct PrecisionSummary {
   std::optional<double> recall{};     ///< AR: the largest recall, mean over the thresholds
 };
 
-/// Of one class.
+/// Average precision of one class.
 struct ClassPrecision {
   std::size_t truths = 0;      ///< that count: no crowds, none ignored
   std::size_t detections = 0;  ///< all that were given
   PrecisionSummary summary{};
 };
 
-/// Of all classes that are looked for.
+/// Average precision over all classes that are looked for.
 struct AveragePrecision {
   PrecisionSummary mean{};  ///< each over the classes that have it
   std::vector<ClassPrecision> classes{};
@@ -37,9 +37,9 @@ struct AveragePrecision {
 ///
 ///   AP = 1/101 · Σ over r = 0, .01, … 1 of max {precision at rank k : recall at rank k ≥ r}
 ///
-/// with precision = hits / detections and recall = hits / truths, what is ignored counting nowhere. At most
-/// 100 detections count for each class of a picture, the most confident. Equal confidences keep the order of
-/// pictures and, in a picture, that in which they are given, so that else no order matters. The same bits for
+/// with precision = hits / detections and recall = hits / truths; ignored detections and truths count
+/// nowhere. At most 100 detections count for each class of a picture, the most confident. Equal confidences
+/// keep the order of pictures and, within a picture, of its list; no other order matters. The same bits for
 /// any number of threads.
 ///
 /// Source: Lin et al., "Microsoft COCO: Common Objects in Context" (ECCV 2014), and the metrics of

@@ -24,7 +24,7 @@ void require_chart_colours(const char* operation, const Array<T, 2>& colours,
 
 namespace tapestry::evaluate {
 
-/// How often matched_noise() alternates between values and spectrum; later rounds change little.
+/// Rounds in which matched_noise() alternates between values and spectrum; later rounds change little.
 inline constexpr std::size_t matched_noise_rounds = 30;
 
 /// The control for an optimised texture: noise with its colours and its spectrum, but without its design. In
@@ -34,17 +34,17 @@ inline constexpr std::size_t matched_noise_rounds = 30;
 ///   values     the plane's are replaced by the chart's, in the order of their ranks
 ///   spectrum   F_c(k) = X_c(k) · e^(iα(k)), where e^(iα) is the direction of Σ_c S_c(k) · conj X_c(k)
 ///
-/// with X the spectrum of the optimised channel and S that of the plane, so that F is the nearest to S which
-/// has the amplitudes and the relative phases of X.
+/// with X the spectrum of the optimised channel and S that of the plane, so that F is nearest to S among all
+/// spectra with the amplitudes and the relative phases of X.
 ///
 /// Exact: each channel of each chart has the same values as before, each as often. Approximate: the power
-/// spectrum; the last step is that of the values. It comes nearer the more evenly the colours are spread and
-/// the fuller the chart's bounding box is. Texels outside a chart count as its mean colour, the spectrum is
-/// corrected for them, and the noise fills the whole box before the chart is cut out of it. They are not
-/// set back to the mean in between: a picture is determined by the amplitudes of its spectrum and a border
-/// that is known (Fienup, Applied Optics 21, 1982), and where more than half of a box was border, the rounds
-/// were seen to end at the optimised texture itself. Joint distributions of channels are kept in their second
-/// moments only. Texels of no chart stay as they are.
+/// spectrum, since the last step is that of the values. It is the nearer, the more evenly the colours are
+/// spread and the fuller the chart's bounding box is. Texels outside a chart count as its mean colour, the
+/// spectrum is corrected for them, and the noise fills the whole box before the chart is cut out of it. They
+/// are not reset to the mean in between: a picture is determined by the amplitudes of its spectrum and a
+/// known border (Fienup, Applied Optics 21, 1982), and where more than half of a box was border, the rounds
+/// ended at the optimised texture itself. Joint distributions of channels keep their second moments only.
+/// Texels of no chart stay as they are.
 ///
 /// Sources: the iterated amplitude adjusted Fourier transform of Schreiber and Schmitz, "Improved surrogate
 /// data for nonlinearity tests" (Physical Review Letters 77, 1996); for several channels the same authors,
@@ -69,11 +69,11 @@ struct PatchExtents {
 /// atlas: squares of an eighth of its height; cube: the whole of a face; other kinds: single texels.
 [[nodiscard]] PatchExtents patch_extents(const raster::TextureLayout& layout);
 
-/// The control that keeps the parts of an optimised texture and not their arrangement: in each chart, patches
-/// that lie wholly in it change places in one random cycle, so that none stays where it is. What is left over
-/// between them and the chart's outline, and all of a chart with room for one patch only, is cut into patches
-/// of half the extents, which change places among themselves, and so on down to single texels. Each texel
-/// keeps its colour, somewhere in its chart.
+/// The control that keeps the parts of an optimised texture but not their arrangement. In each chart, patches
+/// that lie wholly in it change places in one random cycle, so that none stays where it is. The rest, between
+/// them and the chart's outline, and all of a chart with room for one patch only, is cut into patches of half
+/// the extents, which change places among themselves, and so on down to single texels. Each texel keeps its
+/// colour, somewhere in its chart.
 ///
 /// \param colours  [texel, 3]
 /// \param charts   of the texture, see raster::texture_charts(); no texel in two of them
@@ -87,8 +87,8 @@ template <std::floating_point T>
                                            const std::vector<raster::TextureChart>& charts,
                                            PatchExtents patch, const Random& random);
 
-/// A control: a texture that was not optimised. What hides the car from a detector must hide it better than
-/// these do.
+/// A control: a texture that was not optimised for this. A camouflage must hide the car better than its
+/// controls do.
 template <std::floating_point T>
 struct Control {
   std::string name;
@@ -101,19 +101,18 @@ inline constexpr const char* shuffled_patches_name = "shuffled";
 /// Another camouflage, measured among the controls.
 inline constexpr const char* other_run_name = "other run";
 
-/// The controls that a camouflage is taken apart into: "matched noise" has its colours and its spectrum and
-/// "shuffled" its parts, neither its design; see matched_noise() and shuffled_patches(). Texels that no view
-/// has shown to the optimisation have kept their first colour, which moves about in their chart like others.
-/// Where a camouflage covers parts of the car, so do they: each piece of a part that hangs together is a
-/// chart of its own, and the rest stays the car's own. Copies of one picture are not copies in the noise. The
-/// same for the same seed.
+/// The matched controls of a camouflage: "matched noise" has its colours and its spectrum, "shuffled" its
+/// parts; neither has its design. See matched_noise() and shuffled_patches(). Texels that no view has shown
+/// to the optimisation have kept their first colour, and are moved like others. If a camouflage covers parts
+/// of the car, so do its controls: each connected piece of a part is a chart of its own, and the rest stays
+/// the car's own. Copies of one picture are not copies in the noise. The same for the same seed.
 ///
 /// \throws ShapeError unless the paint is of the car's texels; as raster::texture_charts(), matched_noise()
 template <std::floating_point T>
 [[nodiscard]] std::vector<Control<T>> matched_controls(const raster::PaintedMesh& car,
                                                        const camouflage::Paint<T>& paint, std::uint64_t seed);
 
-/// Controls that know nothing of a camouflage: random noise and six solid colours all over the car; the same
+/// Controls that do not depend on a camouflage: random noise and six solid colours all over the car; the same
 /// for the same seed.
 template <std::floating_point T>
 [[nodiscard]] std::vector<Control<T>> plain_controls(std::size_t texel_count, std::uint64_t seed);

@@ -9,16 +9,16 @@
 
 namespace tapestry::evaluate {
 
-/// How sure a detector is of a target at best: the largest confidence among all candidates whose box has an
+/// Best confidence of a detector in a target: the largest confidence among all candidates whose box has an
 /// IoU with the target's of at least `iou_threshold`; 0 if there is none. The confidence is objectness times
-/// the probability of the target's class, or of heads without objectness the latter. Candidates count however
-/// low it is, and before suppression: one that is_found() finds counts, but one that counts need not survive
-/// a surer box that lies elsewhere.
+/// the probability of the target's class, or that probability alone for heads without objectness. Candidates
+/// count however low it is, and before suppression: a candidate that makes is_found() true counts, but one
+/// that counts may be suppressed by a surer box elsewhere.
 ///
 /// \param predictions    of the picture, by heads of any decode family
 /// \param target         the box in pixels of the network's input
 /// \param iou_threshold  0.5 as for P@0.5; met exactly counts
-/// \returns  in [0, 1]; candidates do not count whose box, objectness or probability is NaN
+/// \returns  in [0, 1]; candidates whose box, objectness or probability is NaN do not count
 /// \throws ShapeError if the logits do not fit the heads; DomainError if there is no such image or class, or
 ///         as detect::require_layout()
 template <std::floating_point T>
@@ -28,8 +28,8 @@ template <std::floating_point T>
 /// Whether a detector found a target: some detection has the target's class and an IoU with its box of at
 /// least `iou_threshold`.
 ///
-/// \param detections     as they come out of suppression, so above the confidence threshold (0.25 and a
-///                       suppression IoU of 0.45 in the reports)
+/// \param detections     after suppression, so above the confidence threshold (0.25 and a suppression IoU of
+///                       0.45 in the reports)
 /// \param iou_threshold  0.5 for P@0.5; met exactly counts as found
 [[nodiscard]] bool is_found(const std::vector<detect::Detection>& detections, const loss::Target& target,
                             double iou_threshold = 0.5);
@@ -37,10 +37,11 @@ template <std::floating_point T>
 /// The 95 % interval of a share, from `hits` of `trials`; {0, 1} for no trials.
 ///
 /// Source: Wilson, "Probable inference" (1927), with z = 1.959964. Unlike the normal approximation it never
-/// leaves [0, 1] and is honest about 0 of n and n of n.
+/// leaves [0, 1] and is right for 0 of n and n of n, too.
 ///
-/// \param pictures_a_trial  trials that were looked at several times count once each: their share over all
-///                          pictures, which hits and trials then count, is held for that of so many fewer
+/// \param pictures_a_trial  pictures of one trial, which counts once: hits and trials then count pictures,
+/// and
+///                          their share is taken as that of the trials
 [[nodiscard]] std::array<double, 2> wilson_interval(std::size_t hits, std::size_t trials,
                                                     std::size_t pictures_a_trial = 1);
 
@@ -53,12 +54,12 @@ struct DetectionRate {
 };
 
 /// \param found            one entry a view, or one a picture
-/// \param pictures_a_view  photographs of a view are no further views: the interval counts them as one
+/// \param pictures_a_view  photographs of one view; the interval counts them as one view
 [[nodiscard]] DetectionRate detection_rate(const std::vector<bool>& found, std::size_t pictures_a_view = 1);
 
-/// ASR: of the views in which the clean target was found, the share in which the painted one was not.
+/// ASR: share of the views with a found clean target in which the painted one was not found.
 struct AttackSuccess {
-  std::size_t views = 0;                     ///< found in clean; with 0, nothing can be said: report no rate
+  std::size_t views = 0;                     ///< found in clean; 0: there is no rate to report
   std::size_t hidden = 0;                    ///< of those, not found with the adversarial paint
   double rate = 0;                           ///< hidden / views, 0 without views; a share, not per cent
   std::array<double, 2> interval{0.0, 1.0};  ///< Wilson, 95 %; all of [0, 1] without views

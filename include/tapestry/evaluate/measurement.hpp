@@ -23,14 +23,14 @@
 
 namespace tapestry::evaluate {
 
-/// Photographs that stand for views as they are: some of each view, each under conditions of its own.
+/// Photographs of views: some of each view, each under conditions of its own.
 struct Photography {
   image::Conditions conditions{};
   std::size_t draws = 1;  ///< photographs of each view
   std::uint64_t seed = 1;
 };
 
-/// How a set of views fares with one texture.
+/// Results of one texture over a set of views.
 struct Measurement {
   std::string name;
   std::size_t draws = 1;                   ///< pictures of each view, one behind the other
@@ -44,7 +44,7 @@ struct Measurement {
   std::vector<DetectionRate> sweep{};  ///< the rate at each threshold of the meter's sweep
 };
 
-/// A picture as it was measured.
+/// One measured picture.
 template <std::floating_point T>
 struct MeasuredPicture {
   const std::string& texture;  ///< the measurement's name
@@ -61,8 +61,8 @@ struct Photograph {
   detect::Box target;
 };
 
-/// The picture of a view in a paint, or the untouched frame when `paint` is null, photographed if asked for:
-/// the same conditions for every paint, the same print of a paint in every view.
+/// The picture of a view in a paint, or the untouched frame when `paint` is null; photographed if
+/// `photography` is on: the same conditions for every paint, the same print of a paint in every view.
 ///
 /// \param view_index, draw  which view and which photograph of it: another one is under other conditions
 template <std::floating_point T>
@@ -71,7 +71,7 @@ template <std::floating_point T>
                                           std::size_t draw);
 
 namespace detail {
-/// Rates and means of what was found.
+/// Computes rates and means of the results.
 inline void summarise(Measurement& measurement, const std::vector<std::vector<bool>>& found_in_sweep,
                       std::size_t draws) {
   measurement.rate = detection_rate(measurement.found, draws);
@@ -88,10 +88,9 @@ inline void summarise(Measurement& measurement, const std::vector<std::vector<bo
 /// each on a thread of its own.
 ///
 /// \param views        indices in the store
-/// \param visit        called with each MeasuredPicture in order, to show or keep it; may give up by an
-///                     exception
-/// \param photography  what the views are photographed under; if left out, they are as they are
-/// \throws DomainError if of each view none is drawn
+/// \param visit        called with each MeasuredPicture in order, to show or keep it; may throw to give up
+/// \param photography  conditions of the photographs; if left out, the views are measured as they are
+/// \throws DomainError if no picture of each view is drawn
 template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit>
 [[nodiscard]] Measurement measure(const std::string& name, Meter<T>& meter, camouflage::ViewStore<T>& store,
                                   const std::vector<std::size_t>& views, const camouflage::Paint<T>* paint,
@@ -136,9 +135,8 @@ template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit
   return measurement;
 }
 
-/// What a camouflage does beyond a control: the control's figures minus its own, over the same views. The
-/// intervals are those of the views, by paired_bootstrap() and rate_difference(); another draw of a control
-/// that is random moves the means as well.
+/// Effect of a camouflage beyond a control: the control's figures minus its own, over the same views. The
+/// intervals are those of the views; another draw of a random control moves the means as well.
 struct Effect {
   std::string control;                 ///< its name
   PairedDifference best_confidence{};  ///< of the means of best_confidence()
@@ -163,14 +161,14 @@ std::vector<double> means_of_views(const std::vector<Value>& of_pictures, std::s
 [[nodiscard]] Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
                                    const BootstrapSettings& settings = {});
 
-/// What a survey compares.
+/// The textures that a survey compares.
 template <std::floating_point T>
 struct SurveyedTextures {
   camouflage::Paint<T> clean;                       ///< no paint, the car's own colours
   std::optional<camouflage::Paint<T>> adversarial;  ///< the camouflage, if there is one
   std::vector<Control<T>> controls;
-  /// The same views of the car in the shape that the camouflage has given it, in which it and its controls
-  /// are measured; and in that of the other run. Null: the car as it is. They must outlive the survey.
+  /// The same views with the car in the shape that the camouflage has given it, where it and its controls are
+  /// measured; likewise for the other run. Null: the car as it is. They must outlive the survey.
   camouflage::ViewStore<T>* reshaped = nullptr;
   camouflage::ViewStore<T>* reshaped_by_other = nullptr;
 
@@ -178,7 +176,7 @@ struct SurveyedTextures {
   [[nodiscard]] std::size_t pictures_a_view() const { return 2 + (adversarial ? 1U : 0U) + controls.size(); }
 };
 
-/// How the same views fare with each texture.
+/// Results of each texture over the same views.
 struct Survey {
   Measurement photo;  ///< the untouched frames
   Measurement clean;
@@ -191,8 +189,8 @@ struct Survey {
 
 /// Measures the untouched frames as "photo", the car in its own colours as "clean", the camouflage as
 /// "adversarial", if there is one, and the controls by their names, in this order; parameters as measure().
-/// Where the camouflage moves the shape, too, its controls have that shape, so that an effect beyond them is
-/// the texture's; photo and clean are of the car as it is.
+/// If the camouflage moves the shape, too, its controls have that shape, so that an effect beyond them
+/// belongs to the texture; photo and clean show the car as it is.
 template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit>
 [[nodiscard]] Survey survey(Meter<T>& meter, camouflage::ViewStore<T>& store,
                             const std::vector<std::size_t>& views, const SurveyedTextures<T>& textures,

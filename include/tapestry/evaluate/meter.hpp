@@ -18,14 +18,14 @@
 
 namespace tapestry::evaluate {
 
-/// When a detector says that something is there.
+/// Thresholds of a detection.
 struct MeterSettings {
   double confidence = 0.25;     ///< a detection's must be above it
   double nms = 0.45;            ///< IoU above which a weaker detection is suppressed
   std::vector<double> sweep{};  ///< further thresholds of confidence
 };
 
-/// The detections in the picture of a view, whether the car is among them, and how sure the detector is of
+/// The detections in the picture of a view, whether the car is among them, and the detector's confidence in
 /// it.
 struct ViewResult {
   std::vector<detect::Detection> detections{};  ///< above the confidence, most confident first
@@ -39,9 +39,9 @@ struct ViewResult {
 
 /// Measures pictures of views with one detector, at its confidence threshold and at those of a sweep.
 ///
-/// The network runs once a picture. So does suppression: as it goes down in confidence, what it keeps above a
-/// threshold does not depend on what lies below. Several threads may examine pictures at once, and each that
-/// does holds a pass of the network.
+/// The network runs once a picture, and so does suppression: going down in confidence, the kept detections
+/// above a threshold do not depend on those below. Several threads may examine pictures at once; each then
+/// holds a pass of the network.
 template <std::floating_point T>
 class Meter {
  public:
@@ -77,7 +77,7 @@ class Meter {
   [[nodiscard]] const detect::Detector<T>& detector() const { return detector_; }
 
  private:
-  /// Of detections in order of confidence, those above a threshold.
+  /// The detections above a threshold, of a list in order of confidence.
   static std::vector<detect::Detection> above(double threshold,
                                               const std::vector<detect::Detection>& detections);
 
@@ -111,22 +111,22 @@ struct PhysicalGrid {
   [[nodiscard]] std::size_t frames_a_view() const { return photographs + 1; }
 };
 
-/// What a frame of physical_frames() shows.
+/// Content of one frame of physical_frames().
 struct PhysicalFrame {
   std::size_t view = 0;                     ///< its number in the grid
   std::size_t surroundings = 0;             ///< where the car stands
   std::optional<std::size_t> photograph{};  ///< which one of the view; none: the view as it is
 };
 
-/// Surroundings × distances: first those photographed, then the same as they are.
+/// Surroundings × distances: first the photographed views, then the same views as they are.
 [[nodiscard]] ProtocolTable physical_table(const PhysicalGrid& grid);
 
-/// The frames of a grid, by surroundings, then distance, then direction; of each view its photographs, then
-/// itself.
+/// The frames of a grid, by surroundings, then distance, then direction; for each view its photographs, then
+/// the view itself.
 /// \throws DomainError unless the azimuths divide a full turn and there is a photograph
 [[nodiscard]] std::vector<ProtocolFrame> physical_frames(const PhysicalGrid& grid);
 
-/// What the frame-th of physical_frames() shows.
+/// The content of frame number `frame` of physical_frames().
 [[nodiscard]] PhysicalFrame physical_frame(const PhysicalGrid& grid, std::size_t frame);
 
 }  // namespace tapestry::evaluate

@@ -13,14 +13,14 @@
 
 namespace tapestry::evaluate {
 
-/// How an interval is drawn.
+/// Settings of a bootstrap.
 struct BootstrapSettings {
   std::size_t resamples = 2000;
   std::uint64_t seed = 1;
   double level = 0.95;  ///< of the interval, in (0, 1)
 };
 
-/// The mean of first − second over pairs, and how far it is known.
+/// The mean of first − second over pairs, with its interval.
 struct PairedDifference {
   std::size_t pairs = 0;
   double mean = 0;  ///< 0 without pairs
@@ -28,7 +28,7 @@ struct PairedDifference {
                                  std::numeric_limits<double>::infinity()};
 };
 
-/// A ratio of two means over the same pairs, and how far it is known.
+/// A ratio of two means over the same pairs, with its interval.
 struct PairedRatio {
   double ratio = 0;
   std::array<double, 2> interval{-std::numeric_limits<double>::infinity(),
@@ -42,13 +42,13 @@ namespace detail {
 /// Φ, the distribution function of the standard normal distribution.
 [[nodiscard]] inline double normal_probability(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
 
-/// Φ⁻¹ by bisection, to the last digits; p in (0, 1), and beyond ±37 as there.
+/// Φ⁻¹ by bisection, to the last digits; p in (0, 1), and at most ±37.
 [[nodiscard]] double normal_quantile(double p);
 
 /// The quantile of sorted values, linear between them: the least at p = 0, the greatest at p = 1.
 [[nodiscard]] double quantile(const std::vector<double>& sorted, double p);
 
-/// What an estimator makes of resamples, ascending: vectors of as many indices, drawn with replacement.
+/// Values of an estimator on resamples, ascending: vectors of as many indices, drawn with replacement.
 template <class Estimator>
 std::vector<double> resampled(std::size_t count, const BootstrapSettings& settings,
                               const Estimator& estimator) {
@@ -67,20 +67,20 @@ std::vector<double> resampled(std::size_t count, const BootstrapSettings& settin
 /// jackknife gives it; 0 where all values are the same.
 double acceleration(const std::vector<double>& values, double mean);
 
-/// The probability at which the distribution of resampled means is read for an end of the interval that in a
-/// normal distribution lies z standard deviations off.
+/// Probability for an end of the interval: that at which the distribution of resampled means is read instead
+/// of z standard deviations of a normal distribution.
 double corrected_probability(double z, double bias, double acceleration);
 
 }  // namespace detail
 
-/// The mean difference of pairs, with a bootstrap interval over the pairs: what one treatment of the same
-/// views changes against another.
+/// The mean difference of pairs, with a bootstrap interval over the pairs: the effect of one treatment
+/// against another on the same views.
 ///
 /// The interval is BCa, bias-corrected and accelerated: Efron, "Better bootstrap confidence intervals"
 /// (Journal of the American Statistical Association 82, 1987). Resampled means that equal the mean count half
-/// as below it, since differences of rates are often tied. It tells how far the mean would go with other
+/// as below it, since differences of rates are often tied. It measures how far the mean would move with other
 /// views of the same kind; with few of them, below about 20, intervals are too narrow. Where all differences
-/// are the same, it has no width: then the pairs show no spread to learn from.
+/// are the same, it has no width: the pairs then show no spread.
 ///
 /// \param first, second  one number a pair, in the same order
 /// \returns  with fewer than two pairs an interval from −∞ to ∞
@@ -108,10 +108,10 @@ double corrected_probability(double z, double bias, double acceleration);
                                                const std::vector<bool>& second,
                                                std::size_t pictures_a_view = 1);
 
-/// Σ first / Σ second over pairs, with a bootstrap interval as of paired_bootstrap(): pairs are drawn with
-/// both their numbers, so that what is common to them does not widen it. The skewness is that of the
-/// influences first − ratio · second. A resample whose second sum is not above 0 counts as ∞, for its ratio
-/// says nothing; so where the second mean is not well above 0, the interval has no upper end.
+/// Σ first / Σ second over pairs, with a bootstrap interval like that of paired_bootstrap(): pairs are drawn
+/// with both their numbers, so that variation common to both does not widen it. The skewness is that of the
+/// influences first − ratio · second. A resample whose second sum is not above 0 counts as ∞, since its ratio
+/// has no meaning; so where the second mean is not well above 0, the interval has no upper end.
 ///
 /// \param first, second  one number a pair, in the same order; the sum of the second above 0
 /// \returns  with fewer than two pairs an interval from −∞ to ∞

@@ -14,14 +14,14 @@
 
 namespace tapestry::evaluate {
 
-/// How far a frame of a protocol is.
+/// Progress of a protocol's frame.
 enum class FrameState : std::uint8_t {
   pending = 0,
   measured = 1,
-  left_out = 2,  ///< nothing of the car shows, or it cannot be changed as the protocol asks
+  left_out = 2,  ///< nothing of the car shows, or the protocol's change cannot be made to it
 };
 
-/// What a detector made of every picture of a protocol: each frame with each texture, the clean one first.
+/// Outcomes of a detector on every picture of a protocol: each frame with each texture, the clean one first.
 struct ProtocolOutcomes {
   Array<std::uint8_t, 1> state;       ///< [frame], a FrameState
   Array<std::uint8_t, 2> found;       ///< [frame, texture], 0 or 1
@@ -50,7 +50,7 @@ struct ProtocolOutcomes {
   [[nodiscard]] FrameState state_of(std::size_t frame) const { return static_cast<FrameState>(state(frame)); }
 };
 
-/// How one texture fares in the frames of a cell.
+/// Results of one texture over the frames of a cell.
 struct TextureCell {
   DetectionRate rate{};             ///< P@0.5 over the measured frames
   double mean_best_confidence = 0;  ///< over them, 0 without any
@@ -109,7 +109,7 @@ template <std::predicate<std::size_t> Belongs>
   return cell;
 }
 
-/// One number of each measured frame for which belongs(index) holds.
+/// Values of one texture, one for each measured frame for which belongs(index) holds.
 ///
 /// \param values   of the outcomes, [frame, texture]
 /// \param texture  its number in them
@@ -129,7 +129,7 @@ template <class Value, std::predicate<std::size_t> Belongs>
   return numbers;
 }
 
-/// By how much a texture draws attention from the car: the share of heat maps on it with the clean texture
+/// Attention that a texture draws away from the car: the share of heat maps on the car with the clean texture
 /// minus that with this one, over the measured frames for which belongs(index) holds.
 /// \throws ShapeError as measured_values()
 template <std::predicate<std::size_t> Belongs>
@@ -139,7 +139,7 @@ template <std::predicate<std::size_t> Belongs>
                           measured_values(outcomes, outcomes.attention, texture, belongs));
 }
 
-/// The mean of each view's pictures with one texture, of the measured frames for which belongs(index) holds.
+/// Means over each view's pictures with one texture, from the measured frames for which belongs(index) holds.
 ///
 /// \param values           [frame, texture], of the outcomes
 /// \param texture          its number there
@@ -157,7 +157,7 @@ template <class Values, std::predicate<std::size_t> Belongs>
   return detail::means_of_views(pictures, pictures_a_view);
 }
 
-/// What a texture does beyond a control in the measured frames for which belongs(index) holds, as
+/// Effect of a texture beyond a control in the measured frames for which belongs(index) holds; computed as by
 /// effect_beyond().
 ///
 /// \param control, texture   their numbers in the outcomes
@@ -177,8 +177,8 @@ template <std::predicate<std::size_t> Belongs>
 }
 
 /// The effect of a texture beyond a control on mean best confidence in some frames, as a share of that in
-/// others which show the same views in the same order; nothing where the latter cannot be told from none, or
-/// frames were left out in one of them alone.
+/// others which show the same views in the same order. Nothing where the latter does not differ from none, or
+/// where frames were left out in one of them alone.
 ///
 /// \param control, texture           their numbers in the outcomes
 /// \param in_part, in_whole          which frames, by their indices
@@ -201,7 +201,7 @@ template <std::predicate<std::size_t> InPart, std::predicate<std::size_t> InWhol
   return paired_ratio(part, whole);
 }
 
-/// P@0.5 at other thresholds of confidence, one entry each, none below the least that the meter had.
+/// P@0.5 at other thresholds of confidence, one entry each; none may be below the meter's least threshold.
 ///
 /// \param texture          its number in the outcomes
 /// \param pictures_a_view  as for detection_rate()
@@ -226,15 +226,15 @@ template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] std::vector<Cell> cells_of(const ProtocolTable& table, const std::vector<ProtocolFrame>& frames,
                                          const ProtocolOutcomes& outcomes);
 
-/// The cell in which a texture hides the car least: whose attack success is surely lowest, by the upper end
-/// of its interval, so that one frame does not outweigh ninety. None where the clean car is never found.
+/// The cell in which a texture hides the car least: that of the lowest attack success, compared by the upper
+/// end of its interval, so that one frame does not outweigh ninety. None where the clean car is never found.
 ///
 /// \param texture  its number in the outcomes
 [[nodiscard]] std::optional<std::size_t> least_hidden_cell(const std::vector<Cell>& cells,
                                                            std::size_t texture);
 
-/// The cell in which a detector finds the car least, by the upper end of P@0.5's interval. None without
-/// frames.
+/// The cell in which a detector finds the car least, compared by the upper end of P@0.5's interval. None
+/// without frames.
 [[nodiscard]] std::optional<std::size_t> least_found_cell(const std::vector<Cell>& cells,
                                                           std::size_t texture);
 

@@ -42,7 +42,7 @@ struct ProtocolTable {
   std::vector<std::string> rows;
   std::string column_title;
   std::vector<std::string> columns;
-  /// Of each row, the frames that are pictures of one view and follow one another; one where it has no entry.
+  /// For each row, the number of consecutive frames that are pictures of one view; 1 for a row without entry.
   std::vector<std::size_t> pictures_a_view{};
 
   [[nodiscard]] std::size_t cell_count() const { return rows.size() * columns.size(); }
@@ -56,7 +56,7 @@ struct ProtocolTable {
 
 inline constexpr std::size_t sector_count = 8;  ///< of 45° each
 
-/// The sector that an azimuth lies in: 45·k ≤ azimuth < 45·(k + 1) degrees, full turns taken off.
+/// The sector of an azimuth: 45·k ≤ azimuth < 45·(k + 1) degrees, modulo full turns.
 /// \throws DomainError unless the azimuth is finite
 [[nodiscard]] std::size_t sector_of(double azimuth_deg);
 
@@ -66,7 +66,7 @@ struct ViewGrid {
   std::vector<double> elevations_deg{0, 10, 20, 30, 40, 50};
   std::size_t azimuth_step_deg = 3;
 
-  /// The 432 views of a first look: every 15 degrees at half of the elevations.
+  /// The 432 views for a first look: every 15 degrees at half of the elevations.
   [[nodiscard]] static ViewGrid quick() { return {ViewGrid{}.distances, {0, 20, 40}, 15}; }
 };
 
@@ -100,7 +100,7 @@ void for_each_view(const char* operation, const ViewGrid& grid, Visit visit) {
 /// \throws DomainError if the distance is not positive
 [[nodiscard]] geometry::Camera protocol_camera(const ProtocolFrame& frame);
 
-/// How a protocol's pictures are made.
+/// Settings of a protocol's pictures.
 struct ProtocolPicture {
   std::size_t height = 0;  ///< of the network's input, pixels
   std::size_t width = 0;
@@ -110,7 +110,7 @@ struct ProtocolPicture {
 };
 
 /// The car alone before a plain background, in the default raster::Light, which is Neural Mesh Renderer's.
-/// Its target is the box around what shows of the car; nothing does where visible_pixels is 0.
+/// Its target is the box around its visible part; where visible_pixels is 0 there is none.
 ///
 /// \param car  of half length 1, around the origin; see geometry::normalise_mesh()
 /// \throws DomainError as protocol_camera() and raster::texture_operator()
@@ -118,11 +118,11 @@ template <std::floating_point T>
 [[nodiscard]] camouflage::View<T> protocol_view(const ProtocolFrame& frame, const raster::PaintedMesh& car,
                                                 const ProtocolPicture& picture);
 
-// The partly hidden cars of FCA's table 4. The paper does not say how it hides them; here rectangles lie over
-// the picture, and what they hide is measured on the silhouette. Source: Wang et al., FCA (AAAI 2022),
+// The partly hidden cars of FCA's table 4. The paper does not state how it hides them; here rectangles lie
+// over the picture, and what they hide is measured on the silhouette. Source: Wang et al., FCA (AAAI 2022),
 // "Robustness of partial occlusion".
 
-/// How much of the car is hidden.
+/// Groups of the hidden share of a car.
 enum class OcclusionGroup : std::uint8_t { small, middle, large };
 inline constexpr std::array<const char*, 3> occlusion_group_names{"small", "middle", "large"};
 
@@ -142,7 +142,7 @@ struct Occluder {
   std::size_t period_y = 0;       ///< the same along a column
 };
 
-/// Which pixels of a car are hidden, and how much of its silhouette they are.
+/// The hidden pixels of a car, and their share of its silhouette.
 template <std::floating_point T>
 class HiddenPixels {
  public:
@@ -153,18 +153,19 @@ class HiddenPixels {
   /// The hidden coverage over all of it; 0 where nothing shows.
   [[nodiscard]] double share() const { return share_with(0); }
 
-  /// The share with some more coverage hidden.
+  /// The share if `gain` more coverage were hidden.
   [[nodiscard]] double share_with(double gain) const {
     return total_ > 0 ? std::min(1.0, (hidden_ + gain) / total_) : 0.0;
   }
 
-  /// The coverage that a rectangle would hide beyond what is hidden.
+  /// Coverage that a rectangle would hide in addition.
   [[nodiscard]] double gain_of(const image::PixelWindow& window) const;
 
   void hide(const image::PixelWindow& window);
 
  private:
-  /// Of a window in the picture, the pixels within the place, by their row and column there.
+  /// Visits the pixels that a window of the picture shares with the place, by their row and column in the
+  /// place.
   template <class Visit>
   void for_each_pixel(const image::PixelWindow& window, Visit visit) const {
     const std::size_t top = std::max(window.top, place_.top), left = std::max(window.left, place_.left);
@@ -204,7 +205,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 void lay_occluders(Array<T, 3>& picture, const std::vector<Occluder>& occluders);
 
-/// The views whose cars are hidden in part, each once for every group: 3 × 360 of them.
+/// The views whose cars are partly hidden, each once for every group: 3 × 360 of them.
 [[nodiscard]] inline ViewGrid occlusion_grid() { return {{1.5, 3, 5, 10}, {0, 10, 20, 30, 40, 50}, 24}; }
 
 /// 3 × 72 views for a first look.

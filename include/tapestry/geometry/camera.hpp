@@ -16,8 +16,8 @@ namespace tapestry::geometry {
 ///   row    = (1 + q.y / (q.z · tan_half_fov_y)) / 2 · height;
 /// pixel (row i, column j) covers [j, j+1) × [i, i+1), its centre is at +½.
 ///
-/// R is a rotation, but for two cameras: one whose axis misses the picture's centre has a shear along z in
-/// it, see pinhole_camera(), and one of Neural Mesh Renderer's left-handed axes a reflection.
+/// R is a rotation, with two exceptions: a camera whose axis misses the picture's centre has a shear along z
+/// in it, see pinhole_camera(), and one of Neural Mesh Renderer's left-handed axes a reflection.
 struct Camera {
   std::array<std::array<double, 3>, 3> rotation{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< R, view_from_world
   std::array<double, 3> translation{0, 0, 0};                                        ///< t, view_from_world
@@ -117,14 +117,14 @@ inline double tan_half(const char* operation, double fov_rad) {
   return camera;
 }
 
-/// Where a camera stands around a point, in the terms of orbit_camera().
+/// Place of a camera around a point, in the terms of orbit_camera().
 struct Orbit {
   double azimuth_rad;    ///< in (−π, π], 0 straight above or below
   double elevation_rad;  ///< in [−π/2, π/2]
   double distance;
 };
 
-/// The orbit on which a camera's centre lies, wherever it looks.
+/// The orbit on which a camera's centre lies; its direction does not matter.
 /// \throws DomainError if the centre is at the target, or not finite
 [[nodiscard]] inline Orbit orbit_of(const Camera& camera, const Vector3& target_world) {
   const Vector3 offset = subtract(eye_of(camera), target_world);
@@ -158,7 +158,7 @@ struct Orbit {
   return camera;
 }
 
-/// What a calibrated camera makes of view space, in pixels of one picture:
+/// Intrinsic parameters of a calibrated camera: they map view space to pixels of one picture.
 ///   column = (focal_x · x + skew · y) / z + centre_x,   row = focal_y · y / z + centre_y.
 /// Pixel (row i, column j) covers [j, j+1) × [i, i+1). Tools that put whole numbers at the centres of pixels,
 /// as OpenCV does, state a centre that is smaller by ½.
@@ -172,14 +172,14 @@ struct Intrinsics {
   double skew = 0;
 };
 
-/// Camera with given intrinsics and pose. A principal point beside the picture's centre, and skew, go into
-/// view_from_world as a shear, which changes neither depth nor what is seen; so all that takes a camera
-/// takes this one.
+/// Camera with given intrinsics and pose. A principal point beside the picture's centre, and skew, become a
+/// shear in view_from_world, which changes neither depth nor visibility; so every function that takes a
+/// camera takes this one.
 ///
 /// \param view_from_world  R, a rotation into x to the right, y down, z forward
 /// \param translation      t, view_from_world
 /// \throws DomainError unless all is finite, focal lengths, width and height are positive and R is
-/// orthonormal
+///         orthonormal
 [[nodiscard]] inline Camera pinhole_camera(const Intrinsics& intrinsics, const Matrix3& view_from_world,
                                            const Vector3& translation) {
   const auto& k = intrinsics;
@@ -207,8 +207,7 @@ struct Intrinsics {
   return camera;
 }
 
-/// Half the width over the focal length, and so on: the intrinsics that make a symmetric camera's pictures of
-/// the given size.
+/// The intrinsics of a symmetric camera for pictures of the given size.
 [[nodiscard]] inline Intrinsics intrinsics_of(const Camera& camera, double width, double height) {
   return {width / (2 * camera.tan_half_fov_x),
           height / (2 * camera.tan_half_fov_y),

@@ -42,7 +42,7 @@ struct Mesh {
   return known ? mesh.materials[static_cast<std::size_t>(material)].colour : Material{}.colour;
 }
 
-/// What is beside what on a mesh, by indices into its positions. Positions that coincide are not one.
+/// Neighbourhoods in a mesh, by indices into its positions. Positions that coincide count as different.
 struct MeshTopology {
   /// Two faces with a common edge (a, b); c and d are their third corners.
   struct Hinge {
@@ -94,7 +94,7 @@ struct MeshAxes {
 /// \throws DomainError as world_from_mesh()
 [[nodiscard]] Mesh turned_upright(Mesh mesh, const MeshAxes& axes);
 
-/// Of an upright mesh, whether it is higher than long, as no car is: one that stands on its nose or tail.
+/// Whether an upright mesh is higher than long. No car is; such a mesh stands on its nose or tail.
 [[nodiscard]] bool is_higher_than_long(const Mesh& upright);
 
 }  // namespace tapestry::geometry

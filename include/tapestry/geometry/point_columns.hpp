@@ -17,9 +17,9 @@
 
 namespace tapestry::geometry {
 
-/// Points of a plane, to be asked which of them lie in a triangle: n of them in about √n columns of as many
-/// points each, by x, and by y within a column. A triangle is looked for in the columns that it crosses,
-/// between the heights it has there; a thin one takes about √n · log n steps, however the points are spread.
+/// Finds which points of a plane lie in a triangle. The n points stand in about √n columns of as many points
+/// each, by x, and by y within a column. A search visits the columns that the triangle crosses, between the
+/// heights it has there; a thin triangle takes about √n · log n steps, however the points are spread.
 class PointColumns {
  public:
   /// \param points  finite
@@ -41,11 +41,11 @@ class PointColumns {
   /// Columns; 0 before build().
   [[nodiscard]] std::size_t size() const { return columns_.size(); }
 
-  /// Asks `answers(index)` of every point inside a triangle or on its border, and of some others near it,
-  /// until it is true of one.
+  /// Calls answers(index) for every point inside a triangle or on its border, and for some others near it,
+  /// until it returns true.
   ///
-  /// \param steps  grows by the columns and points looked at
-  /// \returns      whether it was true of one
+  /// \param steps  increased by the number of columns and points visited
+  /// \returns      whether it returned true for one
   template <class Answers>
   [[nodiscard]] bool any_in(const std::array<Vector2, 3>& triangle, std::uint64_t& steps,
                             Answers answers) const {
@@ -106,7 +106,7 @@ class PointColumns {
   std::size_t depth_ = 0;
 };
 
-/// The positions of a mesh as the tape takes them, [V, 3].
+/// The positions of a mesh in the tape's form, [V, 3].
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> position_array(const Mesh& mesh) {
   Array<T, 2> array(Extents<2>{mesh.positions.size(), 3});

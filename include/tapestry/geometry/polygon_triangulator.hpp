@@ -11,7 +11,7 @@
 
 namespace tapestry::geometry {
 
-/// What PolygonTriangulator found a polygon to be.
+/// Shape of a polygon, as PolygonTriangulator classifies it.
 enum class PolygonShape {
   fan,        ///< right as a fan around its first corner: convex polygons, and others that all of it sees
   concave,    ///< cut into other triangles
@@ -22,13 +22,13 @@ enum class PolygonShape {
 /// Cuts polygons into triangles of their corners, by clipping ears.
 ///
 /// The polygon is seen along the axis that shortens its area least, and every decision there is exact. All
-/// triangles run as the polygon does, or have no area; so at each point as many of them lie as the polygon
-/// runs around it, and their areas add up to the polygon's, however often it touches itself: bridges to
-/// holes, repeated corners and corners in a line are no errors. A polygon of n corners makes n − 2 triangles.
-/// Ears are compared with the corners that could lie in them, which PointColumns finds; about n^1.5 of them
-/// for most polygons, n² for some. The work is bounded, since such polygons may come from a file. Sources:
-/// Meisters, Polygons Have Ears (1975); that points on the border of an ear are in its way where an edge
-/// leads from them into it is our own addition.
+/// triangles have the polygon's orientation, or no area. So each point is covered as often as the polygon
+/// winds around it, and the triangles' areas add up to the polygon's, however often it touches itself:
+/// bridges to holes, repeated corners and corners in a line are no errors. A polygon of n corners has n − 2
+/// triangles. Ears are compared with the corners that could lie in them, which PointColumns finds; about
+/// n^1.5 of them for most polygons, n² for some. The work is bounded, since such polygons may come from a
+/// file. Source: Meisters, Polygons Have Ears (1975). Our own addition: points on the border of an ear block
+/// it where an edge leads from them into it.
 class PolygonTriangulator {
  public:
   /// \param work  corners that may be compared with ears in the life of this object; the default takes
@@ -39,7 +39,7 @@ class PolygonTriangulator {
   /// \param corners  in order, three or more, finite; any unit
   PolygonShape triangulate(std::span<const Vector3> corners);
 
-  /// Of the last polygon where it was concave: positions among its corners, three a triangle.
+  /// Triangles of the last polygon, if it was concave: three positions among its corners each.
   [[nodiscard]] const std::vector<std::array<std::size_t, 3>>& triangles() const { return triangles_; }
 
  private:
@@ -52,7 +52,7 @@ class PolygonTriangulator {
 
   [[nodiscard]] bool turns_one_way(int sense) const;
 
-  /// False if some corners are left of which none is an ear.
+  /// Clips ears until none is left; false if corners are left, but no ear.
   bool clip_all();
 
   void begin();
@@ -66,13 +66,13 @@ class PolygonTriangulator {
 
   void retire(std::size_t corner);
 
-  /// Returns the corner to look at next.
+  /// Clips the ear at a corner, and returns the corner to test next.
   std::size_t clip(std::size_t corner);
 
   /// \param loose  also takes corners in a line, and ears whose new edge runs through a corner
   bool is_ear(std::size_t corner, bool loose);
 
-  /// As PointColumns::any_in(), of all that are listed.
+  /// Like PointColumns::any_in(), over the listed blockers.
   template <class Answers>
   [[nodiscard]] bool any_listed_in(const std::array<Vector2, 3>& ear, Answers answers) {
     const auto& [a, b, c] = ear;

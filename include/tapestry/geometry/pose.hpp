@@ -10,14 +10,14 @@
 
 namespace tapestry::geometry {
 
-/// Where a thing stands in the world: x ↦ exp(w)·x + t.
+/// Position and orientation of an object in the world: x ↦ exp(w)·x + t.
 struct Pose {
   Vector3 rotation{0, 0, 0};     ///< w, axis times angle in radians, see exponential_map()
   Vector3 translation{0, 0, 0};  ///< t, units of the world
 };
 
-/// The camera that sees a thing where it is as `camera` sees it after it has taken a pose:
-///   x_view = R·(exp(w)·x + t) + t₀, R and t₀ being those of `camera`.
+/// The camera that sees an object as `camera` sees it after the object has taken a pose:
+///  x_view = R·(exp(w)·x + t) + t₀, R and t₀ being those of `camera`.
 [[nodiscard]] inline Camera posed(Camera camera, const Pose& pose) {
   const Matrix3 turned = exponential_map(pose.rotation);
   camera.translation = add(multiply(camera.rotation, pose.translation), camera.translation);
@@ -49,7 +49,7 @@ inline void posed_adjoint(const Pose& pose, const std::vector<Vector3>& position
   exponential_map_adjoint(pose.rotation, rotation_adjoint, pose_adjoint.rotation);
 }
 
-/// How metres of the simulator become units of a normalised car. The defaults reproduce the published
+/// Conversion from metres of the simulator to units of a normalised car. The defaults reproduce the published
 /// masks; 0.41 is about 2 / 4.86 m, the length of the normalised car over that of the real one.
 struct CarlaOptions {
   double scale = 0.41;                    ///< units of the mesh per metre
@@ -59,7 +59,7 @@ struct CarlaOptions {
   double far = 100;                       ///< units of the mesh
 };
 
-/// Where a CARLA frame's vehicle and camera stand: x forward, y right, z up (left-handed).
+/// Poses of a CARLA frame's vehicle and camera: x forward, y right, z up (left-handed).
 struct CarlaPose {
   Vector3 vehicle_translation{};   ///< metres
   Vector3 vehicle_rotation_deg{};  ///< pitch, yaw, roll

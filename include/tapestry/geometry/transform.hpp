@@ -62,7 +62,7 @@ struct Bounds {
   Vector3 low{}, high{};
 
   [[nodiscard]] Vector3 middle() const { return scale(add(low, high), 0.5); }
-  /// Of the longest side.
+  /// Half the longest side.
   [[nodiscard]] double half_length() const {
     const Vector3 extent = subtract(high, low);
     return std::max({extent[0], extent[1], extent[2]}) / 2;

@@ -58,8 +58,8 @@ template <std::floating_point T>
 // Beyond 0 to 1 both parts go on as they are.
 namespace tapestry::image {
 
-/// What colours are while they are blended, filtered and lit. What is read, optimised, shown to a detector
-/// and written is always encoded.
+/// Space in which colours are blended, filtered and lit. Colours that are read, optimised, shown to a
+/// detector or written are always encoded.
 enum class ColourSpace {
   encoded,  ///< as in sRGB pictures; so do the FCA paper's program and most differentiable renderers
   linear    ///< in proportion to light, as in front of a camera
@@ -68,7 +68,7 @@ enum class ColourSpace {
 /// All of them.
 inline constexpr std::array colour_spaces{ColourSpace::encoded, ColourSpace::linear};
 
-/// As options and manifests call it.
+/// The name in options and manifests.
 [[nodiscard]] constexpr const char* name_of(ColourSpace space) {
   return space == ColourSpace::encoded ? "encoded" : "linear";
 }
@@ -85,27 +85,27 @@ inline constexpr double crossing_encoded = 0.0404482362771081917;  ///< where th
 inline constexpr double crossing_linear = 0.00313066844250063403;
 }  // namespace detail
 
-/// The light that an encoded value stands for.
+/// The light of an encoded value.
 template <std::floating_point T>
 [[nodiscard]] T linearised(T encoded) {
   return encoded <= T(detail::crossing_encoded) ? encoded / T(12.92)
                                                 : std::pow((encoded + T(0.055)) / T(1.055), T(2.4));
 }
 
-/// d linearised / d encoded, of an encoded value and the light it stands for.
+/// d linearised / d encoded, for an encoded value and its light.
 template <std::floating_point T>
 [[nodiscard]] T linearised_slope(T encoded, T linear) {
   return encoded <= T(detail::crossing_encoded) ? 1 / T(12.92) : T(2.4) * linear / (encoded + T(0.055));
 }
 
-/// The value that stands for an amount of light: the inverse of linearised().
+/// The encoded value of an amount of light: the inverse of linearised().
 template <std::floating_point T>
 [[nodiscard]] T encoded(T linear) {
   return linear <= T(detail::crossing_linear) ? T(12.92) * linear
                                               : T(1.055) * std::pow(linear, 1 / T(2.4)) - T(0.055);
 }
 
-/// d encoded / d linear, of an amount of light and the value that stands for it.
+/// d encoded / d linear, for an amount of light and its encoded value.
 template <std::floating_point T>
 [[nodiscard]] T encoded_slope(T linear, T encoded) {
   return linear <= T(detail::crossing_linear) ? T(12.92) : (encoded + T(0.055)) / (T(2.4) * linear);
@@ -139,7 +139,7 @@ template <std::floating_point T, std::size_t Rank>
   return colours;
 }
 
-/// Encoded colours as they are in a space.
+/// Encoded colours converted to a space.
 template <std::floating_point T, std::size_t Rank>
 [[nodiscard]] Array<T, Rank> in_space(ColourSpace space, Array<T, Rank> colours) {
   return space == ColourSpace::linear ? linearised(colours) : colours;

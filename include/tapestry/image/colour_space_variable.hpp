@@ -48,7 +48,7 @@ extern template ArrayVariable<double, 2> encoded<double, 2>(const ArrayVariable<
 extern template ArrayVariable<double, 3> encoded<double, 3>(const ArrayVariable<double, 3>& light);
 /// \endcond
 
-/// Encoded colours as they are in a space.
+/// Encoded colours converted to a space, on the tape.
 template <std::floating_point T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> in_space(ColourSpace space, ArrayVariable<T, Rank> colours) {
   return space == ColourSpace::linear ? linearised(colours) : colours;

@@ -13,9 +13,9 @@ namespace tapestry::image {
 ///
 ///   F[k, l] = Σ f[y, x] · exp(−2πi (k·y/H + l·x/W))
 ///
-/// Of F only the columns l = 0 … W/2 are kept, [H, W/2 + 1]; the others are conj F[−k, −l]. Each transform
-/// keeps its twiddle factors and its memory for the next call, so that threads need one each. By kissfft, as
-/// it comes with Eigen; fast where H and W have no large prime factors, see fourier_extent().
+/// Only the columns l = 0 … W/2 of F are kept, [H, W/2 + 1]; the others are conj F[−k, −l]. Each transform
+/// keeps its twiddle factors and its memory for the next call, so that threads need one each. Uses kissfft,
+/// which comes with Eigen; fast where H and W have no large prime factors, see fourier_extent().
 class FourierTransform {
  public:
   using Plane = std::vector<double>;
@@ -54,8 +54,8 @@ class FourierTransform {
     return spectrum;
   }
 
-  /// The plane whose spectrum is given. What a real plane cannot have, an imaginary part of F[0, 0] for one,
-  /// is left out.
+  /// The plane of a spectrum. Parts that no real plane has, such as an imaginary part of F[0, 0], are left
+  /// out.
   ///
   /// \param spectrum  F, of H·(W/2 + 1) values
   /// \returns         f, of H·W values
@@ -82,7 +82,7 @@ class FourierTransform {
                        " values, expected " + std::to_string(expected));
   }
 
-  /// \param transform  takes where a transformed column goes, and the column
+  /// \param transform  takes a destination and a column
   template <std::invocable<Complex*, const Complex*> Transform>
   void transform_columns(Spectrum& spectrum, Transform transform) {
     if (height_ == 1) return;
@@ -99,8 +99,8 @@ class FourierTransform {
   Spectrum column_, transformed_;
 };
 
-/// The least extent from `extent` on, at least 1, that has no prime factor above 127. A transform takes as
-/// many operations a value as the sum of its prime factors.
+/// The least extent from `extent` on, at least 1, without prime factors above 127. A transform takes as many
+/// operations a value as the sum of its prime factors.
 [[nodiscard]] inline std::size_t fourier_extent(std::size_t extent) {
   constexpr std::size_t largest_factor = 127;
   for (std::size_t candidate = extent == 0 ? 1 : extent;; ++candidate) {

@@ -20,7 +20,7 @@ namespace tapestry::image {
 ///   stretch             scaled to the whole canvas, by a factor for each side
 enum class FitKind { letterbox, letterbox_top_left, stretch };
 
-/// A fit, and what is beside the picture.
+/// A fit, and the colour beside the picture.
 struct Fit {
   FitKind kind = FitKind::letterbox;
   double fill = 0.5;  ///< of every channel, in [0, 1]; nothing is left for it when the picture is stretched
@@ -42,7 +42,7 @@ inline constexpr std::array<FitKind, 3> fit_kinds{FitKind::letterbox, FitKind::l
 /// \throws DomainError for any other name than letterbox, letterbox_top_left and stretch
 [[nodiscard]] Fit fit_by_name(std::string_view name);
 
-/// Where a picture lies on a canvas.
+/// Place of a picture on a canvas.
 struct Placement {
   std::size_t height = 0;  ///< of the scaled picture, pixels of the canvas
   std::size_t width = 0;
@@ -53,7 +53,8 @@ struct Placement {
 /// The placement of a picture of from_height × from_width on a canvas of height × width. The side that does
 /// not fill the canvas is rounded down, for a centred picture to the parity of the canvas, so that the
 /// margins are equal and the centre stays the centre. Source of the idea: Darknet's letterbox_image, which
-/// rounds down only. \throws DomainError if an extent is 0
+/// rounds down only.
+/// \throws DomainError if an extent is 0
 [[nodiscard]] Placement placement(std::size_t from_height, std::size_t from_width, std::size_t height,
                                   std::size_t width, FitKind kind = FitKind::letterbox);
 
@@ -71,8 +72,8 @@ struct PictureFromCanvas {
   [[nodiscard]] double height(double height_canvas) const { return height_canvas * y_scale; }
 };
 
-/// Inverts placement(), whose arguments it takes. The two scales of a letterboxed picture differ by what
-/// rounding the placed extents to whole pixels makes them differ.
+/// Inverts placement(), whose arguments it takes. The two scales of a letterboxed picture differ only because
+/// the placed extents are rounded to whole pixels.
 /// \throws DomainError if an extent is 0
 [[nodiscard]] PictureFromCanvas picture_from_canvas(std::size_t picture_height, std::size_t picture_width,
                                                     std::size_t height, std::size_t width,
@@ -93,8 +94,8 @@ template <std::floating_point T>
   return canvas;
 }
 
-/// Adds the transpose of fitted() times canvas_adjoint to picture_adjoint: what is beside the picture goes
-/// nowhere.
+/// Adds the transpose of fitted() times canvas_adjoint to picture_adjoint; the adjoint beside the picture is
+/// dropped.
 ///
 /// \param canvas_adjoint   [height, width, C]
 /// \param picture_adjoint  [h, w, C]

@@ -47,7 +47,7 @@ PixelWindow place_of(const char* operation, const Array<T, 2>& coverage, const E
   return place;
 }
 
-/// How one value lies over another in a colour space, and the slopes of that.
+/// Composition of one value over another in a colour space, and its slopes.
 template <ColourSpace Space>
 struct Overlay {
   static constexpr bool is_linear = Space == ColourSpace::linear;
@@ -75,7 +75,7 @@ struct Overlay {
     return {slope, -slope * behind, slope * shows * linearised_slope(background, behind)};
   }
 
-  /// by_premultiplied alone, for which a pixel that is covered wholly needs no power.
+  /// by_premultiplied alone; it needs no power for a wholly covered pixel.
   template <std::floating_point T>
   static T slope(T premultiplied, T coverage, T background, T out) {
     if constexpr (!is_linear) return 1;
@@ -83,7 +83,7 @@ struct Overlay {
   }
 
  private:
-  /// Most pixels are covered wholly: they need no look at what is behind.
+  /// Most pixels are covered wholly; for them the background is not read.
   template <std::floating_point T>
   static T light(T premultiplied, T shows, T background) {
     return shows == 0 ? premultiplied : premultiplied + shows * linearised(background);
@@ -148,10 +148,7 @@ template <std::floating_point T>
                                        const ArrayVariable<T, 3>& background, std::size_t top = 0,
                                        std::size_t left = 0, ColourSpace space = ColourSpace::encoded);
 
-/// Background and coverage that a picture is laid over, neither of which changes. Made of plain arrays, or of
-/// a photograph and a rendered view:
-///
-///   const image::Backdrop<float> backdrop(image::from_bytes<float>(frame.image), view);
+/// The background of a composite: a photograph, and where and how far it is covered. Neither changes.
 template <std::floating_point T>
 struct Backdrop {
   std::shared_ptr<const Array<T, 3>> background{};  ///< [H, W, C]
@@ -179,7 +176,7 @@ struct Backdrop {
                  left_px) {}
 };
 
-/// Pictures laid over as many backgrounds of one size, as the batch that a network takes, in one operation.
+/// Lays pictures over as many backgrounds of one size, as the batch that a network takes, in one operation.
 ///
 /// \param premultiplied  one [h, w, C] for each backdrop, of the extents of its coverage
 /// \param space          in which they are added

@@ -28,8 +28,7 @@ class TemporaryFile {
   void rename_over_target();
 
  private:
-  /// Locks the file; false if remove_abandoned_parts() was quicker. Where there are no locks, it is not
-  /// asked.
+  /// Locks the file; false if remove_abandoned_parts() was quicker. Not called where there are no locks.
   [[nodiscard]] bool claim() const;
 
   [[noreturn]] void fail(const char* action) const;
@@ -47,15 +46,15 @@ bool is_still_at(const std::string& path, int descriptor);
 /// Writes the parts one after the other to `path`, so that whatever happens either the old file or the
 /// whole new one is found there: a temporary in the same folder, flushed, then renamed over it.
 /// \throws FileError (write); the old file is then unchanged and the temporary removed, unless the message
-///         says that only flushing the folder failed
+///         is that only flushing the folder failed
 void write_file_atomically(const std::string& path, std::initializer_list<std::span<const std::byte>> parts);
 
-/// As above, for one block of bytes.
+/// The same for one block of bytes.
 inline void write_file_atomically(const std::string& path, std::span<const std::byte> bytes) {
   write_file_atomically(path, {bytes});
 }
 
-/// As above, for text.
+/// The same for text.
 inline void write_file_atomically(const std::string& path, std::string_view text) {
   write_file_atomically(path, {std::as_bytes(std::span<const char>(text.data(), text.size()))});
 }
@@ -99,7 +98,7 @@ class RunLock {
     throw FileError(ErrorKind::write, {.path = path_, .what = what});
   }
 
-  /// What the last owner wrote.
+  /// Text that the last owner wrote.
   [[nodiscard]] std::string text() const;
 
   void write_owner() const;

@@ -20,24 +20,24 @@ namespace tapestry::io {
 
 /// Reads how a detector takes pictures and what its outputs mean, from JSON such as
 ///
-///   {"input": {"order": "bgr", "scale": 1, "mean": [103.53, 116.28, 123.675], "std":
-///   [57.375, 57.12, 58.395],
-///              "fit": "stretch"},
-///    "head": "nanodet", "strides": [8, 16, 32]}
+///  {"input": {"order": "bgr", "scale": 1, "mean": [103.53, 116.28, 123.675],
+///             "std": [57.375, 57.12, 58.395], "fit": "stretch"},
+///   "head": "nanodet", "strides": [8, 16, 32]}
+///
 ///
 /// order is rgb or bgr; scale, mean and std are those of detect::InputEncoding; fit is a name of
-/// image::FitKind, beside which fill, 0 to 255, may say what is around a letterboxed picture; head is a name
-/// of detect::HeadKind; strides are pixels between cells. Heads with anchors need them, too, a list for each
+/// image::FitKind, and fill, 0 to 255, the value around a letterboxed picture; head is a name of
+/// detect::HeadKind; strides are pixels between cells. Heads with anchors need them, too, a list for each
 /// stride of widths and heights in turn, as YOLOv5 writes them: "anchors": [[10, 13, 16, 30, 33, 23], ...];
-/// yolov5 may leave out both. boxes_and_scores has outputs instead, with the first of each list where nothing
-/// is said, see detect::DecodedOutputs:
+/// yolov5 may leave out both. boxes_and_scores has outputs instead, with the first of each list as the
+/// default, see detect::DecodedOutputs:
 ///
 ///   {"head": "boxes_and_scores", "outputs": {"boxes": NAME, "scores": NAME, "channels": last or first,
 ///    "form": centre, corners or corners_yx, "unit": pixels or share, "objectness": no or yes,
 ///    "score": probability, logit or softmax, "background": none, first or last}}
 ///
-/// What else is left out has the default of detect::DetectorDescription, and fill
-/// the usual one of its fit. Compiled in tapestry/implementation.hpp.
+/// Other keys that are left out have the default of detect::DetectorDescription, and fill the usual one of
+/// its fit. Compiled in tapestry/implementation.hpp.
 ///
 /// \param text  the whole text
 /// \param path  the file's name, for messages
@@ -94,7 +94,7 @@ class DetectorFile {
   ///
   /// \param config  config(), or another that went through adapted()
   /// \param layout  of config
-  /// \throws FileError  mismatch for a tensor that is missing, not asked for, of another shape or of a type
+  /// \throws FileError  mismatch for a tensor that is missing, not in the layout, of another shape or a type
   ///                    that is no floating point, malformed for a value that no trained network can hold
   ///                    and for a file that changes its size meanwhile; with the tensor's name
   template <std::floating_point T>

@@ -16,7 +16,7 @@
 
 namespace tapestry::io {
 
-/// Bytes that a reader accepts at most unless told otherwise.
+/// Default limit of the bytes that a reader accepts.
 inline constexpr std::uint64_t default_file_limit = std::uint64_t(4) << 30U;
 
 /// Bytes of the longest path that Linux opens; a longer one in a file is not even taken apart.
@@ -68,23 +68,23 @@ class RegularFile {
 [[nodiscard]] std::vector<std::byte> read_file(const std::string& path,
                                                std::uint64_t limit = default_file_limit);
 
-/// As read_file(), as text; line ends and encoding are left as they are.
+/// Like read_file(), as text; line ends and encoding are left as they are.
 [[nodiscard]] std::string read_text_file(const std::string& path, std::uint64_t limit = default_file_limit);
 
-/// What recognised_format() says of one of the formats that Tapestry reads.
+/// Result of recognised_format() for one of the formats that Tapestry reads.
 inline constexpr std::string_view recognised_safetensors = "a safetensors file";
 
-/// What a file that begins with these bytes probably is, when it is a well-known kind of file that people
-/// pass by mistake; empty when nothing is recognised. At least 16 bytes should be given.
+/// The probable kind of a file with these first bytes, if it is a well-known kind that people pass by
+/// mistake; empty when nothing is recognised. At least 16 bytes should be given.
 [[nodiscard]] std::string_view recognised_format(std::span<const std::byte> beginning);
 
-// The only place where a path is looked at without being opened. Nothing is there where the system says
-// ENOENT or ENOTDIR; whatever else it says (no permission, a device that fails, links in a ring) is an error,
+// The only place where a path is looked at without being opened. Nothing is there where the system returns
+// ENOENT or ENOTDIR; any other failure (no permission, a device that fails, links in a ring) is an error,
 // never absence.
 
-/// What a path leads to; file_type::not_found where nothing is.
+/// The status of the file that a path leads to; file_type::not_found where nothing is.
 /// \param kind  of the error: malformed for what is read, write for what is written
-/// \throws FileError of that kind where nobody can say
+/// \throws FileError of that kind where the status cannot be read
 [[nodiscard]] inline std::filesystem::file_status status_of(const std::string& path,
                                                             ErrorKind kind = ErrorKind::malformed) {
   std::error_code failure;

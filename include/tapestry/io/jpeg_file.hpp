@@ -10,7 +10,7 @@
 
 namespace tapestry::io {
 
-/// What stands before the picture data of a JPEG file.
+/// Header of a JPEG file, before the picture data.
 struct JpegHeader {
   std::size_t height = 0;  ///< as stored, before it is turned
   std::size_t width = 0;
@@ -24,7 +24,7 @@ class ExifReader {
  public:
   explicit ExifReader(std::string_view tiff) : tiff_(tiff), is_little_(tiff.starts_with("II")) {}
 
-  /// The orientation of the first picture; 1 if the block says none that makes sense.
+  /// The orientation of the first picture; 1 if the block holds none that makes sense.
   [[nodiscard]] int orientation() const {
     constexpr std::size_t orientation_tag = 0x0112, short_type = 3;
     if (!is_little_ && !tiff_.starts_with("MM")) return 1;
@@ -143,14 +143,14 @@ std::string decode_jpeg(std::string_view file, std::size_t height, std::size_t w
 
 }  // namespace detail
 
-/// A picture turned as its EXIF orientation says: 1 leaves it; 2 and 4 mirror it left to right and top to
-/// bottom, 3 turns it by half a circle; 5 to 8 exchange rows and columns, and of these 6 is to be turned
-/// clockwise by a quarter, 8 counterclockwise.
+/// A picture turned by its EXIF orientation: 1 leaves it; 2 and 4 mirror it left to right and top to bottom,
+/// 3 turns it by half a circle; 5 to 8 exchange rows and columns, and of these 6 is to be turned clockwise by
+/// a quarter, 8 counterclockwise.
 [[nodiscard]] Array<std::uint8_t, 3> turned_upright(const Array<std::uint8_t, 3>& stored, int orientation);
 
-/// Decodes a JPEG, baseline or progressive, as RGB, [H, W, 3], turned upright as its EXIF orientation says.
-/// Grey is repeated in the three channels; colour profiles are ignored. Decoding is left to libjpeg-turbo.
-/// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
+/// Decodes a JPEG, baseline or progressive, as RGB, [H, W, 3], turned upright by its EXIF orientation. Grey
+/// is repeated in the three channels; colour profiles are ignored. Decoding is left to libjpeg-turbo. Takes
+/// memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
 ///
 /// \param path  for messages
 /// \throws FileError: as scan_jpeg(); malformed for damaged or cut picture data; mismatch if the program was

@@ -13,13 +13,13 @@ namespace tapestry::io {
 
 /// Numbers the different names of a file from 0 on, in the order in which they come.
 ///
-/// The names themselves stay with the caller, who tells them by a function of their number; the table takes
-/// 16 to 32 bytes a name, and while it grows half as much more. It is searched from a name's hash on, a
-/// polynomial over the bytes modulo 2^61 − 1 whose base is drawn by every table. So no file can be made of
-/// names that collide more often than by chance: two of n bytes do in n / 7 of 2^61 draws before 32 bits are
-/// taken of it. It numbers at most 2^31 names. Numbers do not
-/// depend on the base, which is made of an address where the system has no random numbers to give. Source:
-/// Dietzfelbinger, Gil, Matias and Pippenger, Polynomial hash functions are reliable (1992).
+/// The names themselves stay with the caller, who passes a function from number to name; the table takes 16
+/// to 32 bytes a name, and while it grows half as much more. It is searched from a name's hash on, a
+/// polynomial over the bytes modulo 2^61 − 1 whose base every table draws. So no file can be made of names
+/// that collide more often than by chance: two of n bytes do in n / 7 of 2^61 draws before 32 bits are taken
+/// of it. It numbers at most 2^31 names. Numbers do not depend on the base, which is made of an address where
+/// the system has no random numbers. Source: Dietzfelbinger, Gil, Matias and Pippenger, Polynomial hash
+/// functions are reliable (1992).
 class NameNumbers {
  public:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);

@@ -143,11 +143,10 @@ std::vector<Element> NpyArray::as() const {
 }
 
 /// Reads an .npy image in memory: header, shape and payload must agree to the byte before anything is
-/// allocated.
-/// Takes memory of at most 3 times the file and 1 MiB.
+/// allocated. Takes memory of at most 3 times the file and 1 MiB.
 ///
 /// \param origin  names the file and member in messages
-/// \throws FileError: malformed (bad header, payload shorter or longer than the shape says, pickled objects),
+/// \throws FileError: malformed (bad header, payload shorter or longer than the shape, pickled objects),
 ///         mismatch (element type that is not a plain number), limit (shape product beyond 2^60)
 [[nodiscard]] NpyArray parse_npy(std::string_view file, const std::string& origin);
 
@@ -168,12 +167,12 @@ class NpzFile {
     return parse(read_text_file(path, limits.file_bytes), path, limits);
   }
 
-  /// As read(), for a file held in memory; `path` is for messages.
+  /// Like read(), for a file held in memory; `path` is for messages.
   [[nodiscard]] static NpzFile parse(std::string_view bytes, const std::string& path,
                                      const ZipLimits& limits = {});
 
   [[nodiscard]] const std::string& path() const { return path_; }
-  /// Of the arrays, without .npy.
+  /// Names of the arrays, without .npy.
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   [[nodiscard]] bool has(std::string_view name) const { return find(name) != nullptr; }
 

@@ -36,8 +36,8 @@ enum class DType { b1, u1, u2, u4, u8, i1, i2, i4, i8, f4, f8 };
   return text + (shape.size() == 1 ? ",)" : ")");
 }
 
-/// What the first bytes of an .npy file say. They are not read by xt::load_npy(), because that takes files
-/// shorter than their shape, the rest being whatever memory holds, and shapes whose product wraps around.
+/// Header of an .npy file. xt::load_npy() is not used, because it accepts files shorter than their shape, the
+/// rest being whatever memory holds, and shapes whose product wraps around.
 struct NpyHeader {
   DType type = DType::u1;
   bool big_endian = false;

@@ -86,7 +86,7 @@ struct ObjLimits {
   std::uint64_t triangulation_work = std::uint64_t(1) << 30U;  ///< of geometry::PolygonTriangulator
 };
 
-/// Reads an OBJ held in memory; `path` names it in messages and says where its material files lie.
+/// Reads an OBJ held in memory; `path` names it in messages, and its material files lie in the same folder.
 [[nodiscard]] LoadedMesh parse_obj(std::string_view text, const std::string& path,
                                    const ObjLimits& limits = {});
 

@@ -39,7 +39,7 @@ class BmpReader {
     throw FileError(ErrorKind::malformed, {path_, "@" + std::to_string(at), what, expected, found});
   }
 
-  /// Of little-endian bytes.
+  /// The number in little-endian bytes.
   [[nodiscard]] std::uint32_t number(std::size_t at, std::size_t bytes) const {
     if (at > file_.size() || file_.size() - at < bytes) fail(file_.size(), "BMP ends in its header");
     std::uint32_t value = 0;

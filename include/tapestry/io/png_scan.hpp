@@ -18,7 +18,7 @@ inline constexpr std::size_t png_side_limit = 16384;
 inline constexpr std::uint64_t png_pixel_limit = std::uint64_t(1) << 26U;
 inline constexpr std::uint64_t png_file_limit = std::uint64_t(1) << 30U;
 
-/// What the first chunk of a PNG file says.
+/// Contents of the first chunk of a PNG file.
 struct PngHeader {
   std::size_t height = 0;
   std::size_t width = 0;

@@ -16,10 +16,10 @@ struct DetectorFiles {
   std::string names{};        ///< names of the classes, one a line
   std::string description{};  ///< of an ONNX model, see read_detector_description(); left out,
                               ///< description_beside() or what the layers show
-  std::string decode{};       ///< decode family of a Darknet network, where its files do not say it
-  std::size_t size = 0;       ///< side of the square input, pixels; 0: as the files say
+  std::string decode{};       ///< decode family of a Darknet network, where its files leave it open
+  std::size_t size = 0;       ///< side of the square input, pixels; 0: the files' own
   std::string precision = "float";  ///< of products in convolutions: float or bfloat16
-  std::string fit{};  ///< how photographs go in, see image::fit_by_name(); left out, as the files say
+  std::string fit{};  ///< how photographs go in, see image::fit_by_name(); empty: the files' own
   /// Values within an ONNX model, or numbers of a Darknet network's layers, that Detector::layer_values()
   /// gives; an empty one stands for the last that all heads see.
   std::vector<std::string> layers{};
@@ -38,10 +38,9 @@ struct DetectorFiles {
 ///
 /// \param warnings  takes remarks on what is suspicious about the files, unless null
 /// \throws Error (usage) for files that do not go together, or an ONNX model that nothing describes;
-/// FileError as
-///         read_darknet_model(), read_onnx(), read_detector_description(), read_class_names() and Detector,
-///         and (mismatch) for a network without heads; DomainError for a precision, fit or decode family of
-///         no such name
+///         FileError as read_darknet_model(), read_onnx(), read_detector_description(), read_class_names()
+///         and Detector, and (mismatch) for a network without heads; DomainError for a precision, fit or
+///         decode family of no such name
 template <std::floating_point T>
 [[nodiscard]] detect::Detector<T> read_detector(const DetectorFiles& files,
                                                 std::vector<std::string>* warnings = nullptr);

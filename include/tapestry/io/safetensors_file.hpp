@@ -61,7 +61,7 @@ struct Tensor {
   [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(end - begin) / item_size(type); }
 };
 
-/// What stands before the numbers: free text by key, and the tensors in the order of their bytes.
+/// Header of a safetensors file: free text by key, and the tensors in the order of their bytes.
 struct SafetensorsHeader {
   std::map<std::string, std::string> metadata{};
   std::vector<Tensor> tensors{};
@@ -103,13 +103,13 @@ struct NamedShape {
 [[nodiscard]] std::string safetensors_header_text(const std::map<std::string, std::string>& metadata,
                                                   const std::vector<NamedShape>& tensors);
 
-/// What a converted detector says about itself, beside its tensors.
+/// Metadata of a converted detector, beside its tensors.
 struct DetectorMetadata {
   std::string cfg;                   ///< text of the Darknet cfg file, whole and unchanged
   std::uint64_t images_seen = 0;     ///< in training
   bool is_folded = false;            ///< batch normalisation is part of the weights
   double batch_norm_epsilon = 1e-5;  ///< inside the root; of a folded detector the one folded in
-  detect::DecodeFamily decode = detect::DecodeFamily::darknet;  ///< nothing else in a file tells it
+  detect::DecodeFamily decode = detect::DecodeFamily::darknet;  ///< stored only here
 };
 
 /// The metadata as fields of a safetensors file. Numbers are the shortest decimals that read back the same.
@@ -127,10 +127,10 @@ namespace detail {
 [[nodiscard]] SafetensorsHeader read_safetensors_header(const RegularFile& file);
 }  // namespace detail
 
-/// A safetensors file: named arrays of numbers. Its header is read and checked at once, numbers when they are
-/// asked for. A file that is cut or grows meanwhile is refused; one that is renamed or deleted stays
-/// readable; one that is overwritten in place at its size is not noticed, and gives old and new numbers.
-/// Takes memory of at most 48 times its header and 1 MiB.
+/// A safetensors file: named arrays of numbers. Its header is read and checked at once, numbers on demand. A
+/// file that is cut or grows meanwhile is refused; one that is renamed or deleted stays readable; one that is
+/// overwritten in place at its size is not noticed, and yields old and new numbers. Takes memory of at most
+/// 48 times its header and 1 MiB.
 class SafetensorsFile {
  public:
   /// \throws FileError as RegularFile and parse_safetensors_header() do; malformed also when the header
@@ -182,7 +182,7 @@ class SafetensorsFile {
 /// \param tensors   whose names differ
 /// \param values    the elements of all tensors, one after the other
 /// \throws FileError (write); DomainError for what no reader would accept: names that repeat, text that is
-///         not UTF-8, more than 16 MiB of header, another number of values than the shapes say
+///         not UTF-8, more than 16 MiB of header, another number of values than the shapes have
 void write_safetensors(const std::string& path, const std::map<std::string, std::string>& metadata,
                        const std::vector<NamedShape>& tensors, std::span<const float> values);
 

@@ -30,13 +30,13 @@ class TextLines {
   [[nodiscard]] bool next_joined();
 
   [[nodiscard]] std::string_view line() const { return line_; }
-  /// Of the line, from 1 on.
+  /// Number of the line, from 1 on.
   [[nodiscard]] std::size_t number() const { return number_; }
 
   /// The next word of the line; empty at its end.
   std::string_view word();
 
-  /// What is left of the line, without blanks around it.
+  /// The rest of the line, without blanks around it.
   [[nodiscard]] std::string_view rest_of_line() const;
 
   /// Throws FileError at the present line.

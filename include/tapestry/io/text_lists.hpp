@@ -38,8 +38,7 @@ struct FaceList {
 ///
 /// \returns  [colour, 3]
 /// \throws FileError: malformed (with the line: not three numbers, one outside 0 to 1), mismatch (no colour
-/// at
-///         all), limit (more than 4096)
+///         at all), limit (more than 4096)
 [[nodiscard]] Array<double, 2> read_palette(const std::string& path);
 
 }  // namespace tapestry::io

@@ -13,11 +13,11 @@
 
 namespace tapestry::loss {
 
-/// Which loss is minimised to hide the target from a YOLO detector.
+/// The loss that is minimised to hide the target from a YOLO detector.
 ///
 /// paper      Wang et al., FCA (AAAI 2022), eq. 2 to 5: per scale the IoU of the predicted box with the
 ///            target, the objectness probability and the class probability, each summed over the scales.
-///            The paper does not say which prediction of a scale is meant. Here it is the one that finds
+///            The paper does not state which prediction of a scale is meant. Here it is the one that finds
 ///            the target best, see responsible(): pushing down the best of each scale until no candidate
 ///            is left is what hides the target, and a scale none of whose boxes meets the target adds
 ///            nothing.
@@ -31,11 +31,10 @@ namespace tapestry::loss {
 /// The others ask
 ///            that the target is not found as what it is, and are content with another name for it.
 ///
-/// The objectness of a head that has none, of the decode families distance and decoded, is its score of the
-/// target's class: paper and as_coded take that for their objectness term, too, while in the score of a
-/// candidate, by which paper and max_score choose, it counts once. Of exclusive classes (YOLOv2) paper and
-/// max_score take the softmax for the probability of a class, while as_coded, which takes none, keeps to the
-/// raw logit.
+/// Heads without objectness (decode families distance and decoded) use the score of the target's class as
+/// their objectness: paper and as_coded take it for their objectness term, too, while in the score of a
+/// candidate, by which paper and max_score choose, it counts once. For exclusive classes (YOLOv2) paper and
+/// max_score take the softmax as the probability of a class; as_coded takes the raw logit.
 enum class AdversarialLoss { paper, as_coded, max_score, vanish };
 
 /// \throws DomainError for any other name than paper, as_coded, max_score or vanish
@@ -52,7 +51,7 @@ struct AdversarialWeights {
   double max_score = 1.0;
 };
 
-/// The terms before weighting, those that the kind of loss does not have being 0, and their weighted sum.
+/// The terms before weighting, and their weighted sum; terms that the kind of loss does not have are 0.
 template <class Term>
 struct AdversarialTerms {
   Term iou = 0, objectness = 0, classification = 0, max_score = 0;
@@ -71,7 +70,7 @@ void terms_adjoint(const Predictions<T>& predictions, const Target& target, Adve
 
 }  // namespace detail
 
-/// The loss to minimise so that one image's target is not found, on the raw logits of the heads.
+/// The loss that is minimised so that one image's target is not found, on the raw logits of the heads.
 ///
 /// Defined throughout: 0 exactly when no box meets the target (paper, max_score, vanish); a box that is
 /// degenerate or too large to be measured has IoU 0 and no gradient; logits of ±100 give finite values; NaN
@@ -86,8 +85,8 @@ template <std::floating_point T>
                                               AdversarialLoss kind, const AdversarialWeights& weights = {});
 
 /// Adds total_adjoint · ∂total/∂logits to logits_adjoint, which has the shapes of the logits. At a kink (two
-/// candidates with equal score, coinciding edges of boxes, a mean logit of 0) the value documented there.
-/// Nothing but the predictions' own image is touched.
+/// candidates with equal score, coinciding edges of boxes, a mean logit of 0) it takes the value documented
+/// there. Only the predictions' own image is changed.
 /// \throws as adversarial(), and ShapeError if logits_adjoint does not fit
 template <std::floating_point T>
 void adversarial_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,

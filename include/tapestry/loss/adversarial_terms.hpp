@@ -63,8 +63,8 @@ void mean_objectness_entropy_adjoint(const Predictions<T>& predictions, std::siz
 
 /// Largest over the classes k of the mean over the matched candidates of (raw logit of k, where k is the
 /// target's class, else 0). With two classes or more that is max(0, mean logit of the target's class); with
-/// one class the mean itself; with no match 0. The logit is not a probability, and the other classes do
-/// not matter: so FCA's published program has it. Its derivative at mean 0 is taken as 0.
+/// one class the mean itself; with no match 0. The logit is not a probability, and the other classes do not
+/// matter, as in FCA's published program. Its derivative at mean 0 is taken as 0.
 template <std::floating_point T>
 [[nodiscard]] double largest_mean_logit(const Predictions<T>& predictions,
                                         const std::vector<Candidate>& matched, std::size_t class_index) {
@@ -94,8 +94,8 @@ void largest_mean_logit_adjoint(const Predictions<T>& predictions, const std::ve
 
 namespace detail {
 
-/// 1 − o·p·u as (1 − o) + o·(1 − p) + o·p·(1 − u), which keeps its digits when all three are near 1; of a
-/// head without objectness 1 − p·u as (1 − p) + p·(1 − u). Floored at the smallest normal number, so that the
+/// 1 − o·p·u as (1 − o) + o·(1 − p) + o·p·(1 − u), which keeps its digits when all three are near 1; for a
+/// head without objectness 1 − p·u as (1 − p) + p·(1 − u). At least the smallest normal number, so that the
 /// loss stays below 709.
 template <std::floating_point T>
 [[nodiscard]] double miss(const Predictions<T>& predictions, const Responsible& best, const Target& target);
@@ -104,7 +104,7 @@ template <std::floating_point T>
 
 /// −log(1 − m), m being the largest σ(obj) · p(class) · IoU(box, target) of all candidates of all heads,
 /// without σ(obj) for heads that have none; 0 when no box overlaps the target. Its gradient grows as the
-/// target is found more surely, where that of a probability fades.
+/// target is found more surely, where the gradient of a probability vanishes.
 ///
 /// Kinks: it differentiates the first candidate that attains the maximum; IoU's as in iou_with_gradient().
 /// Stays finite for logits of any size. NaN logits give NaN. Source: Zhou et al., RAUCA (ICML 2024), eq. 9,
@@ -114,8 +114,8 @@ template <std::floating_point T>
 
 /// Adds loss_adjoint times the derivative of max_score().
 ///
-/// The derivative to the box is o·p/(1 − m) · ∂IoU; IoU is only known to 2⁻⁵³, so 1 − m is not taken to be
-/// less than that there.
+/// The derivative by the box is o·p/(1 − m) · ∂IoU; since IoU is only accurate to 2⁻⁵³, 1 − m is taken as at
+/// least that there.
 template <std::floating_point T>
 void max_score_adjoint(const Predictions<T>& predictions, const Target& target, double loss_adjoint,
                        const LogitsAdjoint<T>& logits_adjoint);

@@ -33,11 +33,11 @@ struct GridCell {
   return {static_cast<std::size_t>(row), static_cast<std::size_t>(column), true};
 }
 
-/// The candidates of one head that YOLO training of the Ultralytics kind would match with the target: in
-/// the cell of the target's centre, every anchor with max(w/aw, aw/w, h/ah, ah/h) < 4. May be empty; always
-/// so for a box without area. Source: FCA's published program, whose hyper-parameter anchor_t is 4 and
-/// which, unlike its parent, does not add neighbouring cells. A head without anchors, which that program does
-/// not know, has the one candidate of the cell matched, whatever the size of the box.
+/// The candidates of one head that YOLO training of the Ultralytics kind would match with the target: in the
+/// cell of the target's centre, every anchor with max(w/aw, aw/w, h/ah, ah/h) < 4. May be empty; always so
+/// for a box without area. Source: FCA's published program, whose hyper-parameter anchor_t is 4 and which,
+/// unlike its parent, does not add neighbouring cells. A head without anchors, which that program does not
+/// have, has the one candidate of the cell matched, whatever the size of the box.
 /// \throws DomainError for a head of the decode family decoded, whose candidates have no cells
 template <std::floating_point T>
 [[nodiscard]] std::vector<Candidate> matched_candidates(const Predictions<T>& predictions,
@@ -62,11 +62,11 @@ template <std::floating_point T>
   return matched;
 }
 
-/// How truths choose the candidates of heads without anchors.
+/// Settings for matching truths with candidates of heads without anchors.
 struct DynamicMatchOptions {
   double radius = 2.5;      ///< cells from a truth's centre, along each axis, within which cells may take it
   double overlap_cost = 3;  ///< weight of −log IoU beside the cross entropy of the classes
-  std::size_t strongest = 10;  ///< overlaps that are summed for the number of cells that a truth gets
+  std::size_t strongest = 10;  ///< best IoUs summed for the number of cells that a truth takes
 };
 
 /// A candidate that has to predict a truth.
@@ -94,23 +94,23 @@ void require_free_heads(const char* operation, const std::vector<detect::Head>& 
 
 }  // namespace detail
 
-/// Which candidates of heads without anchors have to predict which truth. It depends on what they predict as
-/// they are, and is not differentiated.
+/// Matches truths with candidates of heads without anchors, by their present predictions. The choice is not
+/// differentiated.
 ///
-/// A truth may go to the cells whose centre lies in its box or, along both axes, less than `radius` cells
-/// from its middle. To such a cell it costs, with the probabilities p_k = √(σ(class k) · σ(objectness)),
+/// A truth may take a cell whose centre lies in its box or, along both axes, less than `radius` cells from
+/// its middle. Such a cell costs it, with the probabilities p_k = √(σ(class k) · σ(objectness)),
 ///
 ///   −log p_c − Σ_{k≠c} log(1 − p_k) − 3 · log(IoU + 10⁻⁸) + 10⁵ · [not both in the box and near its middle]
 ///
-/// and the truth takes the k cheapest ones, k being the sum of its ten best IoUs, rounded down, at least 1. A
-/// cell that several truths take has the one that costs least; ties go to the first cell and truth. Truths
+/// and the truth takes its k cheapest cells, k being the sum of its ten best IoUs, rounded down, at least 1.
+/// A cell that several truths take keeps the one of least cost; ties go to the first cell and truth. Truths
 /// without area, and those with no such cell, are left out.
 ///
 /// Source: Ge et al., "YOLOX: exceeding YOLO series in 2021" (arXiv 2107.08430), SimOTA. There each cell of
-/// any truth is open to all truths, at the cost of 10⁵; here to those that it lies in or near to. The radius,
-/// the root of the product, 10⁵ and 10⁻⁸ are those of its published program, whose logarithms are at least
-/// −100, as here, and which gives a cell that several truths take to the cheapest of all truths, here to the
-/// cheapest of those. For heads of the family distance, which have no objectness, p_k = σ(class k).
+/// any truth is open to all truths, at the cost of 10⁵; here only to those whose box or middle it meets. The
+/// radius, the root of the product, 10⁵ and 10⁻⁸ are those of its published program. As here, its logarithms
+/// are at least −100; unlike here, a cell that several truths take keeps the cheapest of all truths, not of
+/// those. For heads of the family distance, which have no objectness, p_k = σ(class k).
 ///
 /// \param logits  per head [N, D, H, W]
 /// \param truths  one entry an image, boxes in pixels of the network's input

@@ -13,7 +13,7 @@ namespace tapestry::loss {
 ///
 ///   L = 1/n Σ −t · log σ(x) − (1 − t) · log(1 − σ(x))
 ///
-/// It is worked out without overflow, and keeps its digits where σ rounds to 1.
+/// It is computed without overflow, and keeps its digits where σ rounds to 1.
 ///
 /// \param logits  [N, C, H, W], not empty
 /// \param wanted  of the same extents

@@ -8,8 +8,8 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
 
-/// What keeps a mesh well shaped while its positions are fitted: values are summed in double, in the order of
-/// the topology; adjoints are added up in the positions' own type.
+/// Terms that keep a mesh well shaped while its positions are fitted. Values are summed in double, in the
+/// order of the topology; adjoints are added up in the positions' own type.
 namespace tapestry::loss {
 namespace detail {
 
@@ -19,8 +19,8 @@ template <std::floating_point T>
 }  // namespace detail
 
 /// Mean over positions of the squared distance to the middle of their neighbours (uniform weights), in
-/// squared units of the world: L = 1/V · Σ_v |1/d_v · Σ_u x_u − x_v|². Smooths, and shrinks what is closed.
-/// Source of the umbrella vector: Sorkine et al., "Laplacian Surface Editing" (SGP 2004), eq. 1.
+/// squared units of the world: L = 1/V · Σ_v |1/d_v · Σ_u x_u − x_v|². Smooths a mesh, and shrinks a closed
+/// one. Source of the umbrella vector: Sorkine et al., "Laplacian Surface Editing" (SGP 2004), eq. 1.
 ///
 /// \param positions  x, [V, 3]
 /// \throws ShapeError unless there are as many as the topology has
@@ -33,7 +33,7 @@ void laplacian_adjoint(const geometry::MeshTopology& topology, const Array<T, 2>
                        Array<T, 2>& positions_adjoint);
 
 /// Mean over edges of the squared difference between their length and `length`, units of the world:
-/// L = 1/E · Σ (|x_b − x_a| − length)². An edge of no length pulls nowhere.
+/// L = 1/E · Σ (|x_b − x_a| − length)². An edge of length 0 has no gradient.
 ///
 /// \param positions  x, [V, 3]
 /// \throws ShapeError unless there are as many as the topology has

@@ -12,7 +12,7 @@
 namespace tapestry::loss {
 namespace detail {
 
-/// How much the two steps that leave texel or pixel (y, x) count.
+/// Weights of the two steps that leave texel or pixel (y, x).
 struct StepWeights {
   double down;
   double right;
@@ -137,7 +137,7 @@ void atlas_steps_adjoint(const char* operation, const Penalty& penalty, const Te
 
 }  // namespace detail
 
-/// Masks as the tape keeps them: shared, since they mostly stay the same from step to step. Each [H, W], not
+/// Masks for losses on the tape: shared, since they mostly stay the same from step to step. Each [H, W], not
 /// null, and not to be changed before the tape's last reverse().
 template <std::floating_point T>
 using SharedMasks = std::vector<std::shared_ptr<const Array<T, 2>>>;

@@ -34,8 +34,8 @@ struct CompleteOverlap {
   [[nodiscard]] double value() const { return iou - distance - alpha * aspect; }
 };
 
-/// CIoU = IoU − ρ²/c² − αv with α = v / (1 − IoU + v), and 0 where v = 0. Unlike IoU it tells boxes apart
-/// that do not meet; it lies in (−1.5, 1].
+/// CIoU = IoU − ρ²/c² − αv with α = v / (1 − IoU + v), and 0 where v = 0. Unlike IoU it also differs between
+/// boxes that do not meet; it lies in (−1.5, 1].
 ///
 /// A box without area or too large to be measured has CIoU 0 and gradient 0; coinciding edges and NaN as
 /// in iou_with_gradient(). Source: Zheng et al., "Distance-IoU loss" (AAAI 2020), eq. 7 to 12; α is not

@@ -14,7 +14,7 @@
 
 namespace tapestry::loss {
 
-/// What an adversarial loss wants hidden, or what a detector is trained to find.
+/// The object that an adversarial loss hides, or that a detector is trained to find.
 struct Target {
   std::size_t class_index = 0;
   detect::Box box{0, 0, 0, 0};  ///< pixels of the network's input; may reach over the border
@@ -23,8 +23,8 @@ struct Target {
 /// Per image the objects to be found.
 using Truths = std::vector<std::vector<Target>>;
 
-/// Where the logits of every head are, [N, A·D, H, W] as detect::Head says, before any sigmoid or softmax;
-/// none null.
+/// Logits of every head, [N, A·D, H, W] in the layout of detect::Head, before any sigmoid or softmax; none
+/// null.
 template <std::floating_point T>
 using LogitsView = std::vector<const Array<T, 4>*>;
 
@@ -37,11 +37,12 @@ struct Predictions {
   std::size_t input_height, input_width;  ///< of the network, pixels
 };
 
-/// Where a loss adds its derivatives: per head an array of the shape of its logits; null where not wanted.
+/// Arrays that a loss adds its derivatives to: per head an array of the shape of its logits; null where not
+/// wanted.
 template <std::floating_point T>
 using LogitsAdjoint = std::vector<Array<T, 4>*>;
 
-/// Where arrays are, to read.
+/// Pointers to arrays that are read.
 template <std::floating_point T>
 [[nodiscard]] LogitsView<T> to_read(const std::vector<Array<T, 4>>& arrays) {
   LogitsView<T> addresses;
@@ -51,7 +52,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 void to_read(const std::vector<Array<T, 4>>&& temporaries) = delete;
 
-/// Where arrays are, to add to.
+/// Pointers to arrays that are added to.
 template <std::floating_point T>
 [[nodiscard]] LogitsAdjoint<T> to_add_to(std::vector<Array<T, 4>>& arrays) {
   LogitsAdjoint<T> addresses;
@@ -59,7 +60,7 @@ template <std::floating_point T>
   return addresses;
 }
 
-/// Properties of a network that losses of its logits need; detect::Detector is a model.
+/// Properties of a network that losses of its logits need; detect::Detector has them.
 template <class D>
 concept DetectorLike = requires(const D& detector) {
   { detector.heads() } -> std::convertible_to<const std::vector<detect::Head>&>;
@@ -76,8 +77,8 @@ struct Candidate {
 
 using enum detect::BoxChannel;
 
-/// Losses are functions of raw logits, which heads of the decode family scaled do not hand over: σ is taken
-/// in the network before them, and where it rounds to 1 no slope is left.
+/// Losses are functions of raw logits. Heads of the decode family scaled have none: σ is taken in the network
+/// before them, and where it rounds to 1 no slope is left.
 /// \param families  those that the operation takes, for the message
 /// \throws DomainError if a head is of that family
 inline void require_raw_logits(const char* operation, const std::vector<detect::Head>& heads,
@@ -183,8 +184,8 @@ template <std::floating_point T>
   return logits_of(predictions, candidate)(channel);
 }
 
-/// The channel of the logit that says how surely a candidate holds something: its objectness, or, where the
-/// head has none, the class that is looked for.
+/// The channel of the logit that measures how surely a candidate holds something: its objectness, or, where
+/// the head has none, the class that is looked for.
 [[nodiscard]] inline std::size_t objectness_channel(const detect::Head& head, std::size_t class_index) {
   return head.objectness_channel().value_or(head.class_channel(class_index));
 }
@@ -213,7 +214,7 @@ void add_to_logit(const Predictions<T>& predictions, const Candidate& candidate,
   adjoint->data()[logit_index(predictions, candidate, channel)] += static_cast<T>(slope);
 }
 
-/// The number of which a candidate's probability of a class is σ; see detect::class_logit().
+/// The number whose σ is a candidate's probability of a class; see detect::class_logit().
 template <std::floating_point T>
 [[nodiscard]] double class_logit(const Predictions<T>& predictions, const Candidate& candidate,
                                  std::size_t class_index) {

@@ -8,8 +8,8 @@
 
 namespace tapestry::loss::detail {
 
-/// Logits of a batch on the tape as a loss's pullback keeps them: shared, and with the heads they are of, so
-/// that nothing that happens to the detector or the tape afterwards matters.
+/// Logits of a batch on the tape, kept for a loss's pullback together with their heads, so that later changes
+/// of the detector or the tape do not matter.
 template <std::floating_point T>
 class KeptLogits {
  public:

@@ -15,12 +15,12 @@
 
 namespace tapestry::loss {
 
-/// How far from a printable colour the non-printability score still sees others: the standard deviation of
-/// what a printer makes of one colour, in colour units.
+/// Standard deviation around a printable colour, in colour units: the spread of a printer's results for one
+/// colour.
 inline constexpr double printable_spread = 0.05;
 
-/// Colours of a printer of which nothing was measured: all mixtures of black, two greys and white in its
-/// three channels, [64, 3], where its black is at 0.05 and its white at 0.95.
+/// Colours of a printer that was not measured: all mixtures of black, two greys and white in its three
+/// channels, [64, 3], with its black at 0.05 and its white at 0.95.
 [[nodiscard]] Array<double, 2> printable_colours();
 
 namespace detail {
@@ -61,16 +61,16 @@ template <class UsedTexels>
 
 }  // namespace detail
 
-/// Non-printability score: how far the texels of a paint are from the colours of a printer, as a mean over
-/// those in use; smooth everywhere.
+/// Non-printability score: distance of a paint's texels from the colours of a printer, as a mean over the
+/// texels in use; smooth everywhere.
 ///
 ///   L = 1/ΣM · Σ M[i] · s(t[i]),   s(t) = −2σ² · ln( 1/K · Σ_k exp(−|t − p[k]|² / 2σ²) )
 ///
-/// s is the squared distance to the nearest printable colour, more by 2σ²·ln K at most, and that of a palette
-/// of one colour exactly: the log-likelihood of a mixture of Gaussians around the printable colours. Its
-/// gradient is twice the way from the mean of the palette near t, so that between two equally near colours
-/// nothing pulls. Source: Sharif et al., "Accessorize to a crime" (CCS 2016), eq. 5, whose score is the
-/// product over the palette of |t − p[k]|: that has a kink at every printable colour, and with a large
+/// s is the squared distance to the nearest printable colour plus at most 2σ²·ln K, and exactly that distance
+/// for a palette of one colour: the log-likelihood of a mixture of Gaussians around the printable colours.
+/// Its gradient is twice the difference from the mean of the palette near t, so that it is 0 between two
+/// equally near colours. Source: Sharif et al., "Accessorize to a crime" (CCS 2016), eq. 5, whose score is
+/// the product over the palette of |t − p[k]|: that has a kink at every printable colour, and with a large
 /// palette next to no slope elsewhere. Thys et al. (CVPRW 2019) take the distance to the nearest colour,
 /// which has kinks; this is its smooth form.
 ///

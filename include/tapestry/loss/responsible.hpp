@@ -9,7 +9,7 @@
 
 namespace tapestry::loss {
 
-/// A candidate together with what it says about the target.
+/// A candidate together with its prediction of the target.
 struct Responsible {
   Candidate candidate;
   double objectness = 0;         ///< σ(objectness logit); of a head without objectness class_probability
@@ -17,7 +17,7 @@ struct Responsible {
   double confidence = 0;         ///< objectness times class_probability; without objectness the latter alone
   Overlap overlap;               ///< of its box with the target
 
-  /// How much the candidate counts as finding the target, in [0, 1].
+  /// Score of the candidate as a detection of the target, in [0, 1].
   [[nodiscard]] double score() const { return confidence * overlap.iou; }
 };
 
@@ -37,11 +37,12 @@ template <std::floating_point T>
 
 namespace detail {
 
-/// σ(o)·σ(c) ≤ e^(min(o, 0) + min(c, 0)), so a candidate whose sum lies below this cannot reach `score`. A
-/// little lower than exact, so that rounding never decides.
+/// σ(o)·σ(c) ≤ e^(min(o, 0) + min(c, 0)), so a candidate whose sum lies below this cannot reach `score`.
+/// Slightly lower than exact, so that rounding never decides.
 [[nodiscard]] inline double hopeless_sum(double score) { return std::log(score) - 1e-4; }
 
-/// The best score at the cell of the target's centre: a first bound that spares most candidates' boxes.
+/// The best score in the cell of the target's centre: a first bound that makes most candidates' boxes
+/// unnecessary.
 template <std::floating_point T>
 [[nodiscard]] double score_at_centre(const Predictions<T>& predictions, std::size_t head_index,
                                      const Target& target) {
@@ -55,7 +56,7 @@ template <std::floating_point T>
   return best;
 }
 
-/// The logits that decide about the cells of one anchor of a head with four box channels and objectness.
+/// The logits that decide about the cells of one anchor, in a head with four box channels and objectness.
 template <std::floating_point T>
 struct CellsWithObjectness {
   const T *box, *objectness, *of_class;  ///< of the first cell
@@ -72,7 +73,7 @@ struct CellsWithObjectness {
   }
 };
 
-/// The same of a head without objectness, and with any number of box channels.
+/// The same for a head without objectness, and with any number of box channels.
 template <std::floating_point T>
 struct CellsOfClasses {
   const T *box, *of_class;
@@ -86,7 +87,7 @@ struct CellsOfClasses {
   }
 };
 
-/// The same of a head with objectness and exclusive classes, of which a logit alone bounds nothing.
+/// The same for a head with objectness and exclusive classes, where a logit alone bounds nothing.
 template <std::floating_point T>
 struct CellsOfExclusiveClasses {
   const T *box, *objectness;
@@ -100,7 +101,7 @@ struct CellsOfExclusiveClasses {
   }
 };
 
-/// The best of the candidates looked at.
+/// The best of the candidates examined so far.
 template <std::floating_point T>
 struct BestSoFar {
   std::optional<Responsible> found;
@@ -131,10 +132,10 @@ void search_cells(const Predictions<T>& predictions, Candidate candidate, const 
 }  // namespace detail
 
 /// The candidate of a head that finds the target best: the largest σ(obj) · p(class) · IoU, or p(class) · IoU
-/// of a head without objectness; none when no score is above `beaten`, which is 0 or more, as when no box
-/// overlaps the target. Ties go to the first candidate, which is also where the losses built on this have
-/// their kinks: they differentiate the chosen candidate only. The first score that is NaN wins, so that a NaN
-/// among the logits is never overlooked.
+/// for a head without objectness. None if no score is above `beaten`, which is 0 or more; so also if no box
+/// overlaps the target. Ties go to the first candidate; the losses built on this have their kinks there,
+/// since they differentiate the chosen candidate only. The first score that is NaN wins, so that a NaN among
+/// the logits is never overlooked.
 template <std::floating_point T>
 [[nodiscard]] std::optional<Responsible> responsible(const Predictions<T>& predictions,
                                                      std::size_t head_index, const Target& target,

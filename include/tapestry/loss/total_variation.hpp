@@ -28,7 +28,7 @@ inline AbsoluteStep absolute_step(const char* operation, double epsilon) {
 }
 }  // namespace detail
 
-/// Where the penalty of a colour step turns from its square to its length: a quarter of an 8-bit grey level.
+/// Step at which the penalty turns from square to length: a quarter of an 8-bit grey level.
 inline constexpr double total_variation_epsilon = 1e-3;
 
 /// Anisotropic total variation: the lengths of the colour steps between neighbouring pixels, counted inside
@@ -37,8 +37,8 @@ inline constexpr double total_variation_epsilon = 1e-3;
 ///   L = Σ M[y,x] · (φ(O[y+1,x,c] − O[y,x,c]) + φ(O[y,x+1,c] − O[y,x,c])),   φ(s) = √(s² + ε²) − ε
 ///
 /// over y < H−1, x < W−1 and all c. φ is |s| to within ε, and s² / 2ε for steps well below ε. With ε = 0 it
-/// is |s|, of which 0 is taken as the derivative at 0. Pixels outside M are read only
-/// where a step from inside M ends on them.
+/// is |s|, whose derivative at 0 is taken as 0. Pixels outside M are read only where a step from inside M
+/// ends on them.
 /// Sources: Rudin, Osher and Fatemi, "Nonlinear total variation based noise removal algorithms" (Physica D
 /// 60, 1992), there isotropic, and Esedoglu and Osher (Comm. Pure Appl. Math. 57, 2004), anisotropic; φ:
 /// Charbonnier et al., "Two deterministic half-quadratic regularization algorithms" (ICIP 1994).

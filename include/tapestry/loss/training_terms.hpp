@@ -35,8 +35,8 @@ YoloTrainingTerms batch_terms(std::size_t images, double count, const Options& o
 
 }  // namespace detail
 
-/// How far a candidate is from saying one class: Σ_k H(t_k, [k is it]), see binary_cross_entropy(), or of
-/// exclusive classes −log of the softmax of it.
+/// Cross entropy of a candidate with one class: Σ_k H(t_k, [k is it]), see binary_cross_entropy(), or for
+/// exclusive classes −log of its softmax.
 template <std::floating_point T>
 [[nodiscard]] double class_entropy(const Predictions<T>& predictions, const Candidate& candidate,
                                    std::size_t class_index) {

@@ -10,9 +10,9 @@
 
 namespace tapestry::loss {
 
-/// How a YOLO-V3 detector is taught.
+/// Thresholds and weights of the training of a YOLO-V3 detector.
 struct YoloTrainingOptions {
-  double ignore_iou = 0.5;  ///< an unmatched box that overlaps some truth by more is neither right nor wrong
+  double ignore_iou = 0.5;  ///< unmatched boxes that overlap a truth by more are ignored
   double match_iou =
       1.0;  ///< anchors whose shape overlaps the truth's by more are matched beside the best one
   double box = 1.0, objectness = 1.0, classification = 1.0;  ///< weights of the terms
@@ -20,8 +20,9 @@ struct YoloTrainingOptions {
 
 /// The loss a YOLO-V3 detector is trained with, a mean over the images of
 ///
-///   Σ matched   (2 − area) · (H(tx, x) + H(ty, y) + ½(tw − w)² + ½(th − h)²) + H(to, 1) + Σ_k H(tk, [k is
-///   it]) Σ unmatched H(to, 0), without boxes that overlap a truth by more than ignore_iou
+///   Σ matched     (2 − area) · (H(tx, x) + H(ty, y) + ½(tw − w)² + ½(th − h)²)
+///                 + H(to, 1) + Σ_k H(tk, [k is it])
+///   Σ unmatched   H(to, 0), without boxes that overlap a truth by more than ignore_iou
 ///
 /// H(t, p) being the cross entropy of σ(t) with the wanted p, x and y the truth's place within its cell
 /// (corrected for scale_x_y), w and h the log of its size over the anchor's. Classes are independent of each
@@ -30,14 +31,13 @@ struct YoloTrainingOptions {
 /// (2018), section 2, with the cross entropy for x and y too.
 ///
 /// Heads of the ultralytics family have H(tw, w) + H(th, h) instead of the squares, w and h being half the
-/// root of the truth's size over the anchor's, at most 1, which is where their boxes end: at 4 anchors. That
-/// is this loss put on their decode, not the complete IoU that they were trained with.
+/// root of the truth's size over the anchor's, at most 1: their boxes end at 4 anchors. That is this loss for
+/// their decode family, not the complete IoU that they were trained with.
 ///
 /// \param logits  per head [N, A·(5+K), H, W]
 /// \param truths  one entry an image, boxes in pixels of the network's input
 /// \throws ShapeError, DomainError as adversarial(), so for heads of the decode family scaled, too;
-/// DomainError
-///         for heads without anchors
+///         DomainError for heads without anchors
 template <std::floating_point T>
 [[nodiscard]] YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads,
                                               const LogitsView<T>& logits, const Truths& truths,
@@ -70,8 +70,8 @@ template <std::floating_point T>
 
 }  // namespace detail
 
-/// yolo_training() of a batch on the tape, all terms as one record: what detect::forward() of a network with
-/// its parameters is trained by.
+/// yolo_training() of a batch on the tape, all terms as one record, to train the parameters that
+/// detect::forward() takes.
 ///
 /// \param detector  whose heads gave the logits; not needed after the call
 /// \param logits    per head [N, A·(5+K), H, W]

@@ -11,15 +11,15 @@
 
 namespace tapestry::loss {
 
-/// How a detector without anchors is taught.
+/// Weights of the training of a detector without anchors.
 struct YoloxTrainingOptions {
   DynamicMatchOptions match{};
   double box = 5.0, objectness = 1.0, classification = 1.0;  ///< weights of the terms
 };
 
-/// The loss a YOLOX detector is trained with, of candidates that have been told what to predict. With the
-/// logits t, H(t, p) the cross entropy of σ(t) with p, IoU that of the box with the truth's, and iou the same
-/// when they were matched, a constant,
+/// The loss a YOLOX detector is trained with, for candidates that are matched with truths. With the logits t,
+/// H(t, p) the cross entropy of σ(t) with p, IoU that of the box with the truth's, and iou the same when they
+/// were matched, a constant,
 ///
 ///   box             Σ matched   1 − IoU²
 ///   objectness      Σ all       H(to, [is matched])
@@ -29,13 +29,13 @@ struct YoloxTrainingOptions {
 /// Ge et al., "YOLOX: exceeding YOLO series in 2021" (arXiv 2107.08430), without the L1 loss of its last
 /// epochs.
 ///
-/// Heads of the family distance have no objectness, and a class says how good its box is:
+/// Heads of the family distance have no objectness, and a class score measures how good its box is:
 ///
 ///   classification  Σ all   Σ_k (y − σ(tk))² · H(tk, y),  y = [is matched, and k is it] · iou
 ///
-/// the quality focal loss of Li et al., "Generalized Focal Loss" (NeurIPS 2020), whose distribution focal
-/// loss is left out: their bins learn through the box alone. It is a loss for fine-tuning, where they have a
-/// shape.
+/// the quality focal loss of Li et al., "Generalized Focal Loss" (NeurIPS 2020). Their distribution focal
+/// loss is left out: the bins learn through the box alone. So it is a loss for fine-tuning, where the bins
+/// already have a shape.
 ///
 /// \param logits   per head [N, D, H, W]
 /// \param matches  of these logits or others of the same heads, see dynamic_matches(); one entry an image
@@ -67,8 +67,8 @@ template <std::floating_point T>
 
 }  // namespace detail
 
-/// yolox_training() of a batch on the tape, all terms as one record, with the matches that these logits lead
-/// to: what detect::forward() of a graph detector with its constants is trained by.
+/// yolox_training() of a batch on the tape, all terms as one record, with the matches for these logits, to
+/// train the weights that detect::forward() takes.
 ///
 /// \param detector  whose heads gave the logits; not needed after the call
 /// \param logits    per head [N, D, H, W]

@@ -112,7 +112,7 @@ void reduce_row(const ConvolutionRows<T>& rows, std::size_t row, const Reduction
   }
 }
 
-/// What happens to the last of several partial sums.
+/// Gives the last of several partial sums the whole epilogue, with the bias and the addition of its own.
 template <std::floating_point T>
 void finish(const Epilogue<T>& whole, Epilogue<T>& last) {
   const T* const bias = last.bias;
@@ -160,8 +160,8 @@ void convolve_panel(const ConvolutionRows<T>& rows, const std::vector<ReductionB
 ///   out[n, y, x, m] = end(Σ in[n, …, c] · weights)
 ///
 /// \param in   [images, row, column, channel], readable 128 bytes past its end, as a Buffer is
-/// \param end  what happens to each sum; its bias, one for each channel out, is readable 128 bytes past its
-/// end \param out  [images, rows, columns, channel] of image_size values each
+/// \param end  applied to each sum; its bias, one for each channel out, is readable 128 bytes past its end
+/// \param out  [images, rows, columns, channel] of image_size values each
 ///
 /// Every output is summed in blocks of at most 256 products whose order depends on the layer alone.
 template <std::floating_point T>

@@ -75,7 +75,7 @@ template <std::floating_point T>
 /// The convolution that writes only those outputs that lie within a window of the picture that they are
 /// written to, and what shares a tile with them; possibly none. They are the same bits as of the whole one.
 ///
-/// \param tile  along both axes, as tile_of() tells
+/// \param tile  along both axes, see tile_of()
 template <std::floating_point T>
 [[nodiscard]] PackedConvolution<T> windowed(const PackedConvolution<T>& packed, const OutputTile& tile,
                                             const MapWindow& window) {

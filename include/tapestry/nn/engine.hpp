@@ -74,9 +74,9 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// What the engine computes together along either axis: a tile of Winograd's algorithm where it uses it.
-/// There the product at the point ∞ reads the last input, and no other does, and only the last output takes
-/// it; with three taps, the product at 0 likewise the first ones.
+/// Outputs and inputs that the engine computes together along either axis: a tile of Winograd's algorithm
+/// where it uses it. There only the product at the point ∞ reads the last input, and only the last output
+/// takes that product; with three taps, the product at 0 likewise belongs to the first ones.
 template <std::floating_point T>
 [[nodiscard]] OutputTile tile_of(Engine engine, const PackedConvolution<T>& packed) {
   const auto form = detail::winograd_form(engine, packed);

@@ -1,4 +1,4 @@
-// What happens to sums before they are stored, for one instruction set; vector_kernels.inl includes this
+// Epilogues of sums before they are stored, for one instruction set; vector_kernels.inl includes this
 // file, under the same rules. See Epilogue for the definition.
 
 /// Bit i: whether x[i] is above 0.
@@ -103,8 +103,8 @@ inline Register<T> load_lanes(const T* in, std::size_t count) {
 
 #include <tapestry/nn/curve_kernels.inl>
 
-/// What store_tile() does where its short way does not suffice: functions of their own, not inlined into
-/// every kernel, to keep compilers quick. This one does whatever an epilogue may ask for.
+/// The general form of store_tile(), for any epilogue. It is a function of its own, not inlined into every
+/// kernel, so that compilers stay quick.
 template <std::floating_point T>
 __attribute__((noinline)) void store_any(const Epilogue<T>& from, const Register<T>* sums, std::size_t rows,
                                          std::size_t registers, std::size_t first, T* out,
@@ -131,7 +131,7 @@ __attribute__((noinline)) void store_any(const Epilogue<T>& from, const Register
   }
 }
 
-/// And this whole vectors with what networks ask for, decided when it is compiled.
+/// Stores whole vectors of the common epilogues, chosen at compile time.
 template <std::floating_point T, bool HasGate, bool HasSigns, bool HasAddend>
 __attribute__((noinline)) void store_whole(const Epilogue<T>& end, const Register<T>* sums, std::size_t rows,
                                            std::size_t registers, std::size_t first, T* out,
@@ -187,8 +187,8 @@ __attribute__((noinline)) void store_otherwise(const Epilogue<T>& end, const Reg
   store_any<T>(end, sums, rows, registers, first, out, step, count);
 }
 
-/// Finishes sums of P outputs, `step` apart, and writes their `count` leading values, or all that there are,
-/// as the epilogue says. In the short way the sums stay in registers, for which it must be inlined.
+/// Applies the epilogue to sums of P outputs, `step` apart, and writes their `count` leading values, or all
+/// that there are. In the short way the sums stay in registers, for which it must be inlined.
 template <std::floating_point T, int P, int V>
 __attribute__((always_inline)) inline void store_tile(const Epilogue<T>& end, Register<T> (&sum)[P][V],
                                                       std::size_t first, T* out, std::ptrdiff_t step,

@@ -2,7 +2,7 @@
 
 namespace tapestry::nn {
 
-/// What a forward pass is for, which decides what it keeps.
+/// Purpose of a forward pass; it decides what the pass keeps.
 enum class Mode {
   inference,       ///< running statistics; nothing is kept but the results
   input_gradient,  ///< running statistics; slopes and choices are kept for the adjoint of the input

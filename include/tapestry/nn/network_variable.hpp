@@ -13,9 +13,10 @@ namespace tapestry::nn {
 /// Results of a network of one input for a batch, as one record on the active tape.
 ///
 /// \param network  whose input has four axes, the first of extent 1; must outlive the tape's last reverse(),
-/// unchanged \param x        [N, …], N inputs as network.input_shape(0) says \param pass     memory to use,
-/// for loops that record again and again: not to be used for anything else before the
-///                 tape's last reverse(). Null takes new memory.
+///                 unchanged
+/// \param x        [N, …], N inputs of shape network.input_shape(0)
+/// \param pass     memory to use, for loops that record again and again: not to be used for anything else
+///                 before the tape's last reverse(). Null takes new memory.
 /// \returns        for each result of four axes, the first of extent 1, N of them
 /// \throws ShapeError unless input, x and results are so; DomainError if x is on no active tape
 template <std::floating_point T>
@@ -73,7 +74,8 @@ struct PoolingLayer {
 };
 
 /// The largest value of each window in each channel, [N, H', W', C]; of equal ones the first in reading order
-/// has the derivative. \throws ShapeError if the window does not fit
+/// has the derivative.
+/// \throws ShapeError if the window does not fit
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> max_pool(const ArrayVariable<T, 4>& x, const PoolingLayer& layer = {});
 

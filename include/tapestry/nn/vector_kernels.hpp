@@ -10,7 +10,7 @@
 
 namespace tapestry::nn {
 
-/// What happens to a sum before it is stored at out[i], where i counts from `origin`:
+/// Steps from a sum to the value stored at out[i], where i counts from `origin`:
 ///
 ///   value   = sum + bias + (out[i] if adds)
 ///   value   = value · slope where value ≤ 0 or, if there is a gate, where bit i of it is not set

@@ -1,6 +1,6 @@
 // Kernels for one instruction set; vector_kernels.hpp includes this file once for each of them, inside a
-// namespace of its own and with TAPESTRY_VECTOR_BYTES set. Generic vectors must be
-// parsed under the target they are meant for, so nothing here may be a lambda or come from outside.
+// namespace of its own and with TAPESTRY_VECTOR_BYTES set. Generic vectors must be parsed
+// under the target they are meant for, so nothing here may be a lambda or come from outside.
 
 #include <tapestry/core/vector_memory.inl>
 

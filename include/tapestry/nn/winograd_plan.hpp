@@ -68,7 +68,7 @@ template <std::floating_point T>
   plan.panels = block_count(shape.out_channels, 2 * lanes);
   plan.channels_per_word = pairs ? 2 : 1;
   plan.blocks = block_count(shape.in_channels, 64 * plan.channels_per_word);
-  // Of pairs as many with any instruction set, so that the order of the sums is the same.
+  // Pairs are as many with any instruction set, so that the order of the sums is the same.
   plan.channels_per_block = round_up(block_count(shape.in_channels, plan.blocks), pairs ? 32 : lanes);
   plan.words_per_block = plan.channels_per_block / plan.channels_per_word;
   plan.blocks = block_count(shape.in_channels, plan.channels_per_block);

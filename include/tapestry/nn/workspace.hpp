@@ -61,7 +61,7 @@ class Buffer {
  private:
   static constexpr std::size_t slack = 128;
   // Kernels walk through memory at large distances, where looking up a page of 4 KiB can cost more than the
-  // line that it is for, so large memory begins at a page of 2 MiB and asks for more of them.
+  // line that it is for, so large memory begins at a page of 2 MiB and requests large pages from the system.
   static constexpr std::size_t page = std::size_t(2) << 20U;
   struct Release {
     void operator()(Element* memory) const { std::free(memory); }

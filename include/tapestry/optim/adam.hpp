@@ -13,7 +13,7 @@
 
 namespace tapestry::optim {
 
-/// The numbers of Adam; the defaults are those of the FCA paper.
+/// Settings of Adam; the defaults are those of the FCA paper.
 struct AdamSettings {
   double learning_rate = 0.01;
   double beta1 = 0.9;     ///< memory of the gradient's mean, in [0, 1)
@@ -21,7 +21,7 @@ struct AdamSettings {
   double epsilon = 1e-8;  ///< added to √v̂, in units of the gradient, at least 0
 };
 
-/// Everything that Adam remembers from step to step; a checkpoint holds exactly this.
+/// Everything that Adam keeps from step to step; a checkpoint holds exactly this.
 template <std::floating_point T>
 struct AdamState {
   std::vector<T> first_moment;   ///< m, one a parameter
@@ -36,8 +36,8 @@ struct AdamState {
 ///   x ← x − η · m̂ / (√v̂ + ε)
 ///
 /// Source: Kingma and Ba, ICLR 2015, algorithm 1. Moments are kept in T, the arithmetic of a step is in
-/// double. The same bits for any number of threads, and after state() and restore(). A gradient that is
-/// NaN makes its parameter NaN; who wants to stop there checks before the step.
+/// double. The same bits for any number of threads, and after state() and restore(). A gradient that is NaN
+/// makes its parameter NaN; check before the step to stop there.
 template <std::floating_point T>
 class Adam {
  public:

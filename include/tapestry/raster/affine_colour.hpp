@@ -20,8 +20,9 @@ void require_affine_colour(const char* operation, const Array<T, 3>& image, cons
 }
 }  // namespace detail
 
-/// Exposure, tint and haze of one view, to match a photograph: colour ← gain · colour + bias. Of a render
-/// gain · P + bias · c, P being colour times coverage c, so that a pixel that shows nothing stays empty.
+/// Exposure, tint and haze of one view, to match a photograph: colour ← gain · colour + bias. For a render
+/// the result is gain · P + bias · c, P being colour times coverage c, so that a pixel that shows nothing
+/// stays empty.
 ///
 /// \param image     P, [H, W, 3], as render() gives it
 /// \param coverage  c, [H, W]
@@ -69,7 +70,8 @@ void affine_colour_adjoint(const Array<T, 3>& image, const Array<T, 2>& coverage
 }
 
 /// affine_colour() on the active tape; its pullback is affine_colour_adjoint(). Passive inputs record
-/// nothing. \throws ShapeError as affine_colour()
+/// nothing.
+/// \throws ShapeError as affine_colour()
 template <std::floating_point T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, 3> affine_colour(const ArrayVariable<T, 3>& image,
                                                 const ArrayVariable<T, 2>& coverage,

@@ -16,10 +16,10 @@ namespace tapestry::raster {
 
 /// Looks up an atlas in the levels of its pyramid.
 ///
-/// trilinear: the level is log₂ of the footprint's length in texels, between two pictures; up to one texel
-/// the atlas itself. anisotropic: log₂ of its width, at as many places along it as it is longer than wide,
-/// but at most layout.most_lookups, which then lie farther apart, and coarser levels fill the gaps.
-/// A footprint's length and width are the singular values of the map AtlasSteps.
+/// trilinear: between the two levels around log₂ of the footprint's length in texels; up to one texel the
+/// atlas itself. anisotropic: at the level log₂ of its width, at several places along it, as many as it is
+/// longer than wide, but at most layout.most_lookups; beyond that the places lie farther apart, and coarser
+/// levels fill the gaps. A footprint's length and width are the singular values of the map AtlasSteps.
 ///
 /// Source: the rules of OpenGL 4.6, section 8.14.1; places and widths as in EXT_texture_filter_anisotropic.
 class AtlasFilter {
@@ -50,7 +50,7 @@ class AtlasFilter {
     visit_chosen(batch, 0, visit);
   }
 
-  /// Finds level and lookups of fragments.
+  /// Computes level and lookups of fragments.
   /// \param batch  with their places and steps
   /// \param count  at most LookupBatch::size
   void choose(LookupBatch& batch, std::size_t count) const {
@@ -101,9 +101,9 @@ class AtlasFilter {
   }
 
  private:
-  /// Whether the kernel can look up a fragment: in small enough levels below the two highest, which it would
-  /// read beyond, and without a step over the border of an atlas that faces repeat. Brings its place into the
-  /// atlas.
+  /// Whether the kernel can look up a fragment: the levels must be small enough and below the two highest,
+  /// which the kernel would read past, and no step may cross the border of an atlas that faces repeat. Also
+  /// moves the fragment's place into the atlas.
   [[nodiscard]] bool is_plain(LookupBatch& batch, std::size_t i) const {
     if (!(batch.level[i] < rule_.top_level - 2) ||
         levels_.back().first_texel > std::numeric_limits<std::int32_t>::max() / 3)
@@ -130,7 +130,7 @@ class AtlasFilter {
           });
   }
 
-  /// A footprint does not reach over the border of an atlas that no face repeats.
+  /// Clips a coordinate to the atlas if no face repeats it: a footprint does not reach over its border.
   [[nodiscard]] double placed(double coordinate) const {
     return repeats_ ? detail::wrapped(coordinate, 1) : std::clamp(coordinate, 0.0, 1.0);
   }

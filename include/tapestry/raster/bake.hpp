@@ -15,7 +15,7 @@ namespace tapestry::raster {
 
 /// Calls visit(row, column, barycentric) for every texel of the atlas whose centre lies in the face's uv
 /// triangle or within half a texel's diagonal of it, so that bilinear lookups along the chart's border find
-/// paint. Of a face without uv, or without area in uv, no texel; nor any outside the atlas.
+/// paint. Visits no texel for a face without uv or without area in uv, and none outside the atlas.
 template <class Visit>
 void for_each_atlas_texel(const geometry::Mesh& mesh, const TextureLayout& layout, std::size_t face,
                           Visit visit) {
@@ -64,11 +64,12 @@ std::array<double, 3> clamped_barycentric(std::array<double, 3> b);
 
 }  // namespace detail
 
-/// A texture of any kind as an atlas: each texel that a painted face covers takes the colour that the texture
-/// has there, texels just outside a chart that of its rim. Where a chart's own texels and another's rim meet,
-/// the chart's count. Texels farther off take colours of the charts around them, see with_unused_filled().
+/// A texture of any kind as an atlas. A texel that a painted face covers takes the texture's colour there; a
+/// texel just outside a chart takes that of the chart's rim. Where a chart's own texels and another's rim
+/// meet, the chart's count. Texels farther off take colours of the charts around them, see
+/// with_unused_filled().
 ///
-/// \param texels  [texel_count, 3], laid out as body.layout says
+/// \param texels  [texel_count, 3], in body.layout
 /// \param to      layout of the atlas
 /// \returns       [to.height · to.width, 3]; grey of 0.5 if no face is painted
 /// \throws ShapeError, DomainError, Error (mismatch) as texture_operator() does; DomainError unless `to` is

@@ -1,7 +1,7 @@
 // The third part of raster_kernels.inl.
 
-/// What barycentric weights are made of for one point each lane: three planes through the eye and two
-/// corners, b_k ∝ x·plane[k][0] + y·plane[k][1] + plane[k][2].
+/// Terms of the barycentric weights for one point each lane: three planes through the eye and two corners,
+/// b_k ∝ x·plane[k][0] + y·plane[k][1] + plane[k][2].
 struct Planes {
   Doubles plane[3][3];
 };

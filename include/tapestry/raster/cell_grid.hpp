@@ -10,8 +10,8 @@
 
 namespace tapestry::raster {
 
-/// A face in a cell: in the low half its slot, in the high half its farness, the complement of the greatest
-/// 1/z that it may have there, a float's bits, so that the nearest is the least.
+/// A face in a cell. The low half is its slot. The high half is its farness: the complement of the bits of
+/// its greatest 1/z there as a float, so that the nearest face has the least entry.
 struct CellEntry {
   std::uint64_t bits;
 
@@ -33,13 +33,14 @@ struct CellEntry {
 /// Square cells over the part of a picture that a mesh covers.
 class CellGrid {
  public:
-  /// Ends included.
+  /// A range of cells, ends included.
   struct Range {
     std::array<std::int32_t, 2> first, last;
   };
 
-  /// Half a cell a face, were the faces spread evenly; fewer where they lie in more than about 16 layers, so
-  /// that the faces of all cells together stay a few times as many as the faces.
+  /// Makes half a cell for each face, as if the faces were spread evenly; fewer where they lie in more than
+  /// about 16 layers, so that the lists of all cells together stay a few times as long as the number of
+  /// faces.
   explicit CellGrid(const FacesInView::Extent& extent) {
     std::array<double, 2> low{0, 0}, size{0, 0};
     for (std::size_t axis = 0; extent.count > 0 && axis < 2; ++axis) {
@@ -58,7 +59,7 @@ class CellGrid {
   }
 
   [[nodiscard]] std::size_t size() const { return index(0, rows_); }
-  /// Of a cell, in pixels.
+  /// Side of a cell, in pixels.
   [[nodiscard]] double side() const { return side_; }
 
   [[nodiscard]] std::size_t index(std::int32_t x, std::int32_t y) const {
@@ -78,7 +79,7 @@ class CellGrid {
     return index(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y));
   }
 
-  /// The cells that a box touches; those nearest to one that lies beside all.
+  /// The cells that a box touches; for a box beside all cells the nearest ones.
   [[nodiscard]] Range cells_of(const std::array<double, 2>& low, const std::array<double, 2>& high) const {
     const auto cell = [&](double value, std::size_t axis, std::int32_t count) {
       const double place = (value - origin_[axis]) * cells_per_px_;

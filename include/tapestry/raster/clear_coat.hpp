@@ -16,7 +16,7 @@
 
 namespace tapestry::raster {
 
-/// Schlick's share of light that is mirrored at an angle, f0 + (1 − f0)·(1 − cosine)⁵.
+/// Schlick's approximation of the mirrored share of light, f0 + (1 − f0)·(1 − cosine)⁵.
 /// \param f0  the share at normal incidence
 [[nodiscard]] inline double schlick_fresnel(double f0, double cosine) {
   const double grazing = 1 - cosine, squared = grazing * grazing;
@@ -27,13 +27,13 @@ namespace tapestry::raster {
 /// to the surface's normal; ∫ D·cos = 1 over the hemisphere. Source: Walter et al., Microfacet Models for
 /// Refraction through Rough Surfaces (EGSR 2007), eq. 33, with the tangent written out.
 /// \param alpha        its width, in (0, 1]
-/// \param sine_square  sin², apart from the cosine, for narrow lobes need all of its digits
+/// \param sine_square  sin², passed apart from the cosine, since narrow lobes need all of its digits
 [[nodiscard]] inline double ggx_density(double alpha, double cosine, double sine_square) {
   const double q = sine_square + alpha * alpha * cosine * cosine;
   return alpha * alpha / (std::numbers::pi * q * q);
 }
 
-/// Share of microfacets that both light and eye see, over 4·(n·l)·(n·v):
+/// Share of microfacets visible from both light and eye, over 4·(n·l)·(n·v):
 ///   V = ½ / ((n·l)·√((n·v)²(1 − α²) + α²) + (n·v)·√((n·l)²(1 − α²) + α²)).
 /// Source: Heitz, Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs (JCGT 2014), eq. 99,
 /// for GGX: masking and shadowing correlated by height.
@@ -43,16 +43,16 @@ namespace tapestry::raster {
                 n_dot_v * std::sqrt(n_dot_l * n_dot_l * (1 - a) + a));
 }
 
-/// What of a distant light a rough mirror shows, see ggx_reflection().
+/// Reflection of a distant light in a rough mirror, see ggx_reflection().
 struct GgxReflection {
   double value = 0;
   double by_alpha = 0;
   geometry::Vector3 by_towards{0, 0, 0};  ///< by l; the part along l means nothing, as l has length 1
 };
 
-/// π·D·V·F·(n·l) with D at the half vector h of l and v, F = schlick_fresnel(f0, h·v): the radiance that goes
-/// to the eye from a light under which a white matt surface that faces it has the radiance 1. 0 where the
-/// light is below the surface.
+/// π·D·V·F·(n·l) with D at the half vector h of l and v, F = schlick_fresnel(f0, h·v): the radiance towards
+/// the eye from a light under which a white matt surface that faces it has the radiance 1. 0 where the light
+/// is below the surface.
 ///
 /// \param normal   n, of length 1
 /// \param to_eye   v, of length 1
@@ -88,36 +88,36 @@ struct GgxReflection {
   return {value, value * (density_by_alpha + visibility_by_alpha), geometry::scale(by_towards, value)};
 }
 
-/// A light, and a clear coat over all faces that mirrors it, as lacquer on a car does. With F = f0 + (1 −
-/// f0)· (1 − n·v)⁵, f0 = 0.04 (glass), a colour shows as
-///   (1 − coat·F) · (what Base makes of it)
-///     + colour · coat · (sun · V · ggx_reflection() + F · A · (sky where v is mirrored)):
-/// the second part does not depend on texels, so the map from texture to picture stays linear, and its
+/// A light, and a clear coat over all faces that mirrors it, as lacquer on a car does. With F = f0 + (1 − f0)
+/// · (1 − n·v)⁵, f0 = 0.04 (glass), a colour shows as
+///  (1 − coat·F) · (colour under Base)
+///    + colour · coat · (sun · V · ggx_reflection() + F · A · (sky in the mirrored direction of v)).
+/// The second part does not depend on texels, so the map from texture to picture stays linear, and its
 /// derivative with respect to texels exact. Sun and sky are Base's: directional and ambient of Light and
 /// SmoothLight; sun with its shadow V, and sky with its occlusion A, of OutdoorLight, whose harmonics of
 /// order l a rough coat damps by exp(−(α·l)²). Colours should be linear: highlights are many times as bright
 /// as paint.
 ///
-/// Sources: the layers as KHR_materials_clearcoat of glTF 2.0 has them, α = roughness² as there; the damping
-/// is that of Ramamoorthi & Hanrahan, A Signal-Processing Framework for Inverse Rendering (SIGGRAPH 2001).
+/// Sources: the layers as in KHR_materials_clearcoat of glTF 2.0, α = roughness² as there; the damping is
+/// that of Ramamoorthi & Hanrahan, A Signal-Processing Framework for Inverse Rendering (SIGGRAPH 2001).
 /// \tparam Base  Light (flat), SmoothLight or OutdoorLight
 template <class Base>
 struct ClearCoat : Base {
   double coat = 1;         ///< share of the surface that is coated, in [0, 1]
-  double roughness = 0.1;  ///< in [0.01, 1]: a mirror to matt; of 0.06, highlights as wide as the sun
+  double roughness = 0.1;  ///< 0.01 (a mirror) to 1 (matt); at 0.06 highlights are as wide as the sun
 };
 
 /// The share that a clear coat mirrors at normal incidence: refractive index 1.5.
 inline constexpr double clear_coat_f0 = 0.04;
 
-/// The unit normal by which a point of a face is lit.
+/// The unit normal for the light at a point of a face.
 [[nodiscard]] inline geometry::Vector3 lit_normal(const PreparedLight&, const geometry::Mesh& mesh,
                                                   const geometry::Vector3& eye, std::size_t face,
                                                   const std::array<double, 3>&) {
   return seen_normal(mesh, face, eye);
 }
 
-/// Likewise, interpolated.
+/// The same, interpolated over the face.
 template <class Lighting>
 [[nodiscard]] geometry::Vector3 lit_normal(const Lighting& lighting, const geometry::Mesh&,
                                            const geometry::Vector3&, std::size_t face,
@@ -129,7 +129,7 @@ namespace detail {
 [[nodiscard]] inline double sun_of(const Light& light) { return light.directional; }
 [[nodiscard]] inline double sun_of(const OutdoorLight& light) { return light.sun; }
 
-/// The share of the sun that shines on a point, V.
+/// The share of the sun that reaches a point, V.
 template <class Lighting>
 [[nodiscard]] double sun_share_of(const Lighting& lighting, std::size_t face,
                                   const std::array<double, 3>& b) {
@@ -137,7 +137,7 @@ template <class Lighting>
   return 1;
 }
 
-/// The share of the sky that is seen from a point, A.
+/// The share of the sky visible from a point, A.
 template <class Lighting>
 [[nodiscard]] double sky_share_of(const Lighting& lighting, std::size_t face,
                                   const std::array<double, 3>& b) {
@@ -145,7 +145,7 @@ template <class Lighting>
   return 1;
 }
 
-/// exp(−(α·l)²) · Y_lm: what a rough mirror shows of each harmonic of the sky.
+/// exp(−(α·l)²) · Y_lm: the weight of each harmonic of the sky in a rough mirror.
 [[nodiscard]] inline Harmonics mirrored_harmonics(const geometry::Vector3& direction, double alpha) {
   Harmonics harmonics = spherical_harmonics(direction);
   const double first = std::exp(-alpha * alpha), second = std::exp(-4 * alpha * alpha);
@@ -153,7 +153,7 @@ template <class Lighting>
   return harmonics;
 }
 
-/// Radiance of the sky in a direction, as a rough mirror shows it.
+/// Radiance of the sky in a direction, blurred by a rough mirror.
 [[nodiscard]] inline double mirrored_sky(const Light& light, const geometry::Vector3&, double) {
   return light.ambient;
 }
@@ -175,7 +175,7 @@ struct CoatedPoint {
 /// ClearCoat of one view.
 template <class Base>
 struct PreparedClearCoat {
-  /// What prepare() makes of the light without a coat.
+  /// The type of prepare()'s result for the light without a coat.
   using Inner = decltype(prepare(std::declval<const geometry::Mesh&>(),
                                  std::declval<const geometry::Camera&>(), std::declval<const Base&>()));
 
@@ -202,12 +202,12 @@ struct PreparedClearCoat {
     return point;
   }
 
-  /// The base's factor, less what the coat mirrors.
+  /// The base's factor, reduced by the mirrored share.
   [[nodiscard]] double at(std::size_t face, const std::array<double, 3>& b) const {
     return inner.at(face, b) * (1 - light.coat * point(face, b).fresnel);
   }
 
-  /// What the coat adds, whatever is painted below it.
+  /// Radiance that the coat adds, whatever is painted below it.
   [[nodiscard]] std::array<double, 3> reflected(std::size_t face, const std::array<double, 3>& b) const {
     const CoatedPoint seen = point(face, b);
     const double sun =

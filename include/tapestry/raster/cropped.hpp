@@ -28,7 +28,7 @@ template <std::floating_point T>
 }
 
 /// The operator of a window of the picture: render() of it is the crop of render(), and costs no more than
-/// the window. What lies beside the window is gone, and tiles are, see with_tiles().
+/// the window. Entries beside the window and tiles are dropped, see with_tiles().
 ///
 /// \throws ShapeError if the window leaves the picture
 template <std::floating_point T>
@@ -62,10 +62,11 @@ template <std::floating_point T>
   return part;
 }
 
-/// A view behind a mask m: its picture is m·P and its coverage m·c, P and c being those of the view. So laid
-/// over a background I, m·P + (1 − m·c)·I, the mesh shows where m is 1 and I alone where m is 0; pixels that
+/// A view behind a mask m: its picture is m·P and its coverage m·c, P and c being those of the view. Laid
+/// over a background I, m·P + (1 − m·c)·I, the mesh shows where m is 1, and I alone where m is 0. Pixels that
 /// m hides leave the operator and cost no time.
 ///
+/// The result has no tiles, see with_tiles().
 /// Without tiles, see with_tiles().
 /// \param mask  m, [H, W], in [0, 1]
 /// \throws ShapeError if mask is not of the picture's size

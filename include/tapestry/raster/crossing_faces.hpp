@@ -10,8 +10,8 @@
 
 namespace tapestry::raster {
 
-/// The faces that samples of a picture see, pixel by pixel: 4 bytes a pixel and 4 for each face in each
-/// pixel. A face smaller than samples are apart may be missing.
+/// The faces that samples of a picture show, pixel by pixel: 4 bytes a pixel and 4 for each face in each
+/// pixel. A face smaller than the distance of samples may be missing.
 class SeenFaces {
  public:
   /// A band of rows, whose pixels come in order.
@@ -25,10 +25,10 @@ class SeenFaces {
       faces_.push_back(face);
     }
 
-    /// Of all pixels; a face is there once for each pixel.
+    /// The faces of all pixels; a face is there once for each pixel.
     [[nodiscard]] const std::vector<std::int32_t>& faces() const { return faces_; }
 
-    /// Those of a pixel: of the band's, or none.
+    /// The faces of a pixel; none if it is not in the band.
     [[nodiscard]] std::span<const std::int32_t> at(std::size_t pixel) const {
       const std::size_t own = pixel - first_;
       if (own >= begin_.size()) return {};
@@ -46,7 +46,7 @@ class SeenFaces {
     std::vector<std::int32_t> faces_;
   };
 
-  /// Of a picture of which nothing is known.
+  /// No seen faces: a picture of which nothing is known.
   SeenFaces() = default;
 
   /// \param width      of the picture
@@ -59,16 +59,16 @@ class SeenFaces {
   [[nodiscard]] Band& band(std::size_t index) { return bands_[index]; }
   [[nodiscard]] const std::vector<Band>& bands() const { return bands_; }
 
-  /// Of the picture.
+  /// Width of the picture, pixels.
   [[nodiscard]] std::size_t width() const { return width_; }
 
-  /// Of the pixel of a point of the picture.
+  /// The faces of the pixel around a point of the picture.
   [[nodiscard]] std::span<const std::int32_t> at(double column, double row) const {
     if (!(column >= 0 && row >= 0 && column < static_cast<double>(width_))) return {};
     return at(static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column));
   }
 
-  /// Of a pixel, row · width + column, also beyond the picture.
+  /// The faces of a pixel, row · width + column; none for one beyond the picture.
   [[nodiscard]] std::span<const std::int32_t> at(std::size_t pixel) const {
     const std::size_t band = width_ == 0 ? 0 : pixel / (band_rows_ * width_);
     if (band >= bands_.size()) return {};
@@ -88,13 +88,13 @@ struct FacePair {
   auto operator<=>(const FacePair&) const = default;
 };
 
-/// The pairs of faces that may cut through each other where one pixel shows both, or one the one and a
-/// neighbour the other, in order: those without a corner in common of which each has points on both sides of
-/// the other one's plane. Where a line of intersection shows, samples on both sides of it see the two faces,
-/// unless it is shorter than they are apart. Those samples may lie in two pixels; such are compared where
-/// both show at most two faces, for a line between pixels that is not found there is one of many short ones.
-/// The result is the same for any number of threads, and wherever the mesh lies, as far as doubles hold it
-/// there.
+/// The pairs of faces that may cut through each other, in order: faces without a common corner of which each
+/// has points on both sides of the other one's plane. Only visible pairs are tested: both in one pixel, or
+/// one in a pixel and one in its neighbour. Samples on the two sides of a visible line of intersection show
+/// the two faces, unless the line is shorter than the distance of samples. If these samples lie in two
+/// pixels, the pair is tested only where both pixels show at most two faces; elsewhere faces are small, and a
+/// missed line is short. The result is the same for any number of threads, and wherever the mesh lies, within
+/// the accuracy of doubles there.
 /// \param edges  of the same mesh
 [[nodiscard]] std::vector<FacePair> crossing_faces(const geometry::Mesh& mesh, const MeshEdges& edges,
                                                    const SeenFaces& seen);

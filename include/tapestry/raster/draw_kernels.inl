@@ -27,7 +27,7 @@ struct PixelBox {
   std::int32_t first_row, last_row, first_column, last_column;
 };
 
-/// What a triangle's box and a tile share; columns are widened to whole groups of 16.
+/// Intersection of a triangle's box with a tile; columns are widened to whole groups of 16.
 inline PixelBox shared_box(const ScreenTriangle& t, const Tile& tile) {
   constexpr std::int32_t half = subpixel_steps / 2;
   const std::int32_t left = least(least(t.x[0], t.x[1]), t.x[2]), top = least(least(t.y[0], t.y[1]), t.y[2]);
@@ -44,8 +44,8 @@ inline PixelBox shared_box(const ScreenTriangle& t, const Tile& tile) {
   return box;
 }
 
-/// Fits the edges of a large triangle to 32 bits within a box: sides that leave the box alone become 0. False
-/// when the whole box is outside, or when an edge does not fit; then `fits` is false.
+/// Fits the edges of a large triangle to 32 bits within a box: sides that do not cross the box become 0.
+/// Returns false when the whole box is outside, or when an edge does not fit; then `fits` is false.
 inline bool fit_edges(const PixelBox& box, Edge* edges, bool& fits) {
   const std::int64_t width = box.last_column - box.first_column, height = box.last_row - box.first_row;
   for (std::size_t side = 0; side < 3; ++side) {
@@ -90,7 +90,7 @@ inline void draw_by_samples(const ScreenTriangle& t, const Tile& tile, const Pix
   }
 }
 
-/// What a triangle's rows are drawn with.
+/// Constants for drawing a triangle's rows.
 struct RowSetup {
   static constexpr std::size_t parts = 16 / lanes;  // vectors of a group
   Ints start[3];                                    // edges at the first row's first vector
@@ -137,8 +137,8 @@ inline void draw_vector(const RowSetup& setup, const Ints& outside, const Floats
   store(faces, is_nearer ? setup.face : load(faces));
 }
 
-/// Rows of a box. What is read again and again is copied first: the compiler must take it that pixels alias
-/// it.
+/// Draws the rows of a box. Values that are read repeatedly are copied first, since the compiler must assume
+/// that pixels alias them.
 inline void draw_rows(const ScreenTriangle& t, const Tile& tile, const PixelBox& box, const Edge* edges) {
   const RowSetup setup = row_setup(t, edges);
   const std::int32_t groups = (box.last_column - box.first_column + 1) / depth_group;

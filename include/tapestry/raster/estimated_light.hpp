@@ -19,18 +19,18 @@ namespace tapestry::raster {
 struct LitPoint {
   std::size_t face = 0;
   geometry::Vector3 point{0, 0, 0};       ///< in the world
-  geometry::Vector3 normal{0, 0, 1};      ///< of length 1, on the side that is seen
-  double open = 1;                        ///< the share of the sky that is seen, see AmbientOcclusion
+  geometry::Vector3 normal{0, 0, 1};      ///< of length 1, on the visible side
+  double open = 1;                        ///< visible share of the sky, see AmbientOcclusion
   std::array<double, 3> colour{0, 0, 0};  ///< in the photograph, in proportion to light
 };
 
 namespace detail {
 
-/// Parts of the sky whose sum is nowhere negative: distant lights from above, and the ground, which is as
-/// bright everywhere.
+/// Number of sky parts, whose sum is nowhere negative: distant lights from above, and the ground, which is
+/// equally bright everywhere.
 inline constexpr std::size_t lobe_count = 33;
 
-/// A part of the sky: a light that gives a surface which faces it about 1.
+/// A part of the sky: a distant light under which a surface that faces it is about 1.
 [[nodiscard]] inline Harmonics sky_lobe(std::size_t index) {
   const double pi = std::numbers::pi;
   if (index + 1 == lobe_count)
@@ -61,8 +61,7 @@ struct LightEquations {
   }
 };
 
-/// The weights ≥ 0 of least squares, by descent along one after the other, until none moves by a millionth of
-/// the largest.
+/// Least squares with weights ≥ 0: coordinate descent, until no weight moves by a millionth of the largest.
 [[nodiscard]] inline LightWeights non_negative_least_squares(const LightEquations& equations) {
   LightWeights weights{};
   for (int sweep = 0; sweep < 400; ++sweep) {
@@ -95,7 +94,7 @@ class SkyBasis {
     weigh(std::vector<double>(points.size(), 1.0));
   }
 
-  /// Lets each point count so much.
+  /// Sets the weight of each point.
   void weigh(std::vector<double> counts) {
     counts_ = std::move(counts);
     equations_ = {};
@@ -115,7 +114,7 @@ class SkyBasis {
     return (point.colour[0] + point.colour[1] + point.colour[2]) / 3;
   }
 
-  /// The equations with a sun that shines on each point so much.
+  /// The equations with a sun, given its light on each point.
   [[nodiscard]] LightEquations with_sun(const std::vector<double>& sun) const {
     LightEquations equations = equations_;
     for (std::size_t p = 0; p < points_.size(); ++p) {
@@ -131,7 +130,7 @@ class SkyBasis {
     return equations;
   }
 
-  /// What the weights make of a point.
+  /// Shading of point p for these weights.
   [[nodiscard]] double shading(std::size_t p, const LightWeights& weights, double sun) const {
     double sum = weights[lobe_count] * sun;
     for (std::size_t i = 0; i < lobe_count; ++i) sum += weights[i] * shading_[p][i];
@@ -140,7 +139,7 @@ class SkyBasis {
 
  private:
   /// Adds λ · Σ (weight − mean weight)² over the sky above the ground, λ three tenths of the mean diagonal:
-  /// what a sun explains as well is no bright place in the sky.
+  /// so light that a sun explains equally well does not become a bright place in the sky.
   void smooth() {
     constexpr std::size_t above = lobe_count - 1;
     double trace = 0;
@@ -160,10 +159,10 @@ class SkyBasis {
 
 }  // namespace detail
 
-/// What estimated_light() finds.
+/// Result of estimated_light().
 struct EstimatedLight {
   OutdoorLight light;  ///< for paint of reflectance 1; with the shadow of its sun, without occlusion
-  std::array<double, 3> product{0, 0, 0};  ///< of the light's colour and the paint, which is what was seen
+  std::array<double, 3> product{0, 0, 0};  ///< of light colour and paint: the observed colour
   double error = 0;  ///< mean absolute difference from the photograph, over points and channels
 };
 
@@ -172,9 +171,10 @@ struct EstimatedLight {
 /// for both. For a given sun the sky follows from the normal equations; the sun is searched for over
 /// directions. Points far off, of trim, reflections and dirt, count less and less in four rounds.
 ///
-/// A photograph shows light times paint, and nothing in it tells one from the other. With `paint` the light
-/// is that which makes such paint look so. Without, it is white, and as strong as makes white paint white
-/// where it is brightest (the 99th percentile of the points): the photograph is taken to be well exposed.
+/// A photograph shows light times paint, and nothing in it separates one from the other. With `paint` the
+/// light is that which makes such paint look so. Without, it is white, and as strong as makes white paint
+/// white where it is brightest (the 99th percentile of the points): the photograph is taken to be well
+/// exposed.
 ///
 /// \param mesh          casts the shadows
 /// \param points        of the photograph, of this mesh

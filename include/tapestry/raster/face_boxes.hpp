@@ -33,7 +33,7 @@ inline void add_point(FaceBox& box, const std::array<double, 2>& point, double i
 
 }  // namespace detail
 
-/// What boxes of faces are measured in.
+/// The frame in which boxes of faces are measured.
 struct PictureFrame {
   PixelRays rays;
   ViewClip clip;

@@ -16,22 +16,22 @@
 
 namespace tapestry::raster {
 
-/// The faces that a ray through any point of a picture meets: unlike the visibility buffer without snapping,
-/// but only along the lines for which it was asked: mark() those, then fill(). Faces are found through a grid
-/// of cells about as large as they are, nearest first; cells without marks take no work.
+/// The faces that a ray through a point of a picture meets, without the visibility buffer's snapping, but
+/// only along marked lines: mark() them, then fill(). Faces are found through a grid of cells about as large
+/// as they are, nearest first; cells without marks take no work.
 class FaceField {
  public:
-  /// What a ray meets.
+  /// The face that a ray meets.
   struct Hit {
     std::int32_t face = -1;
     double inverse_depth = 0;
   };
 
   /// \param faces  must outlive this, as must seen
-  /// \param seen   faces that are known to be seen, which are asked first
+  /// \param seen   faces that are known to be seen, which are tested first
   FaceField(const FacesInView& faces, const SeenFaces& seen, const geometry::Camera& camera);
 
-  /// Asks for answers along a line of the picture and up to 1e-5 px beside it. Threads may mark at once.
+  /// Marks a line of the picture and up to 1e-5 px beside it. Several threads may mark at once.
   void mark(const std::array<double, 2>& from, const std::array<double, 2>& to);
 
   /// Lists the faces of all cells with marks.
@@ -42,7 +42,7 @@ class FaceField {
   /// 1/z of far and near.
   [[nodiscard]] const std::array<double, 2>& limits() const { return limits_; }
 
-  /// Of a face that is seen or touches a cell with marks; all 0 for one that is not drawn.
+  /// Weights of a face that is seen or touches a cell with marks; all 0 for one that is not drawn.
   [[nodiscard]] const FaceWeights& weights(std::int32_t face) const {
     return listed_[slot_[static_cast<std::size_t>(face)]].weights;
   }
@@ -54,13 +54,13 @@ class FaceField {
     return weights(face).hit(column, row, limits_);
   }
 
-  /// What rays meet at a point of a line and just beside it.
+  /// The faces that rays meet at a point of a line and just beside it.
   struct Sides {
-    std::int32_t hider = -1;  ///< a face that hides the point; then nothing else is said
+    std::int32_t hider = -1;  ///< a face that hides the point; `seen` is then not set
     std::array<Hit, 2> seen;  ///< at point − step and point + step: the nearest face, of equals the lowest
   };
 
-  /// Of cells, in pixels.
+  /// Side of a cell, in pixels.
   [[nodiscard]] double cell_side() const { return grid_.side(); }
   [[nodiscard]] std::uint32_t cell_of(const std::array<double, 2>& point) const {
     return place_[grid_.cell_of(point[0], point[1])];
@@ -70,16 +70,16 @@ class FaceField {
     return {entries_.data() + begin_[cell], begin_[cell + 1] - begin_[cell]};
   }
 
-  /// Keeps of some faces those that rays between two points of a line, or up to `step` beside, may meet.
+  /// Keeps those of some faces that rays between two points of a line, or up to `step` beside it, may meet.
   void keep_near(const std::array<double, 2>& from, const std::array<double, 2>& to,
                  const std::array<double, 2>& step, std::span<const CellEntry> faces,
                  std::vector<CellEntry>& kept) const;
 
-  /// Of some faces, nearest first, looks for one that hides a point of a line, and for what is nearer beside
-  /// it than faces known to be there.
+  /// Searches some faces, nearest first, for one that hides a point of a line, and for faces beside the point
+  /// that are nearer than the known ones.
   /// \param inverse_depth  1/z of the line
-  /// \param known          1/z of what is known to be seen on each side, 0 for nothing
-  /// \param is_left_out    faces that count neither as hiders nor as seen
+  /// \param known          1/z of the known visible face on each side, 0 for none
+  /// \param is_left_out    faces to ignore, as hiders and as seen
   template <class Predicate>
   [[nodiscard]] Sides look(std::span<const CellEntry> faces, const std::array<double, 2>& point,
                            double inverse_depth, const std::array<double, 2>& step,
@@ -118,7 +118,7 @@ class FaceField {
     return hides(weights(face), column, row, inverse_depth);
   }
 
-  /// As hider(), but of the faces alone that are known to be seen in the point's pixel, and without a mark.
+  /// Like hider(), but tests only the faces known to be seen in the point's pixel, and needs no mark.
   template <class Predicate>
   [[nodiscard]] std::int32_t seen_hider(double column, double row, double inverse_depth,
                                         Predicate is_left_out) const {
@@ -151,7 +151,7 @@ class FaceField {
     FaceWeights weights;
     std::int32_t face = -1;
   };
-  /// What a run of faces leaves.
+  /// Results of one run of faces.
   struct Block {
     std::vector<Found> found;
     std::vector<Listed> listed;

@@ -27,7 +27,7 @@ class Barycentric {
               2 * camera.tan_half_fov_y / static_cast<double>(sample_rows)},
         first_{step_[0] / 2 - camera.tan_half_fov_x, step_[1] / 2 - camera.tan_half_fov_y} {}
 
-  /// Sets the face that at() is about, of always the same mesh; corners in view space.
+  /// Sets the face for at(), always of the same mesh; corners in view space.
   void select(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view,
               std::int32_t face) {
     if (face == face_) return;
@@ -68,7 +68,7 @@ class Barycentric {
 struct FaceWeights {
   std::array<Affine, 3> w{};
 
-  /// False, and all 0, if they are not finite.
+  /// Sets the weights; returns false, with all weights 0, if they are not finite.
   /// \param corners  in view space
   [[nodiscard]] bool set(const PixelRays& rays, const std::array<geometry::Vector3, 3>& corners) {
     const double inverse = 1 / geometry::dot(corners[0], geometry::cross(corners[1], corners[2]));
@@ -93,14 +93,14 @@ struct FaceWeights {
     return hit({w[0].at(column, row), w[1].at(column, row), w[2].at(column, row)}, limits);
   }
 
-  /// The same, of the weights there.
+  /// The same, from the weights there.
   [[nodiscard]] static double hit(const std::array<double, 3>& at, const std::array<double, 2>& limits) {
     if (!(at[0] >= 0 && at[1] >= 0 && at[2] >= 0)) return 0;
     const double inverse_depth = at[0] + at[1] + at[2];
     return inverse_depth >= limits[0] && inverse_depth <= limits[1] ? inverse_depth : 0;
   }
 
-  /// How far from a point that the face hides it goes on to hide a line.
+  /// Length over which the face, from a point that it hides, keeps hiding a line.
   /// \param way            of the line, of unit length
   /// \param inverse_depth  1/z of the line
   [[nodiscard]] double hidden_length(double column, double row, const std::array<double, 2>& way,
@@ -120,7 +120,7 @@ struct FaceWeights {
     return length;
   }
 
-  /// Barycentric coordinates at a point, brought to the face's rim where the point lies beside it.
+  /// Barycentric coordinates at a point, moved to the face's rim if the point lies beside the face.
   [[nodiscard]] std::array<double, 3> barycentric(double column, double row) const {
     std::array<double, 3> b{};
     double sum = 0;

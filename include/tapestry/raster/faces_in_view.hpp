@@ -22,20 +22,21 @@ struct HalfEdge {
   std::int32_t corner;
 };
 
-/// The edges of a mesh, as long as its faces stay and wherever its positions go: each with all faces that
-/// have it: one at a border, two inside, more where surfaces meet or faces are repeated. Positions that had
-/// the same coordinates when the edges were made count as one, so that a seam of duplicated vertices is no
-/// border.
+/// The edges of a mesh, each with all faces that have it: one at a border, two inside, more where surfaces
+/// meet or faces are repeated. They stay valid while the faces stay, even if positions move. Positions that
+/// had the same coordinates when the edges were made count as one, so that a seam of duplicated vertices is
+/// no border.
 struct MeshEdges {
   std::vector<std::int32_t> welded;  ///< for each position the first one with its coordinates
   std::vector<HalfEdge> half_edges;  ///< edge by edge; in each edge by face
   std::vector<std::uint32_t> begin;  ///< first half-edge of each edge, and the end
-  /// Of an edge of two faces 1 if they run along it in opposite ways, as on a surface with one side outwards,
-  /// −1 if alike, doubled at a seam, where they have positions of their own; 0 for other edges.
+  /// Orientation of an edge of two faces: 1 if they run along it in opposite ways, as on a surface with one
+  /// side outwards, −1 if alike; times 2 at a seam, where the faces have positions of their own. 0 for other
+  /// edges.
   std::vector<std::int8_t> way;
   std::size_t face_count = 0;
-  /// Whether each edge has two faces, which run along it in opposite ways, and all faces hang together: one
-  /// surface without borders that has one side outwards.
+  /// Whether the mesh is one closed surface with one side outwards: each edge has two faces, which run along
+  /// it in opposite ways, and all faces are connected.
   bool is_closed = false;
 
   [[nodiscard]] std::size_t size() const { return begin.size() - 1; }
@@ -51,7 +52,7 @@ struct MeshEdges {
 /// \pre every corner of every face exists, see require_corners()
 [[nodiscard]] MeshEdges mesh_edges(const geometry::Mesh& mesh);
 
-/// The little that is asked of every face of a view: whether it is drawn, which way it turns, and where.
+/// Quick facts about every face of a view: whether it is drawn, which way it turns, and where.
 class FacesInView {
  public:
   /// {column, row} in pixels, rounded to nearest; empty when low > high.
@@ -64,7 +65,8 @@ class FacesInView {
     }
   };
 
-  /// The part of the picture that faces may touch, how many they are, and the areas of their boxes together.
+  /// The part of the picture that faces may touch, the number of these faces, and the sum of their boxes'
+  /// areas.
   struct Extent {
     Box box;
     std::size_t count = 0;
@@ -72,7 +74,7 @@ class FacesInView {
   };
 
   /// \param mesh            must outlive this, as must positions_view
-  /// \param positions_view  its positions as the camera has them
+  /// \param positions_view  its positions in view space
   FacesInView(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view,
               const geometry::Camera& camera, std::size_t height, std::size_t width)
       : mesh_(mesh),
@@ -98,16 +100,15 @@ class FacesInView {
   [[nodiscard]] const PictureFrame& frame() const { return frame_; }
   [[nodiscard]] const Extent& extent() const { return extent_; }
 
-  /// 1 or −1 for the two ways in which the corners of a face may run in the picture, 0 for one that is not
-  /// drawn.
+  /// 1 or −1 for the two orientations of a face's corners in the picture, 0 for a face that is not drawn.
   [[nodiscard]] int winding(std::int32_t face) const { return winding_[static_cast<std::size_t>(face)]; }
 
-  /// Takes the faces of a winding for not drawn.
+  /// Marks the faces of a winding as not drawn.
   void leave_out(int winding) {
     for (std::int8_t& own : winding_) own = own == winding ? std::int8_t{0} : own;
   }
 
-  /// Worked out each time, for of most faces it is asked once.
+  /// Computed in each call, since most faces need it once.
   [[nodiscard]] Box box(std::size_t face) const {
     const auto place = [&](std::size_t k) -> const Place& {
       return places_[static_cast<std::size_t>(mesh_.faces[face][k])];
@@ -141,7 +142,7 @@ class FacesInView {
   }
 
  private:
-  /// A position as the picture shows it.
+  /// A position in the picture.
   struct Place {
     std::array<float, 2> point;
     unsigned outside;  // see ViewClip::outside(), or `unusable`
@@ -163,7 +164,7 @@ class FacesInView {
     return places;
   }
 
-  /// 0 for a face that is seen from its side, so that 1/z over it is not finite.
+  /// The winding of a face; 0 for a face that is seen from its side, where 1/z is not finite.
   [[nodiscard]] std::int8_t winding_of(std::size_t face) const {
     const auto q = corners(face);
     const double volume = geometry::dot(q[0], geometry::cross(q[1], q[2]));

@@ -14,7 +14,8 @@ inline Doubles root(const Doubles& value) {
   return value * inverse;
 }
 
-/// Rounded up, of numbers from 0 to 2³¹, but not from a billionth above an integer.
+/// The number rounded up, for numbers from 0 to 2³¹; numbers up to a billionth above an integer become that
+/// integer.
 inline Doubles rounded_up(const Doubles& wanted) {
   const Doubles value = wanted - 1e-9;
   const Doubles nearest = (value + rounding_magic) - rounding_magic;
@@ -104,7 +105,7 @@ struct LaneAxis {
   }
 };
 
-/// The texel before each lane's place along an axis, whether another follows, −1 if so, and its weight.
+/// Taps of each lane along an axis: the texel before its place, −1 if another follows, and that one's weight.
 struct LaneTaps {
   Ints first, has_second;
   Floats share;
@@ -123,7 +124,7 @@ inline void take_taps(const LaneAxis& axis, float lookup, LaneTaps& taps) {
   taps.share = reinterpret_cast<Floats>(reinterpret_cast<Ints>(share) & taps.has_second);
 }
 
-/// Two neighbouring texels, and two numbers that mean nothing.
+/// Two neighbouring texels, and two unused numbers.
 typedef float TexelPair __attribute__((vector_size(32)));
 typedef float TexelPairInMemory __attribute__((vector_size(32), aligned(4), may_alias));
 
@@ -147,7 +148,7 @@ struct LaneLookups {
   }
 };
 
-/// Where each lane's lookup lies: a pair of texels in an upper and a lower row.
+/// Place of each lane's lookup: a pair of texels in an upper and a lower row.
 struct LanePairs {
   alignas(64) std::int32_t upper[lanes], lower[lanes];
   alignas(64) float upper_weight[lanes], lower_weight[lanes];
@@ -201,9 +202,9 @@ inline void add_lookups(const float* texels, const LaneLookups& block, std::size
   }
 }
 
-/// Sums of fragments, [count, 8]: what left texels add to {red, green, blue}, then right ones, and two
-/// numbers that mean nothing; 0 of fragments without lookups. Texels beside a lookup are read with a weight
-/// of 0. \pre lookups keep off the two highest levels, and 3 times the number of texels is below 2³¹
+/// Sums of fragments, [count, 8]: the sums of left texels' {red, green, blue}, then of right ones', and two
+/// unused numbers; 0 for fragments without lookups. Texels beside a lookup are read with a weight of 0.
+/// \pre lookups keep off the two highest levels, and 3 times the number of texels is below 2³¹
 inline void look_up(const PyramidTexels& pyramid, const LookupBatch& batch, std::size_t count, float* sums) {
   for (std::size_t i = 0; i < 8 * count; ++i) sums[i] = 0;
   LaneLookups block = {};

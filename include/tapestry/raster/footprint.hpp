@@ -14,8 +14,8 @@ namespace tapestry::raster {
 template <std::size_t Coordinates>
 using ColourSlope = std::array<std::array<double, Coordinates>, 3>;
 
-/// ∂colour/∂(u, v) of visit_atlas_taps()'s bilinear lookup. On a texel's centre, where it jumps, the side of
-/// the greater index counts; beyond the outer texels' centres it is 0.
+/// ∂colour/∂(u, v) of visit_atlas_taps()'s bilinear lookup. At a texel's centre, where it jumps, it is that
+/// of the greater index's side; beyond the outer texels' centres it is 0.
 /// \param texels  [height · width, 3]
 template <class Texels>
 [[nodiscard]] ColourSlope<2> atlas_slope(const TextureLayout& layout, const Texels& texels,
@@ -77,11 +77,11 @@ template <class Texels>
   return slope;
 }
 
-/// What a step of a column and of a row in the picture becomes in an atlas, in its texels, rows downwards:
-/// {columns, rows} of the one, then of the other. A pixel's circle becomes an ellipse there, its footprint.
+/// Images in an atlas of a step of a column and of a row in the picture, in texels, rows downwards: {columns,
+/// rows} of the one, then of the other. A pixel's circle becomes an ellipse there, its footprint.
 using AtlasSteps = std::array<double, 4>;
 
-/// Where the points of a face lie in an atlas, and how far a pixel reaches there.
+/// Map from the points of a face to their places in an atlas, and to the footprint of a pixel there.
 ///
 /// With c_k = q_{k+1} × q_{k+2}, C = Σ c_k, D = q₀·c₀ and the depth z = Σ b_k z_k of a point,
 ///   ∂b_k/∂column = z · 2·tan_half_fov_x/width · (c_k − b_k·C)_x / D,
@@ -89,7 +89,7 @@ using AtlasSteps = std::array<double, 4>;
 class FaceInAtlas {
  public:
   /// \param corners_view  q₀, q₁, q₂
-  /// \param corner_uvs    theirs
+  /// \param corner_uvs    uvs of these corners
   FaceInAtlas(const std::array<geometry::Vector3, 3>& corners_view,
               const std::array<std::array<double, 2>, 3>& corner_uvs, const TextureLayout& layout,
               const geometry::Camera& camera, double height, double width)

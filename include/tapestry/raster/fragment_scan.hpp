@@ -12,7 +12,7 @@
 
 namespace tapestry::raster {
 
-/// What a pixel shows of one face.
+/// The part of a pixel that shows one face.
 struct Fragment {
   std::size_t pixel;  ///< row · width + column
   std::int32_t face;
@@ -20,10 +20,10 @@ struct Fragment {
   std::array<double, 3> barycentric;  ///< perspective-correct, at the mean place of those samples
 };
 
-/// Whether the samples of one face in one pixel make one fragment together, or one each.
+/// Whether all samples of one face in one pixel make one fragment, or each sample makes one.
 enum class FragmentGrain { face, sample };
 
-/// A fragment as it is kept.
+/// A fragment in its stored form.
 struct PackedFragment {
   std::uint32_t pixel;  ///< row · width + column
   std::int32_t face;

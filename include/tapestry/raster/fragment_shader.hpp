@@ -65,8 +65,8 @@ inline void require_layout(const char* operation, const PaintedMesh& body) {
     throw Error(ErrorKind::limit, name + ": the texture has more than 4294967294 texels");
 }
 
-/// Everything that the fragments of a view are turned into entries with. `Lighting` is what prepare() made
-/// of a light.
+/// Everything needed to turn the fragments of a view into entries. `Lighting` is the result of prepare() for
+/// a light.
 template <class Lighting>
 struct FragmentShader {
   const PaintedMesh& body;
@@ -106,7 +106,7 @@ struct FragmentShader {
     }
   }
 
-  /// Where the points of a painted face lie in an atlas.
+  /// The map from a painted face's points to an atlas.
   [[nodiscard]] FaceInAtlas face_in_atlas(std::size_t face) const {
     std::array<geometry::Vector3, 3> corners;
     std::array<std::array<double, 2>, 3> corner_uvs;
@@ -117,7 +117,7 @@ struct FragmentShader {
     return {corners, corner_uvs, body.layout, camera, picture_size[0], picture_size[1]};
   }
 
-  /// How far a fragment reaches in an atlas: if it fills a part of its pixel, it has that part of its
+  /// Footprint of a fragment in an atlas: a fragment that fills a part of its pixel has that part of the
   /// footprint.
   [[nodiscard]] static AtlasSteps steps_of(const Fragment& fragment, const FaceInAtlas& map) {
     return map.steps(fragment.barycentric, fragment.coverage < 1 ? std::sqrt(fragment.coverage) : 1);
@@ -140,7 +140,7 @@ struct FragmentShader {
   }
 };
 
-/// Fragments that wait to be looked up together in a filtered atlas.
+/// Fragments collected for a lookup together in a filtered atlas.
 template <class Lighting>
 class FilteredFragments {
  public:
@@ -187,12 +187,12 @@ template <class Lighting>
   return shader;
 }
 
-/// Cubes are looked up at every sample.
+/// The grain for a layout: cubes are looked up at every sample.
 [[nodiscard]] inline FragmentGrain grain_of(const TextureLayout& layout) {
   return layout.kind == TextureKind::cube ? FragmentGrain::sample : FragmentGrain::face;
 }
 
-/// \throws DomainError unless a view that keeps its fragments is of this body as it is now
+/// \throws DomainError unless a view that keeps its fragments belongs to this body as it is now
 inline void require_view_of(const char* operation, const PaintedMesh& body, const FragmentBands& view) {
   if (!view.kept_grain()) return;
   const geometry::Mesh& drawn = view.mesh();
@@ -218,8 +218,8 @@ inline void require_view_of(const char* operation, const PaintedMesh& body, cons
 
 namespace tapestry::raster {
 
-/// Draws a view of a painted mesh and keeps its fragments: once for the picture by render_textured() and its
-/// gradient by vertex_adjoint(). Bits are those of drawing anew. The mesh must outlive the view.
+/// Draws a view of a painted mesh and keeps its fragments, once for both its picture, by render_textured(),
+/// and its gradient, by vertex_adjoint(). Bits are those of drawing anew. The mesh must outlive the view.
 /// \throws as texture_operator()
 [[nodiscard]] inline FragmentBands drawn_view(const PaintedMesh& body, const geometry::Camera& camera,
                                               std::size_t height, std::size_t width,

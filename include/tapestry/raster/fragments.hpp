@@ -15,8 +15,8 @@
 namespace tapestry::raster {
 
 /// Visits the fragments of a view whose samples are kept: pixels in order, and within a pixel faces in the
-/// order of their first samples. All that a picture, its texture gradient and a silhouette need follows from
-/// this list.
+/// order of their first samples. Pictures, texture gradients and silhouettes are computed from this list
+/// alone.
 class FragmentWalk {
  public:
   FragmentWalk(const VisibilityBuffer& buffer, const geometry::Mesh& mesh,
@@ -55,13 +55,13 @@ class FragmentWalk {
   return result;
 }
 
-/// The fragments of a view without its samples: they are drawn a band of pixel rows at a time and forgotten,
-/// so that memory grows with pixels and faces only; or all at once, and kept for a picture and its
+/// The fragments of a view without its samples. They are drawn a band of pixel rows at a time and forgotten,
+/// so that memory grows with pixels and faces only; or drawn at once and kept, for a picture and its
 /// derivatives. The mesh must outlive this.
 class FragmentBands {
  public:
-  /// \param kept  of what grain all fragments are kept from the start, 48 bytes each; none: drawn when
-  /// visited \throws as visibility()
+  /// \param kept  grain of the fragments to keep from the start, 48 bytes each; none: drawn when visited
+  /// \throws as visibility()
   FragmentBands(const char* operation, const geometry::Mesh& mesh, const geometry::Camera& camera,
                 std::size_t height, std::size_t width, std::size_t samples_per_axis,
                 std::optional<FragmentGrain> kept = {})
@@ -82,7 +82,7 @@ class FragmentBands {
   [[nodiscard]] std::size_t height() const { return height_; }
   [[nodiscard]] std::size_t width() const { return width_; }
   [[nodiscard]] std::size_t samples_per_axis() const { return axis_; }
-  /// Of fragments that are kept, if they are.
+  /// Grain of the kept fragments, if there are any.
   [[nodiscard]] const std::optional<FragmentGrain>& kept_grain() const { return kept_grain_; }
 
   /// Bands of band_rows() pixel rows, the last one maybe of fewer.

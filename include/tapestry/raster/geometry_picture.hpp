@@ -21,18 +21,17 @@
 
 namespace tapestry::raster {
 
-/// How far the surface lies in front of the camera: z of view space, in units of the world; one channel.
+/// Depth of the surface: z of view space, in units of the world; one channel.
 struct Depth {
   static constexpr std::size_t channel_count = 1;
 };
 
-/// Where the surface lies in the world; channels x, y, z.
+/// Position of the surface in the world; channels x, y, z.
 struct SurfacePosition {
   static constexpr std::size_t channel_count = 3;
 };
 
-/// The unit normal of the face, not of its corners, in the world and on the side that is seen; channels x, y,
-/// z.
+/// The unit normal of the face, not of its corners, in the world and on the visible side; channels x, y, z.
 struct Normal {
   static constexpr std::size_t channel_count = 3;
 };
@@ -48,7 +47,7 @@ inline constexpr std::size_t geometry_rank = Output::channel_count == 1 ? 2 : 3;
 
 namespace detail {
 
-/// A mesh as its pictures of geometry see it: what takes the place of a surface's colour.
+/// Stands for a surface's colour in pictures of a mesh's geometry.
 template <GeometryOutput Output>
 struct ShownGeometry {
   using Colour = std::array<double, Output::channel_count>;
@@ -57,7 +56,7 @@ struct ShownGeometry {
   const std::vector<geometry::Vector3>& positions_view;
   geometry::Vector3 eye;  ///< the camera's centre in the world
 
-  /// At barycentric coordinates b of a face.
+  /// The value at barycentric coordinates b of a face.
   [[nodiscard]] Colour at(std::int32_t face, const std::array<double, 3>& b) const {
     if constexpr (std::same_as<Output, Depth>)
       return {blended(positions_view, face, b)[2]};
@@ -67,7 +66,8 @@ struct ShownGeometry {
       return seen_normal(mesh, static_cast<std::size_t>(face), eye);
   }
 
-  /// Depth and position go on over an edge between two faces, their normal jumps.
+  /// Whether the value is continuous over an edge between two faces: depth and position are, the normal
+  /// jumps.
   [[nodiscard]] static constexpr bool is_continuous() { return !std::same_as<Output, Normal>; }
 
   [[nodiscard]] bool agrees(const HalfEdge& a, const HalfEdge& b) const {
@@ -79,7 +79,7 @@ struct ShownGeometry {
     }
   }
 
-  /// ⟨adjoint, what is seen⟩ grows by this times the relative growth of the distance along the ray.
+  /// Growth of ⟨adjoint, value⟩ for each relative growth of the distance along the ray.
   [[nodiscard]] double radial_adjoint(std::int32_t face, const std::array<double, 3>& b,
                                       const Colour& adjoint) const {
     const Colour shown = at(face, b);
@@ -109,8 +109,8 @@ struct GeometryMoments {
   std::array<double, 3> place{};  ///< Σ coverage·b
 };
 
-/// Where a face is seen at a fixed point of the picture: the ray meets its plane at p, and a displacement d
-/// of the face there moves p along the ray by the share (n·d)/(n·p) of its distance. As d = Σ b_k·dq_k, each
+/// A face is seen where a ray, at a fixed point of the picture, meets its plane: at p. A displacement d of
+/// the face there moves p along the ray by the share (n·d)/(n·p) of its distance. As d = Σ b_k·dq_k, each
 /// corner gets n/(n·p) times its sum.
 inline void add_plane_shares(const geometry::Mesh& mesh, const std::array<geometry::Vector3, 3>& corners,
                              const GeometryMoments& moments, std::vector<VertexShare>& shares) {
@@ -123,8 +123,8 @@ inline void add_plane_shares(const geometry::Mesh& mesh, const std::array<geomet
         {corner_of(mesh, moments.face, k), geometry::scale(slope, moments.sum[static_cast<std::size_t>(k)])});
 }
 
-/// Adds the part of the derivative that comes from what faces show, their outlines held still: exact for the
-/// samples that are drawn, but for slivers, see sliver_factor().
+/// Adds the part of the derivative from inside the faces, with outlines held still: exact for the samples
+/// that are drawn, except slivers, see sliver_factor().
 /// \returns the faces that are seen where the adjoint is not 0
 template <GeometryOutput Output, std::floating_point T, std::size_t Rank>
 SeenFaces add_geometry(const ShownGeometry<Output>& shown, const FragmentBands& fragments,
@@ -170,10 +170,10 @@ SeenFaces add_geometry(const ShownGeometry<Output>& shown, const FragmentBands& 
 
 }  // namespace detail
 
-/// Draws the geometry of a mesh: of every pixel the mean of what its samples show, premultiplied by coverage
-/// as pictures of colours are. Beside the mesh it is 0; divided by silhouette() it is the mean over what
-/// shows of the mesh. A fragment counts where its samples lie on average, see texture_operator(). The result
-/// is the same for any number of threads.
+/// Draws the geometry of a mesh: each pixel has the mean over its samples, premultiplied by coverage like
+/// pictures of colours. Beside the mesh it is 0; divided by silhouette() it is the mean over the visible
+/// mesh. A fragment's value is taken at the mean place of its samples, see texture_operator(). The result is
+/// the same for any number of threads.
 ///
 /// \tparam Output  Depth, SurfacePosition or Normal
 /// \returns        [H, W] of a depth, else [H, W, 3]; row 0 on top
@@ -203,11 +203,11 @@ template <GeometryOutput Output, std::floating_point T>
 }
 
 /// Adds ∂L/∂positions, L being a function of geometry_picture(), to positions_adjoint, in units of L per unit
-/// of the world: what moves within faces, exact for the samples that are drawn, plus the integral along
-/// outlines, and of normals along every edge at which they jump and where faces cut through each other. Faces
-/// edge-on and without area add nothing, and those thinner than a tenth of the distance of samples less than
-/// their samples would. Where the mesh is cut by near or far, the cut's own motion is left
-/// out. Sums are in double and the same for any number of threads.
+/// of the world. It is the sum of the motion within faces, exact for the samples that are drawn, and the
+/// integral along outlines; for normals also along every edge at which they jump and where faces cut through
+/// each other. Faces edge-on and without area add nothing; those thinner than a tenth of the distance of
+/// samples add less than their samples would. Where the mesh is cut by near or far, the cut's own motion is
+/// left out. Sums are in double and the same for any number of threads.
 ///
 /// \param picture_adjoint    ∂L/∂picture, [H, W] of a depth, else [H, W, 3]
 /// \param positions_adjoint  one entry a position of the mesh

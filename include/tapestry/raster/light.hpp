@@ -33,7 +33,7 @@ inline void require_light(const char* operation, const Light& light) {
   }
 }
 
-/// A face's unit normal in the world, on the side that is seen from `eye`; no length without area.
+/// A face's unit normal in the world, on the side visible from `eye`; of length 0 for a face without area.
 [[nodiscard]] inline geometry::Vector3 seen_normal(const geometry::Mesh& mesh, std::size_t face,
                                                    const geometry::Vector3& eye) {
   const auto corner = [&](std::size_t k) -> const geometry::Vector3& {
@@ -47,9 +47,9 @@ inline void require_light(const char* operation, const Light& light) {
 
 /// ambient + directional · max(0, n·L) of every face of a mesh.
 ///
-/// n is the geometric unit normal in the world on the side that the camera sees: a face seen from behind
-/// is lit from behind, as Neural Mesh Renderer lights the reversed copies that it draws of all faces.
-/// A face without area gets the ambient part only.
+/// n is the geometric unit normal in the world on the visible side: a face seen from behind is lit from
+/// behind, as Neural Mesh Renderer lights the reversed copies that it draws of all faces. A face without area
+/// gets the ambient part only.
 ///
 /// \throws DomainError if the direction has no length, or a number is not finite
 [[nodiscard]] inline std::vector<double> face_light(const geometry::Mesh& mesh,

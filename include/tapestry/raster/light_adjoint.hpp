@@ -63,7 +63,7 @@ template <std::derived_from<Light> Model, std::floating_point T>
   return light_of<Model>(parameters);
 }
 
-/// A light of sun and sky with other numbers; occlusion and shadow stay those they are.
+/// A light of sun and sky with other numbers; occlusion and shadow stay as they are.
 /// \throws ShapeError unless there are sixteen
 template <std::floating_point T>
 [[nodiscard]] OutdoorLight with_parameters(OutdoorLight light, const Array<T, 1>& parameters) {
@@ -125,16 +125,16 @@ template <std::floating_point T, class Lighting>
 }
 }  // namespace detail
 
-/// Adds ∂L/∂light to light_adjoint, L being a function of the picture that render() makes: exact for that
-/// picture, since it visits the same fragments. With s = ⟨adjoint, coverage · light.colour · colour⟩ of a
-/// fragment and its normal n, ambient receives s, directional s · max(0, n·L), L s · directional · n where
-/// n·L > 0, which is then taken through L = direction/|direction|. The sun of an OutdoorLight and its
-/// direction receive this times the share V of the sun that is seen, where its shadow falls being held still,
-/// and its sky s · A · sky_transfer(n) where that is lit. Of a ClearCoat all receive what is mirrored, too.
-/// Sums are in double, the same for any number of threads.
+/// Adds ∂L/∂light to light_adjoint, L being a function of the picture of render(): exact for that picture,
+/// since it visits the same fragments. Let s = ⟨adjoint, coverage · light.colour · colour⟩ for a fragment
+/// with the normal n. Then ambient receives s, directional receives s · max(0, n·L), and L receives s ·
+/// directional · n where n·L > 0, which is passed on through L = direction/|direction|. The sun of an
+/// OutdoorLight and its direction receive this times the visible share V of the sun, with the shadow's place
+/// held still; its sky receives s · A · sky_transfer(n) where that is lit. A ClearCoat adds the mirrored part
+/// to all of them. Sums are in double, the same for any number of threads.
 ///
 /// \param light          Light (flat), SmoothLight or OutdoorLight, or one of them with a ClearCoat
-/// \param texels         [texel_count, 3], of a filtered atlas its pyramid
+/// \param texels         [texel_count, 3]; for a filtered atlas its pyramid
 /// \param render_adjoint ∂L/∂picture, [H, W, 3]
 /// \param light_adjoint  as light_parameters()
 /// \throws ShapeError if an array does not fit; otherwise as texture_operator()

@@ -34,7 +34,7 @@ using Harmonics = std::array<double, 9>;
           second / 2 * (x * x - y * y)};
 }
 
-/// What white paint with the normal n makes of a distant sky, by the sky's coefficients: ⟨result, sky⟩ =
+/// Light of a distant sky on white paint with the normal n, by the sky's coefficients: ⟨result, sky⟩ =
 /// E(n)/π, E being the irradiance of the radiance Σ sky_lm · Y_lm. So a sky of radiance 1 all around gives 1.
 ///
 /// E = Σ A_l · sky_lm · Y_lm(n) with A = π, 2π/3, π/4, which is exact for skies of order 2, and for any other
@@ -70,12 +70,12 @@ using Harmonics = std::array<double, 9>;
 /// No light: colours are shown as they are. Generates no code and takes no memory.
 struct Unlit {};
 
-/// As Light, with normals interpolated over each face: those of the mesh, and where a corner has none, the
+/// Like Light, with normals interpolated over each face: those of the mesh, and where a corner has none, the
 /// mean of the normals of the faces around its position, weighted by area.
 struct SmoothLight : Light {};
 
-/// What a light is to one view: at(face, barycentric) is the factor of a colour, before light_colour, slope()
-/// its derivative with respect to the barycentric coordinates, and agrees() says whether two faces are known
+/// A light prepared for one view. at(face, barycentric) is the factor of a colour, before light_colour;
+/// slope() its derivative with respect to the barycentric coordinates; agrees() whether two faces are known
 /// to have the same light along an edge of both.
 struct PreparedUnlit {
   std::array<double, 3> light_colour{1, 1, 1};
@@ -196,7 +196,7 @@ struct PreparedSmoothLight {
   return prepared;
 }
 
-/// Unlit, Light, SmoothLight, or any light for which prepare() gives something with at() and light_colour.
+/// Unlit, Light, SmoothLight, or any light for which prepare() returns a type with at() and light_colour.
 template <class Model>
 concept LightModel = requires(const Model& light, const geometry::Mesh& mesh,
                               const geometry::Camera& camera) {
@@ -204,8 +204,7 @@ concept LightModel = requires(const Model& light, const geometry::Mesh& mesh,
   { prepare(mesh, camera, light).light_colour } -> std::convertible_to<std::array<double, 3>>;
 };
 
-/// What prepare() makes of a light that also adds something to every colour, whatever the texels: see
-/// ClearCoat.
+/// A prepared light that also adds something to every colour, whatever the texels: see ClearCoat.
 template <class Lighting>
 concept ReflectingLighting = requires(const Lighting& lighting) {
   { lighting.reflected(std::size_t{}, std::array<double, 3>{}) } -> std::same_as<std::array<double, 3>>;

@@ -15,7 +15,7 @@ struct MipLevel {
   std::size_t first_texel;  ///< index of its texel (0, 0) in the whole pyramid
 };
 
-/// The atlas itself, then pictures of half the height and width, rounded down, but of at least one texel, to
+/// The atlas itself, then pictures of half the height and width each, rounded down but at least one texel, to
 /// the single texel at the top.
 [[nodiscard]] inline std::vector<MipLevel> mip_levels(const TextureLayout& layout) {
   std::vector<MipLevel> levels{{layout.height, layout.width, 0}};
@@ -32,13 +32,13 @@ struct MipLevel {
   return layout.kind == TextureKind::atlas && layout.filter != TextureFilter::bilinear;
 }
 
-/// Texels that the operator of a view of this layout takes: those of the pyramid for a filtered atlas, else
-/// the texture's own.
+/// Number of texels that operators of this layout take: those of the pyramid for a filtered atlas, else the
+/// texture's own.
 [[nodiscard]] inline std::size_t stored_texel_count(const TextureLayout& layout, const geometry::Mesh& mesh) {
   return is_filtered(layout) ? mip_levels(layout).back().first_texel + 1 : layout.texel_count(mesh);
 }
 
-/// Fragments that a filtered atlas is looked up for, in separate arrays.
+/// A batch of fragments for lookups in a filtered atlas, in separate arrays.
 struct LookupBatch {
   static constexpr std::size_t size = 32;
   using Numbers = std::array<double, size>;
@@ -49,14 +49,14 @@ struct LookupBatch {
   alignas(64) Numbers level;                   ///< of the pyramid: whole, or between two
 };
 
-/// How lookups are chosen.
+/// Rule for choosing lookups.
 struct LookupRule {
   std::array<double, 2> atlas_size;  ///< columns, rows
   double most_lookups;               ///< of a fragment; 1: trilinear
   double top_level;
 };
 
-/// What fragments are looked up in.
+/// The levels and texels that fragments are looked up in.
 struct PyramidTexels {
   const MipLevel* levels;  ///< from the atlas itself up
   const float* texels;     ///< [texel_count, 3]

@@ -15,8 +15,8 @@
 namespace tapestry::raster {
 namespace detail {
 
-/// The texels of the finer picture that one of the coarser covers along an axis: three at most, of weights
-/// that sum to 1.
+/// The texels of the finer picture that one texel of the coarser covers along an axis: at most three, with
+/// weights that sum to 1.
 struct MipOverlap {
   std::size_t first;
   std::size_t count;
@@ -25,7 +25,7 @@ struct MipOverlap {
 
 [[nodiscard]] std::vector<MipOverlap> mip_overlaps(std::size_t coarse_size, std::size_t fine_size);
 
-/// A level beside the next coarser one.
+/// A step between a level and the next coarser one.
 struct MipStep {
   MipLevel fine;
   MipLevel coarse;
@@ -79,14 +79,14 @@ struct MipStep {
 
 /// An atlas with all coarser pictures of it, as a linear map of its texels.
 ///
-/// A texel of a level is the mean of the finer level over its own area, exactly so for odd sizes too; but
-/// only over the part that some face refers to, if that is known. A texel without such a part, in the atlas
-/// itself too, takes the colour of the next coarser level, so that lookups at a chart's border never meet a
-/// colour that is not the paint's ("push-pull"). Source: Gortler et al., The Lumigraph (SIGGRAPH 1996),
+/// A texel of a level is the mean of the finer level over its own area, exactly so for odd sizes too; if it
+/// is known which texels faces refer to, the mean is over those only. A texel without any such part takes the
+/// colour of the next coarser level, in the atlas itself, too, so that lookups at a chart's border never meet
+/// a colour that is not the paint's ("push-pull"). Source: Gortler et al., The Lumigraph (SIGGRAPH 1996),
 /// section 3.4.
 class MipPyramid {
  public:
-  /// Of an atlas whose texels all count.
+  /// The pyramid of an atlas whose texels all count.
   explicit MipPyramid(const TextureLayout& layout);
 
   /// \param used  [height, width], 0 where no face refers to a texel, see used_texels()
@@ -107,7 +107,7 @@ class MipPyramid {
   [[nodiscard]] std::size_t texel_count() const { return texel_count_; }
 
   /// \param texels  [height · width, 3]
-  /// \returns       [texel_count, 3]: what operators of a filtered layout take
+  /// \returns       [texel_count, 3], for operators of a filtered layout
   /// \throws ShapeError if texels does not fit the layout
   template <std::floating_point T>
   [[nodiscard]] Array<T, 2> operator()(const Array<T, 2>& texels) const {
@@ -165,12 +165,12 @@ class MipPyramid {
     for (std::size_t c = 0; c < 3; ++c) to[c] += weight * from[c];
   }
 
-  /// What the used part of a fine texel counts in that of a coarse one, in equal areas.
+  /// Weight of a fine texel's used part in a coarse texel, in equal areas.
   [[nodiscard]] double part_of(std::size_t fine, std::size_t coarse) const;
 
   TextureLayout layout_;
   std::vector<detail::MipStep> steps_;  ///< from the finest level up
-  std::vector<double> shares_;          ///< of each texel's area what is used; empty: all of it
+  std::vector<double> shares_;          ///< used share of each texel's area; empty: all of it
   std::size_t texel_count_ = 0;
 };
 

@@ -17,12 +17,12 @@
 
 namespace tapestry::raster {
 
-/// How much of the sky each corner of a mesh sees, from either side of its face; linear in between.
+/// Visible share of the sky at each corner of a mesh, from either side of its face; linear in between.
 struct AmbientOcclusion {
-  /// Of the side to which the corners run counter-clockwise, then of the other, [F][side][corner], in [0, 1].
+  /// Visible share of the sky, [F][side][corner], in [0, 1]; side 0 sees the corners counter-clockwise.
   std::vector<std::array<std::array<float, 3>, 2>> open;
 
-  /// At barycentric coordinates of a face, seen from its side 0 or 1.
+  /// Visible share at barycentric coordinates of a face, seen from its side 0 or 1.
   [[nodiscard]] double at(std::size_t face, std::size_t side, const std::array<double, 3>& b) const;
 };
 
@@ -30,10 +30,10 @@ struct AmbientOcclusion {
 ///
 ///   open = ∫ V(ω) · max(0, n·ω) dω / π
 ///
-/// with V the mesh's own visibility, seen by ParallelView from `directions` directions all around, of which
-/// half are above any side, weighted by their cosines. A face is looked at in three points, a quarter of the
-/// way from its corners to its middle; its corners follow by a linear function. On ground beside a wall, the
-/// error is at most 0.008 with 1024 directions, and 0.03 in the row of faces that touches the wall.
+/// with V the mesh's own visibility, by ParallelView from `directions` directions all around, of which half
+/// are above any side, weighted by their cosines. It is computed at three points of a face, a quarter of the
+/// way from its corners to its middle, and extended to the corners by a linear function. On ground beside a
+/// wall, the error is at most 0.008 with 1024 directions, and 0.03 in the row of faces that touches the wall.
 ///
 /// \param directions  1 to 65536
 /// \param pixels      of each of these views
@@ -44,9 +44,9 @@ struct AmbientOcclusion {
 /// Sun and sky: a colour is multiplied by
 ///   colour · (sun · max(0, n·L) · V + A · max(0, E(n)/π)).
 /// E is the irradiance of a sky of spherical harmonics of order 2, see sky_transfer(), A the share of the sky
-/// that the mesh leaves open, V the share of the sun. n is the mesh's own normal where a corner has one and
-/// else the face's, blended over the face and turned to the side that is seen. None of it depends on texels:
-/// the map from texture to picture stays linear.
+/// that the mesh leaves open, V the visible share of the sun. n is the mesh's own normal where a corner has
+/// one and else the face's, blended over the face and turned to the visible side. None of it depends on
+/// texels: the map from texture to picture stays linear.
 struct OutdoorLight {
   double sun = 0.5;
   geometry::Vector3 direction{0, 0, 1};  ///< L, towards the sun, in the world; any length but 0
@@ -58,7 +58,7 @@ struct OutdoorLight {
 
 /// OutdoorLight of one view.
 struct PreparedOutdoorLight {
-  /// A face as its light needs it.
+  /// A face prepared for its light.
   struct Face {
     std::array<geometry::Vector3, 3> normals;  ///< of its corners, on the side that is seen
     std::size_t side;                          ///< that is seen, see AmbientOcclusion
@@ -84,7 +84,7 @@ struct PreparedOutdoorLight {
     return cosine > 0 ? cosine * visible_share(face, b) : 0;
   }
 
-  /// In the world.
+  /// The point in the world.
   [[nodiscard]] geometry::Vector3 point(std::size_t face, const std::array<double, 3>& b) const {
     geometry::Vector3 sum{};
     for (std::size_t k = 0; k < 3; ++k)

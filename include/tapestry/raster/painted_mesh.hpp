@@ -16,10 +16,10 @@ struct PaintedMesh {
   geometry::Mesh mesh;
   std::vector<std::uint8_t> painted;  ///< one entry a face, 1 where the texture shows
   TextureLayout layout;               ///< of the texture, whose texels are an array of their own
-  /// In which pictures are drawn. Texels that go to a rasteriser are in it already, see image::in_space();
-  /// the materials' colours are encoded and taken there by it.
+  /// Space in which pictures are drawn. Texels that go to a rasteriser are in it already, see
+  /// image::in_space(); the materials' colours are encoded, and the rasteriser converts them.
   image::ColourSpace space = image::ColourSpace::encoded;
-  /// Of a filtered atlas, for what makes its texels into those that operators take, see stored_texels().
+  /// Pyramid of a filtered atlas, for stored_texels(), which computes the texels that operators take.
   std::shared_ptr<const MipPyramid> pyramid{};
 };
 

@@ -14,22 +14,21 @@
 
 namespace tapestry::raster {
 
-/// A mesh as it is seen from infinitely far along a direction: which of its points a distant light reaches.
+/// A mesh seen from infinitely far along a direction: decides which of its points a distant light reaches.
 ///
 /// Visibility is that of the rasteriser, exact at each texel of a square map around the mesh: the projective
 /// map (X, Y, H) → (X, Y, 1)/(2 + H) takes the parallel rays of the light to rays through a pinhole, planes
 /// to planes, and the height H towards the light to the order of depths. A point is compared with the planes
-/// of the faces that the four texels around it show, and their answers are weighted bilinearly
-/// (percentage-closer filtering, Reeves, Salesin & Cook 1987), the receiver taken as the plane of its own
-/// face; so a plane does not shadow itself, however low the light.
+/// of the faces in the four texels around it, and the results are weighted bilinearly (percentage-closer
+/// filtering, Reeves, Salesin & Cook 1987). The receiver is taken as the plane of its own face; so a plane
+/// does not shadow itself, however low the light.
 class ParallelView {
  public:
   /// \param mesh     faces with a corner that is not finite are left out
   /// \param towards  the light or the eye, any length but 0
   /// \param pixels   texels of the map along an axis, 1 to 32768
   /// \throws DomainError for a direction without a length, or such a map; Error (mismatch) if a face refers
-  /// to a
-  ///         missing position
+  ///         to a missing position
   ParallelView(const geometry::Mesh& mesh, const geometry::Vector3& towards, std::size_t pixels)
       : pixels_(pixels) {
     axes_[2] = geometry::normalised(towards);
@@ -54,7 +53,7 @@ class ParallelView {
     set_planes(mesh);
   }
 
-  /// The share of a point that the light reaches, in [0, 1], not looking at which side of its face is lit.
+  /// Share of the light that reaches a point, in [0, 1], whichever side of its face is lit.
   /// \param face   that the point lies on
   /// \param point  in the world
   [[nodiscard]] double visible_share(std::size_t face, const geometry::Vector3& point) const {
@@ -72,7 +71,7 @@ class ParallelView {
     return 1 - hidden;
   }
 
-  /// Of the mesh that it was made of.
+  /// Number of faces of the mesh that this view was made of.
   [[nodiscard]] std::size_t face_count() const { return planes_.size(); }
 
  private:
@@ -122,9 +121,9 @@ class ParallelView {
     }
   }
 
-  /// Whether the face that a texel shows lies above the receiver there. Faces that meet within a texel differ
-  /// in height by up to the difference of their slopes: that much is not taken for a shadow, but two texels
-  /// at most.
+  /// Whether the face in a texel lies above the receiver there. Faces that meet within a texel differ in
+  /// height by up to the difference of their slopes; this much, but at most two texels, is not taken for a
+  /// shadow.
   [[nodiscard]] bool hides(double column, double row, std::size_t face, const Plane& own,
                            const geometry::Vector3& at) const {
     const double size = static_cast<double>(pixels_);

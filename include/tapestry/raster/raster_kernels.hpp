@@ -14,7 +14,7 @@ namespace tapestry::raster {
 /// 1.5 · 2⁵²: the low bits of a sum with it are the nearest integer of the other summand.
 inline constexpr double rounding_magic = 6755399441055744.0;
 
-/// What decides which triangles are made, and their tiles.
+/// Options that decide which triangles are made, and their tiles.
 struct SetupOptions {
   std::int32_t columns;  ///< samples of the picture
   std::int32_t rows;
@@ -48,7 +48,7 @@ struct RasterKernels {
 #pragma GCC optimize("fp-contract=off")
 #endif
 
-/// {x, y} of ScreenVertex for a point of view space, with the bits that the kernels give.
+/// {x, y} of ScreenVertex for a point of view space, with the bits of the kernels.
 [[nodiscard]] [[gnu::noinline]] inline std::array<std::int32_t, 2> snapped(
     const Projection& p, const std::array<double, 3>& view) {
   std::array<std::int32_t, 2> place{};
@@ -70,7 +70,7 @@ struct RasterKernels {
 /// The kernels of one instruction set, which the processor must have. All give the same bits.
 [[nodiscard]] RasterKernels raster_kernels_of(InstructionSet set);
 
-/// The kernels that everything uses, chosen once.
+/// The kernels in use, chosen once.
 [[nodiscard]] inline const RasterKernels& raster_kernels() {
   static const RasterKernels chosen = raster_kernels_of(instruction_set());
   return chosen;

@@ -18,7 +18,7 @@ inline std::int32_t greatest(std::int32_t a, std::int32_t b) { return a > b ? a 
 inline std::int64_t least(std::int64_t a, std::int64_t b) { return a < b ? a : b; }
 inline std::int64_t greatest(std::int64_t a, std::int64_t b) { return a > b ? a : b; }
 
-/// So many vertices in separate arrays, for each coordinate.
+/// A block of vertices in separate arrays, for each coordinate.
 struct VertexBlock {
   static constexpr std::size_t size = 32;
   static constexpr std::size_t wide = TAPESTRY_VECTOR_BYTES / 8;
@@ -91,7 +91,7 @@ inline void project(const Projection& p, const std::array<double, 3>* world, std
   }
 }
 
-/// The highest of some indices, negative ones taken as beyond all others.
+/// The highest of some indices; negative ones count as beyond all others.
 inline std::uint32_t highest_index(const std::int32_t* indices, std::size_t count) {
   using Unsigned = Register<std::uint32_t>;
   Unsigned most = {};
@@ -110,8 +110,8 @@ inline std::uint32_t highest_index(const std::int32_t* indices, std::size_t coun
 }
 
 /// Lists the faces that may own a sample: not outside one plane with all corners, and with a sample in their
-/// box. Of faces to be cut, or with an unusable corner, ~face is listed instead. Returns their number. \param
-/// faces  of a mesh; first … first + count − 1 are looked at, and their corners must exist
+/// box. For faces to be cut, or with an unusable corner, ~face is listed instead. Returns their number.
+/// \param faces  of a mesh; first … first + count − 1 are looked at, and their corners must exist
 inline std::size_t list_faces(const std::array<std::int32_t, 3>* faces, std::int32_t first,
                               std::int32_t count, const ScreenVertex* vertices, std::int32_t columns,
                               std::int32_t rows, std::int32_t* list) {
@@ -159,7 +159,7 @@ inline std::uint32_t screen_order(const ScreenVertex* const* v) {
                                     (greatest(high, other) & 3) << 4);
 }
 
-/// Tiles of a triangle's box, which has samples.
+/// Tiles of a triangle's box, which must have samples.
 inline TileRange tiles_of(const ScreenVertex* const* v, const FourInts& last_sample) {
   constexpr std::int32_t half = subpixel_steps / 2;
   const FourInts a = *reinterpret_cast<const FourIntsInMemory*>(v[0]);
@@ -178,7 +178,8 @@ inline TileRange tiles_of(const ScreenVertex* const* v, const FourInts& last_sam
           static_cast<std::uint16_t>(end[0] / wide), static_cast<std::uint16_t>(end[1] / high_rows)};
 }
 
-/// Everything of a triangle but its depth; false when it has no area, or is turned away and those are culled.
+/// Sets everything of a triangle but its depth; returns false when it has no area, or is turned away and
+/// culled.
 inline bool set_screen(const ScreenVertex* const* v, std::int32_t face, bool culls_back, ScreenTriangle& t) {
   const std::int64_t x1 = std::int64_t{v[1]->x} - v[0]->x, y1 = std::int64_t{v[1]->y} - v[0]->y;
   const std::int64_t x2 = std::int64_t{v[2]->x} - v[0]->x, y2 = std::int64_t{v[2]->y} - v[0]->y;

@@ -30,7 +30,7 @@ void add_scaled(const std::array<T, 3>& scale, const T* colour, T* pixel) {
   for (std::size_t c = 0; c < 3; ++c) pixel[c] += scale[c] * colour[c];
 }
 
-/// Lookups that wait until their texels have come: textures are larger than caches.
+/// A queue of lookups that wait until their texels are in the cache: textures are larger than caches.
 template <std::floating_point T>
 class TexelQueue {
  public:
@@ -80,15 +80,15 @@ class TexelQueue {
   std::array<Lookup, 16> lookups_;
 };
 
-/// Lookups of a filtered atlas, several at a time: levels of a pyramid are read where neighbouring pixels
-/// read them too, and wait for nothing.
+/// Lookups of a filtered atlas, several at a time. They do not wait: neighbouring pixels read the same
+/// levels.
 template <class Lighting>
 class FilteredQueue {
  public:
   FilteredQueue(const FragmentShader<Lighting>& shader, const float* texels)
       : filter_(*shader.filter), texels_(texels), waiting_(shader) {}
 
-  /// As TexelQueue::add().
+  /// Like TexelQueue::add(), for one pixel and its scale.
   void add(const Fragment& fragment, const std::array<float, 3>& scale, float* pixel) {
     scales_[waiting_.count] = scale;
     pixels_[waiting_.count] = pixel;
@@ -111,7 +111,7 @@ class FilteredQueue {
   std::array<float*, LookupBatch::size> pixels_;
 };
 
-/// Draws the fragments of a band; look_up(fragment, scale, pixel) adds what a painted one shows.
+/// Draws the fragments of a band; look_up(fragment, scale, pixel) adds the colour of a painted one.
 template <std::floating_point T, class Lighting, class LookUp>
 void draw_band(const FragmentBands& fragments, std::size_t band, const FragmentShader<Lighting>& shader,
                TexturedPicture<T>& picture, LookUp look_up) {
@@ -173,8 +173,7 @@ void draw_band(const FragmentBands& fragments, std::size_t band, const FragmentS
 /// \param fragments  of a layout of the same kind as the body's
 /// \param texels     [texel_count, 3]
 /// \throws as texture_operator(), ShapeError if texels does not fit the layout, and DomainError if the view
-/// is
-///         of another mesh, of positions that have moved since, or for another kind of texture
+///         is of another mesh, of positions that have moved since, or for another kind of texture
 template <std::floating_point T, LightModel Model>
 [[nodiscard]] TexturedPicture<T> render_textured(const PaintedMesh& body, const FragmentBands& fragments,
                                                  const Model& light, const Array<T, 2>& texels) {
@@ -192,7 +191,7 @@ template <std::floating_point T, LightModel Model>
   return picture;
 }
 
-/// Renders a view once: what render() makes of texture_operator(), without keeping the operator.
+/// Renders a view once: as render() of texture_operator(), without keeping the operator.
 ///
 /// \param texels   [texel_count, 3]
 /// \throws as texture_operator(), and ShapeError if texels does not fit the layout

@@ -64,14 +64,14 @@ void add_pose(const geometry::Pose& pose, const geometry::Mesh& mesh,
 
 namespace tapestry::raster {
 
-/// All that a picture can be differentiated by. What is left out, of extent 0, is that of body, camera or
-/// light, as it is.
+/// Inputs that a picture can be differentiated by. An input that is left out, of extent 0, is taken from
+/// body, camera or light.
 template <std::floating_point T>
 struct RenderInputs {
   ArrayVariable<T, 2> texels{};     ///< [texel_count, 3], of a filtered atlas all levels; always given
   ArrayVariable<T, 2> positions{};  ///< [V, 3], instead of the mesh's own
-  /// [6], w (radians) and t (units of the world): the body is seen at exp(w)·x + t, and its light goes with
-  /// it; or, which is the same, the camera moves around a world that keeps still, see geometry::posed()
+  /// [6], w (radians) and t (units of the world): the body is seen at exp(w)·x + t, and its light moves with
+  /// it. This equals moving the camera around a world that keeps still, see geometry::posed()
   ArrayVariable<T, 1> pose{};
   ArrayVariable<T, 1> light{};  ///< see light_parameters()
 };
@@ -85,14 +85,14 @@ struct Rendering {
 
 namespace detail {
 
-/// Whether a picture under this light can be differentiated by where its mesh is.
+/// Whether a picture under this light can be differentiated by the mesh's positions.
 template <LightModel Model>
 inline constexpr bool has_slope = requires(const Model& light, const geometry::Mesh& mesh,
                                            const geometry::Camera& camera) {
   prepare(mesh, camera, light).slope(std::size_t{}, std::array<double, 3>{});
 };
 
-/// A view as its inputs have it.
+/// A view with the values of its inputs.
 template <LightModel Model>
 struct PosedView {
   PaintedMesh body;
@@ -144,14 +144,14 @@ void pull_back_shape(const PosedView<Model>& view, const FragmentBands& fragment
 }  // namespace detail
 
 /// Draws a painted mesh on the active tape, as render_textured() does. Picture and coverage are a record
-/// each, and none if they depend on passive inputs only; what is passive is not differentiated. Positions
-/// move the picture through vertex_adjoint(), coverage through silhouette_adjoint(), and texels and light get
-/// the exact derivatives of the samples that were drawn, but where the sun's shadow falls is held still: its
-/// motion, which the derivative by the sun's direction lacks, can be larger than what is left. Textures that
-/// are drawn from unmoved cameras again and again are faster through a TextureOperator that is kept.
+/// each, or none if they depend on passive inputs only; passive inputs are not differentiated. Positions move
+/// the picture through vertex_adjoint(), and coverage through silhouette_adjoint(). Texels and light get the
+/// exact derivatives of the samples that were drawn, but the place of the sun's shadow is held still: the
+/// shadow's motion, which the derivative by the sun's direction lacks, can be larger than the rest. Textures
+/// that are drawn from unmoved cameras again and again are faster through a TextureOperator that is kept.
 ///
 /// \param body      copied: it may change or go once this returns
-/// \param light     Unlit, Light (flat), SmoothLight, OutdoorLight, or a ClearCoat over one of them; of
+/// \param light     Unlit, Light (flat), SmoothLight, OutdoorLight, or a ClearCoat over one of them; with
 ///                  numbers of its own or of inputs.light
 /// \param gradient  BoundaryIntegral or InteriorOnly, see vertex_adjoint(); its samples_per_axis is the
 ///                  picture's, too

@@ -38,7 +38,7 @@ void silhouette_adjoint(const geometry::Mesh& mesh, const geometry::Camera& came
                         const std::shared_ptr<const MeshEdges>& edges = nullptr);
 
 namespace detail {
-/// Puts a coverage that has been drawn on the tape.
+/// Records a drawn coverage on the tape.
 /// \param camera  as geometry::posed() has it
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> record_coverage(std::shared_ptr<const geometry::Mesh> mesh,

@@ -19,7 +19,7 @@
 
 namespace tapestry::raster {
 
-/// What the faces of a mesh show: paint, material and light. Refers to its parts, which must outlive it.
+/// Appearance of a mesh's faces: paint, material and light. Refers to its parts, which must outlive it.
 template <std::floating_point T, LightModel Model = Light>
 struct Surface {
   const PaintedMesh& body;
@@ -27,8 +27,8 @@ struct Surface {
   const Model& light;
 };
 
-/// A surface's colour at a point of a face, and its derivative as the point moves over the face; the same
-/// function that texture_operator() samples.
+/// A surface's colour at a point of a face, and its derivative by the place of the point on the face; the
+/// same function that texture_operator() samples.
 template <std::floating_point T, class Lighting>
 class SurfaceColour {
  public:
@@ -51,15 +51,15 @@ class SurfaceColour {
     return colour;
   }
 
-  /// Whether any two faces agree along an edge whose ends they share; false where that takes a look.
+  /// Whether any two faces agree along an edge whose ends they share; false where it has to be computed.
   [[nodiscard]] bool is_continuous() const {
     const bool is_whole = layout_.kind == TextureKind::vertex || layout_.kind == TextureKind::solid;
     return std::same_as<Lighting, PreparedUnlit> && is_whole &&
            std::find(painted_.begin(), painted_.end(), 0) == painted_.end();
   }
 
-  /// Whether two faces that share an edge show the same along it, as far as that is known without a look:
-  /// they have the same corners there, the same uv in an atlas, and the same light.
+  /// Whether two faces that share an edge are known to have the same colours along it, without computing
+  /// them: they have the same corners there, the same uv in an atlas, and the same light.
   [[nodiscard]] bool agrees(const HalfEdge& a, const HalfEdge& b) const {
     const auto face_a = static_cast<std::size_t>(a.face), face_b = static_cast<std::size_t>(b.face);
     if (!lighting_.agrees(face_a, face_b) || painted_[face_a] != painted_[face_b]) return false;
@@ -80,7 +80,7 @@ class SurfaceColour {
     return true;
   }
 
-  /// Colour before the light, but times its colour: what the light's factor is multiplied with.
+  /// Colour before the light, times the light's colour: the light's factor multiplies it.
   [[nodiscard]] Colour tinted(std::int32_t face, const std::array<double, 3>& b) const {
     Colour colour = unlit(static_cast<std::size_t>(face), b);
     for (std::size_t c = 0; c < 3; ++c) colour[c] *= lighting_.light_colour[c];

@@ -11,21 +11,21 @@
 
 namespace tapestry::raster {
 
-/// atlas: one picture that the mesh's uv coordinates point into. cube: s³ texels for every face, looked
-/// up by barycentric coordinates, as in Neural Mesh Renderer. vertex: a colour for every position of the
-/// mesh, interpolated over its faces. solid: one colour for all that is painted.
+/// atlas: one picture that the mesh's uv coordinates point into. cube: s³ texels for every face, looked up by
+/// barycentric coordinates, as in Neural Mesh Renderer. vertex: a colour for every position of the mesh,
+/// interpolated over its faces. solid: one colour for all painted faces.
 enum class TextureKind { atlas, cube, vertex, solid };
 
-/// How an atlas is looked up. bilinear: in the atlas itself. trilinear: between the two levels of its
-/// pyramid whose texels are about as large as the pixel's footprint is long, see MipPyramid. anisotropic:
-/// trilinear, as large as the footprint is wide, at several places along it.
+/// Lookup of an atlas. bilinear: in the atlas itself. trilinear: between the two levels of its pyramid whose
+/// texels are about as large as the pixel's footprint is long, see MipPyramid. anisotropic: like trilinear,
+/// with texels as large as the footprint is wide, at several places along it.
 enum class TextureFilter { bilinear, trilinear, anisotropic };
 
 /// All of them.
 inline constexpr std::array texture_filters{TextureFilter::bilinear, TextureFilter::trilinear,
                                             TextureFilter::anisotropic};
 
-/// As options and manifests call it.
+/// The name in options and manifests.
 [[nodiscard]] constexpr const char* name_of(TextureFilter filter) {
   if (filter == TextureFilter::bilinear) return "bilinear";
   return filter == TextureFilter::trilinear ? "trilinear" : "anisotropic";
@@ -38,7 +38,7 @@ inline constexpr std::array texture_filters{TextureFilter::bilinear, TextureFilt
   throw DomainError("no texture filter " + in_quotes(name) + "; expected bilinear, trilinear or anisotropic");
 }
 
-/// Where a texture's texels are; the texels themselves are an array [texel_count, 3].
+/// Layout of a texture; the texels themselves are an array [texel_count, 3].
 struct TextureLayout {
   TextureKind kind = TextureKind::atlas;
   std::size_t height = 0;           ///< atlas: rows, row 0 on top (v = 1)
@@ -65,7 +65,7 @@ struct TextureLayout {
   }
 };
 
-/// One texel's part in a lookup.
+/// One texel and its weight in a lookup.
 struct Tap {
   std::size_t texel;
   double weight;
@@ -106,9 +106,9 @@ void visit_cube_taps(const TextureLayout& layout, std::size_t face, const std::a
 
 namespace detail {
 
-/// A coordinate brought into [0, extent] by whole multiples of extent. The closed interval itself is left
-/// alone, so that a chart that ends at the right or upper border does not jump to the other side; a
-/// billionth beyond it, as rounding may cause, is taken as on it.
+/// A coordinate moved into [0, extent] by whole multiples of extent. Coordinates in the closed interval stay,
+/// so that a chart that ends at the right or upper border does not jump to the other side; up to a billionth
+/// beyond it, as rounding may cause, counts as on the border.
 inline double wrapped(double coordinate, double extent) {
   const double slack = 1e-9 * extent;
   if (coordinate < -slack || coordinate > extent + slack)

@@ -18,7 +18,7 @@
 
 namespace tapestry::raster {
 
-/// For one view the map from texture to picture is linear. This is that map, stored sparse:
+/// The linear map from texture to picture of one view, stored sparse:
 ///
 ///   render[p, c] = constant[p, c] + light_colour[c] · Σ_i weights[i] · texels[texels_of[i], c]
 ///
@@ -52,11 +52,11 @@ template <std::floating_point T>
          (picture.tiles ? memory_bytes(*picture.tiles) : 0);
 }
 
-/// An operator whose adjoints several threads share out by tiles of texels. Sorting takes as long as about
-/// two adjoints, and the entries are held twice, with 8 bytes more for each run of a pixel's entries in one
-/// tile: for operators that are used again. To be made anew once pixels, texels_of or weights have changed.
-/// Tiles are of equally many texels, so a view that reads few of them, as a far one of a filtered atlas
-/// does, keeps fewer threads busy.
+/// An operator whose adjoints several threads share by tiles of texels. Sorting takes as long as about two
+/// adjoints, and the entries are held twice, with 8 bytes more for each run of a pixel's entries in one tile:
+/// it pays off for operators that are used again. Make it anew after a change of pixels, texels_of or
+/// weights. All tiles have equally many texels, so a view that reads few of them, such as a far one of a
+/// filtered atlas, keeps fewer threads busy.
 template <std::floating_point T>
 [[nodiscard]] TextureOperator<T> with_tiles(TextureOperator<T> picture);
 
@@ -113,7 +113,7 @@ void shade_band(const FragmentBands& fragments, std::size_t index, const Fragmen
   painted.finish();
 }
 
-/// Asks for the texel of an entry to come: textures are larger than caches, and their rows far apart.
+/// Prefetches the texel of an entry: textures are larger than caches, and their rows far apart.
 template <std::floating_point T>
 [[gnu::always_inline]] inline void prefetch_ahead(const TextureOperator<T>& picture, std::size_t entry,
                                                   const T* texels) {
@@ -124,7 +124,7 @@ template <std::floating_point T>
 
 inline constexpr std::size_t most_parts = 64;
 
-/// Adds the entries of the texels that belong to one of several parts, in the stored order.
+/// Adds the entries of those texels that belong to one of several parts, in the stored order.
 template <bool IsShared, std::floating_point T>
 void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::size_t part, std::size_t parts,
              T* texels_adjoint) {
@@ -158,11 +158,11 @@ void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::si
 /// The operator of a filtered atlas takes the texels of its pyramid, see stored_texels().
 /// The result is the same for any number of threads.
 ///
-/// \param light             Unlit, Light (flat), SmoothLight or OutdoorLight, or one of these with a
-/// ClearCoat \param samples_per_axis  1, 2, 4 or 8: a pixel's coverage is estimated from its square \throws
-/// ShapeError if body.painted does not have one entry a face \throws DomainError for a picture, camera, light
-/// or layout outside the stated limits \throws Error (mismatch) if a painted face has no uv, or a face refers
-/// to a missing position
+/// \param light             Unlit, Light (flat), SmoothLight or OutdoorLight, or one with a ClearCoat
+/// \param samples_per_axis  1, 2, 4 or 8: a pixel's coverage is estimated from its square
+/// \throws ShapeError if body.painted does not have one entry a face
+/// \throws DomainError for a picture, camera, light or layout outside the stated limits
+/// \throws Error (mismatch) if a painted face has no uv, or a face refers to a missing position
 template <std::floating_point T, LightModel Model = Light>
 [[nodiscard, gnu::noinline]] TextureOperator<T> texture_operator(const PaintedMesh& body,
                                                                  const geometry::Camera& camera,
@@ -207,9 +207,9 @@ template <std::floating_point T>
 
 /// Adds Aᵀ·render_adjoint to texels_adjoint, A being the linear part of render().
 ///
-/// Texels are dealt out to the threads: by tiles, see with_tiles(), or else in runs of 256. Without tiles
-/// each thread reads all entries. Those of a texel are added in the stored order, so the sums are the same
-/// for any number of threads, with tiles and without.
+/// Texels are divided among the threads: by tiles, see with_tiles(), or else in runs of 256. Without tiles
+/// each thread reads all entries. The entries of a texel are added in the stored order, so the sums are the
+/// same for any number of threads, with tiles and without.
 ///
 /// \param render_adjoint  [H, W, 3]
 /// \param texels_adjoint  [texel_count, 3]

@@ -32,7 +32,7 @@ struct OperatorBand {
     weights.reserve(4 * pixel_count);
   }
 
-  /// Ends the pixel under way: taps of the same texel become one entry.
+  /// Ends the current pixel: taps of the same texel become one entry.
   void finish_pixel() {
     if (taps.empty()) return;
     const auto is_before = [](const Tap& a, const Tap& b) { return a.texel < b.texel; };
@@ -52,7 +52,7 @@ struct OperatorBand {
   }
 };
 
-/// Turns painted fragments into rows of an operator, those of a filtered atlas several at a time.
+/// Turns painted fragments into rows of an operator; in a filtered atlas several at a time.
 template <std::floating_point T, class Lighting>
 class PaintedFragments {
  public:
@@ -105,7 +105,8 @@ class PaintedFragments {
 namespace tapestry::raster {
 
 /// The entries of a TextureOperator in the order of tiles, which are runs of texels, and within a tile in the
-/// order of the operator. Each tile has an owner when adjoints are added up, so that threads share nothing.
+/// order of the operator. When adjoints are added up, each tile belongs to one thread, so that threads share
+/// nothing.
 template <std::floating_point T>
 struct TextureTiles {
   /// Entries of one pixel, from the end of the segment before.
@@ -119,7 +120,7 @@ struct TextureTiles {
   std::vector<T> weights;
 };
 
-/// Sorts entries by tiles, once through to count and once to place: about as long as two adjoints.
+/// Sorts entries by tiles, in two passes, one to count and one to place: takes about as long as two adjoints.
 /// \param picture  TextureOperator, whose texels ascend within each pixel
 template <std::floating_point T, class Operator>
 [[nodiscard]] TextureTiles<T> texture_tiles(const Operator& picture) {

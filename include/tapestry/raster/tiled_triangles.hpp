@@ -31,8 +31,8 @@ inline void require_corners(const char* operation, const geometry::Mesh& mesh) {
   }
 }
 
-/// The faces of a mesh that touch one view, as triangles dealt out to the tiles of its grid of samples.
-/// Faces whose box lies between samples, and faces without area after snapping, leave none.
+/// The faces of a mesh that touch one view, as triangles in lists of the tiles of its grid of samples. Faces
+/// whose box lies between samples, and faces without area after snapping, have none.
 class TiledTriangles {
  public:
   /// \throws Error (mismatch) if a face refers to a missing position
@@ -55,7 +55,7 @@ class TiledTriangles {
   [[nodiscard]] std::size_t tile_rows() const { return tile_rows_; }
   [[nodiscard]] std::size_t tile_columns() const { return tile_columns_; }
 
-  /// Frees what draw() needs, which cannot be called any more; positions stay.
+  /// Frees the memory of draw(), which must not be called afterwards; positions stay.
   void free_triangles() {
     blocks_.clear();
     blocks_.shrink_to_fit();
@@ -101,7 +101,7 @@ class TiledTriangles {
   }
 
  private:
-  /// Triangles of a run of faces, in face order, and how many of them each tile gets.
+  /// Triangles of a run of faces, in face order, and the number of them in each tile.
   struct Block {
     std::unique_ptr<ScreenTriangle[]> triangles;
     std::unique_ptr<TileRange[]> tiles;  ///< of each triangle

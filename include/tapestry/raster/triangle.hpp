@@ -7,8 +7,8 @@ namespace tapestry::raster {
 
 /// A triangle ready for rasterising.
 ///
-/// Depth is reckoned so that it has the same bits wherever and with whatever instructions it is reckoned,
-/// fused or not. At sample (row, column) with column = 16·g + lane
+/// Depth has the same bits wherever and with whatever instructions it is computed, fused or not. At sample
+/// (row, column) with column = 16·g + lane
 ///   1/z = clamp(float((c₀ + c₁·16·g) + c₂·row) + lane·step),
 /// where c₁ and c₂ have 37 significant bits and step, which is c₁ again, has 20: all products are exact.
 struct ScreenTriangle {

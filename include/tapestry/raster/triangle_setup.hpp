@@ -14,7 +14,7 @@
 
 namespace tapestry::raster {
 
-/// Samples whose centres a triangle's box contains, cut to the grid; empty when first > last.
+/// Samples whose centres a triangle's box contains, clipped to the grid; empty when first > last.
 struct SampleRange {
   std::int32_t first;
   std::int32_t last;
@@ -29,14 +29,14 @@ struct SampleRange {
           std::min((high - half) >> subpixel_bits, static_cast<std::int32_t>(sample_count) - 1)};
 }
 
-/// Which faces are drawn: all, or only those whose corners run counter-clockwise as the camera sees them. On
-/// a closed mesh seen from outside the picture is the same.
+/// The faces that are drawn: all, or only those whose corners run counter-clockwise as the camera sees them.
+/// For a closed mesh seen from outside the picture is the same.
 enum class FaceCulling { none, back };
 
 namespace detail {
 
-/// Turns a face that reaches beyond near, far or the guard band into triangles. What faces without a cut
-/// become is written in raster_kernels.inl, set_up().
+/// Turns a face that crosses near, far or the guard band into triangles. For faces without a cut see set_up()
+/// in raster_kernels.inl.
 class CutSetup {
  public:
   static constexpr std::size_t most_triangles = 7;  ///< of a face
@@ -50,7 +50,7 @@ class CutSetup {
         columns_(sample_columns),
         culling_(culling) {}
 
-  /// Returns the number of triangles.
+  /// Adds the triangles of a face, and returns their number.
   /// \param corners  in view space
   std::size_t add(std::int32_t face, const std::array<geometry::Vector3, 3>& corners,
                   ScreenTriangle* triangles) const {
@@ -80,7 +80,8 @@ class CutSetup {
   }
 
  private:
-  /// False when the triangle has no area, or shows a side that is not drawn.
+  /// Makes the corners clockwise; returns false when the triangle has no area, or its visible side is not
+  /// drawn.
   [[nodiscard]] bool turn_clockwise(ScreenTriangle& triangle) const {
     auto& x = triangle.x;
     auto& y = triangle.y;

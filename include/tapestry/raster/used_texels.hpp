@@ -22,7 +22,7 @@ struct ChartTexel {
   std::size_t texel = 0;            ///< in the texture
 };
 
-/// Texels that belong together, by their places in a box.
+/// Texels of one connected part of a texture, by their places in a box.
 struct TextureChart {
   std::size_t height = 0, width = 0;  ///< of the box
   std::vector<ChartTexel> texels{};   ///< each place at most once, row by row
@@ -30,28 +30,27 @@ struct TextureChart {
 
 namespace detail {
 
-/// The texels of a cube of s³ that some trilinear lookup takes from, see visit_cube_taps(): its coordinates
-/// c_k are at least 0 and at most s − 1, have the sum s − 1, and lie within 1 of the texel's.
+/// The texels of a cube of s³ that some trilinear lookup reads, see visit_cube_taps(): its coordinates c_k
+/// are at least 0 and at most s − 1, have the sum s − 1, and lie within 1 of the texel's.
 std::vector<std::size_t> used_cube_texels(std::size_t edge);
 
 }  // namespace detail
 
-/// The charts of a texture: which of its texels painted faces refer to, and which of these lie side by side.
+/// The charts of a texture: which texels painted faces refer to, and which of these lie side by side.
 ///
-/// atlas: a chart is a set of painted faces that hang together in uv, by points that they share; its texels
-/// are those that bilinear lookups in these faces take from, each in one chart only: that of the first face
-/// which has its centre, else of the first that reaches it. Where the faces repeat the atlas so often that
-/// used_texels() refuses to count, all of it is one chart.
-/// The other kinds have no plane that their texels lie in, and are one chart. cube: a row for every painted
-/// face, in the order of the mesh, of the texels that trilinear lookups take from; neighbours in a column are
-/// near each other on the mesh as far as its faces are in order. vertex: a row of the positions that painted
-/// faces have, in their order. solid: its one texel.
+/// atlas: a chart is a set of painted faces that are connected in uv, by points that they share; its texels
+/// are those that bilinear lookups in these faces read. A texel belongs to one chart only: that of the first
+/// face that contains its centre, else of the first that reaches it. Where the faces repeat the atlas so
+/// often that used_texels() throws, all of it is one chart. The other kinds have no plane that contains their
+/// texels, and are one chart. cube: a row for every painted face, in the order of the mesh, with the texels
+/// that trilinear lookups read; neighbours in a column are near each other on the mesh if its faces are in
+/// order. vertex: a row with the positions of painted faces, in their order. solid: its one texel.
 ///
 /// \returns  charts with texels, in the order of their first faces; none if no face is painted
 /// \throws ShapeError, DomainError, Error (mismatch, limit) as texture_operator() does
 [[nodiscard]] std::vector<TextureChart> texture_charts(const PaintedMesh& body);
 
-/// Charts of those texels alone that are painted: of each chart the pieces that hang together side by side.
+/// Charts restricted to painted texels: the pieces of each chart that are connected side by side.
 /// \param painted  [texel], 1 where painted; empty: everywhere, which leaves the charts as they are
 /// \throws ShapeError if a texel of a chart has no entry
 [[nodiscard]] std::vector<TextureChart> painted_charts(std::vector<TextureChart> charts,
@@ -65,18 +64,19 @@ using UvTriangle = std::array<std::array<double, 2>, 3>;  // in texels: column, 
 struct TexelRectangle {
   double left, right, top, bottom;
 
-  /// Whether it meets a triangle, which may have no area: no line parallel to a side of either parts them.
+  /// Whether it meets a triangle, which may have no area: no line parallel to a side of either separates
+  /// them.
   [[nodiscard]] bool meets(const UvTriangle& corner) const;
 };
 
-/// Edges, along one axis, of where a lookup takes from texel `index`: within a texel of its centre, but not
-/// beyond the repetition of the atlas that it lies in.
+/// Bounds, along one axis, of the places whose lookups read texel `index`: within a texel of its centre, and
+/// within the same repetition of the atlas.
 std::array<double, 2> reach_of_texel(long long index, double size);
 
-/// Bounds the work that faces of many repetitions ask for.
+/// Bounds the work for faces with many repetitions.
 inline constexpr std::uint64_t most_texel_visits = std::uint64_t(1) << 30U;
 
-/// Calls visit(row, column) for the texels that lookups in a uv triangle take from.
+/// Calls visit(row, column) for the texels that lookups in a uv triangle read.
 template <class Visit>
 void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, std::uint64_t& work,
                        Visit visit) {
@@ -103,13 +103,13 @@ void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, st
     }
 }
 
-/// How far, in texels, a triangle is moved along an axis: nowhere, but where it has no extent and lies on a
-/// border of the atlas, as uv that are not used often do. There it is moved to the side that lookups take
-/// from, see wrapped(), to both where rounding decides. \param axis  0 for columns, 1 for rows, which run
-/// against v
+/// Distances, in texels, to move a triangle along an axis: 0, unless the triangle has no extent and lies on a
+/// border of the atlas, as unused uv often do. Then it is moved to the side that lookups read, see wrapped();
+/// to both sides where rounding decides.
+/// \param axis  0 for columns, 1 for rows, which run against v
 [[nodiscard]] std::vector<double> moves_off_border(const UvTriangle& corner, std::size_t axis, double size);
 
-/// Calls visit(face, row, column) for the texels that lookups in each painted face take from.
+/// Calls visit(face, row, column) for the texels that lookups in each painted face read.
 /// \param body   with an atlas, and past require_layout()
 /// \throws Error (limit) as used_texels()
 template <class Visit>
@@ -146,8 +146,8 @@ void for_each_used_texel(const PaintedMesh& body, Visit visit) {
 
 }  // namespace detail
 
-/// Which texels of an atlas a painted face refers to, seen from wherever: those that some bilinear lookup
-/// within the face takes from. The mask that losses over a texture count steps in.
+/// The texels of an atlas that painted faces refer to, from any view: those that some bilinear lookup within
+/// a face reads. Losses over a texture count steps within this mask.
 ///
 /// \returns  [height, width], 1 where used and 0 elsewhere; row 0 on top
 /// \throws DomainError unless the layout is that of an atlas; ShapeError, DomainError, Error (mismatch) as
@@ -156,7 +156,7 @@ void for_each_used_texel(const PaintedMesh& body, Visit visit) {
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> used_texels(const PaintedMesh& body);
 
-/// used_texels(), or all of them where faces repeat the atlas so often that it gives up.
+/// used_texels(), or all texels if faces repeat the atlas so often that it throws.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> used_texels_or_all(const PaintedMesh& body);
 

@@ -22,25 +22,25 @@
 
 namespace tapestry::raster {
 
-/// The derivative of the box-filtered picture: what moves inside faces, sampled as the picture is, plus the
-/// integral over all visible outlines, creases between colours and lines of intersection. Of the latter one
-/// is left out that is shorter than samples are apart, see crossing_faces().
+/// The derivative of the box-filtered picture: the motion inside faces, sampled as the picture is, plus the
+/// integral over all visible outlines, creases between colours and lines of intersection. A line of
+/// intersection shorter than the distance of samples is left out, see crossing_faces().
 struct BoundaryIntegral {
-  /// Of the interior, and of what finds faces that cut; pieces of outlines are at most its inverse long.
+  /// For the interior and the search for intersecting faces; pieces of outlines are at most 1 / this long.
   std::size_t samples_per_axis = 4;
-  bool intersections = true;  ///< whether faces that samples see are looked at for where they cut
+  bool intersections = true;  ///< whether faces that samples see are searched for intersections
   /// mesh_edges() of the mesh, when they are kept from view to view; null: they are found by every call.
   std::shared_ptr<const MeshEdges> edges{};
 };
 
-/// Only what moves inside faces, outlines held still: the gradient of rasterisers that treat visibility as
-/// constant. Keeps a fifth to a third of the derivative.
+/// The motion inside faces only, with outlines held still: the gradient of rasterisers that treat visibility
+/// as constant. Keeps a fifth to a third of the derivative.
 struct InteriorOnly {
   std::size_t samples_per_axis = 4;
 };
 
-/// The hand-made gradient of Neural Mesh Renderer, for comparison: of usable sign but 4 to 54 times too
-/// large. The source moves outlines only; with `interior` what moves inside faces is added.
+/// The hand-made gradient of Neural Mesh Renderer, for comparison: its sign is usable, but it is 4 to 54
+/// times too large. The source moves outlines only; with `interior` the motion inside faces is added.
 struct NeuralMeshRenderer {
   std::size_t samples_per_axis = 1;  ///< 2 is its anti-aliasing
   bool interior = false;
@@ -51,7 +51,7 @@ namespace detail {
 void require_positions_adjoint(const char* operation, const geometry::Mesh& mesh,
                                const std::vector<geometry::Vector3>& positions_adjoint);
 
-/// (column, row) → the adjoints of the pixel's channels there; of a picture [H, W] as of one channel.
+/// Maps (column, row) to the adjoints of the pixel's channels there; a picture [H, W] has one channel.
 template <std::floating_point T, std::size_t Rank>
 auto pixel_adjoint(const Array<T, Rank>& adjoint) {
   return [&adjoint, height = adjoint.shape(0), width = adjoint.shape(1)](double column, double row) {
@@ -64,14 +64,14 @@ auto pixel_adjoint(const Array<T, Rank>& adjoint) {
   };
 }
 
-/// The edges that the caller has kept, or those found now.
+/// The edges that the caller has kept, or newly found ones.
 /// \throws ShapeError if they are of another mesh
 [[nodiscard]] std::shared_ptr<const MeshEdges> edges_of(const char* operation, const geometry::Mesh& mesh,
                                                         std::shared_ptr<const MeshEdges> kept);
 
 /// Leaves out the faces of one closed surface that turn their inner side to the camera, if the picture's
-/// samples show no inner side: they are behind others, and so are the edges between them. Not where near may
-/// cut the surface open. It takes the surface for one that does not pass through itself.
+/// samples show no inner side: these faces and the edges between them lie behind others. Not done where near
+/// may cut the surface open. It assumes that the surface does not pass through itself.
 void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,
                            const std::vector<geometry::Vector3>& positions_view,
                            const geometry::Camera& camera, FacesInView& faces);
@@ -79,7 +79,7 @@ void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,
 /// The integral over all boundaries between colours.
 /// \param edges    of the mesh
 /// \param seen     the faces that samples see where the adjoint is not 0; none: not known
-/// \param has_intersections  whether those are looked at for where they cut each other
+/// \param has_intersections  whether these are searched for intersections
 /// \param adjoint  of the picture, [H, W, 3], or [H, W] for a Colour of one channel
 template <std::floating_point T, std::size_t Rank, class Colour>
 void add_boundaries(const geometry::Mesh& mesh, const geometry::Camera& camera,
@@ -120,7 +120,7 @@ void add_sampled_motion(const Surface<T, Model>& surface, const Colour& colour,
                  model.samples_per_axis, *edges, seen, model.intersections, *positions_adjoint.moving);
 }
 
-/// Of a view that is drawn.
+/// Adds the gradient of a view that is already drawn.
 template <std::floating_point T, class Model, class Gradient>
 void add_motion(const Surface<T, Model>& surface, const FragmentBands& fragments,
                 const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
@@ -163,15 +163,14 @@ void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera
 
 }  // namespace detail
 
-/// Adds ∂L/∂positions, L being a function of the picture that render() makes of a surface, to
-/// positions_adjoint, in units of L per unit of the world. Sums are in double and the same for any number of
-/// threads.
+/// Adds ∂L/∂positions, L being a function of the picture of a surface by render(), to positions_adjoint, in
+/// units of L per unit of the world. Sums are in double and the same for any number of threads.
 ///
 /// The picture is premultiplied by its coverage: beside the mesh it is 0. Flat light turns with its faces;
-/// the normals of smooth light are taken as they are. Of a seam of duplicated vertices each side receives
-/// half. Where the mesh is cut by near or far, the cut's own motion is left out. A face thinner in the
-/// picture than a tenth of the distance of samples counts less than its samples would, see sliver_factor():
-/// they would outweigh all others.
+/// the normals of smooth light are held still. At a seam of duplicated vertices each side receives half.
+/// Where the mesh is cut by near or far, the cut's own motion is left out. A face thinner in the picture than
+/// a tenth of the distance of samples counts less than its samples would, since it would outweigh all others:
+/// see sliver_factor().
 ///
 /// \param render_adjoint     ∂L/∂picture, [H, W, 3]
 /// \param positions_adjoint  one entry a position of the mesh
@@ -188,8 +187,8 @@ void vertex_adjoint(const Surface<T, Model>& surface, const geometry::Camera& ca
   detail::add_motion(surface, camera, render_adjoint, {&positions_adjoint, &positions_adjoint}, model);
 }
 
-/// The same for a view that is drawn, as that of its picture, see drawn_view(): it is not drawn again.
-/// \param view  of the surface's mesh, of the adjoint's size and of the model's samples
+/// The same for a drawn view, see drawn_view(): it is not drawn again.
+/// \param view  of the surface's mesh, with the adjoint's size and the model's samples
 /// \throws ShapeError also if the view is of another size or other samples; DomainError if positions have
 ///         moved since it was drawn, or the kind of texture is another
 template <std::floating_point T, class Model, class Gradient = BoundaryIntegral>

@@ -58,8 +58,8 @@ class ViewClip {
   }
 
  private:
-  /// Keeps normal·q + offset ≥ 0 (Sutherland and Hodgman). A cut is always reckoned from the inner
-  /// point to the outer one, so that two faces sharing an edge get the same point, to the bit.
+  /// Keeps normal·q + offset ≥ 0 (Sutherland and Hodgman). A cut is always computed from the inner point to
+  /// the outer one, so that two faces sharing an edge get the same point, to the bit.
   [[nodiscard]] static Polygon cut_by(const Polygon& polygon, const geometry::Vector3& normal,
                                       double offset) {
     Polygon kept;
@@ -89,7 +89,7 @@ class ViewClip {
 };
 
 namespace detail {
-/// True if a position in view space is finite, and small enough for products of its coordinates to be.
+/// True if a position in view space is finite, and small enough for finite products of its coordinates.
 inline bool usable(const geometry::Vector3& point) {
   return std::abs(point[0]) <= 1e100 && std::abs(point[1]) <= 1e100 && std::abs(point[2]) <= 1e100;
 }
@@ -98,7 +98,7 @@ inline bool usable(const geometry::Vector3& point) {
 inline constexpr std::int32_t subpixel_bits = 8;
 inline constexpr std::int32_t subpixel_steps = 1 << subpixel_bits;
 
-/// A position on the grid of samples. Everything but `outside` means something only where no plane of
+/// A position on the grid of samples. Members other than `outside` are valid only where no plane of
 /// ViewClip::needs_cut is crossed.
 struct alignas(16) ScreenVertex {
   std::int32_t x;         ///< 1/256 of a sample's width, rounded to nearest
@@ -110,7 +110,7 @@ struct alignas(16) ScreenVertex {
 /// Bit of ScreenVertex::outside, alone: a coordinate is not finite, or beyond 1e100.
 inline constexpr std::uint32_t unusable = 0x1000;
 
-/// Everything that takes positions of the world to a grid of samples.
+/// The map from positions of the world to a grid of samples.
 struct Projection {
   std::array<std::array<double, 3>, 3> rotation;  ///< view_from_world
   std::array<double, 3> translation;

@@ -12,8 +12,8 @@
 
 namespace tapestry::raster {
 
-/// Which face owns each sample of a picture. Samples form a regular grid, samples_per_axis² in each
-/// pixel, each at the centre of its cell.
+/// The face of each sample of a picture. Samples form a regular grid, samples_per_axis² in each pixel, each
+/// at the centre of its cell.
 struct VisibilityBuffer {
   std::size_t height = 0;  ///< pixels
   std::size_t width = 0;   ///< pixels
@@ -52,8 +52,8 @@ void require_view(const char* operation, const geometry::Camera& camera, std::si
                                           FaceCulling culling = FaceCulling::none,
                                           const RasterKernels& kernels = raster_kernels());
 
-/// Share of each pixel's samples whose face satisfies a predicate, [H, W] in [0, 1]. The predicate is
-/// not asked about samples without a face.
+/// Share of each pixel's samples whose face satisfies a predicate, [H, W] in [0, 1]. The predicate is not
+/// called for samples without a face.
 template <std::predicate<std::int32_t> Predicate>
 [[nodiscard]] Array<float, 2> coverage_of(const VisibilityBuffer& buffer, Predicate is_counted) {
   const std::size_t axis = buffer.samples_per_axis, columns = buffer.width * axis;
@@ -74,15 +74,16 @@ template <std::predicate<std::int32_t> Predicate>
   return coverage_of(buffer, [](std::int32_t) { return true; });
 }
 
-/// Median length in pixels of the edges that a mesh has in a picture, 0 if it has none: of faces whose
-/// corners are all in front of the camera and within the picture, at most 4,096 of them, evenly chosen.
+/// Median length in pixels of a mesh's edges in a picture, 0 if it has none; taken over at most 4,096 faces,
+/// evenly chosen, with all corners in front of the camera and within the picture.
 [[nodiscard]] double median_edge_px(const geometry::Mesh& mesh, const geometry::Camera& camera,
                                     std::size_t height, std::size_t width);
 
 /// Samples along an axis of a pixel with which the median edge of a mesh is at least four samples long: 1, 2,
-/// 4 or 8, the most that the picture's size allows when none is enough, and 1 where no edge is seen. On the
-/// car of the benchmark this keeps the error of the gradient of a face's colour between 1 and 5 % at
-/// distances 1.5 to 20. \throws DomainError, Error as visibility()
+/// 4 or 8. If none is enough, the most that the picture's size allows; 1 if no edge is seen. On the car of
+/// the benchmark this keeps the error of the gradient of a face's colour between 1 and 5 % at distances 1.5
+/// to 20.
+/// \throws DomainError, Error as visibility()
 [[nodiscard]] std::size_t automatic_samples_per_axis(const geometry::Mesh& mesh,
                                                      const geometry::Camera& camera, std::size_t height,
                                                      std::size_t width);

@@ -14,17 +14,17 @@ struct Region {
   double left = 0, top = 0, right = 0, bottom = 0;
 };
 
-/// Where a mask of salient objects shows the car: one connected piece of what reaches the threshold.
+/// Finds the car in a mask of salient objects: one connected piece of the pixels that reach the threshold.
 ///
 /// Pixels of at least `threshold` are joined with the four beside them. Of these pieces the car is the one
 /// with most pixels (their centres) in its region, and of equal ones the larger; without a region it is the
-/// largest. Of pieces equal in both, that whose first pixel comes first, row by row. A piece that does not
+/// largest. Of pieces equal in both, the one whose first pixel comes first, row by row. A piece that does not
 /// reach into the region is not the car. Pixels that are NaN belong to none. The choice has no derivative.
 ///
 /// Ours to define: the paper names no rule, nor a threshold, which is half here.
 ///
 /// \param mask    [H, W], in [0, 1]
-/// \param region  around the car, as a label says; none if it is not known
+/// \param region  around the car, from a label; none if it is not known
 /// \returns       [H, W], 1 on the car and 0 elsewhere; all 0 if there is none
 template <std::floating_point T>
 [[nodiscard]] Array<std::uint8_t, 2> car_component(const Array<T, 2>& mask,

@@ -16,7 +16,7 @@
 namespace tapestry::segment {
 namespace detail {
 
-/// Of the first largest value.
+/// Index of the largest value, the first of equal ones.
 template <std::floating_point T>
 [[nodiscard]] std::size_t brightest(const Array<T, 3>& picture) {
   return static_cast<std::size_t>(std::max_element(picture.data(), picture.data() + picture.size()) -
@@ -24,8 +24,8 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// A picture as a network of the U²-Net family takes it: divided by its largest value, then scaled by mean
-/// and standard deviation of ImageNet.
+/// Input of a network of the U²-Net family: a picture divided by its largest value, then scaled by mean and
+/// standard deviation of ImageNet.
 ///
 ///   x[i, j, c] = (p[i, j, c] / max p − mean[c]) / deviation[c]
 ///
@@ -37,8 +37,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> u2_net_input(const Array<T, 3>& picture);
 
-/// Adds (∂x/∂p)ᵀ · input_adjoint to picture_adjoint, [S, S, 3]. Among equal largest values the first is the
-/// one that all are divided by.
+/// Adds (∂x/∂p)ᵀ · input_adjoint to picture_adjoint, [S, S, 3]. All values are divided by the first of equal
+/// largest ones.
 template <std::floating_point T>
 void u2_net_input_adjoint(const Array<T, 3>& picture, const Array<T, 3>& input_adjoint,
                           Array<T, 3>& picture_adjoint);
@@ -65,12 +65,12 @@ struct U2NetPass {
 ///
 /// Source: U-2-Net, u2net_test.py and data_loader.py. There step 1 filters with a Gaussian before pictures
 /// are made smaller; here sides at least twice as long as the network's are first halved, by means of 2 × 2
-/// pixels. Which object is meant is not decided here: see car_component().
+/// pixels. car_component() chooses the object.
 template <std::floating_point T>
 class U2Net {
  public:
-  /// \param network  as a file tells it, with one input [1, 3, S, S]
-  /// \param side     S, pixels; 0: as the network says, or 320 where it leaves it open
+  /// \param network  as read from a file, with one input [1, 3, S, S]
+  /// \param side     S, pixels; 0: the network's own, or 320 where it leaves S open
   /// \throws FileError (mismatch) as nn::Network, or if inputs or the first output are of other extents
   explicit U2Net(const nn::NetworkDescription& network, std::size_t side = 0);
 
@@ -80,7 +80,7 @@ class U2Net {
   [[nodiscard]] const nn::Network<T>& network() const { return network_; }
 
   /// \param picture  [H, W, 3], RGB in [0, 1]
-  /// \param pass     takes the mask, [H, W] in [0, 1], and what `mode` says is kept
+  /// \param pass     receives the mask, [H, W] in [0, 1], and what `mode` keeps
   /// \throws ShapeError unless the picture has three channels; DomainError if a side is 0 or beyond 65536, or
   ///         a value is not finite; NumericError if the network's mask is not finite
   void forward(const Array<T, 3>& picture, U2NetPass<T>& pass, nn::Mode mode = nn::Mode::inference) const;
@@ -103,14 +103,14 @@ class U2Net {
   [[nodiscard]] static std::map<std::string, nn::Shape> input_shape(const nn::NetworkDescription& network,
                                                                     std::size_t side);
 
-  /// Halves each side while it is at least twice the network's, then goes to the network's.
+  /// Halves each side while it is at least twice the network's, then resizes to the network's.
   void reduce(const Array<T, 3>& picture, U2NetPass<T>& pass) const;
 
   [[nodiscard]] static bool all_finite(const T* values, std::size_t count) {
     return std::all_of(values, values + count, [](T value) { return is_finite(static_cast<float>(value)); });
   }
 
-  /// Of the network's d, [S, S], by that of the picture's mask.
+  /// Adjoint of the network's map d, [S, S], given the adjoint of the picture's mask.
   [[nodiscard]] Array<T, 2> adjoint_of_map(const U2NetPass<T>& pass, const Array<T, 2>& mask_adjoint) const;
 
   nn::Network<T> network_;

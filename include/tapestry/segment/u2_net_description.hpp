@@ -25,14 +25,14 @@ struct U2NetShape {
 
 /// The network of a shape with random weights, to be trained: an input "picture" [1, 3, S, S], see
 /// u2_net_input(), and outputs "d0", the mask, to "dN", those of the decoder's stages, fine to coarse; all
-/// [1, 1, S, S] in [0, 1]. The values before the logistic function are called u2_net_logits(). It goes into a
-/// file by io::write_onnx().
+/// [1, 1, S, S] in [0, 1]. u2_net_logits() names the values before the logistic function. io::write_onnx()
+/// writes the network to a file.
 ///
 /// \throws DomainError for no stages, one of fewer than 2 levels or without channels, or a side that is not
 ///         a multiple of every stride
 [[nodiscard]] nn::NetworkDescription u2_net_description(const U2NetShape& shape, std::uint64_t seed);
 
-/// Names of the values that a network's outputs are the logistic function of, in their order.
+/// Names of the values whose logistic function is a network's output, in the order of the outputs.
 /// \throws FileError (mismatch) for an output that is none
 [[nodiscard]] std::vector<std::string> u2_net_logits(const nn::NetworkDescription& network);
 

@@ -49,7 +49,7 @@ long double worst_error(double low, double high) {
   return static_cast<double>(std::abs((static_cast<long double>(found) - expected) / ulp));
 }
 
-/// Of a function of double, at 10⁵ numbers of any size, as many between −2 and 2, and those that end a range.
+/// Errors of a function of double, at 10⁵ numbers of any size, as many between −2 and 2, and range ends.
 template <class Function, class Reference>
 [[nodiscard]] double worst_ulps(Function function, Reference reference) {
   using Limits = std::numeric_limits<double>;

@@ -22,7 +22,7 @@ class ArrayProgram {
   using A = ArrayVariable<double, 2>;
   using V = Variable<double>;
 
-  /// What it starts from, or a direction there.
+  /// The starting point, or a direction there.
   struct Point {
     std::array<Array<double, 2>, 2> arrays;
     double scalar = 0;
@@ -115,7 +115,7 @@ class ArrayProgram {
     std::vector<Wide> scalars;
   };
 
-  /// Of [−2, 2).
+  /// A number in [−2, 2).
   static double number(std::mt19937_64& random) { return static_cast<double>(random() >> 11U) * 0x1p-51 - 2; }
   static Point point_of(std::mt19937_64& random, const Extents<2>& first, const Extents<2>& second) {
     Point result{{Array<double, 2>(first), Array<double, 2>(second)}, number(random)};

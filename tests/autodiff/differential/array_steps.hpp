@@ -34,8 +34,7 @@ struct WideArray {
   }
 };
 
-/// One operation on arrays a, b of two axes and a scalar s, as ScalarStep says; extents of a and b may not
-/// fit.
+/// One operation on arrays a, b of two axes and a scalar s, like ScalarStep; extents of a and b may not fit.
 struct ArrayStep {
   using Wide = WideArray::Wide;
   using A = ArrayVariable<double, 2>;

@@ -6,8 +6,8 @@
 
 namespace tapestry::test {
 
-/// What the reference is computed in: 64 bits of mantissa on x86, so that its roundings are no matter beside
-/// those of doubles.
+/// Type of the reference: 64 bits of mantissa on x86, so that its roundings are no matter beside those of
+/// doubles.
 using Wide = long double;
 
 /// One operation of a random expression: what it is in C++, with a, b, c for its operands and S for their
@@ -51,7 +51,7 @@ template <class S>
 [[nodiscard]] std::span<const ScalarStep<S>> all() {
   using X = const S&;
   static constexpr ScalarStep<S> table[] = {
-      // Of one operand.
+      // One operand.
       {"-a", any, 1, [](X a, X, X) { return S(-a); }},
       {"sin(a)", any, 1, [](X a, X, X) { return S(sin(a)); }},
       {"cos(a)", any, 1, [](X a, X, X) { return S(cos(a)); }},
@@ -91,7 +91,7 @@ template <class S>
       {"ldexp(a, -2)", any, 1, [](X a, X, X) { return S(ldexp(a, -2)); }},
       {"2 / a", not_zero, 1, [](X a, X, X) { return S(2 / a); }},
       {"3 - a * 2", any, 1, [](X a, X, X) { return S(3 - a * 2); }},
-      // Of two.
+      // Two operands.
       {"a + b", any, 2, [](X a, X b, X) { return S(a + b); }},
       {"a - b", any, 2, [](X a, X b, X) { return S(a - b); }},
       {"a * b", small_product, 2, [](X a, X b, X) { return S(a * b); }},
@@ -121,7 +121,7 @@ template <class S>
        2, [](X a, X b, X) { return S(remainder(a, b)); }},
       {"a < b ? S(a * 2 - b) : S(sin(b) + a)", apart, 2,
        [](X a, X b, X) { return a < b ? S(a * 2 - b) : S(sin(b) + a); }},
-      // Of three, several operations in one statement among them.
+      // Three operands, several operations in one statement among them.
       {"fma(a, b, c)", small_product, 3, [](X a, X b, X c) { return S(fma(a, b, c)); }},
       {"lerp(a, b, c)", small_product, 3, [](X a, X b, X c) { return S(lerp(a, b, c)); }},
       {"hypot(a, b, c)", not_origin, 3, [](X a, X b, X c) { return S(hypot(a, b, c)); }},

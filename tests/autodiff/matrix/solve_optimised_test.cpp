@@ -257,7 +257,7 @@ TEST_CASE("a denormal matrix has an inverse without NaN, and so a log-determinan
     tape.reverse(value);
     return std::pair(value.value(), x.adjoint());
   };
-  // By hand: A is diagonal or triangular, and so is A⁻ᵀ; 1 / 10⁻³²⁰ is beyond doubles.
+  // Worked out by hand: A is diagonal or triangular, and so is A⁻ᵀ; 1 / 10⁻³²⁰ is beyond doubles.
   const auto [value, both] = gradient_of(1e-320 * MatrixXd::Identity(2, 2));
   CHECK(std::abs(value - 2 * std::log(1e-320)) <= 1e-12);
   CHECK(both == Array<double, 2>{{infinity, 0}, {0, infinity}});

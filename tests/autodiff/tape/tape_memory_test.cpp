@@ -130,7 +130,7 @@ TEST_CASE("many inputs at once are those made one by one", "[autodiff][tape_memo
 }
 
 namespace {
-/// An expression that says no more than it must: 3 · x.
+/// An expression with the required members only: 3 · x.
 struct Thrice {
   using ExpressionScalar = double;
   static constexpr std::size_t operand_bound = 1;

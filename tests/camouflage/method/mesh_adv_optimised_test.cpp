@@ -122,7 +122,7 @@ TEST_CASE("before the car's side the gradient by texture and offsets agrees with
   objective.follow(camouflage::mesh_adv<double>(car));
   const auto start = some_parameter(objective.method());
   test::check_pipeline_gradient(objective, views, start);
-  // Of the offsets, which are few among the texels, every one.
+  // All offsets are tested, which are few among the texels.
   const std::size_t texels = car.layout.texel_count(car.mesh);
   const auto gradient = test::pipeline_gradient(objective, views, start);
   std::size_t moved = 0;
@@ -182,8 +182,8 @@ TEST_CASE("through outlines a redrawn view's gradient adds up to what the pictur
     const double change = weighted(tapestry::ArrayVariable<double, 2>(at(1))).value() -
                           weighted(tapestry::ArrayVariable<double, 2>(at(0))).value();
     CAPTURE(seed, sum, change, passed);
-    // Of some 100 pixels of outline, 8 samples a pixel, each jumps by up to 1/8 pixel of a contrast of about
-    // ½ in three channels: an error of 0.15 between the ends.
+    // Some 100 pixels of outline, 8 samples a pixel, jump each by up to 1/8 pixel of a contrast of about ½
+    // in three channels: an error of 0.15 between the ends.
     CHECK(std::abs(sum - change) <= 0.15);
     CHECK(passed > 1);
   }

@@ -32,7 +32,7 @@ TEST_CASE("the gradient through every method agrees with central differences",
   const std::string name = GENERATE(std::string("planar_patch"), std::string("camou"), std::string("upc"),
                                     std::string("das"), std::string("das_full"), std::string("solid"));
   const auto method = camouflage::method_by_name<double>(name, car, 1);
-  // What a score asks of a layer is constant only in a network that is piecewise linear above it.
+  // The gradient of a score in a layer is constant only in a network that is piecewise linear above it.
   const auto network = observing_detector<double>(method.attention > 0 ? "leaky" : "mish");
   camouflage::Objective<double> objective(network, {});
   objective.follow(method);

@@ -114,7 +114,8 @@ TEST_CASE("N25: lists and folders without pictures or labels are refused", "[io]
                     (void)evaluate::read_darknet_list(list, 1);
                   });
   CHECK_THROWS_WITH(evaluate::read_yolo_folder(folder.path(), 1), contains("no picture has labels"));
-  CHECK_THROWS_WITH(evaluate::read_voc(folder.path()), contains("no labels; expected .xml files, found none"));
+  CHECK_THROWS_WITH(evaluate::read_voc(folder.path()),
+                    contains("no labels; expected .xml files, found none"));
   CHECK_THROWS_WITH(evaluate::read_voc(folder.path("absent")), contains("cannot list the folder"));
   CHECK_THROWS_WITH(evaluate::read_yolo_folder(folder.path("absent"), 1), contains("cannot list the folder"));
   std::filesystem::create_directories(folder.path("empty"));
@@ -149,7 +150,7 @@ TEST_CASE("COCO's instances are read in order of their ids", "[io][dataset]") {
   CHECK(objects[1].area == 3.5);
   CHECK(objects[1].is_crowd);
   CHECK_THROWS_WITH(evaluate::objects_in_pixels(dataset.pictures[1], 40, 30),
-                    contains("another size than its labels say; expected 40x30, found 30x40"));
+                    contains("another size than its labels state; expected 40x30, found 30x40"));
 }
 
 TEST_CASE("N26: COCO files that make no sense are refused with the entry and the byte", "[io][dataset]") {
@@ -230,7 +231,8 @@ TEST_CASE("labels of Pascal VOC count columns from 1", "[io][dataset]") {
   CHECK_FALSE(objects[0].is_difficult);
   CHECK(objects[1].is_difficult);
   folder.write("Annotations/b.xml", voc(""));
-  CHECK_THROWS_WITH(evaluate::read_voc(folder.path()), contains("b.xml: labels of a picture that has others"));
+  CHECK_THROWS_WITH(evaluate::read_voc(folder.path()),
+                    contains("b.xml: labels of a picture that has others"));
   CHECK_THROWS_WITH(evaluate::read_voc(folder.path(), folder.path("x")), contains("a picture is missing"));
 }
 

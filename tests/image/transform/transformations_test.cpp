@@ -190,8 +190,8 @@ TEST_CASE("JPEG of quality 100 and of a constant change little", "[image][transf
 }
 
 TEST_CASE("smooth rounding stays within an eighth of a step and a half", "[image][transform][jpeg]") {
-  // Of two pictures that differ in their rounding only, the smooth one lies between the exact one and itself
-  // before: at equal cosines their luma differs by at most (1/2)³ of a step for each coefficient.
+  // The smooth one of two pictures that differ in their rounding only lies between the exact one and
+  // itself before: at equal cosines their luma differs by at most (1/2)³ of a step for each coefficient.
   const auto picture = random_array<double>({8, 8, 3}, 3, 0.3, 0.7);
   const auto hard = image::transformed(picture, image::JpegCompression{50, false, false});
   const auto smooth = image::transformed(picture, image::JpegCompression{50, false, true});

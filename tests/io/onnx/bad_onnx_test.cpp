@@ -64,7 +64,7 @@ std::string with_end(const std::vector<std::string>& nodes) {
     parts.nodes.insert(parts.nodes.end(), nodes.begin(), nodes.end());
   });
 }
-/// A field of bytes that says it has another length.
+/// A field of bytes that states another length.
 std::string with_length(std::uint32_t tag, std::uint64_t length, const std::string& bytes) {
   std::string field(1, static_cast<char>(tag << 3U | 2U));
   for (; length >= 0x80; length >>= 7U) field += static_cast<char>((length & 0x7FU) | 0x80U);

@@ -1,5 +1,5 @@
 // Models that are wrong in one way each, read and made into a network that could be run: each is refused with
-// one error that says what is wrong, in bounded time and memory.
+// one error that names the fault, in bounded time and memory.
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/network/network.hpp>
 
@@ -38,7 +38,7 @@ constexpr auto limit = ErrorKind::limit;
 const std::int64_t huge = std::int64_t(1) << 40U;
 const std::int64_t largest = 2147483647;
 
-/// What is wrong with a model, and what is said of it.
+/// A fault of a model, and the expected error.
 struct Corruption {
   const char* name;
   std::string bytes;

@@ -24,8 +24,8 @@ namespace io = tapestry::io;
 namespace nn = tapestry::nn;
 
 namespace {
-/// Vectors of operators that are supported which are not run all the same: part of the name, part of what the
-/// network says, and why that is so.
+/// Vectors of operators that are supported which are not run all the same: part of the name, part of the
+/// network's error, and the reason.
 struct Exception {
   std::string name, complaint, reason;
 };
@@ -86,8 +86,8 @@ void read_bfloat16(nn::Constant& constant) {
     value = static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(value) << 16U));
 }
 
-/// A model, of opset 1 or 6 as one of opset 7: what those do not say in the same way are attributes that the
-/// newer one has not, and which are refused by name.
+/// A model, of opset 1 or 6 as one of opset 7: where these differ, the attributes do not exist in the newer
+/// one, and are refused by name.
 nn::NetworkDescription read_model(const files::path& path, bool& is_as_newer) {
   std::ifstream file(path, std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(file), {}};
@@ -106,7 +106,7 @@ bool is_close(double found, double expected) {
   return found == expected || std::abs(found - expected) <= 1e-7 + 1e-3 * std::abs(expected);
 }
 
-/// What is wrong with a network's results for the first inputs of a set; empty if nothing.
+/// Compares a network's results for the first inputs of a set; returns the error, or empty text.
 template <class T>
 std::string run(const nn::NetworkDescription& description, const TestSet& set) {
   std::map<std::string, nn::Shape> shapes;
@@ -184,7 +184,7 @@ std::string unsupported_operator(const nn::NetworkDescription& description) {
   return "";
 }
 
-/// What a file is refused for, without its names and places.
+/// The reason why a file is refused, without its names and places.
 std::string reason_of(const tapestry::FileError& error) {
   const auto& [path, position, what, expected, found] = error.details();
   const auto mark = what.rfind(": ");

@@ -83,7 +83,7 @@ class Run {
     return sum;
   }
 
-  /// Of the objective by the inputs, and in training by the constants behind them.
+  /// The gradient of the objective by the inputs, and in training by the constants behind them.
   [[nodiscard]] Numbers gradient(const Numbers& x, nn::Mode mode) {
     forward(x, mode);
     std::vector<nn::Buffer<T>> seeds(outputs_);
@@ -140,7 +140,7 @@ Slope slope_of(Value value, double magnitude) {
       std::abs(near - far) <= rough + 2 * rounding && std::abs(far_bend - 2 * bend) <= rough + 8 * rounding};
 }
 
-/// What random networks did.
+/// Counts over random networks.
 struct Tally {
   std::size_t smooth = 0, rough = 0;  ///< slopes that were compared, and that could not be
   std::size_t kinked = 0;             ///< gradients in float beside a kink

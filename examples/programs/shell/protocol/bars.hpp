@@ -11,7 +11,7 @@ namespace tapestry::shell::detail {
 
 inline constexpr std::array<const char*, 4> bar_styles{"first", "second", "third", "fourth"};
 
-/// Of clean, the camouflage, matched noise and none.
+/// Style of a texture's bar: clean, the camouflage, matched noise and none.
 inline std::string bar_style(const ProtocolResult& result, std::size_t texture) {
   const std::size_t style = result.is_bare(texture) ? bar_styles.size() - 1 : texture;
   return std::string("class=\"") + bar_styles[style] + "\"";
@@ -66,7 +66,7 @@ Panel bar_panel(const Protocol& protocol, const ProtocolResult& result, const Ba
   return {350, 236, svg};
 }
 
-/// What the bars mean.
+/// Legend of the bars.
 inline std::string bar_legend(const ProtocolResult& result) {
   std::string svg;
   double x = 14;

@@ -25,7 +25,7 @@
 
 namespace tapestry::shell {
 
-/// What evaluate was asked for, once a run's settings are adopted.
+/// Options of evaluate for a protocol, once a run's settings are adopted.
 struct ProtocolRequest {
   ProtocolSettings settings;
   SceneSettings scene;
@@ -39,7 +39,7 @@ struct ProtocolRequest {
 
 namespace detail {
 
-/// What a protocol measures, and with what.
+/// Inputs of a protocol's measurement.
 struct ProtocolInputs {
   std::vector<FurtherDetector> detectors{};  ///< that of --weights first
   Car car{};
@@ -50,7 +50,7 @@ struct ProtocolInputs {
   std::vector<ChangedInput> changed{};                  ///< since the run, and accepted
 };
 
-/// Of the photographs those that --quick leaves, evenly spread.
+/// The photographs that --quick leaves, evenly spread.
 inline std::vector<std::string> thinned(const std::vector<std::string>& paths, std::size_t most) {
   if (paths.size() <= most) return paths;
   std::vector<std::string> some;
@@ -66,7 +66,7 @@ inline std::string detector_name(const std::string& weights) {
   return name;
 }
 
-/// Of these photographs those that the camouflage in a folder was optimised on, by their bytes.
+/// The number of these photographs that the camouflage in a folder was optimised on, compared by their bytes.
 /// \param hashes  of every input of the measurement, see input_hashes()
 inline std::size_t trained_on(const std::string& run, const std::vector<std::string>& photographs,
                               const Json& hashes) {

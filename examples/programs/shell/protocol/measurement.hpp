@@ -99,7 +99,7 @@ inline void share_outcomes(evaluate::ProtocolOutcomes& outcomes) {
 struct ProtocolSource {
   std::function<camouflage::View<float>(std::size_t frame)> view;
   std::function<evaluate::Meter<float>&(std::size_t frame)> meter;
-  /// How much of the attention lies on the car; empty where nobody asks.
+  /// Share of the attention that lies on the car; empty where it is not measured.
   std::function<double(const Array<float, 3>& picture, const camouflage::View<float>&, std::size_t frame)>
       attention{};
 };
@@ -110,10 +110,9 @@ inline Array<float, 3> picture_with(const camouflage::View<float>& view,
   return paint.colours.size() > 0 ? camouflage::picture_of(view, paint.colours) : view.background;
 }
 
-/// Measures the frames of a protocol one after the other, each with all textures, one a thread, and saves
-/// what it has about once a second. It holds one view at a time. Of several ranks each takes the next frame,
-/// then all tell each other what they found, so that every rank has all outcomes, the same for any number of
-/// them.
+/// Measures the frames of a protocol one after the other, each with all textures, one a thread, and saves its
+/// results about once a second. It holds one view at a time. With several ranks each takes the next frame,
+/// then all exchange their results, so that every rank has all outcomes, the same for any number of ranks.
 class ProtocolMeasurement {
  public:
   /// \param textures  the clean one first; of one without texels the picture is the
@@ -203,7 +202,7 @@ class ProtocolMeasurement {
     return true;
   }
 
-  /// Of frames dealt to the ranks, one each from the first on, takes what the others found.
+  /// Exchanges the results of frames dealt to the ranks, one each from the first on.
   void exchange(std::span<const std::size_t> frames) {
     const Ranks& ranks = Ranks::all();
     if (ranks.count() == 1) return;

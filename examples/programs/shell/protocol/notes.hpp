@@ -12,7 +12,7 @@
 
 namespace tapestry::shell::detail {
 
-/// What was looked at.
+/// Notes on the frames that were measured.
 inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const ProtocolResult& result,
                                                 const ProtocolRequest& request) {
   const auto number = evaluate::detail::short_number;
@@ -45,11 +45,11 @@ inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const 
         (is_before_plain_background(protocol.name) ? "; its pictures fit both." : "."));
   else if (request.trained_on > 0)
     notes.push_back("The camouflage was optimised on " + std::to_string(request.trained_on) +
-                    " of these very photographs: this says nothing about others.");
+                    " of these very photographs: the result holds for no others.");
   return notes;
 }
 
-/// What stands under every table.
+/// Notes under every table.
 inline std::vector<std::string> notes_of(const Protocol& protocol, const ProtocolResult& result,
                                          const ProtocolRequest& request, const ProtocolInputs& inputs) {
   const auto number = evaluate::detail::short_number;

@@ -20,7 +20,7 @@
 
 namespace tapestry::shell {
 
-/// Of any mesh in the protocol's streets, which are in metres; its half is the unit of distances.
+/// Length of any mesh in the protocol's streets, which are in metres; its half is the unit of distances.
 inline constexpr double street_car_length_m = 4.6;
 
 namespace detail {

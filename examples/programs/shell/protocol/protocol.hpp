@@ -21,7 +21,7 @@
 
 namespace tapestry::shell {
 
-/// What is done to every picture of a frame, whatever the texture.
+/// Change to every picture of a frame, whatever the texture.
 struct FrameChange {
   double hidden_share = 0;  ///< of the car's silhouette
   std::function<void(Array<float, 3>&)> apply;
@@ -46,7 +46,7 @@ struct ProtocolSection {
   double car_share = 0;                                       ///< of the pictures, mean
 };
 
-/// What a protocol found out.
+/// Results of a protocol.
 struct ProtocolResult {
   std::vector<std::string> textures;  ///< names; the clean one first, then the camouflage, if there is one
   bool has_camouflage = false;
@@ -85,7 +85,7 @@ struct ProtocolResult {
   }
 };
 
-/// What a protocol is made for.
+/// Subject of a protocol: detectors, frames and settings that it is made for.
 struct ProtocolSubject {
   std::vector<std::string> detectors;  ///< names
   std::size_t frame_count = 0;         ///< of photographs
@@ -111,8 +111,8 @@ struct Protocol {
   std::vector<evaluate::ProtocolFrame> frames;
   bool on_photographs = false;  ///< columns are detectors then, and nothing sums them up
   bool maps_attention = false;  ///< whether heat maps are made
-  /// Of renders: what is summed up apart; all frames together if empty. The worst cell is of the first, and
-  /// what that keeps of the second's effect is told.
+  /// Parts of renders that are summed up apart; all frames together if empty. The worst cell is taken from
+  /// the first, and the share of the second's effect that the first keeps is reported.
   std::vector<ProtocolPart> parts{};
   std::string bare_name{};  ///< of the pictures without paint, which are measured last; none if empty
   std::vector<std::string> notes{};  ///< sentences under the table
@@ -120,8 +120,8 @@ struct Protocol {
   std::function<std::optional<FrameChange>(const camouflage::View<float>&, std::size_t frame)> change{};
   /// The street around the car in a frame, in metres; the car is alone before a plain background if empty.
   std::function<io::Frame(const scenes::Vehicle&, std::size_t frame, std::size_t size_px)> street{};
-  /// Frames of one number show the same view, which is made once for those that follow each other; an empty
-  /// function says that no two do.
+  /// Frames of one number show the same view, which is made once for those that follow each other; empty if
+  /// no two frames share a view.
   std::function<std::size_t(std::size_t frame)> view_of{};
   /// The picture of a frame with a paint, and where the car is in it; the view's own if empty.
   std::function<evaluate::Photograph<float>(const camouflage::View<float>&, std::size_t frame,

@@ -16,7 +16,7 @@
 
 namespace tapestry::shell {
 
-/// What a protocol's pictures show around the car.
+/// Surroundings of the car in a protocol's pictures.
 enum class Surroundings : std::uint8_t { plain, streets, photographs };
 
 /// A protocol's name, what it measures, and how it is made of settings and a seed.

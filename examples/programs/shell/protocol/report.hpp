@@ -32,7 +32,7 @@ inline std::vector<WordTable> section_tables(const Protocol& protocol, const Pro
   return tables;
 }
 
-/// What the terminal shows.
+/// Text for the terminal.
 inline std::string protocol_text(const Protocol& protocol, const ProtocolResult& result,
                                  const std::vector<std::string>& notes) {
   std::string text;
@@ -151,7 +151,7 @@ inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& 
   return text;
 }
 
-/// \param settings  what was asked for, of which inputs
+/// \param settings  the options, and the hashes of the inputs
 inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result,
                           const std::vector<std::string>& notes, const Json& settings) {
   const auto& table = protocol.table;

@@ -32,7 +32,7 @@ namespace tapestry::shell {
 
 namespace detail {
 
-/// What the outcomes in a folder depend on.
+/// Settings that the outcomes in a folder depend on.
 inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& inputs) {
   const bool on_photographs = is_on_photographs(request.settings.protocol);
   Json options;
@@ -65,7 +65,7 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
   return settings;
 }
 
-/// What differs between the settings of two measurements, by name.
+/// Differences between the settings of two measurements, by name.
 inline std::string differences(const Json& saved, const Json& own) {
   std::string text;
   const auto compare = [&](const std::string& name, const Json& was, const Json& now) {
@@ -267,10 +267,9 @@ inline void add_attention(const std::string& folder, const Protocol& protocol,
 
 }  // namespace detail
 
-/// Measures what a protocol asks for, prints its table and writes NAME.csv, .json, .md, .svg and .html, of
-/// renders frames.csv and of photographs photographs.csv. Killed at any moment, the same command goes on
-/// where it was. Under mpirun the frames are dealt to the ranks; the files are the same for any number of
-/// them.
+/// Measures a protocol, prints its table and writes NAME.csv, .json, .md, .svg and .html, for renders also
+/// frames.csv and for photographs photographs.csv. Killed at any moment, the same command goes on where it
+/// was. Under mpirun the frames are dealt to the ranks; the files are the same for any number of them.
 ///
 /// \returns  the exit code
 inline int evaluate_protocol(ProtocolRequest request) {

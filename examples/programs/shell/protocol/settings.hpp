@@ -20,7 +20,7 @@ struct ProtocolSettings {
 
 inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& protocols) {
   app.option_defaults()->group("Protocol");
-  app.add_option("--protocol", s.protocol, "measure what a table of the FCA paper does: " + protocols);
+  app.add_option("--protocol", s.protocol, "measure a table of the FCA paper: " + protocols);
   app.add_option("--controls", s.controls,
                  "of --protocol: all, or matched for matched noise and shuffled patches alone")
       ->capture_default_str();
@@ -29,15 +29,15 @@ inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& p
       ->expected(3)
       ->capture_default_str();
   app.add_option("--further-weights", s.further_weights,
-                 "of protocols on photographs: further detectors, a column each, .onnx models or what "
-                 "convert_weights made, that know the car by the same --class");
+                 "of protocols on photographs: further detectors, a column each, .onnx models or files of "
+                 "convert_weights, with the same --class for the car");
   app.add_option("--heat-map-kind", s.heat_map_kind,
                  "of --protocol attention: layer_cam, grad_cam or grad_cam_plus_plus")
       ->capture_default_str();
   app.add_flag("--quick", s.quick, "of --protocol: fewer views, for a first look");
 }
 
-/// What a protocol has no use for, and what nothing but a protocol uses.
+/// Checks for options that a protocol does not use, and for options that only a protocol uses.
 /// \param on_photographs             whether it measures photographs, not renders
 /// \param before_plain_background    whether it measures the car alone
 inline void require_protocol_options(const CLI::App& app, const ProtocolSettings& s, bool on_photographs,

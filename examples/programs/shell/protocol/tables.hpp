@@ -14,7 +14,7 @@
 
 namespace tapestry::shell {
 
-/// What a row of a grid is called, and its columns.
+/// Heading of a grid: the title of its rows, and its columns.
 inline std::vector<std::string> grid_header(const Protocol& protocol) {
   std::vector<std::string> header{protocol.table.row_title + " \\ " + protocol.table.column_title};
   header.insert(header.end(), protocol.table.columns.begin(), protocol.table.columns.end());
@@ -120,7 +120,7 @@ inline WordTable fates_table(const ProtocolResult& result, std::size_t section) 
   return table;
 }
 
-/// What the camouflage does beyond the noise matched to it, section by section.
+/// Effect of the camouflage beyond the noise matched to it, section by section.
 inline WordTable effect_table(const ProtocolResult& result) {
   WordTable table{"effect beyond matched noise (its figure minus the camouflage's)",
                   {"", "mean best confidence", "95 %", "P@0.5, points", "95 %"}};
@@ -196,20 +196,20 @@ inline std::string worst_cell_text(const Protocol& protocol, const ProtocolResul
          result.textures[2] + " there " + share_text(proportion_of(cell.textures[2].success), true) + " %";
 }
 
-/// How much of its effect a camouflage keeps in the first part; empty where nothing says so.
+/// Share of its effect that a camouflage keeps in the first part; empty where it is not defined.
 inline std::string effect_kept_text(const Protocol& protocol, const ProtocolResult& result) {
   if (protocol.parts.size() != 2 || !result.has_camouflage) return {};
   const std::string first = protocol.parts[0].name, second = protocol.parts[1].name;
   if (!result.effect_kept)
     return second + ", the camouflage has no effect beyond " + result.textures[2] +
-           " that its interval tells from none; what is kept of it is not defined";
+           " that its interval separates from none; the share kept is not defined";
   const auto& [ratio, interval] = *result.effect_kept;
   const auto percent = [](double share) { return detail::fixed(100 * share, 0); };
   return "effect kept: " + first + ", the camouflage has " + percent(ratio) + " % [" + percent(interval[0]) +
          ", " + percent(interval[1]) + "] of the effect on mean best confidence that it has " + second;
 }
 
-/// What is said in words under the tables.
+/// Sentences under the tables.
 inline std::vector<std::string> findings(const Protocol& protocol, const ProtocolResult& result) {
   std::vector<std::string> sentences;
   for (const auto& text : {effect_kept_text(protocol, result), worst_cell_text(protocol, result)})

@@ -18,8 +18,8 @@ template <std::size_t Rank>
 }
 
 /// Memory of arrays that a tape has forgotten, for those of its next recording: pages fresh from the system
-/// cost more than most operations. Holds no more than was in use at once, and gives up what it holds of other
-/// sizes before it asks for more. Any thread may give back.
+/// cost more than most operations. Holds no more than was in use at once, and frees what it holds of other
+/// sizes before it allocates more. Any thread may give back.
 template <class T>
 class ArrayMemory {
  public:
@@ -54,7 +54,7 @@ class ArrayMemory {
   }
 
  private:
-  /// Drops the oldest until what is held and lent, with `size` more, is no more than was lent at once.
+  /// Frees the oldest arrays until those held and lent, with `size` more, are no more than were lent at once.
   void make_room(std::size_t size) {
     held_.reserve(64);
     std::size_t dropped = 0;
@@ -70,7 +70,7 @@ class ArrayMemory {
   std::size_t most_lent_ = 0;
 };
 
-/// Arrays below this many bytes come from the heap as they do elsewhere.
+/// Arrays below this many bytes come from the heap directly.
 inline constexpr std::size_t least_kept_bytes = 16384;
 
 template <class T>
@@ -99,7 +99,7 @@ void release(Array<T, Rank>& array, ArrayMemory<T>* memory) noexcept {
   array = Array<T, Rank>();
 }
 
-/// A shared array with elements of any value, whose memory goes back where it came from; `memory` may be
+/// A shared array with elements of any value, whose memory returns to where it came from; `memory` may be
 /// null.
 template <class T, std::size_t Rank>
 [[nodiscard]] std::shared_ptr<Array<T, Rank>> shared_array(const Extents<Rank>& extents,

@@ -60,7 +60,8 @@ template <DifferentiableArray X>
   return to_node<ArrayScalarType<X>, X::rank>(x);
 }
 
-/// One is an array variable or formula, the other anything that goes with it element by element.
+/// Two operands: one an array variable or formula, the other any operand that goes with it element by
+/// element.
 template <class X, class Y>
 struct ArePairable : std::false_type {};
 template <DifferentiableArray X, class Y>
@@ -101,7 +102,7 @@ struct LessEqual {
   static bool holds(auto x, auto y) { return x <= y; }
 };
 
-/// x / divisor, of which the derivative is one division for all elements.
+/// x / divisor; its derivative is one division for all elements.
 template <class T>
 struct DivideByNumber {
   static constexpr bool is_cheap = true;
@@ -125,12 +126,14 @@ struct Clamp {
 }  // namespace detail
 
 // Element by element, as a formula: computed in one pass when it becomes an ArrayVariable or is summed, and
-// pulled back in one pass. One operand is an array variable, a view or a formula of these; the other is such
-// a thing of the same rank or of rank 0, a plain array, a scalar variable or formula, or a number. Axes of
-// extent 1 and arrays of no axes repeat; the adjoint of what repeats, and of a scalar, sums over the
-// elements. As everywhere on the tape, a zero adjoint passes nothing on, even where a partial derivative is
-// infinite or NaN, so a masked element cannot poison the gradient. Kinks and poles are treated as by the
-// scalar functions of the same name. \throws ShapeError if extents do not go together.
+// pulled back in one pass. One operand is an array variable, a view or a formula of these; the other is
+// another such operand of the same rank or of rank 0, a plain array, a scalar variable or formula, or a
+// number. Axes of extent 1 and arrays of no axes repeat; the adjoint of a repeated operand, and of a scalar,
+// sums over the elements. As everywhere on the tape, a zero adjoint passes nothing on, even where a partial
+// derivative is infinite or NaN, so a masked element cannot poison the gradient. Kinks and poles are treated
+// as by the
+// scalar functions of the same name.
+// \throws ShapeError if extents do not go together.
 
 template <class X, class Y>
 requires detail::ArrayPair<X, Y>
@@ -208,8 +211,8 @@ requires detail::ArrayPair<X, Y>
   return detail::array_binary<detail::Comparison<detail::LessEqual>>("operator>=", y, x);
 }
 
-/// What of a formula is constant, known when it is compiled: it costs no pullback at all, while a variable
-/// that happens to be passive costs the arithmetic.
+/// Marks x as constant in a formula, at compile time: it costs no pullback at all, while a variable that
+/// happens to be passive costs the arithmetic.
 template <class T, std::size_t Rank>
 [[nodiscard]] auto constant(const ArrayVariable<T, Rank>& x) {
   return detail::ConstantView<T, Rank, Rank>(detail::whole_view(x));

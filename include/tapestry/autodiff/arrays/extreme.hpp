@@ -12,8 +12,8 @@
 namespace tapestry {
 namespace detail {
 
-/// The element of each line that `is_better` than all before it, and after which none is; its adjoint goes
-/// there.
+/// The element of each line that `is_better` than all before it, and after which none is; its adjoint goes to
+/// that element.
 template <class X, class IsBetter>
 [[nodiscard]] auto extreme_along(const char* operation, const X& x, std::size_t axis, IsBetter is_better) {
   using T = ArrayScalarType<X>;
@@ -42,15 +42,16 @@ template <class X, class IsBetter>
   return record_array(std::move(value), std::move(pullback), variable);
 }
 
-/// Whether a is nearer to an end than b; a NaN is the nearest of all.
+/// Whether a is better than b; a NaN is the best of all.
 template <class T>
 [[nodiscard]] bool is_beyond(bool is_further, T a, T b) {
   return b == b && (is_further || a != a);
 }
 }  // namespace detail
 
-/// The largest element along one axis, which goes: the first of several equal ones, or the first NaN. The
-/// adjoint goes to that element. \throws ShapeError if there is no such axis, or no elements along it
+/// The largest element along one axis, which is dropped: the first of several equal ones, or the first NaN.
+/// The adjoint goes to that element.
+/// \throws ShapeError if there is no such axis, or no elements along it
 template <DifferentiableArray X>
 [[nodiscard]] auto largest_along(const X& x, std::size_t axis) {
   return detail::extreme_along("largest_along", x, axis,
@@ -64,8 +65,8 @@ template <DifferentiableArray X>
                                [](auto a, auto b) { return detail::is_beyond(a < b, a, b); });
 }
 
-/// The mean along one axis, added in double, which goes; NaN of none. \throws ShapeError if there is no such
-/// axis
+/// The mean along one axis, which is dropped, added in double; NaN without elements.
+/// \throws ShapeError if there is no such axis
 template <DifferentiableArray X>
 [[nodiscard]] auto mean_along(const X& x, std::size_t axis) {
   using T = detail::ArrayScalarType<X>;

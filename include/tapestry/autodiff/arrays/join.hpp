@@ -36,8 +36,8 @@ template <class T, std::size_t Rank>
   return record_array(std::move(value), pullback, scalars);
 }
 
-/// Arrays one behind the other along an axis. \throws ShapeError if there are none, if there is no such axis,
-/// or if they differ along another one
+/// Arrays one behind the other along an axis.
+/// \throws ShapeError if there are none, if there is no such axis, or if they differ along another one
 template <class T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> concatenate(std::span<const ArrayVariable<T, Rank>> parts,
                                                  std::size_t axis) {

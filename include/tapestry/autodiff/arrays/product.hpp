@@ -21,9 +21,9 @@ struct ProductArguments {
   std::size_t rows, depth, columns;
 };
 
-/// Tiles of 4 rows and two vectors of VectorSize bytes stay in registers while the depth is gone through. The
-/// last columns, fewer than fill a vector, are copied to where there is room for one. Every sum runs in the
-/// order of the depth.
+/// Tiles of 4 rows and two vectors of VectorSize bytes stay in registers during the loop over the depth. The
+/// last columns, fewer than fill a vector, are copied to a padded buffer. Every sum runs in the order of the
+/// depth.
 template <class T, std::size_t VectorSize>
 class ProductTiles {
   using Vector [[gnu::vector_size(VectorSize), gnu::may_alias, gnu::aligned(alignof(T))]] = T;
@@ -101,7 +101,7 @@ template <class T>
 }
 #endif
 
-/// In the best instructions that this processor has; see for_block().
+/// The same in the best instructions of this processor; see for_block().
 template <class T>
 void add_product(const ProductArguments<T>& p) {
 #if defined(__x86_64__)
@@ -187,7 +187,8 @@ template <class T>
 }  // namespace detail
 
 /// a · b of [M, K] and [K, N], giving [M, N]; one is an array variable or a formula, the other may be a plain
-/// array. In one thread. \throws ShapeError if the inner extents differ
+/// array. In one thread.
+/// \throws ShapeError if the inner extents differ
 template <class A, class B>
 requires detail::ArrayPair<A, B>
 [[nodiscard]] auto matmul(const A& a, const B& b) {
@@ -196,7 +197,8 @@ requires detail::ArrayPair<A, B>
 }
 
 /// A layer: row n of the result is weight · x[n] + bias, for x [N, I], weight [O, I], bias [O], of which at
-/// least one is an array variable or a formula. \throws ShapeError if they do not fit
+/// least one is an array variable or a formula.
+/// \throws ShapeError if they do not fit
 template <class X, class W, class B>
 requires(DifferentiableArray<X> || DifferentiableArray<W> || DifferentiableArray<B>)
     [[nodiscard]] auto affine(const X& x, const W& weight, const B& bias) {

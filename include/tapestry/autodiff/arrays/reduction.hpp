@@ -116,7 +116,7 @@ template <Exponential Policy = Exponential::vector, DifferentiableArray X>
   return record_scalar(value, pullback, variable);
 }
 
-/// Σ along one axis, added in double, which goes. \throws ShapeError if there is no such axis
+/// Σ along one axis, which is dropped, added in double. \throws ShapeError if there is no such axis
 template <DifferentiableArray X>
 [[nodiscard]] auto sum_along(const X& x, std::size_t axis) {
   using T = detail::ArrayScalarType<X>;
@@ -152,8 +152,8 @@ void for_each_line(const AxisLayout& layout, Visit visit) {
 }
 }  // namespace detail
 
-/// log Σ exp along one axis, which goes; each line as logsumexp(). \throws ShapeError if there is no such
-/// axis
+/// log Σ exp along one axis, which is dropped; each line as logsumexp().
+/// \throws ShapeError if there is no such axis
 template <Exponential Policy = Exponential::vector, DifferentiableArray X>
 [[nodiscard]] auto logsumexp_along(const X& x, std::size_t axis) {
   using T = detail::ArrayScalarType<X>;

@@ -161,13 +161,13 @@ template <DifferentiableArray X>
   return detail::array_unary<detail::Abs>(x);
 }
 
-/// How arrays compute exp.
+/// How arrays compute exp:
 ///   library  as std::exp, an element at a time
 ///   vector   a vector at a time, which takes an eighth of the time; relative error below 2 ε. Below −707.5,
 ///            of float below −86.8, it gives 0; infinities and NaN are as ever.
 ///
-/// Fewer terms (error 4e-7) take 0.51 ns an element in place of 0.68 in double, and 0.25 in place of 0.27 in
-/// float: too little for a third way.
+/// Fewer terms (error 4e-7) take 0.51 ns an element instead of 0.68 in double, and 0.25 instead of 0.27 in
+/// float: too small a gain for a third policy.
 enum class Exponential { library, vector };
 
 namespace detail {
@@ -203,7 +203,7 @@ void exponentials(const T* from, T* to, T shift, std::size_t count, std::size_t 
 }
 }  // namespace detail
 
-/// exp of each element in the way that Policy says; the derivative is the value, error and all.
+/// exp of each element, computed as Policy states; the derivative is the value, error and all.
 template <Exponential Policy, DifferentiableArray X>
 [[nodiscard]] auto exp(const X& x) {
   if constexpr (Policy == Exponential::library) {

@@ -40,8 +40,8 @@ concept Viewable = requires(const X& x) {
 };
 
 // Views of arrays, to be used in formulas without copying: their elements are read, and their adjoints added,
-// where they lie. \throws ShapeError if they would leave the array; but the end of a range beyond its axis is
-// cut to it.
+// where they lie.
+// \throws ShapeError if they would leave the array; but the end of a range beyond its axis is cut to it.
 
 /// A range of each axis.
 template <Viewable X>
@@ -62,7 +62,7 @@ template <Viewable X>
   return decltype(view)(view.whole(), offset, extents, strides);
 }
 
-/// What lies at `index` of one axis, which goes: column(matrix, j) is select(matrix, 1, j).
+/// Elements at `index` of one axis, which is dropped: column(matrix, j) is select(matrix, 1, j).
 template <Viewable X>
 [[nodiscard]] auto select(const X& x, std::size_t axis, std::size_t index) {
   const auto view = detail::view_of(x);
@@ -102,7 +102,7 @@ template <Viewable X>
   return decltype(view)(view.whole(), view.offset(), extents, strides);
 }
 
-/// A matrix on its side.
+/// The transposed matrix.
 template <Viewable X>
 requires(X::rank == 2) [[nodiscard]] auto transpose(const X& x) { return transpose(x, {1, 0}); }
 

@@ -22,7 +22,7 @@ struct Plus {
   static T partial_y(const T&, const T&, const T&) {
     return T(1);
   }
-  /// What comes back, times the partial of one side.
+  /// The gradient g times the partial of one side.
   template <class T>
   static T pass_x(const T& g, const T&, const T&) {
     return g;
@@ -130,7 +130,7 @@ template <Differentiable X>
   return x;
 }
 
-/// Prints the value alone, as the number beneath is printed.
+/// Prints the value alone, like a plain number.
 template <class Character, class Traits, Differentiable X>
 std::basic_ostream<Character, Traits>& operator<<(std::basic_ostream<Character, Traits>& out, const X& x) {
   return out << detail::base_value(x);

@@ -39,7 +39,7 @@ struct Atanh {
   static T partial(T x, T) {
     return 1 / ((1 - x) * (1 + x));
   }
-  /// Given its slope: what the two factors would give for it cancels near 0.
+  /// The slope is given, since the product of the two factors would cancel near 0.
   template <DualNumber T>
   static T partial(const T& x, const T& atanh_x) {
     const auto f = partial(x.value(), atanh_x.value());

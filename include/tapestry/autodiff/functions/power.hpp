@@ -51,7 +51,8 @@ template <Scalar T>
 }
 
 /// x^y / x^n · factor for x > 0, where x^y may be denormal, 0 or ∞ though the result is not: by x^(y/2),
-/// twice. \returns whether x^(y/2) is a normal number, so that the result, in `product`, is right
+/// twice.
+/// \returns whether x^(y/2) is a normal number, so that the result, in `product`, is right
 template <Scalar T>
 [[nodiscard]] bool lowered_power(const T& x, const T& y, int n, const T& factor, T& product) {
   const T half = pow(x, y / 2);
@@ -168,7 +169,7 @@ template <Scalar T, std::size_t N>
   }
 }
 
-/// By what legs are to be multiplied so that their length neither overflows nor loses digits.
+/// Factor for legs, so that their length neither overflows nor loses digits.
 template <std::floating_point T>
 [[nodiscard]] T scale_of_length(T length) {
   return length < std::numeric_limits<T>::min()   ? T(0x1p64F)
@@ -240,7 +241,8 @@ template <Differentiable X>
 }
 
 /// x · 2^−n of a size in [½, 1), and n, for x = 0 and x not finite x itself, and 0. The derivative is 2^−n,
-/// which is constant between powers of two. \param exponent  n is written there
+/// which is constant between powers of two.
+/// \param exponent  n is written there
 template <Differentiable X>
 [[nodiscard]] auto frexp(const X& x, int* exponent) {
   const auto number = detail::base_value(x);
@@ -249,7 +251,7 @@ template <Differentiable X>
   return ldexp(x, -*exponent);
 }
 
-/// At 0 the derivative is +∞; it does no harm to what has a zero adjoint there.
+/// At 0 the derivative is +∞; it does no harm where the adjoint is zero.
 template <Differentiable X>
 [[nodiscard]] auto sqrt(const X& x) {
   return detail::make_unary<detail::Sqrt>(x);

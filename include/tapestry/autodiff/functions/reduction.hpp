@@ -21,7 +21,7 @@ namespace detail {
 template <VariableRange R>
 using RangeScalar = typename R::value_type::value_type;
 
-/// What sums of T are taken in.
+/// Type in which sums of T are computed.
 template <class T>
 using Wide = std::conditional_t<std::is_same_v<T, float>, double, T>;
 

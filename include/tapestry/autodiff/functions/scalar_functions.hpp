@@ -51,7 +51,7 @@ template <std::floating_point T>
 }
 
 /// d sigmoid / dx = e / (1 + e)², e = exp(−|x|): to full precision where 1 − sigmoid(x) would cancel. For
-/// numbers only, as is all here that looks at |x| or at a rounding: as a formula of duals it would have no
+/// numbers only, like all functions here that use |x| or a rounding: as a formula of duals it would have no
 /// slope at 0.
 template <std::floating_point T>
 [[nodiscard]] T sigmoid_slope(T x) {
@@ -59,8 +59,7 @@ template <std::floating_point T>
   return e / ((1 + e) * (1 + e));
 }
 
-/// What x − y loses to rounding, 0 where it is infinite: a difference of hundreds, as an exponent, multiplies
-/// it.
+/// Rounding error of x − y, 0 where it is infinite: a difference of hundreds, as an exponent, multiplies it.
 template <std::floating_point T>
 [[nodiscard]] T lost_by_difference(T x, T y) {
   const T difference = x - y;
@@ -82,7 +81,7 @@ template <std::floating_point T>
 [[nodiscard]] T cbrt_slope(T, T cbrt_x) {
   return 1 / (3 * cbrt_x * cbrt_x);
 }
-/// The same without the error of cbrt_x, several ulp in some libraries: what x − cbrt_x³ says of it.
+/// The same without the error of cbrt_x, several ulp in some libraries: corrected by x − cbrt_x³.
 [[nodiscard]] inline double cbrt_slope(double x, double cbrt_x) {
   if (x == 0 || !std::isfinite(x)) return 1 / (3 * cbrt_x * cbrt_x);
   if (std::abs(x) < 0x1p-900) return 0x1p200 * cbrt_slope(x * 0x1p300, cbrt_x * 0x1p100);

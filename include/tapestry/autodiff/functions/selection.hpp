@@ -17,7 +17,7 @@ struct Abs {
   static auto value(auto x) { return abs(x); }
   static auto partial(auto x, auto) { return decltype(x)(sign(x)); }
 };
-/// x or y, and its derivative, as Choice::takes_x(x, y) says.
+/// x or y, and its derivative, chosen by Choice::takes_x(x, y).
 template <class Choice>
 struct Selection {
   static constexpr bool is_cheap = true;
@@ -82,12 +82,12 @@ template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto min(const X& x, const Y& y) { return detail::make_binary<detail::Min>(x, y); }
 
-/// As max(), but a NaN on one side gives the other.
+/// Like max(), but a NaN on one side returns the other.
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto fmax(const X& x, const Y& y) { return detail::make_binary<detail::Fmax>(x, y); }
 
-/// As min(), but a NaN on one side gives the other.
+/// Like min(), but a NaN on one side returns the other.
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto fmin(const X& x, const Y& y) { return detail::make_binary<detail::Fmin>(x, y); }
@@ -103,12 +103,12 @@ template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto fdim(const X& x, const Y& y) { return max(x - y, 0); }
 
-/// As std::fmod; the derivatives are those between its jumps: 1, and −trunc(x / y).
+/// Like std::fmod; the derivatives are those between its jumps: 1, and −trunc(x / y).
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto fmod(const X& x, const Y& y) { return detail::make_binary<detail::Fmod>(x, y); }
 
-/// As std::remainder; the derivatives are those between its jumps: 1, and −(the integer nearest to x / y).
+/// Like std::remainder; the derivatives are those between its jumps: 1, and −(the integer nearest to x / y).
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto remainder(const X& x, const Y& y) { return detail::make_binary<detail::Remainder>(x, y); }

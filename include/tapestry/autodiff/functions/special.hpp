@@ -8,7 +8,7 @@
 namespace tapestry {
 namespace detail {
 
-/// exp(−x²), by what x² loses to rounding, too: at x = 26 that is hundreds of ulp.
+/// exp(−x²), corrected by the rounding error of x²: at x = 26 that is hundreds of ulp.
 struct ExpMinusSquare {
   template <std::floating_point T>
   static T value(T x) {

@@ -25,7 +25,7 @@ struct Asin {
   static T partial(T x, T) {
     return 1 / std::sqrt((1 - x) * (1 + x));
   }
-  /// Given its slope: what the two factors would give for it cancels near 0.
+  /// The slope is given, since the product of the two factors would cancel near 0.
   template <DualNumber T>
   static T partial(const T& x, const T& asin_x) {
     const auto f = partial(x.value(), asin_x.value());

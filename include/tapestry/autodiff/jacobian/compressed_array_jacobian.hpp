@@ -8,12 +8,12 @@
 
 namespace tapestry {
 
-/// The entries of d root / d variable that the plan's pattern names, in its order: one reverse() for each
-/// colour of its rows, of what elements of the root share no element of the variable. Rows and columns are
-/// elements in row-major order. The pattern is made by whoever knows the operations: a tape cannot look into
-/// their pullbacks. Entries that it wrongly leaves out are added to others.
+/// The entries of d root / d variable in the plan's pattern, in its order: one reverse() for each colour of
+/// its rows, which are elements of the root that share no element of the variable. Rows and columns are
+/// elements in row-major order. The caller makes the pattern from the operations, since a tape does not
+/// record how pullbacks work. Entries that it wrongly leaves out are added to others.
 /// \throws DomainError if there are not as many elements and values as the pattern has, or root or variable
-///   is not on the tape
+/// is not on the tape
 template <std::floating_point T, std::size_t RootRank, std::size_t Rank>
 void compressed_jacobian(Tape<T>& tape, const ArrayVariable<T, RootRank>& root,
                          const ArrayVariable<T, Rank>& variable, const JacobianPlan& plan,

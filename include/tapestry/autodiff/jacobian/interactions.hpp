@@ -14,9 +14,9 @@
 namespace tapestry {
 namespace detail {
 
-/// Which variables meet in an operation that is not linear. What a number was computed from is a node: a
-/// variable, or two nodes. Its variables are looked up only where it meets another one: the sum over a long
-/// problem never does, so that its many terms cost nothing.
+/// Records which variables meet in an operation that is not linear. The origin of a number is a node: a
+/// variable, or two nodes. Its variables are looked up only where it meets another number: the sum over a
+/// long problem never does, so that its many terms cost nothing.
 class Interactions {
  public:
   using Node = std::uint32_t;  ///< 0 for a constant
@@ -31,14 +31,14 @@ class Interactions {
     return b == 0 ? a : made({a, b, 0});
   }
 
-  /// The variables of a meet those of b.
+  /// Records that the variables of a meet those of b.
   void meet(Node a, Node b) {
     if (a == 0 || b == 0) return;
     const IndexSets::Name of_a = variables_of(a), of_b = variables_of(b);
     met_.insert(std::uint64_t(of_a < of_b ? of_a : of_b) << 32U | (of_a < of_b ? of_b : of_a));
   }
 
-  /// Each two that met, of both triangles.
+  /// All pairs that met, in both triangles.
   [[nodiscard]] JacobianPattern pattern() {
     PendingSets neighbours(variables_);
     for (const std::uint64_t pair : met_) {
@@ -91,8 +91,8 @@ class Interactions {
 struct InteractionTag {};
 }  // namespace detail
 
-/// A number that tells which variables it was computed from meet in an operation that is not linear; what
-/// hessian_pattern() calls a function with. It goes wherever a Dual does.
+/// A number that records which of the variables it was computed from meet in an operation that is not linear;
+/// hessian_pattern() calls a function with such numbers. It goes wherever a Dual does.
 template <std::floating_point T>
 class Dual<T, 1, detail::InteractionTag> {
  public:
@@ -105,14 +105,14 @@ class Dual<T, 1, detail::InteractionTag> {
   requires(!std::same_as<X, Dual>) constexpr Dual(const X& value) : value_(static_cast<T>(value)) {}
   constexpr Dual(T value, detail::Interactions* all, detail::Interactions::Node node)
       : value_(value), all_(all), node_(node) {}
-  /// A value of what another number was computed from.
+  /// A value with the origin of another number.
   constexpr Dual(T value, const Dual& from) : Dual(value, from.all_, from.node_) {}
 
   [[nodiscard]] constexpr const T& value() const { return value_; }
-  /// Itself: all that it carries.
+  /// The number itself, which is all that it carries.
   [[nodiscard]] constexpr const Dual& tangents() const { return *this; }
   [[nodiscard]] constexpr bool is_zero() const { return value_ == T(0) && node_ == 0; }
-  /// What collects the meetings; null for a constant.
+  /// Collector of the meetings; null for a constant.
   [[nodiscard]] constexpr detail::Interactions* all() const { return all_; }
   [[nodiscard]] constexpr detail::Interactions::Node node() const { return node_; }
 
@@ -139,7 +139,7 @@ inline constexpr bool is_interacting<Interacting<T>> = true;
 
 template <class Operation, class... Others>
 inline constexpr bool is_any_of = (std::is_same_v<Operation, Others> || ...);
-/// Linear, perhaps with other factors on either side of a kink or a jump.
+/// A linear operation, perhaps with other factors on either side of a kink or a jump.
 template <class Operation>
 inline constexpr bool is_linear =
     is_any_of<Operation, Plus, Minus, Negate, Abs, Max, Min, Fmax, Fmin, Fmod, Remainder, Copysign>;
@@ -154,7 +154,7 @@ void meet(const Interacting<T>& x, const Interacting<T>& y) {
   if (x.all() != nullptr) x.all()->meet(x.node(), y.node());
 }
 
-// What functions of duals call, for numbers that interact.
+// Hooks that functions of duals call, for numbers that interact.
 
 template <class Operation, std::floating_point T>
 [[nodiscard]] Interacting<T> dual_of(const Interacting<T>& x, const T& value, const T&) {
@@ -195,7 +195,7 @@ requires is_interacting<D>
   return all;
 }
 
-/// For derivatives taken inside of the function.
+/// For derivatives that are taken inside the function.
 template <std::floating_point T>
 [[nodiscard]] Interacting<T> chain(const Interacting<T>& factor, const Interacting<T>& partial) {
   return factor * partial;

@@ -24,7 +24,7 @@ class IndexSets {
 
   [[nodiscard]] Name single(std::uint32_t member) { return named({member}); }
 
-  /// The union. Those of two sets are remembered.
+  /// The union. Unions of two sets are stored.
   [[nodiscard]] Name join(std::vector<Name>& sets) {
     std::sort(sets.begin(), sets.end());
     sets.erase(std::unique(sets.begin(), sets.end()), sets.end());
@@ -66,7 +66,7 @@ class IndexSets {
   std::unordered_map<std::uint64_t, Name> pairs_;
 };
 
-/// Of each statement, the sets that were added to it and not joined yet; memory is used again.
+/// For each statement, the sets that were added to it and not joined yet; memory is used again.
 class PendingSets {
  public:
   explicit PendingSets(std::size_t statements) : first_(statements, 0) {}
@@ -85,7 +85,7 @@ class PendingSets {
     first = node;
   }
 
-  /// The union of what was added, which is forgotten.
+  /// The union of a statement's pending sets, which are then forgotten.
   [[nodiscard]] IndexSets::Name take(std::size_t statement, IndexSets& sets) {
     std::uint32_t node = std::exchange(first_[statement], 0);
     if (node == 0) return 0;
@@ -150,14 +150,14 @@ class JacobianPattern {
 
   [[nodiscard]] std::size_t row_count() const { return rows_; }
   [[nodiscard]] std::size_t column_count() const { return columns_; }
-  /// How many entries may differ from 0.
+  /// Number of entries that may differ from 0.
   [[nodiscard]] std::size_t entry_count() const { return columns_of_.size(); }
 
   /// The columns of a row's entries.
   [[nodiscard]] std::span<const Index> row(std::size_t row) const {
     return {columns_of_.data() + begins_[row], begins_[row + 1] - begins_[row]};
   }
-  /// visit(row, column, number) for each entry, in order.
+  /// Calls visit(row, column, number) for each entry, in order.
   template <class Visit>
   void visit(Visit visit) const {
     for (std::size_t r = 0; r < rows_; ++r)
@@ -187,14 +187,14 @@ class JacobianPattern {
   std::vector<Index> columns_of_;
 };
 
-/// Colours of columns, no two of which have an entry in the same row if they have the same colour.
+/// Colours of columns: two columns with an entry in the same row have different colours.
 struct ColumnColouring {
   std::vector<std::uint32_t> colour_of;
   std::size_t colour_count = 0;
 };
 
-/// Greedy: columns take, in the order of falling numbers of entries and then of their places, the first
-/// colour that none of the columns in their rows has. Time: the sum over all entries of their rows' lengths.
+/// Greedy colouring: columns, in the order of falling numbers of entries and then of their places, take the
+/// first colour that no column in their rows has. Time: the sum over all entries of their rows' lengths.
 /// Source: Gebremedhin, Manne and Pothen, What Color Is Your Jacobian? (SIAM Review 47, 2005), partial
 /// distance-2 colouring.
 [[nodiscard]] inline ColumnColouring colour_columns(const JacobianPattern& pattern) {

@@ -13,15 +13,15 @@
 
 namespace tapestry::detail {
 
-/// Tangents of all statements of a tape in Width directions at once: a forward sweep over what was recorded,
-/// without computing it anew. Of one without operations with a pullback.
+/// Tangents of all statements of a tape in Width directions at once: a forward sweep over the recording,
+/// without computing it anew. For a tape without operations with a pullback.
 template <std::floating_point T, std::size_t Width>
 class TangentVectors {
   using Lanes [[gnu::vector_size(Width * sizeof(T)), gnu::may_alias]] = T;
 
  public:
-  /// Sets the tangents of `inputs`, of which input i has 1 in direction directions[i] unless that is Width or
-  /// more, and computes all others.
+  /// Sets the tangents of `inputs` and computes all others. Input i has 1 in direction directions[i], or 0 in
+  /// all if that is Width or more.
   void sweep(const TapeState<T>& state, std::span<const Variable<T>> inputs,
              std::span<const std::size_t> directions) {
     memory_.zero(state.statement_count());
@@ -41,7 +41,7 @@ class TangentVectors {
   }
 
  private:
-  /// Statements are found from the last one on, and so are their ends first.
+  /// Statements can only be found from the last one on, so their ends are found first.
   void find_ends(const StatementRun& run) {
     const std::size_t count = run.end_index - run.first_index;
     ends_.resize(count);
@@ -76,7 +76,7 @@ class TangentVectors {
   }
 #endif
 
-  /// What it adds the products of an operand to.
+  /// Sum of the products of the operands.
   struct Sum {
     const Lanes* lanes;
     Lanes total;

@@ -9,9 +9,8 @@
 namespace tapestry {
 namespace detail {
 
-/// Of a small L, [N, N], turns its adjoint into that of A = L Lᵀ, lower triangle alone: with
-/// S = L⁻ᵀ Φ(Lᵀ L̄) L⁻¹, where Φ takes the lower triangle and half the diagonal, Ā = S + Sᵀ below the diagonal
-/// and S on it.
+/// Turns the adjoint of a small L, [N, N], into that of A = L Lᵀ, lower triangle alone: with S = L⁻ᵀ Φ(Lᵀ L̄)
+/// L⁻¹, where Φ takes the lower triangle and half the diagonal, Ā = S + Sᵀ below the diagonal and S on it.
 template <class Factor, class Adjoint>
 void pull_back_small_factor(const Factor& l, Adjoint&& adjoint) {
   using T = typename Factor::Scalar;
@@ -112,8 +111,8 @@ template <class T>
   return product;
 }
 
-/// Factor for A before it is inverted: a reciprocal of a pivot overflows below 2⁻¹⁰²⁴, and then
-/// meets zeros. 1 where no pivot is so small, or another entry would overflow.
+/// Factor for A before it is inverted: a reciprocal of a pivot overflows below 2⁻¹⁰²⁴, and then meets zeros.
+/// 1 where no pivot is so small, or another entry would overflow.
 template <class T>
 [[nodiscard]] Base<T> scale_of_inversion(const LuDecomposition<T>& lu) {
   using Number = Base<T>;
@@ -123,7 +122,7 @@ template <class T>
     for (Eigen::Index j = i; j < lu.cols(); ++j)
       largest = std::max(largest, std::abs(number_of(T(lu.matrixLU()(i, j)))));
   }
-  // Of the least denormal number of any type it makes a normal one.
+  // It makes the least denormal number of any type a normal one.
   constexpr auto scale = static_cast<Number>(0x1p74F);
   const bool fits = largest < std::numeric_limits<Number>::max() / scale;
   return least < std::numeric_limits<Number>::min() && fits ? scale : Number(1);
@@ -176,8 +175,8 @@ requires detail::holds_variables<A>
   return detail::record_matrix<Eigen::Dynamic>(value, pullback, input);
 }
 
-/// log |det A|, by LU decomposition with partial pivoting, as one record; 0 of an empty matrix. It overflows
-/// where the determinant does not fit in a number, and only there would log(det A).
+/// log |det A|, by LU decomposition with partial pivoting, as one record; 0 for an empty matrix. Unlike
+/// log(det A) it does not overflow where the determinant does.
 ///
 ///   Ā = A⁻ᵀ · adjoint
 ///

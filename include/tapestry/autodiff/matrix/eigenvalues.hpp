@@ -18,7 +18,7 @@ struct EigenPairs {
   DenseMatrix<T> w, v;
 };
 
-/// Of the lower triangle of a; w ascends.
+/// Eigenvalues and vectors of the lower triangle of a; w ascends.
 /// \throws ShapeError if a is not square, NumericError if a number is not finite
 template <std::floating_point T>
 [[nodiscard]] std::shared_ptr<const EigenPairs<T>> eigen_pairs_of(const char* operation,
@@ -33,10 +33,10 @@ template <std::floating_point T>
   return std::make_shared<const EigenPairs<T>>(EigenPairs<T>{solver.eigenvalues(), solver.eigenvectors()});
 }
 
-/// turn / gap, where two vectors turn into each other as their values part. With a gap that is only rounding
-/// there is no derivative, but for functions of the space that both span, which no turn changes.
+/// turn / gap: two eigenvectors turn into each other as their eigenvalues part. If the gap is only rounding,
+/// there is no derivative, except for functions of the space that both span, which no turn changes.
 /// \param gap, turn          of the two
-/// \param gap_size, turn_size  what is only rounding
+/// \param gap_size, turn_size  sizes below which they are only rounding
 template <std::floating_point T>
 [[nodiscard]] T divided_by_gap(const char* operation, T turn, T gap, T turn_size, T gap_size) {
   using std::abs;
@@ -50,7 +50,7 @@ template <std::floating_point T>
 
 namespace matrix {
 
-/// What symmetric_eigen() returns: arrays or Eigen matrices of variables.
+/// Result of symmetric_eigen(): arrays or Eigen matrices of variables.
 template <class Values, class Vectors>
 struct SymmetricEigen {
   Values values;    ///< w, [N], ascending
@@ -66,9 +66,9 @@ struct SymmetricEigen {
 /// Ā[i, j] = S[i, j] + S[j, i] below the diagonal, S[i, i] on it. Source: Giles 2008, "Collected matrix
 /// derivative results for forward and reverse mode algorithmic differentiation", 3.1.
 ///
-/// Where eigenvalues are equal, each alone has no derivative: what is given is one of many, right for
-/// functions of all of them alike, such as their sum. Their vectors may then be used only in functions of the
-/// space that they span, such as V Vᵀ. Equal means up to 16 N rounding errors of the largest.
+/// Equal eigenvalues have no derivative each. The result is then one of many, right for symmetric functions
+/// of all of them, such as their sum. Their vectors may then be used only in functions of the space that they
+/// span, such as V Vᵀ. Equal means up to 16 N rounding errors of the largest.
 ///
 /// \param a  A, [N, N], of floating-point variables: Eigen matrix, array variable or formula; N may be 0
 /// \returns  values and vectors, held as a is

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-/// What an operation on matrices takes, whichever way its matrices are held.
+/// Inputs of operations on matrices, whichever way the matrices are held.
 namespace tapestry::detail {
 
 /// Numbers in columns, which all decompositions work on.
@@ -30,7 +30,7 @@ struct IsPlainArray : std::false_type {};
 template <class T, std::size_t Rank>
 struct IsPlainArray<Array<T, Rank>> : std::bool_constant<Rank == 1 || Rank == 2> {};
 
-/// Of matrices of variables their scalar type; void of plain ones.
+/// The scalar type of a matrix of variables; void for a plain one.
 template <class X>
 struct MatrixScalarOf {
   using type = void;
@@ -75,11 +75,11 @@ template <class X>
   }
 }
 
-/// Where the entries of an Eigen matrix are on the tape, column by column; no links if all are passive.
+/// Places on the tape of the entries of an Eigen matrix, column by column; no links if all are passive.
 template <class T>
 struct EntriesSlot {
   std::vector<Link> links;
-  /// A pullback's way to the adjoints.
+  /// Access of a pullback to the adjoints.
   struct Adjoint {
     const std::vector<Link>* links;
     T* adjoints;
@@ -96,14 +96,14 @@ struct EntriesSlot {
   static void require_shape() {}
 };
 
-/// An input's numbers, and what the tape finds its adjoint by: an EntriesSlot or an ArraySlot.
+/// An input's numbers, and a slot that finds its adjoint on the tape: an EntriesSlot or an ArraySlot.
 template <class T, class Slot>
 struct MatrixInput {
   DenseMatrix<T> value;
   Slot slot;
 };
 
-/// An array as Eigen sees it; a vector is a column.
+/// An array in Eigen's form; a vector is a column.
 template <class T, std::size_t Rank>
 [[nodiscard]] auto eigen_map(const Array<T, Rank>& array) {
   using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -8,7 +8,7 @@
 namespace tapestry::matrix {
 
 /// C = A B of Eigen matrices, [M, K] and [K, N], giving [M, N], as one record; Eigen's own A * B records
-/// every entry. Of arrays take matmul(). One of them may be plain.
+/// every entry. For arrays take matmul(). One of them may be plain.
 ///
 ///   Ā = C̄ Bᵀ,  B̄ = Aᵀ C̄
 ///

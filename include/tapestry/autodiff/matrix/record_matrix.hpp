@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-/// How an operation on matrices becomes one record, whichever way its matrices are held.
+/// Conversion of an operation on matrices to one record, whichever way its matrices are held.
 namespace tapestry::detail {
 
 template <class Target>
@@ -44,8 +44,8 @@ template <class T, std::size_t Rank>
   return eigen_map(array);
 }
 
-/// Adds to adjoints of any kind what pullback(value_adjoint, DenseMatrix<T>*...) assigns to plain matrices;
-/// the pointer is null for an input that is passive.
+/// Runs pullback(value_adjoint, DenseMatrix<T>*...), which assigns to plain matrices, and adds these to
+/// adjoints of any kind; the pointer is null for a passive input.
 template <class T, class Pullback>
 struct MatrixPullback {
   Pullback pullback;

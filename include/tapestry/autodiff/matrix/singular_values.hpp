@@ -47,7 +47,7 @@ template <std::floating_point T>
   return turned;
 }
 
-/// Ū's part of Ā: (U (F ∘ (Uᵀ Ū − Ūᵀ U)) diag(s) + (1 − U Uᵀ) Ū diag(s)⁻¹) Vᵀ. Of V̄'s part the transpose,
+/// Ū's part of Ā: (U (F ∘ (Uᵀ Ū − Ūᵀ U)) diag(s) + (1 − U Uᵀ) Ū diag(s)⁻¹) Vᵀ. For V̄'s part the transpose,
 /// with U and V exchanged.
 template <std::floating_point T>
 [[nodiscard]] DenseMatrix<T> pull_back_singular_vectors(const DenseMatrix<T>& u, const DenseMatrix<T>& s,
@@ -73,7 +73,7 @@ template <std::floating_point T>
 
 namespace matrix {
 
-/// What singular_values() returns: arrays or Eigen matrices of variables.
+/// Result of singular_values(): arrays or Eigen matrices of variables.
 template <class Values, class Vectors>
 struct SingularValues {
   Vectors u;      ///< U, [M, K], a unit vector a column
@@ -91,10 +91,10 @@ struct SingularValues {
 /// derivative results for forward and reverse mode algorithmic differentiation", 3.2; vectors, Townsend 2016,
 /// "Differentiating the singular value decomposition".
 ///
-/// Where values are equal, or 0, each alone has no derivative: what is given is one of many, right for
-/// functions of all of them alike; of values that are 0 it is a subgradient. Vectors of equal values may then
-/// be used only in functions of the space that they span. Equal means up to 16 K rounding errors of the
-/// largest.
+/// Equal values, and values that are 0, have no derivative each. The result is then one of many, right for
+/// symmetric functions of all equal ones; for values that are 0 it is a subgradient. Vectors of equal values
+/// may then be used only in functions of the space that they span. Equal means up to 16 K rounding errors of
+/// the largest.
 ///
 /// \param a  A, [M, N], of floating-point variables: Eigen matrix, array variable or formula; M, N may be 0
 /// \returns  U, s and V, held as a is
@@ -123,9 +123,10 @@ requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<
   return SingularValues<decltype(values), decltype(u)>{std::move(u), std::move(values), std::move(v)};
 }
 
-/// The largest singular value, as one record; 0 of an empty matrix. Ā = u vᵀ · adjoint; where the largest are
-/// several, or all 0, that of one of them, a subgradient.
-/// \param a  A, [M, N]. \throws NumericError if a number is not finite
+/// The largest singular value, as one record; 0 for an empty matrix. Ā = u vᵀ · adjoint; where several are
+/// the largest, or all are 0, that of one of them, a subgradient.
+/// \param a  A, [M, N]
+/// \throws NumericError if a number is not finite
 template <detail::AnyMatrix A>
 requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<A>>
 [[nodiscard]] auto spectral_norm(const A& a) {
@@ -141,7 +142,9 @@ requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<
 }
 
 /// The sum of the singular values, as one record; 0 of an empty matrix. Ā = U Vᵀ · adjoint; where values are
-/// 0, a subgradient. \param a  A, [M, N]. \throws NumericError if a number is not finite
+/// 0, a subgradient.
+/// \param a  A, [M, N].
+/// \throws NumericError if a number is not finite
 template <detail::AnyMatrix A>
 requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<A>>
 [[nodiscard]] auto nuclear_norm(const A& a) {

@@ -60,7 +60,7 @@ enum class Triangle { lower, upper };
 ///   B̄ = A⁻ᵀ X̄,  Ā = −B̄ Xᵀ
 ///
 /// The reverse sweep uses the decomposition again. Source: Giles 2008, "Collected matrix derivative results
-/// for forward and reverse mode algorithmic differentiation", 2.3.1. NaN gives NaN. Of a matrix that is
+/// for forward and reverse mode algorithmic differentiation", 2.3.1. NaN gives NaN. For a matrix that is
 /// singular only up to rounding the result is large, not an error.
 ///
 /// \param a  A, [N, N]: Eigen matrix, array variable or formula of them; N may be 0

@@ -11,10 +11,10 @@
 
 namespace tapestry::detail {
 
-/// Memory that grows by pieces, so that what stands in it stays, and is given back as a whole.
+/// Memory that grows by pieces, so that its contents do not move, and is freed as a whole.
 class GrowingMemory {
  public:
-  /// A copy of so many numbers or plain structures, of one type in one memory.
+  /// Copies so many numbers or plain structures of one type into the memory.
   template <class T>
   requires std::is_trivially_copyable_v<T>
   [[nodiscard]] const T* keep(const T* first, std::size_t count) {
@@ -40,8 +40,8 @@ class GrowingMemory {
   std::size_t room_ = 0, last_size_ = std::size_t(1) << 14U;
 };
 
-/// An array of plain numbers or structures that grows at its end, as often as may be: where there is much of
-/// it, pages move to where there is room for more, and nothing is copied.
+/// An array of plain numbers or structures that grows at its end, often: where it is large, its pages move to
+/// where there is room for more, and nothing is copied.
 template <class T>
 class GrowingArray {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -56,8 +56,8 @@ class GrowingArray {
   GrowingArray& operator=(const GrowingArray&) = delete;
   ~GrowingArray() { std::free(memory_); }
 
-  /// Room for so many more, which have no value yet.
-  /// \returns the first; stays there until there are more
+  /// Makes room for so many more elements, without values.
+  /// \returns the first; it stays in place until the next call
   T* append(std::size_t count) {
     if (size_ + count > capacity_) [[unlikely]]
       grow(size_ + count);

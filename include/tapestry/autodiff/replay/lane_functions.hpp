@@ -10,8 +10,8 @@
 
 namespace tapestry::detail {
 
-/// `function` of a number of type T in double. In float that rounds once more, and is right to half a unit of
-/// the last place, but for ties.
+/// `function` of a number of type T, computed in double. For float the result is rounded once more, and right
+/// to half a unit of the last place, except ties.
 template <class T, class Function>
 [[nodiscard, gnu::always_inline]] inline T in_double(const Function& function, T x) {
   return static_cast<T>(function(static_cast<double>(x)));
@@ -31,8 +31,8 @@ template <class T>
   return (x < 0 ? e : T(1)) / (1 + e);
 }
 
-/// Operations of functions/ as lanes compute them: formulas of the same, of functions without a branch, a
-/// vector of which costs less to compute again than several partial derivatives cost to keep.
+/// Operations of functions/ for lanes: formulas of branchless functions. Computing a vector of these again
+/// costs less than keeping several partial derivatives.
 struct LaneFunction {
   static constexpr bool is_cheap = true;
 };
@@ -111,7 +111,7 @@ struct LaneLogSumExp : LaneFunction {
     const T tied = x == y ? x : T(0);
     return std::abs(tied) == std::numeric_limits<T>::infinity();
   }
-  /// d/dx = sigmoid(x − y), with what x − y loses to rounding; equal infinities share 1.
+  /// d/dx = sigmoid(x − y), corrected by the rounding error of x − y; equal infinities share 1.
   template <class T>
   [[gnu::always_inline]] static T share(T x, T y) {
     const T difference = x - y;

@@ -10,11 +10,11 @@
 
 namespace tapestry::detail {
 
-/// A recording made ready for several inputs at once, in the order of ReplayProgram, so that sums have the
-/// same bits. What memory cannot bring as fast as it is computed is computed twice: a result that is cheap
-/// and read only within its window of statements has its slot with the window alone, whose slots each window
-/// uses anew, and the way backwards computes it again. Where nearly every statement waits for the one before,
-/// waiting takes longer than memory, and all results are kept.
+/// A recording prepared for several inputs at once, in the order of ReplayProgram, so that sums have the same
+/// bits. Cheap results are computed twice, because memory is slower: a result that is cheap and read only
+/// within its window of statements has a slot in that window only, each window uses these slots anew, and the
+/// backward pass computes the result again. Where nearly every statement waits for the one before, waiting
+/// takes longer than memory, and all results are kept.
 template <class T, std::size_t Lanes>
 class LaneProgram {
  public:
@@ -42,7 +42,7 @@ class LaneProgram {
       std::fill_n(values_.data() + slot_of[given.slot] * Lanes, Lanes, given.value);
   }
 
-  /// Values in all lanes of input i, which has slot i + 1.
+  /// Values of input i in all lanes; it has slot i + 1.
   [[nodiscard]] std::span<T, Lanes> input(std::size_t i) {
     return std::span<T, Lanes>(values_.data() + (i + 1) * Lanes, Lanes);
   }
@@ -61,8 +61,8 @@ class LaneProgram {
     for (const Run& run : runs_) run.operation->forward(run, arrays);
   }
 
-  /// Computes the adjoints of so many inputs, those of the root being 1. Where they are finite they have met
-  /// no infinite partial derivative, and the loops without a branch have done.
+  /// Computes the adjoints of so many inputs, that of the root being 1. If they are finite, they have met no
+  /// infinite partial derivative, and the loops without a branch were enough.
   void backward(std::size_t input_count) {
     sweep(&ReplayOperation<T>::backward);
     const T* const adjoints = adjoints_.data() + Lanes;
@@ -94,7 +94,7 @@ class LaneProgram {
     }
   }
 
-  /// Of each recorded slot, whether its value must outlive its window.
+  /// For each recorded slot, whether its value must outlive its window.
   static std::vector<bool> find_kept(const Recording& recording, const HugeVector<std::uint32_t>& order,
                                      std::uint32_t root) {
     std::vector<std::size_t> window_of(recording.slot_count(), order.size());
@@ -126,7 +126,7 @@ class LaneProgram {
     return 2 * runs > end - begin;
   }
 
-  /// Of each recorded slot that is not kept, whether the way backwards reads it, or what is computed from it.
+  /// For each recorded slot that is not kept, whether the backward pass reads it or a value computed from it.
   static std::vector<bool> find_needed(const Recording& recording, const HugeVector<std::uint32_t>& order,
                                        const std::vector<bool>& is_kept) {
     std::vector<bool> is_needed(recording.slot_count(), false);

@@ -13,14 +13,14 @@
 
 namespace tapestry::detail {
 
-// As in arrays/expression/block_loop.hpp: no warning where a statement's functions have no vectors.
+// Like arrays/expression/block_loop.hpp: no warning where a statement's functions have no vectors.
 #if defined(__clang__)
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wpass-failed"
 #endif
 
-/// Calls body(lane) for each, in any order and side by side: a loop of vectors, if no compiler unrolls it
-/// before.
+/// Calls body(lane) for each lane, in any order and side by side: a vector loop, unless a compiler unrolls it
+/// first.
 template <std::size_t Lanes, class Body>
 [[gnu::always_inline]] inline void for_each_lane(const Body& body) {
 #if defined(__clang__)
@@ -32,7 +32,7 @@ template <std::size_t Lanes, class Body>
   for (std::size_t lane = 0; lane < Lanes; ++lane) body(lane);
 }
 
-/// A statement's constants, of which every lane reads the same.
+/// A statement's constants, the same for every lane.
 template <class T, std::size_t Constants>
 [[nodiscard, gnu::always_inline]] inline std::array<T, Constants> constants_of(const T* first) {
   std::array<T, Constants> constants{};
@@ -40,7 +40,7 @@ template <class T, std::size_t Constants>
   return constants;
 }
 
-/// The sweeps of Statement in the best instructions that this processor has.
+/// The sweeps of Statement in the best instructions of this processor.
 template <class Statement>
 class VectorLoops {
   using T = typename Statement::T;
@@ -99,10 +99,9 @@ class VectorLoops {
 #endif
 };
 
-/// Statements of expression type E for several inputs at once: value `lane` of slot i stands at
-/// i · lanes + lane, and so do adjoints and partial derivatives. Formulas are computed a lane at a time, in
-/// loops that compilers make loops of vectors; each lane has the bits that one alone has, for no product is
-/// fused with a sum.
+/// Statements of expression type E for several inputs at once: value `lane` of slot i stands at i · lanes +
+/// lane, and so do adjoints and partial derivatives. Formulas are computed a lane at a time, in loops that
+/// compilers vectorise. Each lane has the bits of one alone, since no product is fused with a sum.
 template <class E>
 struct LaneStatement {
   using T = typename E::ExpressionScalar;
@@ -116,7 +115,7 @@ struct LaneStatement {
   using Run = ReplayRun<T>;
   using Arrays = ReplayArrays<T>;
 
-  /// Where statement i finds what it reads.
+  /// Places of the operands of statement i.
   struct Places {
     std::array<const T*, variables> operands;
     std::array<T, constants> numbers;
@@ -132,7 +131,7 @@ struct LaneStatement {
     }
   };
 
-  /// Those of statement i; null where they are not kept.
+  /// Partial derivatives of statement i; null where they are not kept.
   [[nodiscard, gnu::always_inline]] static inline T* partials_of(const Run& run, const Arrays& arrays,
                                                                  std::size_t i) {
     return keeps_partials ? arrays.partials + (run.partial + i * variables) * lanes : nullptr;
@@ -182,7 +181,7 @@ struct LaneStatement {
     }
   }
 
-  /// Passes on what one lane alone does, where zeros meet infinite partial derivatives, too.
+  /// Passes on the gradients as one lane alone does, also where zeros meet infinite partial derivatives.
   static void backward_with_care(const Run& run, const Arrays& arrays) {
     if constexpr (keeps_partials) return backward(run, arrays);
     for (std::size_t i = run.count; i-- > 0;) {

@@ -12,7 +12,7 @@
 
 namespace tapestry::detail {
 
-/// Makes a window of statements into runs of one operation, sorted where that changes no result.
+/// Turns a window of statements into runs of one operation, sorted where that changes no result.
 template <class T>
 struct ReplayRuns {
   GrowingArray<ReplayRun<T>> runs{};  ///< from place 1 on
@@ -20,7 +20,7 @@ struct ReplayRuns {
   GrowingArray<std::uint32_t> operands{};
   GrowingArray<T> constants{};
 
-  /// \param next_slot     of the window, whose slots from here on are written into their places
+  /// \param next_slot     of the window; its slots from here on are written into their places
   /// \param next_partial  likewise
   void make(ReplayRecording<T>& recording, std::uint32_t& next_slot, std::uint32_t& next_partial) {
     const auto order = order_.of({recording.statements.data(), recording.statements.size()});
@@ -67,7 +67,7 @@ struct ReplayRuns {
     if (chain_ == shortest_chain) split_chain();
   }
 
-  /// Makes the last statements of the last run a chain of their own.
+  /// Splits the last statements of the last run off as a chain of their own.
   void split_chain() {
     ReplayRun<T> chain = *last_;
     advance(chain, chain.count - shortest_chain);
@@ -91,13 +91,13 @@ struct ReplayRuns {
   std::uint32_t chain_ = 0;  ///< statements up to the last that continue one
 };
 
-/// A recording made ready, a window at a time while it is made: statements of one operation side by side, so
-/// that few calls run them all. Slots are numbered anew: inputs from 1 on, then of each window what no
-/// statement computes, then results. Copies share what does not change.
+/// A recording prepared for replay, a window at a time while it is made: statements of one operation stand
+/// side by side, so that few calls run them all. Slots are numbered anew: inputs from 1 on, then for each
+/// window the slots that no statement computes, then results. Copies share all constant parts.
 template <class T>
 class ReplayProgram {
  public:
-  /// Takes a window, and tells the recording the places of its slots.
+  /// Takes a window, and writes the places of its slots into the recording.
   void append(ReplayRecording<T>& recording, ReplayRuns<T>& runs) {
     if (windows_.empty()) slot_count_ = static_cast<std::uint32_t>(recording.first_of_window);
     const std::uint32_t first = slot_count_;
@@ -112,7 +112,7 @@ class ReplayProgram {
     run_count_ += runs.run_count;
   }
 
-  /// To be called behind the last window.
+  /// Ends the program; to be called after the last window.
   /// \param root  a slot of the recording
   void finish(const ReplayRecording<T>& recording, std::uint32_t root) {
     values_.resize(slot_count_);
@@ -128,7 +128,7 @@ class ReplayProgram {
   [[nodiscard]] std::size_t statement_count() const { return statement_count_; }
   [[nodiscard]] std::size_t run_count() const { return run_count_; }
 
-  /// Computes all values from those of the inputs, and what a sweep needs.
+  /// Computes all values from those of the inputs, and those that a sweep needs.
   void forward() {
     for (const ReplayWindow& window : windows_) {
       const ReplayArrays<T> arrays = this->arrays(window);
@@ -144,7 +144,7 @@ class ReplayProgram {
     for (std::size_t w = windows_.size(); w-- > 0;) {
       const ReplayWindow& window = windows_[w];
       const ReplayArrays<T> arrays = this->arrays(window);
-      // What reaches adjoints of constants is forgotten; that they are near soon saves more than it costs.
+      // Adjoints of constants are cleared, not avoided: memory close by saves more than their sums cost.
       std::fill_n(adjoints_.data() + window.first_given, window.given_count, T(0));
       for (std::size_t i = window.runs.size(); i-- > 0;)
         if (const auto& run = window.runs[i]; !is_single_zero(run)) run.operation->backward(run, arrays);
@@ -158,7 +158,7 @@ class ReplayProgram {
     const T* constants;
     std::uint32_t first_given, given_count;  ///< slots that no statement computes
   };
-  /// What does not change once it is recorded, each in memory of its own for the sake of reading ahead.
+  /// Lists that do not change once recorded, each in memory of its own for the sake of reading ahead.
   struct Lists {
     GrowingMemory runs{}, operands{}, constants{};
   };

@@ -30,8 +30,8 @@ struct ReplayArrays {
 template <class T>
 struct ReplayOperation;
 
-/// Consecutive statements of one operation, and where those of each array begin. A run knows its places, so
-/// that none waits for the one before.
+/// Consecutive statements of one operation, and where their elements of each array begin. A run stores its
+/// places, so that none waits for the one before.
 template <class T>
 struct ReplayRun {
   const ReplayOperation<T>* operation;
@@ -44,7 +44,7 @@ struct ReplayRun {
   bool is_needed = false;  ///< of lanes: to be computed again on the way backwards
 };
 
-/// What all statements of one expression type have in common.
+/// Functions and counts that all statements of one expression type share.
 template <class T>
 struct ReplayOperation {
   void (*forward)(const ReplayRun<T>&, const ReplayArrays<T>&) = nullptr;
@@ -59,11 +59,11 @@ struct ReplayOperation {
   bool reads_operands = false;  ///< on the way backwards
 };
 
-/// A window of statements is small enough for what it computes to stay near.
+/// Statements in a window: few enough for their values to stay in the cache.
 inline constexpr std::size_t replay_window = 4096;
 
 /// A recording, or its last window, in the order in which it ran. Its slots, counted from 1 on, are inputs,
-/// constants and results as they came.
+/// constants and results in the order in which they came.
 template <class T>
 struct ReplayRecording {
   struct Statement {
@@ -77,7 +77,7 @@ struct ReplayRecording {
     std::uint32_t slot;
     T value;
   };
-  /// Of slots of the window their depths; of others, what ReplayProgram has written.
+  /// For slots of the window their depths; for others, the places that ReplayProgram has written.
   GrowingArray<std::uint32_t> places{};
   std::size_t first_of_window = 0;  ///< slot
   std::vector<Given> given{};       ///< slots that no statement computes, but for inputs
@@ -93,7 +93,7 @@ struct ReplayRecording {
   [[nodiscard]] std::uint32_t depth_of(std::uint32_t slot) const {
     return slot < first_of_window ? 0 : places[slot];
   }
-  /// Slot 0, which is of none, and those of so many inputs: their places are these.
+  /// Appends slot 0, which is unused, and those of so many inputs: their places are these numbers.
   void append_inputs(std::size_t count) {
     std::uint32_t* const first = places.append(count + 1);
     std::iota(first, first + count + 1, 0U);
@@ -124,7 +124,7 @@ class OperationNumbers {
 
  private:
   static constexpr std::size_t places = 64;
-  std::array<const ReplayOperation<T>*, places> operations_{};  ///< those asked for last
+  std::array<const ReplayOperation<T>*, places> operations_{};  ///< the last ones looked up
   std::array<std::uint32_t, places> numbers_{};
   std::unordered_map<const ReplayOperation<T>*, std::uint32_t> numbers_of_all_;
 };
@@ -133,7 +133,7 @@ class OperationNumbers {
 template <class T>
 class ReplayOrder {
  public:
-  /// Places in `window`, until it is asked again.
+  /// Places in `window`; valid until the next call.
   [[nodiscard]] std::span<const std::uint32_t> of(
       std::span<const typename ReplayRecording<T>::Statement> window) {
     std::uint32_t depths = 0;
@@ -142,7 +142,7 @@ class ReplayOrder {
       depths = std::max(depths, depth_[i] + 1);
       operation_[i] = operations_.of(window[i].operation);
     }
-    // By counting, first by operation, then by depth.
+    // A counting sort, first by operation, then by depth.
     std::iota(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(window.size()), 0U);
     const auto count = static_cast<std::uint32_t>(window.size());
     count_out(order_.data(), by_operation_.data(), count, operation_.data(), operations_.count());
@@ -151,7 +151,7 @@ class ReplayOrder {
   }
 
  private:
-  /// Writes so many places to `to` in the order of their keys, equal ones as they are in `from`.
+  /// Writes so many places to `to` in the order of their keys; equal keys keep the order of `from`.
   void count_out(const std::uint32_t* from, std::uint32_t* to, std::uint32_t count, const std::uint32_t* keys,
                  std::uint32_t key_count) {
     begins_.assign(key_count + 1, 0);
@@ -165,7 +165,7 @@ class ReplayOrder {
   std::vector<std::uint32_t> begins_;
 };
 
-/// The whole of it.
+/// A complete recording.
 template <class T>
 [[nodiscard]] HugeVector<std::uint32_t> replay_order(const ReplayRecording<T>& recording) {
   HugeVector<std::uint32_t> all;

@@ -24,7 +24,7 @@ template <std::size_t Variables, class Function>
   (std::make_index_sequence<Variables>());
 }
 
-/// What one statement of a frame reads.
+/// Operands that one statement of a frame reads.
 template <class T, std::size_t Variables>
 struct ReplayOperands {
   std::array<T, Variables> values;
@@ -42,14 +42,14 @@ struct ReplayOperands {
   }
 };
 
-/// Whether E has the form x ∘ y of a variable and something else, as in x = x ∘ y.
+/// Whether E has the form x ∘ y with a variable first, as in x = x ∘ y.
 template <class E>
 inline constexpr bool is_update = false;
 template <class Operation, std::floating_point T, std::size_t Lanes, class Y>
 inline constexpr bool is_update<Binary<Operation, Replayable<T, Lanes>, Y>> = true;
 
-/// Statements of expression type E. Those with costly functions keep their partial derivatives from the way
-/// forwards; others compute them again, which needs no memory.
+/// Statements of expression type E. Those with costly functions keep their partial derivatives from the
+/// forward pass; others compute them again, which needs no memory.
 template <class E>
 struct ReplayStatement {
   using T = typename E::ExpressionScalar;
@@ -130,8 +130,8 @@ struct ReplayStatement {
     return formula.value();
   }
 
-  /// What statement i passes on. Plain products are tried first: they need no branches. Only where they come
-  /// out as NaN may it be that a zero has met an infinite partial, which it does not pass.
+  /// Gradients that statement i passes on. Plain products are tried first: they need no branches. Only where
+  /// they come out as NaN may it be that a zero has met an infinite partial, which it does not pass.
   [[gnu::always_inline]] static inline Pushed pull(const ReplayRun<T>& run, const ReplayArrays<T>& arrays,
                                                    std::size_t i, T adjoint) {
     Pushed pushed;
@@ -171,8 +171,8 @@ struct ReplayStatement {
   }
 };
 
-/// How two numbers compare, as a number: −1, 0, 1, or 2 if one is not a number. Without branches, since
-/// nobody can tell how they come out.
+/// How two numbers compare, as a number: −1, 0, 1, or 2 if one is not a number. Without branches, since the
+/// outcome cannot be predicted.
 struct ComparedAs {
   template <class T>
   static T value(T x, T y) {
@@ -181,7 +181,7 @@ struct ComparedAs {
   }
 };
 
-/// A comparison of two formulas, behind whose constants stands how it came out.
+/// A comparison of two formulas; its recorded outcome stands behind their constants.
 template <class X, class Y>
 struct ReplayGuard {
   using T = typename X::ExpressionScalar;

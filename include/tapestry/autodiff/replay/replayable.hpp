@@ -21,7 +21,7 @@
 
 namespace tapestry {
 
-/// Whether a recording remembers how comparisons came out, to refuse inputs for which one comes out
+/// Whether a recording stores the outcomes of comparisons, to refuse inputs for which one comes out
 /// otherwise.
 enum class Guards { record, ignore };
 
@@ -34,7 +34,7 @@ struct ReplayRecorder {
   std::uint32_t generation = next_generation();
   Guards guards = Guards::record;
 
-  /// Called behind every replay_window statements, and at the end.
+  /// Ends a window; called after every replay_window statements, and at the end.
   void end_window() {
     if (program != nullptr) {
       program->append(recording, runs);
@@ -49,8 +49,8 @@ template <class E>
 [[nodiscard]] Link record_replayable(const E& formula);
 }  // namespace detail
 
-/// The scalar of functions to be replayed. Like a Variable, but its operations are remembered by what they
-/// compute, not by their partial derivatives; outside a recording it is a plain number.
+/// The scalar of functions to be replayed. Like a Variable, but its operations are recorded themselves, not
+/// their partial derivatives; outside a recording it is a plain number.
 template <std::floating_point T, std::size_t Lanes>
 class Replayable {
  public:
@@ -110,7 +110,7 @@ class Replayable {
 
 namespace detail {
 
-/// Takes formulas apart, onto a recording. A passive variable becomes a slot that keeps its value.
+/// Takes formulas apart into a recording. A passive variable becomes a slot that keeps its value.
 template <class T, std::size_t Lanes>
 class RecordedLeaves {
  public:
@@ -129,7 +129,7 @@ class RecordedLeaves {
     depth_ = std::max(depth_, recorder_.recording.depth_of(link.index()));
     *operand_++ = link.index();
   }
-  /// One statement of all that was added.
+  /// Makes one statement of all that was added.
   void finish(const ReplayOperation<T>* operation, std::uint32_t result) {
     auto& recording = recorder_.recording;
     *recording.statements.append(1) = {operation, first_operand_, first_constant_, result, depth_};
@@ -159,7 +159,7 @@ class RecordedLeaves {
   std::uint32_t depth_ = 0;
 };
 
-/// What a recording says of a statement that is Scalar to one lane and LaneSweeps to several.
+/// Operation of a statement in a recording: from Scalar for one lane, from LaneSweeps for several.
 template <class Scalar, class LaneSweeps>
 [[nodiscard]] auto replay_operation() {
   if constexpr (LaneSweeps::lanes == 1) {
@@ -169,7 +169,7 @@ template <class Scalar, class LaneSweeps>
   }
 }
 
-/// Puts a formula on the recording.
+/// Records a formula.
 template <class E>
 Link record_replayable(const E& formula) {
   using T = typename E::ExpressionScalar;
@@ -210,8 +210,8 @@ void observe_comparison(const X& x, const Y& y, std::partial_ordering) {
 
 namespace tapestry::detail {
 
-/// A function's operations, unless a program has taken them, its inputs being slots 1, 2 and so on, and its
-/// result.
+/// A function's operations, unless a program has taken them, and its result. Its inputs are slots 1, 2 and so
+/// on.
 template <class T>
 struct RecordedFunction {
   ReplayRecording<T> recording{};
@@ -219,7 +219,7 @@ struct RecordedFunction {
   T constant = 0;
 };
 
-/// While it lives, operations of this thread go to the recorder.
+/// While it lives, it passes operations of this thread to the recorder.
 template <class T, std::size_t Lanes>
 class RecorderScope {
  public:
@@ -233,8 +233,8 @@ class RecorderScope {
   ReplayRecorder<T, Lanes>* previous_;
 };
 
-/// Calls function(inputs), or of a pointer to the first.
-/// \param program  takes what is recorded, a window at a time; if there is none, the recording is whole
+/// Calls function(inputs), or function(pointer to the first).
+/// \param program  takes the recording, a window at a time; if there is none, the recording is whole
 template <std::size_t Lanes, class T, class Function>
 [[nodiscard]] RecordedFunction<T> record_function(const Function& function, std::span<const T> inputs,
                                                   Guards guards, ReplayProgram<T>* program = nullptr) {

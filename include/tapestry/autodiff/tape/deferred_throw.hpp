@@ -4,12 +4,12 @@
 
 namespace tapestry::detail {
 
-// Calls that throw nothing, so that what they failed by is thrown behind them. Around a call that may throw,
-// GCC keeps no floating-point number in a register where there is a destructor to run: a loop before it would
-// move the number that it accumulates from and to an integer register, or wait for its own stores, if the
-// number is used behind the call.
+// Calls that throw nothing; their exceptions are thrown afterwards. Around a call that may throw, GCC keeps
+// no floating-point number in a register if there is a destructor to run: a loop before the call would move
+// the number that it accumulates from and to an integer register, or wait for its own stores, if the number
+// is used after the call.
 
-/// The exception that such a call met on this thread.
+/// The exception of such a call on this thread.
 inline std::exception_ptr& deferred_exception() {
   static thread_local std::exception_ptr failure;
   return failure;

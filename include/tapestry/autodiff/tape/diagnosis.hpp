@@ -28,9 +28,8 @@ struct NonFinite {
 
 namespace detail {
 
-/// What a tape remembers beside its statements for those who ask where a NaN came from. Nothing of it is
-/// touched where statements are written, but for those that find no usual room; while values are watched,
-/// none does.
+/// Records of a tape beside its statements, to find where a NaN came from. Writing a statement does not touch
+/// it, unless the statement finds no usual room; while values are watched, none does.
 class TapeDiagnosis : public TapeMemory {
  public:
   void watch_values(bool on) {
@@ -45,7 +44,7 @@ class TapeDiagnosis : public TapeMemory {
   }
   [[nodiscard]] const std::optional<NonFinite>& first_value() const { return first_; }
 
-  /// \returns by what to end it
+  /// \returns a number that ends it
   std::size_t begin_label(std::string name) {
     labels_.push_back({++label_count_, next_index(), no_end, std::move(name)});
     return label_count_;

@@ -20,7 +20,7 @@ namespace tapestry {
 /// different types: a sum of the two does not compile, unless one is the T of the other and so the constant
 /// that it should be. derivatives.hpp tags by the function that is differentiated.
 ///
-/// As on the tape, a zero tangent passes nothing on, not even through an infinite partial derivative.
+/// On the tape as here, a zero tangent passes nothing on, not even through an infinite partial derivative.
 /// Comparisons look at the values only.
 template <class T, std::size_t N = 1, class Tag = void>
 class Dual {
@@ -106,7 +106,7 @@ constexpr void add_tangents(std::array<T, N>& tangents, const std::array<T, N>& 
   for (std::size_t k = 0; k < N; ++k) tangents[k] += chain_with(from[k], partial);
 }
 
-/// Whether the partial by an operand is a number that the other, of type Other, tells: the operation is
+/// Whether the partial by an operand is a number that follows from the other, of type Other: the operation is
 /// linear, and the other is a number or does not matter.
 template <class Operation, class Other>
 concept SlopeXIsNumber = requires {

@@ -20,7 +20,7 @@ concept ScalarExpression = requires {
   typename std::remove_cvref_t<E>::ExpressionScalar;
 };
 
-/// What the functions of functions.hpp take: a Variable, a formula of Variables, or a Dual.
+/// Operand of the functions of functions.hpp: a Variable, a formula of Variables, or a Dual.
 template <class E>
 concept Differentiable = ScalarExpression<E> || DualNumber<E>;
 
@@ -47,11 +47,11 @@ namespace detail {
 template <class X, class T>
 concept ConstantOf = Number<X> ||(DualNumber<X>&& std::convertible_to<X, T>);
 
-/// What an operator takes beside a Variable<T>.
+/// Operand of an operator beside a Variable<T>.
 template <class Y, class T>
 concept OperandBeside = ScalarExpression<Y> || ConstantOf<Y, T>;
 
-/// Whether comparisons of E are to be told to observe_comparison(), which is for replay.hpp to define.
+/// Whether comparisons of E call observe_comparison(), which replay.hpp defines.
 template <class E>
 [[nodiscard]] constexpr bool observes_comparisons() {
   if constexpr (requires { E::observes_comparisons; }) {
@@ -61,7 +61,7 @@ template <class E>
   }
 }
 
-/// Whether it costs less to compute E and its partial derivatives again than to keep them in memory.
+/// Whether computing E and its partial derivatives again costs less than keeping them in memory.
 template <class E>
 [[nodiscard]] constexpr bool is_cheap() {
   if constexpr (requires { E::is_cheap; }) {
@@ -71,8 +71,8 @@ template <class E>
   }
 }
 
-/// Says that a formula is made of leaves: its parts then stand where they are made. A copy of a part is one
-/// of memory, and loops of copies are no loops of vectors.
+/// Marks that a formula is made of leaves: its parts then stand where they are made. A copy of a part is a
+/// copy in memory, and loops of copies are not vectorised.
 struct FromLeaves {};
 
 template <class T>
@@ -103,7 +103,7 @@ class ConstantLeaf {
   T value_;
 };
 
-/// A sink that takes plain products, among them NaN where a factor 0 meets an infinite partial, and sees to
+/// A sink that takes plain products, among them NaN where a factor 0 meets an infinite partial, and handles
 /// these itself: loops over formulas then have no branches.
 template <class Sink>
 concept TakesPlainProducts = Sink::takes_plain_products;

@@ -12,7 +12,7 @@
 
 namespace tapestry {
 
-/// While it lives, what is recorded on the tape that made it has a name for Tape::first_non_finite().
+/// While it lives, statements recorded on the tape that made it have a name for Tape::first_non_finite().
 template <class T>
 class LabelScope {
  public:

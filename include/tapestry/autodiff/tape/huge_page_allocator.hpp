@@ -7,7 +7,8 @@
 
 namespace tapestry::detail {
 
-/// Aligned memory of at least `size` bytes, on large pages where it fills them; to be freed by std::free.
+/// Allocates aligned memory of at least `size` bytes, on large pages where it fills them; to be freed by
+/// std::free.
 /// \returns its true size in `size`
 /// \throws std::bad_alloc
 [[nodiscard]] inline std::byte* allocate_pages(std::size_t& size) {
@@ -37,8 +38,8 @@ class PageMemory {
   std::byte* memory_ = nullptr;
 };
 
-/// Of arrays that are walked through at random: on small pages, finding the page costs more than the load.
-/// Numbers that are given no value have none.
+/// Allocates arrays that are walked through at random: on small pages, finding the page costs more than the
+/// load. Numbers that are given no value have none.
 template <class T>
 struct HugePageAllocator {
   using value_type = T;

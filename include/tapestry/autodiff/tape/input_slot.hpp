@@ -10,10 +10,10 @@
 #include <tapestry/core/error.hpp>
 #include <vector>
 
-/// What a record keeps of its inputs, so that its pullback finds their adjoints.
+/// Slots that a record keeps of its inputs, so that its pullback finds their adjoints.
 namespace tapestry::detail {
 
-/// A scalar input of a record, and where the pullback finds its adjoint.
+/// A scalar input of a record, and the place of its adjoint.
 template <class T>
 struct ScalarSlot {
   Link link;

@@ -10,7 +10,7 @@ template <class T>
 class Variable;
 
 namespace detail {
-/// What std::numeric_limits says of B, its numbers as constants of type X.
+/// std::numeric_limits of B, its numbers as constants of type X.
 template <class X, class B>
 struct LimitsOf : std::numeric_limits<B> {
   static constexpr X min() noexcept { return std::numeric_limits<B>::min(); }
@@ -24,7 +24,7 @@ struct LimitsOf : std::numeric_limits<B> {
   static constexpr X denorm_min() noexcept { return std::numeric_limits<B>::denorm_min(); }
 };
 
-/// E itself if a number converts to it, or else, of a formula, the variable that it becomes.
+/// E itself if a number converts to it; for a formula the variable that it becomes.
 template <class E>
 using NumberBeside = std::conditional_t<std::convertible_to<typename E::ExpressionScalar, E>, E,
                                         Variable<typename E::ExpressionScalar>>;

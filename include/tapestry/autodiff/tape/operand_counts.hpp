@@ -8,7 +8,7 @@
 namespace tapestry::detail {
 
 /// Partial derivatives known to the compiler: a statement keeps no number for them. An operation whose
-/// partial derivative is always 1 or −1 says so with a type Slope, or SlopeX and SlopeY.
+/// partial derivative is always 1 or −1 declares a type Slope, or SlopeX and SlopeY.
 struct One {};
 struct MinusOne {};
 
@@ -41,8 +41,8 @@ template <class Factor, class Partial, class Multiply>
   }
 }
 
-/// Stands for the product where only the type matters. No lambda: clang 14 stops at one in a type that it
-/// reads from a precompiled header.
+/// Stands for the product where only the type matters. It is no lambda, since clang 14 fails on a lambda in a
+/// type that it reads from a precompiled header.
 struct TypeOfFactor {
   auto operator()(const auto& factor, const auto&) const { return factor; }
 };
@@ -51,7 +51,7 @@ template <class Factor, class Slope>
 using Chained = std::remove_cvref_t<decltype(chain_slopes(std::declval<Factor>(), std::declval<Slope>(),
                                                           TypeOfFactor{}))>;
 
-/// The types of an operation's partial derivatives: numbers, unless it says otherwise.
+/// The types of an operation's partial derivatives: numbers, unless it declares others.
 template <class Operation, class T>
 struct SlopeOf {
   using type = T;
@@ -73,7 +73,7 @@ struct SlopesOf<Operation, T> {
   using Y = typename Operation::SlopeY;
 };
 
-/// An expression that tells how many operands of each sort it pushes under a factor of a given type, and
+/// An expression that counts how many operands of each sort it pushes under a factor of a given type, and
 /// whether its variables are of one generation. Any other is pushed with numbers, and recorded with more
 /// care.
 template <class E>
@@ -91,7 +91,7 @@ template <class E, class Factor>
   }
 }
 
-/// Whether E pushes exactly those, whatever its values are.
+/// Whether E always pushes exactly these operands, whatever its values.
 template <class E>
 [[nodiscard]] constexpr bool pushes_all() {
   if constexpr (CountsOperands<E>) {
@@ -101,7 +101,7 @@ template <class E>
   }
 }
 
-/// Below 2³² if all variables of E are of the link's generation; not below, too, for an E that does not tell.
+/// Below 2³² if all variables of E are of the link's generation; never below for an E without that count.
 template <class E>
 [[nodiscard]] constexpr std::uint64_t difference(const E& expression, Link link) {
   if constexpr (CountsOperands<E>) {

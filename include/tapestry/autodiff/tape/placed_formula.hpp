@@ -16,7 +16,7 @@ namespace detail {
 template <class Operation, class X, class Y, class Z>
 class Ternary;  // of functions/ternary.hpp
 
-/// How many variables and constants a formula of Replayables has, and for how many lanes they are.
+/// Numbers of variables and constants of a formula of Replayables, and of its lanes.
 template <class E>
 struct LeafCounts;
 template <class T, std::size_t Lanes>
@@ -39,13 +39,13 @@ struct LeafCounts<Binary<Operation, X, Y>> {
 template <class Operation, class X, class Y, class Z>
 struct LeafCounts<Ternary<Operation, X, Y, Z>> : LeafCounts<Binary<Operation, Binary<Operation, X, Y>, Z>> {};
 
-/// What computes an operation for several lanes: itself, or its form of replay/lane_functions.hpp.
+/// The form of an operation for several lanes: itself, or that of replay/lane_functions.hpp.
 template <class Operation>
 struct InLanes {
   using type = Operation;
 };
 
-/// The operation that a formula of Xs has in place of `Operation`; one of long double keeps it.
+/// The operation for lanes in place of `Operation` in a formula of Xs; formulas of long double keep it.
 template <class Operation, class... Xs>
 [[nodiscard]] constexpr auto operation_of() {
   if constexpr ((observes_comparisons<Xs>() || ...)) {
@@ -85,7 +85,7 @@ class PlacedVariable {
   T value_;
 };
 
-/// The formula E with its variables numbered from Place on: so that a loop of it works on numbers alone.
+/// The formula E with its variables numbered from Place on, so that a loop over it works on numbers alone.
 template <class E, std::size_t Place = 0>
 struct Placed;
 template <class T, std::size_t Lanes, std::size_t Place>
@@ -112,7 +112,7 @@ struct Placed<Ternary<Operation, X, Y, Z>, Place> {
                        typename Placed<Z, y + LeafCounts<Y>::variables>::type>;
 };
 
-/// What is pushed to each variable of a placed formula, times `adjoint`; zero where nothing is.
+/// Sink of products: pushed[i] is the sum for variable i of a placed formula, times `adjoint`.
 template <class T, std::size_t Variables, bool IsPlain>
 struct PlacedSink {
   static constexpr bool takes_plain_products = IsPlain;

@@ -8,8 +8,8 @@ namespace tapestry::detail {
 /// adjoint · partial to the adjoint of an operand. A zero adjoint passes nothing on, not even through an
 /// infinite partial.
 ///
-/// \tparam Adjoints  where they are. Has types T of partials and Value of adjoints and, all to be inlined,
-///   own(index), the adjoint of the statement at hand, and of(operand)
+/// \tparam Adjoints  access to adjoints. Has types T of partials, Value of adjoints and, all to be inlined,
+///   own(index), the adjoint of the current statement, and of(operand)
 ///   is_zero(adjoint), and touch(), called where it is not and at operations with a pullback
 ///   add_product(sum, adjoint, partial)
 ///   pass(index), called when the sweep is done with that statement; pass_many(index), with all from there on
@@ -44,10 +44,10 @@ struct PullVisitor {
     adjoints.pass(index);
   }
 
-  /// Consecutive statements of one kind. What one wrote and the next one reads does not go through memory,
-  /// which takes three times as long as a sum: the operand written last, the first unit if there is one, if
-  /// it is the next statement, as in sums and products of many terms; and the last general operand if the
-  /// next statement has it, too, as in products of a matrix and a vector.
+  /// Consecutive statements of one kind. A value that one writes and the next one reads does not go through
+  /// memory, which takes three times as long as a sum. Such a value is the operand written last (the first
+  /// unit if there is one) if it is the next statement, as in sums and products of many terms; or the last
+  /// general operand if the next statement has it, too, as in products of a matrix and a vector.
   template <std::size_t Plus, std::size_t Minus, std::size_t General>
   class Run {
    public:
@@ -71,7 +71,7 @@ struct PullVisitor {
     }
 
    private:
-    // Larger statements wait for other things, and differences seldom follow each other's results.
+    // Larger statements wait for other values, and differences seldom follow each other's results.
     static constexpr bool chains = Plus + Minus + General <= 3 && !(Minus == 1 && Plus + General == 1);
     static constexpr bool holds = General >= 2;
 

@@ -31,13 +31,13 @@ class AdjointMemory {
     std::memset(static_cast<void*>(memory_.get()), 0, count * sizeof(T));
     size_ = count;
   }
-  /// Memory for so many, which forgets those there are.
+  /// Reserves memory for so many adjoints, and forgets the present ones.
   void reserve(std::size_t count) {
     if (count <= capacity_) return;
     grow(count);
     std::memset(static_cast<void*>(memory_.get()), 0, count * sizeof(T));
   }
-  /// Forgets those of statements from `size` on.
+  /// Forgets the adjoints of statements from `size` on.
   void truncate(std::size_t size) noexcept {
     if (size < size_) size_ = size;
   }

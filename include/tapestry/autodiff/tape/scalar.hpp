@@ -23,7 +23,7 @@ struct IsDual<Dual<T, N, Tag>> : std::true_type {};
 template <class X>
 concept DualNumber = detail::IsDual<std::remove_cvref_t<X>>::value;
 
-/// What a tape can compute with: a floating-point number, or a dual number for derivatives of gradients.
+/// A number that a tape can compute with: floating point, or a dual number for derivatives of gradients.
 template <class T>
 concept Scalar = std::floating_point<T> || DualNumber<T>;
 
@@ -41,7 +41,7 @@ struct BaseOf<Dual<T, N, Tag>> {
 template <class T>
 using Base = typename BaseOf<std::remove_cvref_t<T>>::type;
 
-/// Whether all of a scalar is zero: its value, and the derivatives that it carries.
+/// Whether all numbers of a scalar are zero: its value, and the derivatives that it carries.
 template <std::floating_point T>
 [[nodiscard]] constexpr bool is_zero(T x) {
   return x == T(0);
@@ -51,7 +51,7 @@ template <DualNumber T>
   return x.is_zero();
 }
 
-/// factor · partial; nothing passes a zero factor, not even an infinite partial. The product comes first, so
+/// factor · partial; a zero factor passes nothing, not even an infinite partial. The product comes first, so
 /// that loops of this need no branch.
 template <std::floating_point T>
 [[nodiscard]] constexpr T chain(T factor, T partial) {
@@ -67,7 +67,7 @@ template <DualNumber T>
 }
 
 /// Operations at a kink name one side and give the other the partial 0; it must then stay out of the
-/// statement, so that an infinite adjoint cannot turn it into NaN. They say so with `skips_zero`.
+/// statement, so that an infinite adjoint cannot turn it into NaN. They declare `skips_zero`.
 template <class Operation>
 concept SkipsZero = requires {
   Operation::skips_zero;

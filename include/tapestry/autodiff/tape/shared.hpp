@@ -5,8 +5,8 @@
 
 namespace tapestry::detail {
 
-/// Counted reference to a T that make() makes, or to none. What a tape needs of std::shared_ptr, whose header
-/// is larger than all that a tape includes.
+/// Counted reference to a T that make() makes, or to none. It has only the parts of std::shared_ptr that a
+/// tape needs; that header is larger than all that a tape includes.
 template <class T>
 class Shared {
  public:
@@ -42,14 +42,15 @@ class Shared {
   Counted* counted_ = nullptr;
 };
 
-/// Which thread a tape is active on, if any.
+/// The thread on which a tape is active, if any.
 class ThreadClaim {
  public:
   ThreadClaim() = default;
   ThreadClaim(const ThreadClaim&) = delete;
   ThreadClaim& operator=(const ThreadClaim&) = delete;
 
-  /// May be called again by the same thread. \param thread  the address of something that each has its own of
+  /// Claims the tape; may be called again by the same thread.
+  /// \param thread  the address of a thread-local object
   /// \throws DomainError if another thread holds it
   void take(const void* thread) {
     const void* holder = nullptr;

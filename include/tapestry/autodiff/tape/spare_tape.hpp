@@ -9,9 +9,9 @@
 namespace tapestry::detail {
 
 /// A tape and its inputs for the length of a call, in memory that an earlier call on this thread has left:
-/// fresh pages can cost more than what is recorded on them. Of nested calls each has its own. What arrays
-/// were recorded on, or takes more than 128 MiB with its adjoints, is not left. Not for destructors of
-/// objects of static storage: the thread's own objects are gone by then.
+/// fresh pages can cost more than the statements on them. Each nested call has its own. Memory of tapes that
+/// held arrays, or of more than 128 MiB with adjoints, is not left. Not for destructors of objects of static
+/// storage, since the thread's own objects are gone by then.
 template <class T>
 class SpareTape {
  public:

@@ -6,8 +6,9 @@
 
 namespace tapestry::detail {
 
-/// Where a variable was recorded: the index of its statement, and the generation of statements on the tape.
-/// Index 0 means nowhere: the variable is passive. One number, so that it is copied and compared as one.
+/// Place where a variable was recorded: the index of its statement, and the generation of statements on the
+/// tape. Index 0 means nowhere: the variable is passive. It is one number, so that it is copied and compared
+/// as one.
 class Link {
  public:
   constexpr Link() = default;
@@ -18,7 +19,7 @@ class Link {
     return static_cast<std::uint32_t>(bits_ >> 32U);
   }
   [[nodiscard]] constexpr bool is_active() const { return index() != 0; }
-  /// Below 2³² if both are of one generation. Those of several links may be joined by |.
+  /// Below 2³² if both are of one generation. Differences of several links may be joined by |.
   [[nodiscard]] constexpr std::uint64_t difference(Link other) const { return bits_ ^ other.bits_; }
   /// The link of the following statement.
   constexpr Link& operator++() {
@@ -30,10 +31,10 @@ class Link {
   std::uint64_t bits_ = 0;
 };
 
-/// That of threads without an active tape.
+/// The generation of threads without an active tape.
 inline constexpr std::uint32_t no_generation = 0xFFFFFFFFU;
 
-/// Numbers, unique in the program, by which a tape knows its own variables.
+/// Numbers, unique in the program, by which a tape recognises its own variables.
 inline std::uint32_t next_generation() {
   static std::uint32_t last = 0;
   std::uint32_t next = 0;  // the mark of passive variables, and no_generation of those without a tape
@@ -41,11 +42,11 @@ inline std::uint32_t next_generation() {
   return next;
 }
 
-/// How far ahead of reading or writing them words are fetched: processors guess where a program that walks
-/// through memory in steps of many sizes goes on, but for one that walks slowly they guess too near.
+/// Distance, in words, at which memory is prefetched before it is read or written: processors predict where a
+/// program that walks through memory in steps of many sizes goes on, but too near for one that walks slowly.
 inline constexpr std::size_t prefetched_words = 1024;
 
-/// How many operands a statement has: of partial derivative 1, of −1, and of any other.
+/// Numbers of a statement's operands: of partial derivative 1, of −1, and of any other.
 struct OperandCounts {
   std::size_t plus = 0;
   std::size_t minus = 0;
@@ -57,7 +58,7 @@ struct OperandCounts {
   return {a.plus + b.plus, a.minus + b.minus, a.general + b.general};
 }
 
-/// What stands on a tape for a statement: its operand counts in one byte, or what else it is.
+/// A statement's byte on a tape: its operand counts, or another kind of entry.
 enum class StatementKind : std::uint8_t {
   input = 0,           ///< no operands
   chunk_begin = 0xFD,  ///< no statement: stands before the first of a piece of memory
@@ -67,7 +68,7 @@ enum class StatementKind : std::uint8_t {
 
 inline constexpr OperandCounts largest_counts{3, 3, 14};
 
-/// The counts as a kind can hold them, but perhaps for the general ones: units beyond are general operands.
+/// The counts that a kind can hold, except perhaps the general ones: units beyond become general operands.
 [[nodiscard]] constexpr OperandCounts within_kind(const OperandCounts& counts) {
   const std::size_t plus = counts.plus < largest_counts.plus ? counts.plus : largest_counts.plus;
   const std::size_t minus = counts.minus < largest_counts.minus ? counts.minus : largest_counts.minus;
@@ -95,8 +96,8 @@ template <class T>
   return counts.general * pair_words<T> + counts.plus + counts.minus;
 }
 
-/// A general operand of floating-point type, as it lies among words. A type of its own lets the compiler see
-/// that writing one changes nothing else.
+/// A general operand of floating-point type among words. A type of its own shows the compiler that writing
+/// one changes nothing else.
 template <std::floating_point T>
 struct [[gnu::packed, gnu::aligned(alignof(Word))]] Pair {
   T partial;
@@ -135,8 +136,8 @@ template <class T>
   }
 }
 
-/// The number of words that the statement whose words end at `end` has. Those without operands have one,
-/// of no meaning.
+/// The number of words of the statement whose words end at `end`. Statements without operands have one unused
+/// word.
 template <class T>
 [[nodiscard]] std::size_t words_before(const Word* end, StatementKind kind) {
   if (kind == StatementKind::input || kind == StatementKind::record) return 1;

@@ -12,7 +12,7 @@
 
 namespace tapestry::detail {
 
-/// Where the next statement of a tape goes. One without memory has no room.
+/// Place of a tape's next statement. One without memory has no room.
 struct WriteHead {
   static constexpr std::size_t usual_words = 64;  ///< of a statement, at most
 
@@ -23,7 +23,7 @@ struct WriteHead {
 
   [[nodiscard]] bool has_usual_room() const noexcept { return words < usual_limit; }
 
-  /// Counts in a statement whose words, one or more, are written already.
+  /// Adds a statement whose words, one or more, are written already.
   Link commit(StatementKind kind, std::size_t word_count) noexcept {
     const Link link = next;
     *reinterpret_cast<StatementKind*>(kinds_base + link.index()) = kind;
@@ -34,7 +34,7 @@ struct WriteHead {
 };
 
 /// A piece of a tape's memory: words, behind them chunk_begin, and then as many kinds. A statement has at
-/// least one word, so that there is a kind wherever there are words.
+/// least one word, so that there is always a kind for its words.
 struct Chunk {
   PageMemory memory;
   std::size_t word_count = 0;
@@ -89,7 +89,7 @@ class TapeMemory : public WriteHead {
     return first;
   }
 
-  /// Finds memory for so many more words, and statements of one word or more, and makes it present.
+  /// Allocates room for so many more words, and statements of one word or more, and touches it.
   /// \throws Error as make_room()
   void reserve(std::size_t word_count) {
     make_room(1);
@@ -118,7 +118,7 @@ class TapeMemory : public WriteHead {
 
   [[nodiscard]] std::size_t statement_count() const { return place().next_index - 1; }
 
-  /// Words of all statements.
+  /// Number of words of all statements.
   [[nodiscard]] std::size_t used_words() const {
     std::size_t count = place().word_count;
     for (std::size_t i = 0; i < current_; ++i)
@@ -126,14 +126,14 @@ class TapeMemory : public WriteHead {
     return count;
   }
 
-  /// Memory of all chunks, those that serve again included.
+  /// Bytes of all chunks, spare ones included.
   [[nodiscard]] std::size_t chunk_bytes() const {
     std::size_t bytes = 0;
     for (const Chunk& chunk : chunks_) bytes += chunk.word_count * bytes_per_word;
     return bytes;
   }
 
-  /// Statements without operands before the first other one.
+  /// Number of statements without operands before the first other one.
   [[nodiscard]] std::size_t leading_input_count() const {
     std::size_t count = 0;
     visit_backwards([&](const StatementRun& run) {
@@ -155,7 +155,7 @@ class TapeMemory : public WriteHead {
  protected:
   static constexpr std::size_t most_statements = 0xFFFFFFFEU;
 
-  /// From now on, whether every statement is to be written the careful way.
+  /// Sets whether every statement from now on is written the careful way.
   void refuse_usual_room(bool refuses) noexcept {
     has_no_usual_room_ = refuses;
     if (chunks_.empty()) return;
@@ -169,8 +169,8 @@ class TapeMemory : public WriteHead {
   static constexpr std::size_t first_size = std::size_t(1) << 15U;
   static constexpr std::size_t largest_size = 4 * huge_page;
 
-  /// Size of the piece behind one of about `size` bytes. Pages of 4 KiB cost several times as much to be made
-  /// present as large ones of the same memory: the fourth piece is a large page, the fifth four of them.
+  /// Size of the piece after one of about `size` bytes. Pages of 4 KiB cost several times as much to touch as
+  /// large ones of the same memory: the fourth piece is a large page, the fifth four of them.
   static std::size_t size_behind(std::size_t size) {
     if (size >= huge_page / 2) return largest_size;
     return size >= 3 * first_size ? huge_page : 2 * size;

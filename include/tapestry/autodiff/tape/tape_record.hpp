@@ -6,7 +6,7 @@
 
 namespace tapestry {
 namespace detail {
-/// As the compiler mangles it; empty where types have no names, with -fno-rtti.
+/// The name of a type, as the compiler mangles it; empty where types have no names, with -fno-rtti.
 template <class Type>
 [[nodiscard]] const char* type_name() noexcept {
 #if defined(__cpp_rtti)
@@ -33,7 +33,8 @@ class TapeRecord {
   /// Appends the statements of all its active inputs, in any order. A sweep of several roots fills the
   /// adjoints of these alone, of `statement` and of its results before it calls pull_back().
   virtual void list_inputs(std::vector<std::uint32_t>& statements) const = 0;
-  /// What tape_statistics() names it by: of an operation with a callable, the callable's type, mangled.
+  /// The operation's name in tape_statistics(): for an operation with a callable, the callable's type,
+  /// mangled.
   [[nodiscard]] virtual const char* operation() const noexcept {
 #if defined(__cpp_rtti)
     return typeid(*this).name();
@@ -47,7 +48,7 @@ class TapeRecord {
 
 namespace detail {
 
-/// What others keep on a tape, as long as it lives.
+/// An object that is kept on a tape for others, as long as the tape lives.
 struct TapeAttachment {
   virtual ~TapeAttachment() = default;
   /// Adjoints that records hold are those of this lane from now on: 0 outside sweeps and in those of one

@@ -15,10 +15,10 @@ namespace tapestry {
 
 namespace detail {
 
-/// The head of threads without an active tape: no variable is of its generation, and it has no room.
+/// The head of threads without an active tape: no variable has its generation, and it has no room.
 template <class T>
 inline constinit WriteHead no_tape{nullptr, nullptr, Link(0, no_generation), 0};
-/// The same of threads whose tape is swept.
+/// The same for threads whose tape is swept.
 template <class T>
 inline constinit WriteHead swept_tape{nullptr, nullptr, Link(0, no_generation), 0};
 
@@ -29,7 +29,7 @@ struct TapePosition {
   std::uint32_t generation = 0;  ///< of the last statement before the place
 };
 
-/// What a tape holds. It stays at one address while the Tape that owns it is moved.
+/// Contents of a tape. They stay at one address while the Tape that owns them is moved.
 ///
 /// Statement i has adjoint i, from 1 on. It is an input, a list of operands, or a record with a pullback.
 /// Memory: 1 byte a statement; 4 an operand of partial derivative ±1, 4 + sizeof(T) any other; and, once
@@ -48,7 +48,7 @@ class TapeState : public TapeDiagnosis {
   TapeState(const TapeState&) = delete;
   TapeState& operator=(const TapeState&) = delete;
 
-  /// Where this thread writes statements: the head of a TapeState, or one without room.
+  /// Head that this thread writes statements to: that of a TapeState, or one without room.
   static inline constinit thread_local WriteHead* active = &no_tape<T>;
 
   static bool is_any_active() { return active != &no_tape<T> && active != &swept_tape<T>; }
@@ -68,7 +68,7 @@ class TapeState : public TapeDiagnosis {
     if (link.is_active()) require_own(link);
   }
 
-  /// Memory for so many more statements with so many operands, and their adjoints.
+  /// Reserves memory for so many more statements with so many operands, and their adjoints.
   void reserve(std::size_t statements, std::size_t operands) {
     if (statements > most_statements || operands > most_statements * largest_counts.sum())
       throw Error(ErrorKind::limit, "reserve: a tape holds about 2^32 statements");
@@ -81,7 +81,7 @@ class TapeState : public TapeDiagnosis {
     return commit(StatementKind::input, 1);
   }
 
-  /// One scalar statement with the given operands, any number of them; passive ones are left out.
+  /// Writes one scalar statement with the given operands, any number of them; passive ones are left out.
   template <class LinkOf>
   [[nodiscard]] Link append_linear(std::size_t count, LinkOf link_of, const T* partials) {
     if (count >= most_operands) throw Error(ErrorKind::limit, "a statement holds at most 2^29 operands");
@@ -91,7 +91,7 @@ class TapeState : public TapeDiagnosis {
     return commit_pairs(sink.end());
   }
 
-  /// A statement of general operands that were written up to `end`.
+  /// Ends a statement of general operands that were written up to `end`.
   [[nodiscard]] Link commit_pairs(Word* end) {
     const auto word_count = static_cast<std::size_t>(end - words);
     const std::size_t count = word_count / pair_words<T>;
@@ -135,7 +135,7 @@ class TapeState : public TapeDiagnosis {
   }
   [[nodiscard]] std::span<const HeldRecord<T>> records() const noexcept { return records_; }
 
-  /// The adjoint of the last reverse(); zero before it, and for what was recorded since.
+  /// The adjoint of the last reverse(); zero before it, and for statements recorded since.
   [[nodiscard]] T adjoint(Link link) const {
     if (!link.is_active()) return T(0);
     require_own(link);
@@ -184,7 +184,7 @@ class TapeState : public TapeDiagnosis {
     });
     return count;
   }
-  /// Bytes that statements take up, without adjoints and what records hold.
+  /// Bytes of the statements, without adjoints and the memory of records.
   [[nodiscard]] std::size_t statement_bytes() const {
     return statement_count() * sizeof(StatementKind) + used_words() * sizeof(Word);
   }
@@ -200,7 +200,7 @@ class TapeState : public TapeDiagnosis {
  private:
   static constexpr std::size_t most_operands = std::size_t(1) << 29U;
 
-  /// Receives the operands of a statement, each on its own merits.
+  /// Takes the operands of a statement one by one.
   class CarefulSink {
    public:
     explicit CarefulSink(const TapeState& state) : state_(state), end_(state.words) {}

@@ -11,10 +11,10 @@ namespace tapestry::detail {
 
 /// Adjoints of all statements, Width of each, for a sweep that goes down from the last one.
 ///
-/// All of them together can be much larger than the caches, while most statements read what was recorded a
-/// little before. So those of the statement at hand and the ones before it lie in a window. When the sweep
-/// has passed them they go to the memory for all, in blocks, but for those that are zero or not to be kept.
-/// Memory of blocks that nothing was added to is not touched.
+/// All of them together can be much larger than the caches, while most statements read values that were
+/// recorded shortly before. So the adjoints of the current statement and the ones before it lie in a window.
+/// When the sweep has passed them they move to the memory for all, in blocks, except those that are zero or
+/// not to be kept. Blocks that nothing was added to are not touched there.
 template <std::floating_point T, std::size_t Width>
 requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
  public:
@@ -37,8 +37,9 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
     std::swap(size_, other.size_);
   }
 
-  /// All of statements 0 to `last` are zero, and the window is at the last. Statements 1 to `input_count`,
-  /// which have no operands, need no window. \throws std::bad_alloc
+  /// Sets the adjoints of statements 0 to `last` to zero, and the window to the last. Statements 1 to
+  /// `input_count`, which have no operands, need no window.
+  /// \throws std::bad_alloc
   void start(std::size_t last, std::size_t input_count, bool keeps_all) {
     size_ = 0;
     const std::size_t blocks = last / block + 1;
@@ -62,19 +63,19 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
     size_ = last + 1;
   }
 
-  /// Those of statement `index` are to be kept, if it is below size().
+  /// Keeps the adjoints of statement `index`, if it is below size().
   void keep(std::size_t index) {
     if (index < size_) is_kept_[index / block] = 1;
   }
 
-  /// Where adjoints are while the sweep is in one block.
+  /// Places of the adjoints while the sweep is in one block.
   struct View {
     T* window;
     std::size_t window_begin;  ///< the first statement in it
     T* all;
     const std::uint8_t* is_written;
 
-    /// Of an operand of a statement at hand.
+    /// Adjoints of an operand of the current statement.
     [[nodiscard, gnu::always_inline]] T* at(std::size_t index, VectorAdjoints& adjoints) const {
       if (index >= window_begin) [[likely]]
         return in_window(index);
@@ -82,7 +83,7 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
         adjoints.begin_block(index / block);
       return all + index * Width;
     }
-    /// Of a statement at hand.
+    /// Adjoints of the current statement.
     [[nodiscard, gnu::always_inline]] T* in_window(std::size_t index) const {
       return window + index % (window_blocks * block) * Width;
     }
@@ -92,11 +93,11 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
     return {window(), (first < floor_ ? floor_ : first) * block, all(), is_written_.data()};
   }
 
-  /// The sweep is done with statements from `index` on.
+  /// Ends the sweep over statements from `index` on.
   /// \param is_touched  false if the adjoints of the block at hand are known to be zero
   void pass(std::size_t index, bool is_touched) { leave_blocks((index + block - 1) / block, is_touched); }
 
-  /// In the sweep, those of a statement that it has passed and that are kept; null if they are zero.
+  /// During the sweep: adjoints of a statement that it has passed and that are kept; null if they are zero.
   [[nodiscard]] const T* passed(std::size_t index) const noexcept {
     return index >= size_ ? nullptr : index / block > top_ ? of(index) : view().in_window(index);
   }
@@ -105,7 +106,7 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
     return index / block < floor_ || is_kept_[index / block] != 0;
   }
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
-  /// Those of statement `index` below size(), once the sweep is done; null if they are zero.
+  /// After the sweep: adjoints of statement `index` below size(); null if they are zero.
   [[nodiscard]] const T* of(std::size_t index) const noexcept {
     return is_written_[index / block] == 0 ? nullptr : all() + index * Width;
   }

@@ -17,8 +17,7 @@
 namespace tapestry::detail {
 
 /// Runs the pullbacks of a tape's records in a sweep of several roots: one root after the other, each with
-/// adjoints of its own, which are taken out of the vectors and put back. Array adjoints are in lanes from 1
-/// on.
+/// adjoints of its own, which are copied out of the vectors and back. Array adjoints are in lanes from 1 on.
 template <std::floating_point T, std::size_t Width>
 class VectorPullbacks {
  public:
@@ -46,7 +45,7 @@ class VectorPullbacks {
 
   void skip() { --next_; }
 
-  /// The record before, which is statement `statement`.
+  /// Runs the record before, which is statement `statement`.
   void run(std::size_t statement) {
     const HeldRecord<T>& held = records_[--next_];
     inputs_.clear();

@@ -11,7 +11,7 @@
 
 namespace tapestry::detail {
 
-/// Writes general operands behind the head of a tape, without a look at where they were recorded.
+/// Writes general operands behind the head of a tape, without checking where they were recorded.
 template <class T>
 class PairSink {
  public:
@@ -42,7 +42,7 @@ struct FormulaLinks {
   }
 };
 
-/// Collects operands where their number is not known.
+/// Collects operands whose number is not known.
 template <class T, std::size_t Bound>
 struct Operands {
   Link links[Bound];
@@ -56,8 +56,8 @@ struct Operands {
   }
 };
 
-/// A formula that the fast way cannot record: with passive or older variables, where there is no more room,
-/// or where no tape is active, or one that watches values. Throws nothing, as deferred_throw.hpp says.
+/// Records a formula that the fast way cannot record: with passive or older variables, without room, without
+/// an active tape, or on a tape that watches values. Throws nothing, see deferred_throw.hpp.
 /// \returns a passive link if it failed; throw_deferred() is to follow
 template <class T>
 [[nodiscard, gnu::noinline]] Link record_carefully(const T& value, const Link* links, const T* partials,
@@ -82,8 +82,8 @@ template <class T, class... Partials>
   return record_carefully<T>(value, links, all, sizeof...(partials));
 }
 
-/// Operands of a formula whose number the compiler knows. Computed before it is known whether the fast way
-/// can record them, so that their code stands once; at places that are constants, so that all stay in
+/// Operands of a formula whose number the compiler knows. They are computed before it is decided whether the
+/// fast way can record them, so that their code stands once; and at constant places, so that all stay in
 /// registers.
 template <class T, OperandCounts counts>
 class CountedOperands {
@@ -101,12 +101,12 @@ class CountedOperands {
                            : add_unit(link, counts.general + counts.plus + minus_++, T(-1));
   }
 
-  /// As statement.hpp says.
+  /// Writes the statement in the layout of statement.hpp.
   [[gnu::always_inline]] void write(Word* words) const {
     write(words, std::make_index_sequence<counts.general>(),
           std::make_index_sequence<counts.plus + counts.minus>());
   }
-  /// The careful way, for variables with these links.
+  /// Records in the careful way, for variables with these links.
   [[gnu::always_inline]] Link record_carefully(const Link* links, const T& value) const {
     return record_carefully(links, value, std::make_index_sequence<counts.sum()>());
   }
@@ -170,7 +170,7 @@ template <class E>
 }
 
 /// Records a formula as one statement of the active tape, or not at all if it is passive. One comparison
-/// finds room for it, and one for each variable tells that it was recorded there since the last rewind.
+/// finds room for it, and one for each variable checks that it was recorded there since the last rewind.
 /// \throws DomainError if it is active but no tape is, or it uses a variable not on the tape
 template <class E>
 [[gnu::always_inline]] inline void record_statement(const E& formula, Link& link) {

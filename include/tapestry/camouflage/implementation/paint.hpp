@@ -56,7 +56,7 @@ template Array<double, 2> printed<double>(const Paint<double>& paint, const imag
 
 namespace tapestry::camouflage::detail {
 
-/// \throws FileError (mismatch), saying what is wrong, unless an array of a file is [count, 3]
+/// \throws FileError (mismatch) with the text `wrong`, unless an array of a file is [count, 3]
 inline void require_rows_of_3(const std::string& path, const char* wrong, std::size_t count,
                               const Array<float, 2>& found) {
   if (found.shape(0) == count && found.shape(1) == 3) return;

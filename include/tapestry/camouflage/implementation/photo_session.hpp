@@ -40,8 +40,8 @@
 
 namespace tapestry::camouflage::detail {
 
-/// The box around the covered pixels of a view after a warp, an empty one if some come to lie behind the
-/// camera. A warp keeps lines straight, so that the ends of each row say how far it reaches.
+/// The box around the covered pixels of a view after a warp; empty if some come to lie behind the camera. A
+/// warp keeps lines straight, so that the ends of each row are enough.
 template <std::floating_point T>
 detect::Box warped_target(const View<T>& view, const image::Warp& warp) {
   const std::size_t height = view.background.shape(0), width = view.background.shape(1);

@@ -192,7 +192,7 @@ ObjectiveTerms terms_of(const double* row) {
   return terms;
 }
 
-/// The numbers are finite, squares not negative, and of each list there are as many as there should be.
+/// Whether the numbers are finite, squares not negative, and all lists as long as they should be.
 template <std::floating_point T>
 void require_sound_state(const std::string& path, const TrainingState<T>& state) {
   const auto require = [&](const char* name, std::span<const T> values, double lowest) {

@@ -14,27 +14,27 @@ namespace tapestry::camouflage {
 ///
 /// Source: Wang et al., "FCA: Learning a 3D Full-coverage Vehicle Camouflage for Multi-view Physical
 /// Adversarial Attack" (AAAI 2022), eq. 1 and Algorithm 1. Faithful: what is painted, by what parameter and
-/// optimiser. The loss is whatever the objective says, for this as for all methods, so that designs are
-/// compared and not losses.
+/// optimiser. The loss is the objective's, for this as for all methods, so that designs are compared and not
+/// losses.
 ///
 /// The method rauca is the same texture in light that is transferred from the photographs, see photo_light():
 /// Zhou et al., "RAUCA" (ICML 2024), section 3.2. Faithful: the render is multiplied by the light of its
-/// photograph, and the loss −log(1 − max score) is our max_score. Simplified: where RAUCA learns a network
-/// that predicts from the photograph what each pixel is multiplied by and what is added to it, sun and sky
-/// are estimated from the car in it; they multiply, and nothing is added.
+/// photograph, and the loss −log(1 − max score) is our max_score. Simplified: RAUCA learns a network that
+/// predicts from the photograph a factor and a summand for each pixel; here sun and sky are estimated from
+/// the car in it, and only multiply.
 template <std::floating_point T>
 [[nodiscard]] Method<T> fca() {
   return {};
 }
 
-/// Noise, see random_colours(), that is not optimised: what covering the car in any pattern does.
+/// Noise, see random_colours(), that is not optimised: the effect of covering the car in any pattern.
 ///
 /// Source: the control "random" of the tables; the papers lack it.
 template <std::floating_point T>
 [[nodiscard]] Method<T> random_paint(std::size_t texel_count, std::uint64_t seed);
 
-/// One colour for the whole body, optimised as every other method is from the one that it begins with;
-/// another start may end in another colour. What a pattern adds to it is what the pattern is for.
+/// One colour for the whole body, optimised from its start like every other method; another start may end in
+/// another colour. The gain of a method over it is the gain of its pattern.
 ///
 /// Source: ours; the papers measure single colours at most, as the solid controls of the tables do.
 template <std::floating_point T>
@@ -48,9 +48,9 @@ inline bool is_inside(const std::array<double, 2>& place) {
 
 }  // namespace detail
 
-/// One square picture on roof, hood and doors, upright and readable on each, as large as the panel lets it
-/// be; the rest of the car keeps its own colours. The picture has about as many pixels as its largest copy
-/// has texels.
+/// One square picture on roof, hood and doors, upright and readable on each, as large as the panel allows;
+/// the rest of the car keeps its own colours. The picture has about as many pixels as its largest copy has
+/// texels.
 ///
 /// Source: the patches of Thys et al., "Fooling automated surveillance cameras" (CVPR workshops 2019),
 /// section 3, pasted on a car as the camouflage papers compare with them. Faithful: one picture for all
@@ -69,8 +69,8 @@ inline constexpr std::size_t camou_pattern_edge = 16;
 ///
 /// Source: Zhang et al., "CAMOU: Learning a Vehicle Camouflage for Physical Adversarial Attack on Object
 /// Detectors in the Wild" (ICLR 2019), section 3. Faithful: the small repeated pattern. Simplified, in its
-/// favour: its renderer has no gradient, so it learns a network that imitates renderer and detector, and
-/// follows that one's; here the pattern follows the gradient itself.
+/// favour: CAMOU's renderer has no gradient, so it learns a network that imitates renderer and detector, and
+/// follows the gradient of that network; here the pattern follows the gradient itself.
 ///
 /// \throws DomainError unless the texture is an atlas
 template <std::floating_point T>
@@ -83,7 +83,7 @@ namespace detail {
 
 }  // namespace detail
 
-/// How far a colour of upc() may be from its picture.
+/// Largest distance of a colour of upc() from its picture.
 inline constexpr double upc_bound = 35.0 / 255;
 
 /// A set of patches, one for roof, hood and either side's doors, each texel for itself but within upc_bound
@@ -94,26 +94,28 @@ inline constexpr double upc_bound = 35.0 / 255;
 /// picture‖∞ ≤ ε. Faithful: regions, universality, and the bound. Simplified: four regions for eight; foliage
 /// that we draw stands for a photograph; the bound holds by the parameter, see method_colours(), and not by a
 /// projection after each step; there are no proposals of a first stage to attack, and the loss is the
-/// objective's; pictures are transformed where the conditions of a run say so, in the paper at every step.
+/// objective's; pictures are transformed where the conditions of a run require it, in the paper at every
+/// step.
 ///
 /// \throws as panel_texels()
 template <std::floating_point T>
 [[nodiscard]] Method<T> upc(const raster::PaintedMesh& car, std::uint64_t seed);
 
-/// The whole body, each texel for itself, to scatter the detector's attention: what is minimised is
-/// loss::attention() of a heat map, and smoothness as ever, not an adversarial loss.
+/// The whole body, each texel for itself, to scatter the detector's attention: minimises loss::attention() of
+/// a heat map, and smoothness as always, instead of an adversarial loss.
 ///
 /// Source: Wang et al., "Dual Attention Suppression Attack: Generate Adversarial Camouflage in Physical
 /// World" (CVPR 2021), eq. 4 and 5, on the faces that FCA (AAAI 2022) compares with as DAS-full. Faithful:
-/// the loss, by which score and layer are constants as in its published program. Simplified: the map is the
-/// LayerCAM of the attacked detector's surest candidate, over the last layer that all its heads see, and not
-/// the Grad-CAM of a classifier, since Grad-CAM shows next to nothing of a detector's score; the second term,
-/// closeness to the edges of a content picture, which serves how people see it, is left out.
+/// the loss, in which score and layer are constants as in its published program. Simplified: the map is the
+/// LayerCAM of the attacked detector's surest candidate, over the last layer that all its heads depend on,
+/// and not the Grad-CAM of a classifier, since Grad-CAM shows next to nothing of a detector's score. The
+/// second term is left out: closeness to the edges of a content picture, which is for human eyes.
 template <std::floating_point T>
 [[nodiscard]] Method<T> das_full();
 
 /// The same on roof, hood and doors only, which DAS selects by hand (309 faces of its car); the rest of the
-/// car keeps its own colours. \throws as panel_texels()
+/// car keeps its own colours.
+/// \throws as panel_texels()
 template <std::floating_point T>
 [[nodiscard]] Method<T> das(const raster::PaintedMesh& car);
 
@@ -124,10 +126,9 @@ template <std::floating_point T>
 /// and shape by the gradient of a rasteriser over several views, Adam, and the Laplacian loss of
 /// displacements, see shape_roughness(). Simplified: the mean over edges instead of the sum, with a weight of
 /// ours; smoothness of the texture is the objective's, not total variation; offsets are bounded, which the
-/// paper leaves to its loss. Better than its source: the gradient is that of the picture, outlines included,
-/// where the paper takes Neural Mesh Renderer's. In photographs the car is cut off where the frame's mask
-/// ends, so that it cannot grow into what was beside it, see redrawn(); its target box stays that of the car
-/// as it is.
+/// paper leaves to its loss. Better than its source: the gradient is that of the picture, outlines included;
+/// the paper takes Neural Mesh Renderer's. In photographs the car is cut off where the frame's mask ends, so
+/// that it cannot grow into its surroundings, see redrawn(); its target box stays that of the unchanged car.
 ///
 /// \throws as shape_parameter()
 template <std::floating_point T>

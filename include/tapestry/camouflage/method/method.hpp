@@ -16,29 +16,29 @@
 
 namespace tapestry::camouflage {
 
-/// What sets one way of making a camouflage apart from others on the same car, detector and budget: which
-/// texels are painted, by what, within which colours, whether to be missed or to scatter attention, and
-/// whether the shape is optimised, too. As it stands, that of FCA: each texel for itself, in any colour, to
-/// be missed.
+/// The differences between ways of making a camouflage for the same car, detector and budget: which texels
+/// are painted, by what, within which colours, whether the car is to be missed or attention scattered, and
+/// whether the shape is optimised, too. The default is FCA: each texel for itself, in any colour, to be
+/// missed.
 template <std::floating_point T>
 struct Method {
   static constexpr std::size_t unpainted = std::numeric_limits<std::size_t>::max();
 
-  /// Of each texel the row of the parameter that paints it, or `unpainted`; null: texel i has row i.
+  /// For each texel the row of the parameter that paints it, or `unpainted`; null: texel i has row i.
   std::shared_ptr<const std::vector<std::size_t>> row_of_texel{};
   std::size_t row_count = 0;  ///< of the parameter, if row_of_texel is given
-  /// What unpainted texels have, [texel, 3]; may be empty where there are none.
+  /// Colours of unpainted texels, [texel, 3]; may be empty where there are none.
   Array<T, 2> elsewhere{};
   /// Bounds of the colours of each row, [row, 3], in [0, 1]; empty: 0 and 1.
   Array<T, 2> least{}, greatest{};
   /// Weight of loss::attention(), which is then minimised instead of the adversarial loss; 0: the latter is.
   double attention = 0;
-  bool is_optimised = true;  ///< or stays as it begins
-  /// Where the shape is a parameter, too: its rows follow those of the texture. Null: the mesh stays.
+  bool is_optimised = true;  ///< false: the paint stays as it begins
+  /// The shape, if it is a parameter, too: its rows follow those of the texture. Null: the mesh stays.
   std::shared_ptr<const ShapeParameter> shape{};
 };
 
-/// \throws DomainError for a texel whose row is not there; ShapeError unless bounds are of the same rows
+/// \throws DomainError for a texel whose row does not exist; ShapeError unless bounds have as many rows
 template <std::floating_point T>
 void require_sound(const Method<T>& method);
 
@@ -47,7 +47,7 @@ template <std::floating_point T>
 [[nodiscard]] std::vector<std::uint8_t> painted_texels(const Method<T>& method);
 
 /// The first parameter of a method, [row, 3]: each row has that of the first texel it paints, 0 if it paints
-/// none. So within bounds the start says where in them a colour begins, 0 in the middle. A shape that is a
+/// none. Within bounds, the start sets where between them a colour begins, 0 in the middle. A shape that is a
 /// parameter, too, begins as it is.
 ///
 /// \param start  [texel, 3], a parameter for every texel
@@ -55,19 +55,18 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> first_parameter(const Method<T>& method, const Array<T, 2>& start);
 
-/// The rows of a parameter that are of the texture.
+/// The rows of a parameter that belong to the texture.
 /// \throws ShapeError if there are none
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> texture_rows(const Method<T>& method, const ArrayVariable<T, 2>& parameter);
 
 /// The colours of all texels by a method on the tape, with c = texture_colours(parameter):
 ///
-///   r = least + (greatest − least) · c,   colour of a texel = r of its row, or what it has elsewhere.
+///   r = least + (greatest − least) · c,   colour of a texel = r of its row, or `elsewhere` if unpainted.
 ///
-/// \param parameter  [row, 3]; rows of a shape below them have no part in it
+/// \param parameter  [row, 3]; rows of a shape behind them are ignored
 /// \returns          [texel, 3], in [0, 1]
-/// \throws ShapeError unless there is a row of the parameter for each of the method's; else as
-/// require_sound()
+/// \throws ShapeError unless the parameter has a row for each of the method's; else as require_sound()
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> method_colours(const Method<T>& method,
                                                  const ArrayVariable<T, 2>& parameter);
@@ -92,8 +91,8 @@ inline constexpr std::size_t panel_count = 4;
 struct PanelTexel {
   std::size_t texel = 0;
   Panel panel = Panel::roof;
-  /// In the panel as one sees it who looks at it, doors upright and the front of the car above roof and
-  /// hood: the mesh's units, to the right and up.
+  /// Place in the panel as an observer sees it, doors upright and the front of the car above roof and hood:
+  /// the mesh's units, to the right and up.
   double right = 0, up = 0;
   std::array<double, 3> position{};  ///< in half lengths, half widths and heights of the painted faces
 };
@@ -101,14 +100,14 @@ struct PanelTexel {
 /// \throws DomainError naming the method unless the texture is an atlas
 void require_atlas(const std::string& method, const raster::PaintedMesh& car);
 
-/// The texels of a car's atlas on its roof, its hood and its doors, each once, in ascending order. A texel is
-/// where its centre is, or for one on the rim of a chart the nearest point of a face there.
+/// The texels of a car's atlas on its roof, its hood and its doors, each once, in ascending order. The place
+/// of a texel is its centre or, for one on the rim of a chart, the nearest point of a face there.
 ///
-/// The panels are found by place and normal in the box around the painted faces, x to the front and z up, for
-/// published face lists belong to one mesh: nearly level and on top, or in front and above the middle;
-/// upright to the side, in the middle of the length and below windows.
+/// The panels are found by place and normal in the box around the painted faces, x to the front and z up,
+/// since published face lists belong to one mesh only. Roof: nearly level and on top. Hood: nearly level, in
+/// front and above the middle. Doors: upright to the side, in the middle of the length and below windows.
 ///
-/// \param method  whose error it is
+/// \param method  its name, for the error
 /// \throws DomainError unless the texture is an atlas; Error (mismatch) if none of its faces is on a panel
 [[nodiscard]] std::vector<PanelTexel> panel_texels(const std::string& method, const raster::PaintedMesh& car);
 

@@ -9,11 +9,11 @@
 
 namespace tapestry::camouflage {
 
-/// All methods, as method_by_name() takes them.
+/// All methods, by the names that method_by_name() takes.
 inline constexpr std::array method_names{"fca",      "planar_patch", "camou",    "upc",    "das",
                                          "das_full", "rauca",        "mesh_adv", "random", "solid"};
 
-/// The method of that name for a car; those that draw something draw the same for the same seed.
+/// The method of that name for a car; the same seed draws the same.
 /// \throws DomainError for a name that is not one of method_names, or unless the texture is an atlas if the
 ///         method needs one; as shape_parameter(); Error (mismatch) as panel_texels()
 template <std::floating_point T>

@@ -31,7 +31,7 @@ void add_detections(const Head& head, const CandidatePlace& place, Logits logit,
                     Detection detection, std::vector<Detection>& detections) {
   const double factor = head.has_objectness() ? detection.objectness : 1;
   const ClassScores scores(head, logit);
-  bool has_box = false;  // most candidates have no class that asks for it
+  bool has_box = false;  // most candidates have no class above the threshold
   for (std::size_t k = 0; k < head.classes; ++k) {
     detection.confidence = factor * scores(k);
     if (!(detection.confidence > confidence_threshold)) continue;

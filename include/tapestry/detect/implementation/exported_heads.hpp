@@ -20,8 +20,8 @@
 
 namespace tapestry::detect::detail {
 
-/// Whether an operator only moves values, changes their type, or takes the logistic function of them: what
-/// exports put between the last convolution and an output.
+/// Whether an operator only moves values, changes their type, or takes the logistic function of them. Exports
+/// put such operators between the last convolution and an output.
 [[nodiscard]] inline bool only_presents(std::string_view operation) {
   constexpr std::array<std::string_view, 12> presenting{"Cast",     "CastLike", "Concat",    "Flatten",
                                                         "Identity", "Reshape",  "Sigmoid",   "Slice",

@@ -159,8 +159,8 @@ template decltype(score_adjoint<double>) score_adjoint<double>;
 
 namespace tapestry::detect::detail {
 
-/// What the score of an image's surest candidate asks of the first told layer, without what is negative,
-/// [C, H, W]; zeros if there is no candidate.
+/// Positive part of the gradient of the surest candidate's score of an image in the first observed layer, [C,
+/// H, W]; zeros if there is no candidate.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> positive_layer_adjoint(const Detector<T>& detector, Pass<T>& pass,
                                                  std::size_t class_index, std::size_t image) {

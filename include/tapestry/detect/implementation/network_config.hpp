@@ -45,7 +45,7 @@ std::vector<std::size_t> makers_of_values(const NetworkConfig& config) {
 
 namespace tapestry::detect::detail {
 
-/// Whether what the head at `index` reads has been through σ.
+/// Whether the input of the head at `index` has been through σ.
 [[nodiscard]] inline bool reads_activations(const NetworkConfig& config, std::size_t index) {
   if (index == 0) return false;
   const LayerConfig& before = config.layers[index - 1];
@@ -86,10 +86,10 @@ NetworkConfig with_decode(NetworkConfig config, DecodeFamily family) {
     LayerConfig& layer = config.layers[i];
     if (!is_head(layer.kind)) continue;
     if (layer.kind == LayerKind::region && family != DecodeFamily::darknet)
-      throw detail::misfit(config, i, "a [region] contradicts the decode family asked for", "darknet",
+      throw detail::misfit(config, i, "a [region] contradicts the requested decode family", "darknet",
                            std::string(name_of(family)));
     if (layer.decode == DecodeFamily::scaled && family != DecodeFamily::scaled)
-      throw detail::misfit(config, i, "new_coords=1 contradicts the decode family asked for", "scaled",
+      throw detail::misfit(config, i, "new_coords=1 contradicts the requested decode family", "scaled",
                            std::string(name_of(family)));
     layer.decode = family;
   }

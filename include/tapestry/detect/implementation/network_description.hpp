@@ -139,8 +139,8 @@ class CfgDescriber : DescriptionWriter {
     return normalised;
   }
 
-  /// Lets the batch normalisation that was added last take the batch's statistics, and hand them out: with a
-  /// momentum of 0 the running ones become these.
+  /// Makes the last batch normalisation take the batch's statistics and return them: with a momentum of 0 the
+  /// running ones become these.
   void hand_out_statistics() {
     nn::Node& node = network.nodes.back();
     node.attributes["training_mode"] = std::int64_t(1);

@@ -37,7 +37,7 @@ enum class LayerKind {
   return names[static_cast<std::size_t>(kind)];
 }
 
-/// Whether a layer is a head, which makes candidates of what it reads: [yolo], or YOLOv2's [region].
+/// Whether a layer is a head, which turns its input into candidates: [yolo], or YOLOv2's [region].
 [[nodiscard]] constexpr bool is_head(LayerKind kind) {
   return kind == LayerKind::yolo || kind == LayerKind::region;
 }
@@ -82,23 +82,22 @@ struct NetworkConfig {
   std::optional<bool> letter_box{};  ///< AlexeyAB's option, where the cfg has it; see fit_of()
   std::vector<LayerConfig> layers{};
 
-  /// Added to variances inside the root. Not part of a cfg file but of the program that runs it: 1e-5 in
-  /// AlexeyAB's Darknet and in Darknet on GPUs, 1e-6 in OpenCV; Darknet on a CPU adds 1e-6 to the root.
+  /// Added to variances inside the root. It is not part of a cfg file but of the program that runs it: 1e-5
+  /// in AlexeyAB's Darknet and in Darknet on GPUs, 1e-6 in OpenCV; Darknet on a CPU adds 1e-6 to the root.
   double batch_norm_epsilon = 1e-5;
   std::vector<std::string> warnings{};  ///< options that were not understood, one message each
 };
 
-/// What the layer at `index` reads: its sources, or the layer before; empty means the image.
+/// Inputs of the layer at `index`: its sources, or the layer before; empty means the image.
 [[nodiscard]] std::vector<std::size_t> inputs_of(const NetworkConfig& config, std::size_t index);
 
 inline constexpr std::size_t picture_value = static_cast<std::size_t>(-1);
 
-/// For each layer the one that makes its value: itself or, for a layer that only passes something on
-/// (dropout, a head, a route of one whole layer), the one that it shows; picture_value where that is the
-/// picture.
+/// For each layer the one that computes its value: itself or, for a layer that only passes something on
+/// (dropout, a head, a route of one whole layer), the one it passes on; picture_value for the picture.
 [[nodiscard]] std::vector<std::size_t> makers_of_values(const NetworkConfig& config);
 
-/// Something is wrong with a description, on a line of the file that it was read from.
+/// An error in a description, on a line of the file that it was read from.
 [[nodiscard]] inline FileError cfg_error(const std::string& path, std::size_t line, const std::string& what,
                                          const std::string& expected = "", const std::string& found = "",
                                          ErrorKind kind = ErrorKind::malformed) {

@@ -12,13 +12,13 @@ namespace tapestry::evaluate {
 struct TruthBox {
   std::size_t picture = 0;
   std::size_t class_index = 0;
-  detect::Box box{};        ///< pixels of the picture, as all boxes here
+  detect::Box box{};        ///< pixels of the picture, as for all boxes here
   double area = 0;          ///< of the object, square pixels: that of its outline where it is known
   bool is_crowd = false;    ///< stands for many objects: ignored, however often it is found
   bool is_ignored = false;  ///< counts neither when it is found, once, nor when it is not
 };
 
-/// An object that a detector says is in a picture.
+/// One detection: an object that a detector found in a picture.
 struct ScoredBox {
   std::size_t picture = 0;
   std::size_t class_index = 0;
@@ -30,10 +30,10 @@ struct ScoredBox {
 
 namespace tapestry::evaluate::detail {
 
-/// What a detection turned out to be.
+/// Outcome of matching a detection with the truths.
 enum class Outcome : std::uint8_t { ignored, hit, miss };
 
-/// Of objects that count, square pixels; both ends belong to it.
+/// Range of areas of the objects that count, square pixels; includes both ends.
 struct AreaRange {
   double low = 0, high = 0;
 
@@ -42,13 +42,13 @@ struct AreaRange {
 
 inline constexpr std::size_t most_detections_of_class = 100;  ///< of a picture, as COCO's maxDets
 
-/// Finds which truth each detection of one class is, picture by picture.
+/// Matches the detections of one class with the truths, picture by picture.
 ///
-/// Going down in confidence, a detection takes of the truths that are left the one it overlaps most, if by at
-/// least the threshold; one that counts before any that is ignored, and of equals the later. The overlap is
-/// IoU, with a crowd the share of the detection that lies in it, and a crowd is never used up. Ignored are
-/// crowds, truths marked so, and truths out of the range of areas; a detection is ignored if what it takes
-/// is, or if it takes nothing and is itself out of the range.
+/// Going down in confidence, a detection takes, of the truths that are left, the one it overlaps most, if by
+/// at least the threshold. Truths that count come before ignored ones; of equals the later is taken. The
+/// overlap is IoU; with a crowd it is the share of the detection that lies in it, and a crowd is never used
+/// up. Crowds, truths marked so, and truths out of the range of areas are ignored. A detection is ignored if
+/// the truth it takes is, or if it takes none and is itself out of the range.
 class ClassMatches {
  public:
   /// \param detections  equal confidences keep their order in a picture
@@ -57,7 +57,7 @@ class ClassMatches {
   /// Truths that count.
   [[nodiscard]] std::size_t truth_count(const AreaRange& range) const;
 
-  /// Of the detections over all pictures, most confident first.
+  /// Outcomes of the detections over all pictures, most confident first.
   [[nodiscard]] std::vector<Outcome> outcomes(const AreaRange& range, double threshold) const;
 
  private:

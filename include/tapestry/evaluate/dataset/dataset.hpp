@@ -23,7 +23,7 @@ struct LabelledObject {
 struct LabelledPicture {
   std::string path;
   std::uint64_t id = 0;    ///< of the data set, or its number from 1 on
-  std::size_t height = 0;  ///< pixels, as the data set says; 0 where it does not
+  std::size_t height = 0;  ///< pixels, from the data set; 0 where it does not state them
   std::size_t width = 0;
   bool in_shares = false;  ///< boxes are in shares of the picture's extents, else in pixels
   std::vector<LabelledObject> objects{};
@@ -38,13 +38,13 @@ struct Dataset {
 };
 
 /// The objects of a picture in its pixels, once its extents are known.
-/// \throws FileError (mismatch) if the data set says other extents
+/// \throws FileError (mismatch) if the data set states other extents
 [[nodiscard]] inline std::vector<LabelledObject> objects_in_pixels(const LabelledPicture& picture,
                                                                    std::size_t height, std::size_t width) {
   const auto text = [](std::size_t w, std::size_t h) { return std::to_string(w) + "x" + std::to_string(h); };
   if (picture.width != 0 && (picture.height != height || picture.width != width))
     throw FileError(ErrorKind::mismatch,
-                    {picture.path, "", "the picture has another size than its labels say",
+                    {picture.path, "", "the picture has another size than its labels state",
                      text(picture.width, picture.height), text(width, height)});
   auto objects = picture.objects;
   if (!picture.in_shares) return objects;
@@ -60,7 +60,7 @@ namespace detail {
 
 /// \param labels    the file that names the picture, for the message
 /// \param position  in it, a line or a byte
-/// \throws FileError (mismatch) unless the picture is there; as status_of() where nobody can say
+/// \throws FileError (mismatch) unless the picture is there; as status_of() where that cannot be found out
 inline void require_picture(const std::string& picture, const std::string& labels,
                             const std::string& position) {
   if (io::is_regular_file(picture)) return;

@@ -51,7 +51,7 @@ namespace tapestry::evaluate {
 
 /// Reads a folder of pictures, or its folder images, in order of their names, each with
 /// labels as parse_yolo_labels() reads them, in a .txt beside it or, for .../images/a.png, in
-/// .../labels/a.txt. A picture without labels is empty; a warning says how many.
+/// .../labels/a.txt. A picture without labels is empty; a warning counts them.
 ///
 /// \throws FileError  malformed (a folder that cannot be listed), mismatch (no pictures, none with labels,
 ///                    or two of one name);
@@ -62,8 +62,7 @@ namespace tapestry::evaluate {
 /// read_yolo_folder(). Relative paths begin at the list's folder; empty lines are skipped.
 ///
 /// \throws FileError  mismatch, with the line, for a picture that is missing or listed twice; for no
-/// pictures,
-///                    or none with labels; further as parse_yolo_labels() and io::read_text_file()
+///                    pictures, or none with labels; further as parse_yolo_labels() and io::read_text_file()
 [[nodiscard]] Dataset read_darknet_list(const std::string& path, std::size_t class_count);
 
 /// A picture's labels, with a class name beside each object.

@@ -16,7 +16,7 @@ struct XmlElement {
   std::size_t line = 0;
   std::vector<XmlElement> children{};
 
-  /// The child of that name; null where there is none or, `count` says, more than one.
+  /// The child of that name; null where there is none or, by `count`, more than one.
   [[nodiscard]] const XmlElement* child(std::string_view wanted, std::size_t* count = nullptr) const {
     const XmlElement* found = nullptr;
     std::size_t matches = 0;

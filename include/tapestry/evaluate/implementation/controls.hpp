@@ -61,7 +61,7 @@ namespace tapestry::evaluate::detail {
 
 inline constexpr std::size_t no_texel = std::numeric_limits<std::size_t>::max();
 
-/// A chart of which patch after patch is taken away.
+/// A chart from which patches are taken away one by one.
 class PatchCutter {
  public:
   explicit PatchCutter(const raster::TextureChart& chart)
@@ -70,8 +70,8 @@ class PatchCutter {
       texels_[texel.row * width_ + texel.column] = texel.texel;
   }
 
-  /// Takes the patches of a grid from the upper left corner of the box whose places all still have a texel;
-  /// none if there are not two of them.
+  /// Takes the patches of a grid from the upper left corner of the box that still have all of their texels;
+  /// none if there are fewer than two.
   /// \returns  the texels of each, row by row
   [[nodiscard]] std::vector<std::vector<std::size_t>> cut(const PatchExtents& extents) {
     std::vector<std::vector<std::size_t>> patches;

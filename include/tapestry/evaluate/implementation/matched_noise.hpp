@@ -16,8 +16,8 @@
 
 namespace tapestry::evaluate::detail {
 
-/// Replaces M values by those of the sorted list, N of them, the smallest by the first: value number i of M
-/// by number ⌊(i + ½)·N/M⌋ of N, each just once where M = N. Of equal values the first comes first.
+/// Replaces M values by those of the sorted list of N, the smallest by the first: value number i of M by
+/// number ⌊(i + ½)·N/M⌋ of N, each just once where M = N. The first of equal values comes first.
 inline void take_values_by_rank(std::vector<double>& values, const std::vector<double>& sorted) {
   std::vector<std::pair<double, std::size_t>> order(values.size());
   for (std::size_t i = 0; i < values.size(); ++i) order[i] = {values[i], i};
@@ -90,7 +90,7 @@ class ChartNoise {
     return length > 0 ? number / length : 1;
   }
 
-  /// With the spectrum of the chart's deviations from its mean, 0 outside it.
+  /// Takes the spectrum of the chart's deviations from its mean, 0 outside it.
   template <std::floating_point T>
   [[nodiscard]] NoiseChannel channel_of(const Array<T, 2>& colours, std::size_t c) const {
     NoiseChannel channel{image::FourierTransform(height_, width_), {}, {}};
@@ -107,10 +107,11 @@ class ChartNoise {
     return channel;
   }
 
-  /// Gives X the amplitudes of a picture that fills the box, since a chart with 0 around it has less
-  /// covariance at each distance than its texels have: by the share of pairs of places that both lie in it.
+  /// Gives X the amplitudes of a picture that fills the box. A chart with 0 around it has less covariance at
+  /// each distance than its texels have; X is divided by the share of pairs of places that both lie in the
+  /// chart.
   void divide_by_pair_shares() {
-    constexpr double least_share = 0.3;  // of the chart's texels; beyond, too few pairs are left to tell
+    constexpr double least_share = 0.3;  // of the chart's texels; farther lags have too few pairs
     auto& transform = channels_.front().transform;
     image::FourierTransform::Plane inside(height_ * width_, 0);
     for (std::size_t i = 0; i < chart_.texels.size(); ++i) inside[place(i)] = 1;

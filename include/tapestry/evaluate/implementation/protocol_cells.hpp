@@ -38,9 +38,9 @@ std::vector<Cell> cells_of(const ProtocolTable& table, const std::vector<Protoco
 
 namespace tapestry::evaluate::detail {
 
-/// The cell of the lowest figure of its views; of equal ones that with more views, then the first. None where
-/// there are no views.
-/// \param share_of  gives of a cell the figure and its views
+/// The cell with the lowest figure; of equal ones that with more views, then the first. None where there are
+/// no views.
+/// \param share_of  returns the figure of a cell and its views
 template <class ShareOf>
 [[nodiscard]] std::optional<std::size_t> lowest_cell(const std::vector<Cell>& cells, ShareOf share_of) {
   std::optional<std::size_t> lowest;

@@ -119,7 +119,7 @@ void HiddenPixels<T>::hide(const image::PixelWindow& window) {
 
 namespace tapestry::evaluate::detail {
 
-/// A rectangle around some point of a place, cut to the picture.
+/// A rectangle around a random point of a place, cut to the picture.
 /// \param scale  its largest extent in those of the place
 [[nodiscard]] inline Occluder random_occluder(const image::PixelWindow& place, std::size_t height,
                                               std::size_t width, double scale, Random& random) {

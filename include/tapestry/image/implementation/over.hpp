@@ -16,7 +16,7 @@
 
 namespace tapestry::image::detail {
 
-/// Adds the part of a picture beside a place, [H, W, C], to another.
+/// Adds the part of a picture beside a place, [H, W, C], to another one.
 template <std::floating_point T>
 void add_beside(const PixelWindow& place, const Array<T, 3>& from, Array<T, 3>& to) {
   const auto is_within = [](std::size_t at, std::size_t first, std::size_t count) {
@@ -105,7 +105,7 @@ ArrayVariable<T, 3> over(const ArrayVariable<T, 3>& premultiplied, const ArrayVa
 
 namespace tapestry::image::detail {
 
-/// One picture of a batch, and what it lies over.
+/// One picture of a batch, and its backdrop.
 template <std::floating_point T>
 struct Laid {
   std::shared_ptr<const Array<T, 3>> premultiplied, background;
@@ -113,7 +113,7 @@ struct Laid {
   PixelWindow place;
 };
 
-/// Adds to the adjoint of the front what that of the whole picture, of these extents, says.
+/// Adds the gradient of the front to front_adjoint, given the adjoint of the whole picture of these extents.
 template <std::floating_point T>
 void pull_back_laid(const Laid<T>& laid, const T* picture, const T* picture_adjoint,
                     const Extents<3>& extents, ColourSpace space, T* front_adjoint) {

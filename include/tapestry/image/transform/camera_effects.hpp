@@ -14,7 +14,7 @@ struct Blur {
   double down_px = 0;    ///< and along columns
 };
 
-/// The blurred picture; beyond its edges it goes on as at the edge, so that a constant stays one.
+/// The blurred picture; it continues beyond its edges with the edge's values, so that a constant stays one.
 ///
 /// \param picture  [H, W, C], not empty
 /// \returns        [H, W, C]
@@ -42,7 +42,7 @@ void require_sound(const SensorNoise& noise);
 
 }  // namespace detail
 
-/// The picture with noise, not cut to 0 … 1.
+/// The picture with noise, not clipped to 0 … 1.
 ///
 /// \param picture  [H, W, C]; below 0 counts as 0 for the variance
 /// \returns        [H, W, C]
@@ -56,7 +56,7 @@ template <std::floating_point T>
 void transformed_adjoint(const Array<T, 3>& picture, const SensorNoise& noise, const Array<T, 3>& out_adjoint,
                          Array<T, 3>& picture_adjoint);
 
-/// What JPEG does to a picture: ITU-T T.81 with the tables of its Annex K, scaled by quality as the
+/// JPEG compression of a picture: ITU-T T.81 with the tables of its Annex K, scaled by quality as the
 /// Independent JPEG Group's programs do, colours as JFIF has them.
 struct JpegCompression {
   int quality = 75;              ///< 1 to 100
@@ -78,8 +78,8 @@ void require_sound(const JpegCompression& jpeg);
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> transformed(const Array<T, 3>& picture, const JpegCompression& jpeg);
 
-/// Adds the derivatives of transformed() to `picture_adjoint`: those of smooth rounding, exact where it is
-/// smooth and in place of the missing ones where it is not. Source of the surrogate: Shin and Song,
+/// Adds the derivatives of transformed() to `picture_adjoint`: those of smooth rounding. They are exact if
+/// rounding is smooth, and stand for the missing ones if it is not. Source of the surrogate: Shin and Song,
 /// "JPEG-resistant adversarial images" (2017). All are [H, W, 3].
 /// \throws ShapeError if extents differ, or as transformed()
 template <std::floating_point T>

@@ -20,10 +20,10 @@ namespace tapestry::image {
 using Transformation =
     std::variant<Warp, LightChange, ColourChange, Blur, SensorNoise, JpegCompression, OwnTransformation>;
 
-/// What happens to one picture, in this order; nothing when empty.
+/// The transformations of one picture, in this order; none if empty.
 using TransformationChain = std::vector<Transformation>;
 
-/// The pictures of a chain: the first one, [H, W, 3], and what each transformation has made of it.
+/// The pictures of a chain: the first one, [H, W, 3], and the result of each transformation.
 /// \throws as the transformations
 template <std::floating_point T>
 [[nodiscard]] std::vector<Array<T, 3>> transformation_stages(Array<T, 3> picture,
@@ -53,8 +53,8 @@ template <std::floating_point T, std::size_t Rank>
   return record_array(transformed(colours.value(), change), pullback, colours);
 }
 
-/// The pictures of a batch, each after its own chain, in one operation on the tape, which keeps what every
-/// transformation began with.
+/// Transforms the pictures of a batch, each by its own chain, in one operation on the tape, which keeps the
+/// input of every transformation.
 ///
 /// \param pictures  [N, H, W, 3]
 /// \param chains    one a picture
@@ -64,10 +64,9 @@ template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> transformed(const ArrayVariable<T, 4>& pictures,
                                               const std::vector<TransformationChain>& chains);
 
-/// How far the conditions of a photograph vary around those of the frames: how its camera is held, the light,
-/// its lens, its sensor and its file. Of each range something is drawn uniformly; 0 leaves it as it is.
-/// Angles are those of a view of 90°: the picture of a longer lens moves as far, by a camera that turned
-/// less.
+/// Ranges of a photograph's conditions around those of the frames: the camera's pose, the light, its lens,
+/// its sensor and its file. Each condition is drawn uniformly from its range; 0 leaves it as it is. Angles
+/// are those of a view of 90°: with a longer lens the picture moves as far, and the camera turns less.
 struct Conditions {
   double turn_degrees = 0;    ///< largest pan and tilt of the camera, either way
   double roll_degrees = 0;    ///< largest roll, either way
@@ -80,28 +79,29 @@ struct Conditions {
   double noise = 0;           ///< largest standard deviation of the sensor's noise at mid grey
   int worst_quality = 0;      ///< of JPEG, 1 to 95: drawn between it and 95; 0 for no compression
 
-  /// Of a printer: how far its blackest black and its whitest white lie from theirs, and the largest error of
-  /// the matrix that its colours are mixed by.
+  /// A printer: distances of its blackest black and its whitest white from ideal ones, and the largest error
+  /// of the matrix that mixes its colours.
   double printed_range = 0, printed_error = 0;
 
   [[nodiscard]] bool operator==(const Conditions&) const = default;
 };
 
-/// A printed paint photographed outdoors: what evaluate measures with and camouflage can train for. Values
-/// are ours; RAUCA-E2E trains with turns of ±5°, scales of 0.7 to 1 and jittered colours.
+/// Conditions of a printed paint photographed outdoors: evaluate measures with them and camouflage can train
+/// for them. Values are ours; RAUCA-E2E trains with turns of ±5°, scales of 0.7 to 1 and jittered colours.
 inline constexpr Conditions physical_conditions{5, 5, 0.15, 1, 0.1, 0.5, 0.2, 1.5, 0.04, 50, 0.1, 0.05};
 
-/// Of the physical conditions only those of some kinds: camera, light, blur, noise, contrast, jpeg or print,
-/// or all of them for physical. \throws DomainError naming one that is none of these
+/// Physical conditions restricted to some kinds: camera, light, blur, noise, contrast, jpeg or print;
+/// physical means all of them.
+/// \throws DomainError naming one that is none of these
 [[nodiscard]] Conditions conditions_by_names(const std::vector<std::string>& names);
 
-/// Draws what happens to one picture: the camera's motion, the light, blur, noise, contrast and JPEG, in the
-/// order of a camera. The same for the same random numbers.
+/// Draws the transformations of one picture: the camera's motion, the light, blur, noise, contrast and JPEG,
+/// in the order of a camera. The same for the same random numbers.
 ///
 /// \param is_smooth  whether JPEG's rounding has slopes, to train; else it is as in files, to measure
 [[nodiscard]] TransformationChain draw_chain(const Conditions& conditions, Random random, bool is_smooth);
 
-/// Draws what a printer makes of a paint's colours.
+/// Draws a printer's change of a paint's colours.
 [[nodiscard]] ColourChange draw_print(const Conditions& conditions, Random random);
 
 }  // namespace tapestry::image

@@ -26,7 +26,7 @@ void for_each_row(std::size_t rows, Body body) {
 
 namespace tapestry::image {
 
-/// colour ↦ matrix · colour + offset, then cut to 0 … 1: contrast, saturation and hue of a camera; or the
+/// colour ↦ matrix · colour + offset, then clipped to 0 … 1: contrast, saturation and hue of a camera; or the
 /// blacks, whites and colour error of a printer, for the texels of a paint.
 struct ColourChange {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
@@ -81,7 +81,7 @@ template <std::floating_point T, std::size_t Rank>
   return out;
 }
 
-/// Adds the derivatives of transformed() to `colours_adjoint`; channels that were cut have none.
+/// Adds the derivatives of transformed() to `colours_adjoint`; clipped channels have none.
 /// \throws ShapeError if extents differ, or as transformed()
 template <std::floating_point T, std::size_t Rank>
 void transformed_adjoint(const Array<T, Rank>& colours, const ColourChange& change,
@@ -102,9 +102,9 @@ void transformed_adjoint(const Array<T, Rank>& colours, const ColourChange& chan
 
 /// Another exposure, another colour of the light, and the soft edge of a shadow across the picture.
 ///
-/// Light is multiplied, not its code in the picture: a gain g of light is one of g^(1/2.2) of encoded values.
-/// The power 2.2 stands for the sRGB curve, from which a stop of exposure, up or down, then differs by at
-/// most 0.018.
+/// Light is multiplied, not its code in the picture: a gain g of light is a gain g^(1/2.2) of encoded values.
+/// The power 2.2 approximates the sRGB curve; for a stop of exposure, up or down, it differs by at most
+/// 0.018.
 struct LightChange {
   std::array<double, 3> gain{1, 1, 1};  ///< of red, green and blue light, above 0
   double shadow = 0;                    ///< share of light that the shadow takes, 0 to below 1
@@ -113,7 +113,7 @@ struct LightChange {
   double shadow_softness = 0.1;         ///< half width of the edge, in half widths of the picture, above 0
 };
 
-/// The picture in the changed light; what becomes brighter than white is white.
+/// The picture in the changed light; values brighter than white become white.
 ///
 /// \param picture  [H, W, 3]
 /// \returns        [H, W, 3]
@@ -122,7 +122,8 @@ template <std::floating_point T>
 [[nodiscard]] Array<T, 3> transformed(const Array<T, 3>& picture, const LightChange& change);
 
 /// Adds the derivatives of transformed() to `picture_adjoint`; those of white pixels are 0. All are [H, W,
-/// 3]. \throws ShapeError if extents differ, or as transformed()
+/// 3].
+/// \throws ShapeError if extents differ, or as transformed()
 template <std::floating_point T>
 void transformed_adjoint(const Array<T, 3>& picture, const LightChange& change,
                          const Array<T, 3>& out_adjoint, Array<T, 3>& picture_adjoint);

@@ -17,7 +17,7 @@ struct Warp {
   Eigen::Matrix3d source_from_target = Eigen::Matrix3d::Identity();  ///< homogeneous, invertible
 };
 
-/// How a camera is turned about its place, and zoomed.
+/// Rotation of a camera about its place, and zoom.
 struct CameraMotion {
   double pan_rad = 0;   ///< to the right
   double tilt_rad = 0;  ///< down
@@ -26,12 +26,12 @@ struct CameraMotion {
   double focal = 1;     ///< focal length before it, in half widths of the picture; 1 is a view of 90°
 };
 
-/// What the moved camera sees of the first one's picture: K·Rᵀ·K′⁻¹, exact for a scene at any depth. Source:
-/// Hartley and Zisserman, "Multiple view geometry in computer vision" (2004), section 8.4.
+/// The warp from the first camera's picture to the moved one's: K·Rᵀ·K′⁻¹, exact for a scene at any depth.
+/// Source: Hartley and Zisserman, "Multiple view geometry in computer vision" (2004), section 8.4.
 /// \throws DomainError unless zoom and focal are above 0
 [[nodiscard]] Warp warp_of(const CameraMotion& motion);
 
-/// Where points of a picture of some extents lie after a warp, both in pixels from its upper left corner.
+/// Places of a picture's points after a warp, both in pixels from the upper left corner.
 class WarpedPoint {
  public:
   WarpedPoint(const Warp& warp, std::size_t height, std::size_t width);
@@ -44,7 +44,7 @@ class WarpedPoint {
   double middle_x_, middle_y_;
 };
 
-/// The picture through the warp, resampled bilinearly; beyond its edges it goes on as at the edge.
+/// The picture through the warp, resampled bilinearly; it continues beyond its edges with the edge's values.
 ///
 /// \param picture  [H, W, C], not empty
 /// \returns        [H, W, C]
@@ -52,7 +52,8 @@ template <std::floating_point T>
 [[nodiscard]] Array<T, 3> transformed(const Array<T, 3>& picture, const Warp& warp);
 
 /// Adds the transpose of transformed() times `out_adjoint` to `picture_adjoint`, pixel by pixel in order; all
-/// are [H, W, C]. \throws ShapeError if their extents differ
+/// are [H, W, C].
+/// \throws ShapeError if their extents differ
 template <std::floating_point T>
 void transformed_adjoint(const Array<T, 3>& picture, const Warp& warp, const Array<T, 3>& out_adjoint,
                          Array<T, 3>& picture_adjoint);

@@ -12,11 +12,11 @@
 
 namespace tapestry::io::detail {
 
-/// Options of any section that say how Darknet trains its layer, with spaces between.
+/// Options of any section for Darknet's training of its layer, with spaces between.
 inline constexpr std::string_view layer_training_keys =
     "stopbackward onlyforward train_only_bn learning_rate learning_rate_scale";
 
-/// Options that say how Darknet trains or draws and do not change what the network computes, of one section.
+/// Options of one section for Darknet's training or drawing, which do not change what the network computes.
 /// The same word may mean something elsewhere: `scale` of [net] is of its learning rate, that of [upsample]
 /// of its values.
 [[nodiscard]] inline std::string_view training_keys(std::string_view section) {
@@ -132,7 +132,7 @@ inline void check_repeated_options(const std::string& path, SectionReader& reade
   }
 }
 
-/// What is said about an option that nobody knows, with the nearest known key.
+/// The warning about an unknown option, with the nearest known key.
 [[nodiscard]] inline std::string unknown_option(std::string_view section, std::string_view unknown) {
   const std::string nearest = nearest_word(unknown, understood_keys(section));
   std::string text = "unknown option " + in_quotes(unknown) + " of [" + std::string(section) + "] ignored";
@@ -140,8 +140,8 @@ inline void check_repeated_options(const std::string& path, SectionReader& reade
   return text;
 }
 
-/// Looks at the options that nobody asked for: those that would change the result are errors, those that
-/// are not known at all become warnings.
+/// Checks the options that were never read: those that would change the result are errors, those that are not
+/// known at all become warnings.
 inline void check_leftover_options(const std::string& path, SectionReader& reader,
                                    std::vector<std::string>& warnings) {
   for (const CfgOption& option : reader.section().options) {

@@ -54,7 +54,7 @@ struct WeightFile {
   std::vector<std::string> warnings{};  ///< suspicious values, one message each
 };
 
-/// What a reader of weights lets pass.
+/// Deviations that a reader of weights accepts.
 struct WeightFileOptions {
   bool allow_trailing = false;   ///< accept more parameters than the cfg needs (cut backbone files)
   bool allow_nonfinite = false;  ///< accept NaN, infinity and negative variances, to debug them
@@ -65,8 +65,8 @@ namespace detail {
 [[nodiscard]] std::string describe(const detect::NetworkConfig& config, const detect::ParameterBlock& block);
 
 /// Bytes of the header, decided by the version and, where that does not fit, by the exact size. A file of 4
-/// bytes less than its version asks for may also be cut; then the upper half of the count stands where
-/// the first parameter should, and is zero.
+/// bytes less than its version requires may also be cut; then the upper half of the count stands where the
+/// first parameter should, and is zero.
 [[nodiscard]] std::uint64_t header_size(const RegularFile& file, const detect::NetworkConfig& config,
                                         const detect::ParameterLayout& layout, std::uint64_t by_version,
                                         bool upper_half_is_zero, bool allow_trailing);
@@ -109,8 +109,8 @@ struct LoadedModel {
 /// \param weights  path
 /// \param input_height  of the pictures, in pixels; 0 takes the cfg's own
 /// \param input_width   likewise
-/// \param decode   how logits become boxes; left out, what a converted detector says and of Darknet weights
-///                 what the cfg says: scaled for new_coords=1, else darknet
+/// \param decode   how logits become boxes. Left out: the family stored in a converted detector; for Darknet
+///                 weights the cfg's: scaled for new_coords=1, else darknet
 /// \throws Error (usage) for Darknet weights without a cfg; Error (mismatch) if a converted detector is of
 ///         another decode family than `decode`; FileError as detect::with_decode(),
 ///         read_network_config(), read_weight_file(), DetectorFile and DarknetModel's constructor

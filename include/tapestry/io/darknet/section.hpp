@@ -57,8 +57,8 @@ inline void add_cfg_option(const std::string& path, std::string_view whole_line,
 
 /// Cuts the text of a cfg file into sections. Lines that begin with # or ; are comments, and so is what
 /// follows a value and begins with a blank and one of them; a byte order mark, tabs and either kind of line
-/// end are accepted. The views point into `text`. \throws FileError (malformed, or limit above 2,048 layers)
-/// with path and line
+/// end are accepted. The views point into `text`.
+/// \throws FileError (malformed, or limit above 2,048 layers) with path and line
 [[nodiscard]] inline std::vector<CfgSection> cfg_sections(std::string_view text, const std::string& path) {
   if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
   std::vector<CfgSection> sections;
@@ -92,7 +92,7 @@ inline void add_cfg_option(const std::string& path, std::string_view whole_line,
   return sections;
 }
 
-/// Reads the options of one section with their types, and remembers which were asked for.
+/// Reads the options of one section with their types, and remembers which were read.
 class SectionReader {
  public:
   SectionReader(std::string path, CfgSection& section) : path_(std::move(path)), section_(section) {}
@@ -116,7 +116,7 @@ class SectionReader {
     return option != nullptr ? option->value : fallback;
   }
 
-  /// Integer in [low, high]; below low is malformed, above high a limit (or malformed when so told).
+  /// Integer in [low, high]; below low is malformed, above high an error of kind `above`.
   [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t fallback, std::int64_t low,
                                      std::int64_t high, ErrorKind above = ErrorKind::limit) {
     const CfgOption* option = find(key);

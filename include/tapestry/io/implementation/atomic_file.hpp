@@ -69,7 +69,7 @@ void TemporaryFile::rename_over_target() {
   while (::fsync(descriptor_) != 0)
     if (errno != EINTR) fail("flush");
   if (::rename(path_.c_str(), target_.c_str()) != 0) fail("rename into place");
-  renamed_ = true;  // only then is it closed, which gives up the lock; what closing could say, fsync has said
+  renamed_ = true;  // closed only now, which gives up the lock; fsync has reported any error of closing
 }
 
 bool TemporaryFile::claim() const {

@@ -67,7 +67,7 @@ class DescribedObject {
     return member(key).get<std::string>();
   }
 
-  /// What `by_name` makes of the word of that key.
+  /// The value of that key's word, parsed by `by_name`.
   template <class ByName>
   [[nodiscard]] auto named(const char* key, const std::string& expected, ByName by_name) const {
     try {

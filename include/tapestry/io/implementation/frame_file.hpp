@@ -115,7 +115,7 @@ inline geometry::Camera read_camera(const NpzFile& file) {
   }
   camera.tan_half_fov_x = fov[0];
   camera.tan_half_fov_y = fov[1];
-  camera.far = 1e9;  // the file does not say how long a unit is
+  camera.far = 1e9;  // the file has no unit of length
   return camera;
 }
 
@@ -230,7 +230,7 @@ void write_frame(const std::string& path, const Frame& frame) {
 
 namespace tapestry::io::detail {
 
-/// What sorts file names with numbers by value: each number with zeros before it, to at least 20 digits.
+/// Key that sorts file names with numbers by value: each number with zeros before it, to at least 20 digits.
 inline std::string numeric_order_key(const std::string& path) {
   std::string key;
   const std::string stem = std::filesystem::path(path).stem().string();

@@ -1,6 +1,7 @@
 #pragma once
 /// \file
-/// The compiled part of jpeg_file.hpp: libjpeg-turbo, where TAPESTRY_JPEG says that the program links it.
+/// The compiled part of jpeg_file.hpp: libjpeg-turbo, if TAPESTRY_JPEG is defined, so that the program links
+/// it.
 #include <string>
 #include <string_view>
 #include <tapestry/io/jpeg_file.hpp>

@@ -83,7 +83,7 @@ class ObjParser {
     }
   }
 
-  /// Of the last vertex; those before it that have none get the colour of a face without material.
+  /// Sets the colour of the last vertex; earlier ones without colour get that of a face without material.
   void vertex_colour(const double* channels) {
     auto& colours = loaded_.mesh.vertex_colours;
     colours.resize(loaded_.mesh.positions.size(), geometry::Material{}.colour);

@@ -15,8 +15,8 @@
 #include <vector>
 
 namespace tapestry::io::detail {
-/// Compressor for stb's writer: smaller files than its own. The caller frees the result. zlib's own level,
-/// not the 8 that stb asks for: that takes 5 times as long for files smaller by 4 % (a sheet of 960
+/// Compressor for stb's writer: smaller files than its own. The caller frees the result. Uses zlib's own
+/// level, not the 8 that stb passes: that takes 5 times as long for files smaller by 4 % (a sheet of 960
 /// pictures).
 inline unsigned char* compress_for_png(unsigned char* bytes, int count, int* compressed_count, int) {
   uLongf size = compressBound(static_cast<uLong>(count));
@@ -62,7 +62,7 @@ inline unsigned char* compress_for_png(unsigned char* bytes, int count, int* com
 
 namespace tapestry::io::detail {
 
-/// What stb made of a file that it could not decode: nothing, unless it had no memory, for which it does not
+/// Result for a file that stb could not decode: nothing. Throws if stb had no memory, for which it does not
 /// always name a reason.
 template <class Element>
 std::vector<Element> none_decoded() {

@@ -151,8 +151,8 @@ template <std::floating_point T>
       ErrorKind::usage,
       files.weights +
           ": its outputs are not those of a detector that is known by its layers (YOLOX, NanoDet); a "
-          "description says what they are, such as a file of {\"head\": \"yolov5\"} beside the model, of "
-          "its name with the ending .json");
+          "description must define them, such as a file of {\"head\": \"yolov5\"} beside the model, of its "
+          "name with the ending .json");
 }
 
 template <std::floating_point T>

@@ -26,7 +26,7 @@
 namespace tapestry::io {
 namespace detail {
 
-/// Bytes that the shape and the type ask for.
+/// Bytes that the shape and the type require.
 [[nodiscard]] inline std::uint64_t needed_bytes(const std::string& path, const Tensor& tensor) {
   std::uint64_t bytes = item_size(tensor.type);
   bool has_none = false;

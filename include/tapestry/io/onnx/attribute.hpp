@@ -93,7 +93,7 @@ class AttributeReader {
     return nullptr;
   }
 
-  /// Files of the first version name no type; there the value tells.
+  /// The kind of the attribute. Files of the first version store no type; there the value's field decides.
   [[nodiscard]] const AttributeKind& find_kind() const {
     if (type_ == 0 && field_ == nullptr) message_.fail_whole("has neither type nor value");
     if (type_ == 0) return *field_;

@@ -53,7 +53,7 @@ class ExternalData {
   }
 
   /// The bytes of a tensor.
-  /// \param size    how many its extents and type ask for
+  /// \param size    how many its extents and type require
   /// \param tensor  for messages
   /// \throws FileError  malformed for a path that leaves the model's folder and a file that cannot be read,
   ///                    mismatch for one of another size, limit beyond the budget

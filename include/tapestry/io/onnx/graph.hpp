@@ -235,8 +235,8 @@ class GraphReader {
 }  // namespace detail
 
 /// A GraphProto: its inputs, outputs, constants and nodes are added to the description. Initialisers and
-/// nodes Constant become constants; nodes are sorted so that each comes after those that it reads. What a
-/// graph says of values in between, and for people, is left out.
+/// nodes Constant become constants; nodes are sorted so that each comes after those that it reads. Facts
+/// about values in between, and texts for people, are left out.
 /// Source: onnx.proto, GraphProto.
 ///
 /// \throws FileError as read_node(), read_tensor(), read_input() and ValueOrder::sorted() do; malformed for

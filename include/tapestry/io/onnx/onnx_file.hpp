@@ -71,7 +71,7 @@ using WeightValues = std::map<std::string, std::vector<float>>;
 [[nodiscard]] WeightValues weight_values(const nn::Network<float>& network);
 
 /// The bytes of an ONNX model with other elements in some of its initialisers, everything else as it was,
-/// byte for byte: names, versions, outputs, and what it says for people.
+/// byte for byte: names, versions, outputs, and texts for people.
 ///
 /// \param bytes  of a model that parse_onnx() reads
 /// \param path   of its file, for messages

@@ -21,9 +21,9 @@ struct ProtobufFile {
   std::string_view bytes;
 };
 
-/// One message of a protobuf file, read field by field. protozero's reader trusts its caller to ask for a
-/// field by its wire type; this one refuses fields of another type and those that pass the end of their
-/// message, with the byte of the file. The file must outlive it.
+/// One message of a protobuf file, read field by field. protozero's reader trusts its caller to read a field
+/// by its wire type; this one refuses fields of another type and those that pass the end of their message,
+/// with the byte of the file. The file must outlive it.
 /// Source: the encoding's description, https://protobuf.dev/programming-guides/encoding.
 class ProtobufMessage {
  public:
@@ -131,7 +131,7 @@ class ProtobufMessage {
            wire_name(reader_.wire_type()));
   }
 
-  /// What the action returns, with protozero's exceptions as ours.
+  /// Result of the action; protozero's exceptions become ours.
   template <class Action>
   std::invoke_result_t<Action> decoded(Action action) const {
     try {

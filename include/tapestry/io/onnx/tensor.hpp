@@ -25,7 +25,7 @@ struct NamedConstant {
 
 namespace detail {
 
-/// What a TensorProto says beside its elements.
+/// Fields of a TensorProto beside its elements.
 struct TensorFields {
   std::string_view name{};
   nn::Shape shape{};

@@ -38,7 +38,7 @@ enum class OnnxType : std::int64_t {
   int4 = 22,
 };
 
-/// What a file says of elements of one type.
+/// Facts about the elements of one type in a file.
 struct OnnxTypeFacts {
   std::string_view name;
   std::size_t bits = 0;  ///< of an element in raw_data; 0 for a type that is not supported
@@ -106,7 +106,7 @@ inline constexpr std::array<OnnxTypeFacts, 27> onnx_types{{
   return is_known ? std::string(facts_of(type).name) : std::to_string(number);
 }
 
-/// What is_supported() accepts, for messages.
+/// Types that is_supported() accepts, for messages.
 inline constexpr const char* supported_onnx_types = "FLOAT, FLOAT16, BFLOAT16, DOUBLE, BOOL or integers";
 
 /// True for the types whose elements are read.
@@ -227,8 +227,8 @@ struct IntegerRange {
   std::int64_t largest = 0;
 };
 
-/// Of 16-bit floats, whose bits are kept as an integer, and of pairs of four-bit elements, too. INT64 and
-/// UINT64 fill their fields and have no range.
+/// The range of a type's integers. 16-bit floats, whose bits are kept as an integer, and pairs of four-bit
+/// elements have one, too; INT64 and UINT64 fill their fields and have none.
 [[nodiscard]] constexpr IntegerRange integer_range(OnnxType type) {
   switch (type) {
     case OnnxType::int8:

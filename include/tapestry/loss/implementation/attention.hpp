@@ -10,13 +10,13 @@
 
 namespace tapestry::loss::detail {
 
-/// The parts of a heat map that hang together: for each place the number of its part, from 1, or 0 where
-/// there is no heat; neighbours are above, below, left and right.
+/// The connected parts of a heat map: for each place the number of its part, from 1, or 0 where there is no
+/// heat; neighbours are above, below, left and right.
 struct HeatParts {
   std::vector<std::size_t> part;
   std::vector<std::size_t> sizes;  ///< of part p at p − 1
 
-  /// What a place of a part counts: 1 over the number of parts and H·W + 1 − size.
+  /// Weight of a place of a part: 1 over the number of parts and H·W + 1 − size.
   [[nodiscard]] double weight(std::size_t place) const {
     const std::size_t rest = part.size() + 1 - sizes[part[place] - 1];
     return 1 / (static_cast<double>(sizes.size()) * static_cast<double>(rest));

@@ -31,7 +31,7 @@ ClassCost::ClassCost(double class_logit, std::optional<double> objectness_logit)
   said = std::min(most, said);
 }
 
-/// What it costs a candidate to say one class and deny all others.
+/// Cost of each class for a candidate: of predicting it and denying all others.
 template <std::floating_point T>
 [[nodiscard]] std::vector<double> class_costs(const Predictions<T>& predictions, const Candidate& candidate) {
   const auto& head = predictions.heads[candidate.head];
@@ -49,7 +49,7 @@ template <std::floating_point T>
   return costs;
 }
 
-/// The candidates of one image, and which truth each has got so far.
+/// The candidates of one image, and the truth that each has so far.
 template <std::floating_point T>
 class DynamicMatcher {
  public:
@@ -61,7 +61,7 @@ class DynamicMatcher {
       });
   }
 
-  /// Hands the truth to as many of its cheapest candidates as its best overlaps sum up to, at least one.
+  /// Gives the truth its cheapest candidates, as many as its best overlaps sum up to, at least one.
   void add(const Target& truth) {
     if (!(truth.box.w > 0 && truth.box.h > 0)) return;
     std::vector<Offer> offers;
@@ -89,7 +89,7 @@ class DynamicMatcher {
   struct Place {
     Candidate candidate;
     detect::Box cell;
-    std::optional<detect::Box> box;   ///< that it predicts, once asked for
+    std::optional<detect::Box> box;   ///< box that it predicts, once computed
     std::vector<double> class_costs;  ///< likewise
     double cost = 0;                  ///< of the truth that it has
     const Target* truth = nullptr;
@@ -101,8 +101,8 @@ class DynamicMatcher {
     double cost, iou;
   };
 
-  /// What a truth would cost a candidate that may take it: one with its cell's centre in the truth's box or
-  /// near its middle.
+  /// Cost of a truth for a candidate that may take it: one with its cell's centre in the truth's box or near
+  /// its middle.
   [[nodiscard]] std::optional<Offer> offer_of(Place& place, const Target& truth) const {
     constexpr double smallest_iou = 1e-8, outside_cost = 1e5;
     const double dx = std::abs(place.cell.cx - truth.box.cx), dy = std::abs(place.cell.cy - truth.box.cy);

@@ -44,8 +44,8 @@ template <std::floating_point T>
   return result;
 }
 
-/// Normals of the two faces of a hinge as if one were unfolded beside the other, as long as twice their
-/// areas, and the cosine between them; 1 where a face has no area.
+/// Normals of the two faces of a hinge, oriented as if the faces were unfolded side by side, as long as twice
+/// their areas, and the cosine between them; 1 where a face has no area.
 struct HingeNormals {
   geometry::Vector3 edge, to_c, to_d, first, second;
   double first_length, second_length, cosine;

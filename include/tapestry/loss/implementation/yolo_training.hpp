@@ -31,9 +31,9 @@ struct Assignment {
   const Target* truth;
 };
 
-/// Truths to candidates: in the cell of the truth's centre the anchor, over all heads, whose shape fits best
-/// (ties to the first), and those above match_iou. A candidate that two truths want keeps the first. Truths
-/// without area or with their centre outside the picture are left out.
+/// Assigns truths to candidates: in the cell of the truth's centre the anchor, over all heads, whose shape
+/// fits best (ties to the first), and those above match_iou. A candidate that two truths claim keeps the
+/// first. Truths without area or with their centre outside the picture are left out.
 template <std::floating_point T>
 std::vector<Assignment> assignments(const Predictions<T>& predictions, const std::vector<Target>& truths,
                                     const YoloTrainingOptions& options) {
@@ -63,7 +63,7 @@ std::vector<Assignment> assignments(const Predictions<T>& predictions, const std
   return assigned;
 }
 
-/// Calls visit(candidate) for those unmatched candidates that ought to say "no object".
+/// Calls visit(candidate) for the unmatched candidates that should predict "no object".
 template <std::floating_point T, class Visit>
 void for_each_background(const Predictions<T>& predictions, const std::vector<Target>& truths,
                          const std::vector<Assignment>& assigned, double ignore_iou, Visit visit) {
@@ -80,7 +80,7 @@ void for_each_background(const Predictions<T>& predictions, const std::vector<Ta
     });
 }
 
-/// What an assigned candidate's four box logits are wanted to be: σ(tx), σ(ty), then tw and th or, in the
+/// Wanted values of an assigned candidate's four box logits: σ(tx), σ(ty), then tw and th or, in the
 /// ultralytics family, σ(tw) and σ(th); and their weight.
 struct BoxGoal {
   double x, y, w, h;
@@ -109,7 +109,8 @@ BoxGoal box_goal(const Predictions<T>& predictions, const Assignment& assignment
           2 - std::min(1.0, truth->box.w * truth->box.h / (width * height))};
 }
 
-/// The loss of a w or h logit: the cross entropy with σ where its family puts σ on it, else half the square.
+/// The loss of a w or h logit: the cross entropy with σ where its family applies σ to it, else half the
+/// square.
 [[nodiscard]] inline double extent_loss(const detect::Head& head, double logit, double wanted) {
   if (head.decode == detect::DecodeFamily::ultralytics) return binary_cross_entropy(logit, wanted);
   return (logit - wanted) * (logit - wanted) / 2;
@@ -121,14 +122,14 @@ BoxGoal box_goal(const Predictions<T>& predictions, const Assignment& assignment
   return logit - wanted;
 }
 
-/// Truths are told to anchors, and goals are those of the families with anchors and raw logits.
+/// Throws unless all heads have anchors and raw logits: truths are assigned to anchors.
 inline void require_family(const char* operation, const std::vector<detect::Head>& heads) {
   require_raw_logits(operation, heads, "darknet or ultralytics");
   for (const auto& head : heads)
     if (!detect::has_anchors(head.decode))
       throw DomainError(std::string(operation) + ": heads of the decode family " +
                         std::string(detect::name_of(head.decode)) +
-                        " have no anchors, which this loss tells truths to; expected darknet or ultralytics");
+                        " have no anchors, which this loss needs; expected darknet or ultralytics");
 }
 
 template <std::floating_point T>
@@ -250,7 +251,7 @@ template <std::floating_point T, class Options, class AdjointOf>
   const auto pullback = [options, adjoint_of](const Array<T, 1>& terms_adjoint,
                                               const LogitsAdjoint<T>& logits_adjoint) {
     const auto adjoint = [&](std::size_t term) { return static_cast<double>(terms_adjoint(term)); };
-    Options weights = options;  // of each term what its own adjoint and the total's ask for
+    Options weights = options;  // weights from each term's own adjoint and the total's
     weights.box = adjoint(0) + adjoint(3) * options.box;
     weights.objectness = adjoint(1) + adjoint(3) * options.objectness;
     weights.classification = adjoint(2) + adjoint(3) * options.classification;

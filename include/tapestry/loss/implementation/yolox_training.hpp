@@ -19,7 +19,7 @@
 
 namespace tapestry::loss::detail {
 
-/// (y − σ(t))² · H(t, y): the cross entropy, which counts the less the nearer σ is to what is wanted.
+/// (y − σ(t))² · H(t, y): the cross entropy, weighted down where σ is near the wanted value.
 [[nodiscard]] inline double quality_focal(double logit, double wanted) {
   const double missed = binary_cross_entropy_slope(logit, wanted);  // σ − y
   return missed * missed * binary_cross_entropy(logit, wanted);
@@ -31,8 +31,8 @@ namespace tapestry::loss::detail {
   return missed * (missed * missed + 2 * logistic_slope(logit) * binary_cross_entropy(logit, wanted));
 }
 
-/// Calls visit(channel, wanted, is_focal, is_objectness) for every channel of a candidate that is to say how
-/// sure it is of something. \param match  what it has to predict; null for background
+/// Calls visit(channel, wanted, is_focal, is_objectness) for every channel of a candidate that holds a score.
+/// \param match  what it has to predict; null for background
 template <class Visit>
 void for_each_score(const detect::Head& head, const DynamicMatch* match, Visit visit) {
   const auto objectness = head.objectness_channel();
@@ -125,7 +125,7 @@ void require_matches(const char* operation, const std::vector<detect::Head>& hea
   }
 }
 
-/// What the sums are divided by: candidates with a truth in all images, at least 1.
+/// Divisor of the sums: candidates with a truth in all images, at least 1.
 [[nodiscard]] inline double match_count(const DynamicMatches& matches) {
   std::size_t count = 0;
   for (const auto& of_image : matches) count += of_image.size();

@@ -259,7 +259,7 @@ ArrayVariable<T, 4> batch_norm(const ArrayVariable<T, 4>& x, const ArrayVariable
             {},
             {"y"},
             {{"training_mode", std::int64_t(1)}, {"epsilon", epsilon}}};
-  const auto running = zeros<T, 1>({scale.value().size()});  // statistics that nobody asks for
+  const auto running = zeros<T, 1>({scale.value().size()});  // running statistics, which are not used
   return detail::record_layer<T>(std::move(node), {running, running}, x, scale, bias);
 }
 

@@ -34,8 +34,8 @@ struct InputDescription {
   ElementType type = ElementType::floating;
 };
 
-/// A network as a file tells it: nodes in an order in which each comes after those that it reads, the values
-/// known beforehand, and the names of what goes in and out. See Network for what runs it.
+/// A network as read from a file: nodes in an order in which each comes after those that it reads, the values
+/// known beforehand, and the names of inputs and outputs. Network runs it.
 struct NetworkDescription {
   std::string path{};  ///< of the file, for messages
   std::int64_t opset = 0;

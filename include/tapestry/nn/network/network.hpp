@@ -64,7 +64,7 @@ class Network {
   void set_weights(std::span<const T> weights);
 
   /// \param inputs  values of each input, of input_shape(), readable 128 bytes past their end
-  /// \param pass    takes the results, and what `mode` says is kept
+  /// \param pass    receives the results, and what `mode` keeps
   /// \param batch   copies of the inputs' extents that lie there one behind the other, at least 1, each with
   ///                results of its own: the same bits as alone
   void forward(const std::vector<const T*>& inputs, NetworkPass<T>& pass, Mode mode = Mode::inference,
@@ -94,9 +94,8 @@ class Network {
   /// \param inputs_adjoint     one an input, likewise; null where not wanted
   /// \param weights_adjoint    of as many values as weights(), from all that reads them, or null
   /// \param outputs_gathered   one an output, null where not wanted, or none: receives the total gradient at
-  /// an
-  ///                           output within the network, from its own adjoint and from later layers. Needs
-  ///                           an input's adjoint
+  ///                           an output within the network, from its own adjoint and from later layers.
+  ///                           Needs an input's adjoint
   /// \throws DomainError if the pass kept nothing, or for weights unless it was for training
   void adjoint(NetworkPass<T>& pass, const std::vector<const T*>& output_adjoints,
                const std::vector<T*>& inputs_adjoint, T* weights_adjoint = nullptr,

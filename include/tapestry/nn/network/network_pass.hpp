@@ -27,7 +27,7 @@ class NetworkPass {
   /// Whether it is of forward_within(), so that adjoints are defined within windows only.
   [[nodiscard]] bool is_within() const { return plan_ != nullptr; }
 
-  /// What a step keeps for the adjoint of the first of the batch; see Network::step_of().
+  /// State of a step for the adjoint of the first of the batch; see Network::step_of().
   [[nodiscard]] OperationState<T>& state(std::size_t step) { return states_.at(step * batch_); }
 
   /// Adds the time of what runs from now on to `times`, which must stay; null measures nothing.
@@ -39,8 +39,8 @@ class NetworkPass {
   /// Takes the side of every kink, the signs of leaky units and the choices of max-pooling, from another pass
   /// over the same network in another precision or by another engine. A forward pass in float flips a few
   /// signs next to zero, each of which changes the gradient by a step; with the sides of the float pass a
-  /// pass in double is the reference that leaves only rounding. \throws DomainError unless both passes are
-  /// forward()'s for a gradient of as many pictures
+  /// pass in double is the reference that leaves only rounding.
+  /// \throws DomainError unless both passes are forward()'s for a gradient of as many pictures
   template <class U>
   void take_kinks(const NetworkPass<U>& other) {
     if (mode_ == Mode::inference || other.mode_ == Mode::inference || is_within() || other.is_within() ||
@@ -149,7 +149,7 @@ class NetworkPass {
   Mode mode_ = Mode::inference;
   std::size_t batch_ = 1;
   std::shared_ptr<const MapWindowPlan> plan_{};  ///< after forward() with something kept
-  KeptValues<T>* kept_ = nullptr;             ///< during such a forward()
+  KeptValues<T>* kept_ = nullptr;                ///< during such a forward()
   bool holds_ = false;
   OperationTimes* forward_times_ = nullptr;  ///< null if nothing is measured
   OperationTimes* adjoint_times_ = nullptr;

@@ -14,7 +14,7 @@
 
 namespace tapestry::nn {
 
-/// What one operation of one pass keeps from forward to adjoint, beside its operands and results.
+/// State of one operation in one pass, kept from forward to adjoint beside its operands and results.
 template <std::floating_point T>
 struct OperationState {
   Buffer<T> values{};
@@ -29,13 +29,13 @@ struct ForwardCall {
   std::span<const TensorView<const T>> inputs;
   std::span<const TensorView<T>> outputs;  ///< not initialised
   OperationState<T>& state;
-  bool keeps;  ///< whether the adjoint will be asked for
+  bool keeps;  ///< whether the adjoint will be called
   Engine engine;
   std::size_t batch = 1;  ///< copies, one behind the other, of all operands and results that are not constant
   const MapWindow* window = nullptr;  ///< of the results: nothing else need be written; null: all
 };
 
-/// Values of operands and results are there only where Operation::adjoint_reads() asks for them, in training
+/// Values of operands and results are there only where Operation::adjoint_reads() lists them, in training
 /// also where weight_adjoint_reads() does; all others are null.
 template <std::floating_point T>
 struct AdjointCall {
@@ -73,7 +73,7 @@ struct AdjointReads {
 template <std::floating_point T>
 class Operation {
  public:
-  /// What is known of a result beforehand.
+  /// Shape and type of a result, known before it is computed.
   struct Result {
     Shape shape{};
     ElementType type = ElementType::floating;
@@ -101,7 +101,7 @@ class Operation {
   /// leave it out.
   virtual void adjoint(const AdjointCall<T>& /*call*/) const {}
   [[nodiscard]] virtual AdjointReads adjoint_reads() const { return {}; }
-  /// What it reads beside those where adjoints of constants are wanted, too.
+  /// Values that the adjoint also reads where adjoints of constants are wanted.
   [[nodiscard]] virtual AdjointReads weight_adjoint_reads() const { return {}; }
   /// Whether result 0 depends on this operand with a derivative.
   [[nodiscard]] virtual bool is_differentiable(std::size_t /*input*/) const { return true; }

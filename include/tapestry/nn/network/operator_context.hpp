@@ -26,8 +26,8 @@ struct Operand {
   bool is_there = false;
 };
 
-/// A node with its operands' extents, for those who make an operation of it. Attributes are asked for by
-/// name; one that nobody has asked for is an error, so that none is overlooked.
+/// A node with its operands' extents, input for making an operation. Attributes are read by name; one that
+/// was never read is an error, so that none is overlooked.
 class OperatorContext {
  public:
   /// \param channels_last  tensors of four axes among the data operands are stored as [N, H, W, C], and so
@@ -49,8 +49,9 @@ class OperatorContext {
     return inputs[i];
   }
   /// Integers of an operand that must be known beforehand, as axes and extents must; out of range ones are
-  /// cut. \throws DomainError if it is missing, of another type or depends on what the network is given;
-  /// ShapeError for more than no node needs
+  /// cut.
+  /// \throws DomainError if it is missing, of another type or depends on what the network is given;
+  ///         ShapeError for more than no node needs
   [[nodiscard]] std::vector<std::int64_t> integers(std::size_t i) const {
     constexpr std::size_t most = 1024;
     const Constant& values = constant(i);
@@ -112,7 +113,7 @@ class OperatorContext {
     return channels_last_ && rank == 4 ? stored_axis[place] : place;
   }
 
-  /// \throws DomainError naming attributes that nobody has asked for
+  /// \throws DomainError naming attributes that were never read
   void require_all_asked() const {
     std::string unknown;
     for (const auto& [name, value] : node_.attributes)

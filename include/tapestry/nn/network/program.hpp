@@ -107,7 +107,7 @@ struct Program {
   std::vector<WeightBlock> weights{};
 };
 
-/// What a program's values depend on, and how long they are needed.
+/// Dependencies of a program's values, and how long each is needed.
 struct ProgramUse {
   std::vector<std::size_t> last_use{};  ///< the step that reads a value last; the number of steps for results
   std::vector<bool> follows_inputs{};   ///< differentiably

@@ -55,7 +55,7 @@ class ProgramBuilder {
   /// \throws FileError (mismatch) naming every node that is not supported, and why
   [[nodiscard]] Program<T> build();
 
-  /// Of every value, after build(). Constants belong to the description or to this.
+  /// Facts of every value, after build(). Constants belong to the description or to this.
   [[nodiscard]] NetworkFacts facts() const;
 
  private:
@@ -63,7 +63,7 @@ class ProgramBuilder {
 
   void require_room_for(const char* kind, const std::string& name, const Shape& shape) const;
 
-  /// What is known of a named value: a constant, or where the program has it in either layout.
+  /// Facts of a named value: a constant, or where the program has it in either layout.
   struct Known {
     const Constant* constant = nullptr;
     Shape shape{};  ///< in the description's numbering
@@ -80,7 +80,7 @@ class ProgramBuilder {
 
   void add_node(const Node& node);
 
-  /// Of a network that cannot be run at all the first nodes tell enough.
+  /// Records a problem. Of a network that cannot run at all only the first ones are kept.
   void add_problem(const std::string& problem);
 
   void fail(const Node& node) {

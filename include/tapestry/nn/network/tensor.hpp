@@ -38,8 +38,8 @@ inline void require_room(const Shape& shape) {
   }
 }
 
-/// What the elements of a tensor mean. All are computed in one floating type: integers, which are indices and
-/// extents, are exact in it as far as its digits reach (2^24 in float), and truth is 0 or 1.
+/// Meaning of the elements of a tensor. All are computed in one floating type: integers, which are indices
+/// and extents, are exact in it as far as its digits reach (2^24 in float), and truth is 0 or 1.
 enum class ElementType { floating, integer, boolean };
 
 /// A tensor whose values are known before a network runs: weights, and what shapes are computed from. Weights

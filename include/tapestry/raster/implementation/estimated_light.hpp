@@ -34,7 +34,7 @@ namespace tapestry::raster::detail {
   return shares;
 }
 
-/// A sun, and how well it explains the points with the best sky.
+/// A candidate for the sun, and how well it explains the points with its best sky.
 struct SunCandidate {
   geometry::Vector3 towards{0, 0, 1};
   std::shared_ptr<const ParallelView> shadow{};
@@ -54,11 +54,11 @@ struct SunCandidate {
   return sun;
 }
 
-/// Height of the lowest sun that is looked for, of a direction of length 1.
+/// Height of the lowest sun that is searched, for a direction of length 1.
 inline constexpr double lowest_sun = 0.1;
 
-/// The sun above the horizon that explains the points best: 128 directions without shadows, then those around
-/// the best with them, nearer and nearer.
+/// The sun above the horizon that explains the points best: searched in 128 directions without shadows, then
+/// with shadows around the best of them, ever closer.
 [[nodiscard]] inline SunCandidate best_sun(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
                                            const SkyBasis& basis, std::size_t shadow_pixels) {
   constexpr std::size_t count = 256;  // over the whole sphere
@@ -89,7 +89,7 @@ inline constexpr double lowest_sun = 0.1;
   return best;
 }
 
-/// The one colour that fits points best whose brightness is told by their shading, and how far each is off.
+/// The colour that fits points of known shading best, and how far each is off.
 struct ColourFit {
   std::array<double, 3> colour{0, 0, 0};
   std::vector<double> distance{};  ///< Euclidean
@@ -116,7 +116,7 @@ struct ColourFit {
   return fit;
 }
 
-/// What points count by their distances: 1 / (1 + (d / 2.385 σ)²), Cauchy's, with σ = 1.4826 · their median.
+/// Weights of points by their distances: 1 / (1 + (d / 2.385 σ)²), Cauchy's, with σ = 1.4826 · their median.
 [[nodiscard]] inline std::vector<double> robust_counts(const std::vector<double>& distances) {
   auto sorted = distances;
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
@@ -189,10 +189,10 @@ double AmbientOcclusion::at(std::size_t face, std::size_t side, const std::array
 
 namespace detail {
 
-/// Share of a face's inside by which its corners are moved inwards, where what hides them is looked up.
+/// Corners of a face are moved inwards by this share before their hiders are looked up.
 inline constexpr double occlusion_inset = 0.25;
 
-/// Open directions that a face sees, by their cosines, before it is divided by all.
+/// Sums of cosines over the open directions of a face, not yet divided by those over all directions.
 struct OcclusionSums {
   std::array<double, 2> whole{0, 0};            ///< of each side
   std::array<std::array<double, 3>, 2> open{};  ///< of each side, at each corner

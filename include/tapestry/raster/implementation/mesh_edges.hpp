@@ -57,7 +57,7 @@ namespace tapestry::raster::detail {
   return static_cast<std::int8_t>((is_alike ? -1 : 1) * (is_seam ? 2 : 1));
 }
 
-/// Whether all faces hang together by edges.
+/// Whether all faces are connected by edges.
 [[nodiscard]] inline bool is_one_piece(const MeshEdges& edges) {
   std::vector<std::int32_t> parent(edges.face_count);
   std::iota(parent.begin(), parent.end(), 0);
@@ -98,7 +98,7 @@ void for_each_side(const geometry::Mesh& mesh, const std::vector<std::int32_t>& 
     }
 }
 
-/// Puts together the sides that share both ends.
+/// Joins the sides that share both ends to edges.
 inline void gather_edges(const geometry::Mesh& mesh, MeshEdges& edges) {
   // A counting sort by the lesser end, then each run, which is short, by the greater one.
   std::vector<std::uint32_t> next(mesh.positions.size() + 1, 0);
@@ -148,14 +148,14 @@ MeshEdges mesh_edges(const geometry::Mesh& mesh) {
 
 namespace tapestry::raster::detail {
 
-/// Whether a face has points on both sides of another one's plane, or may have, and is not in that plane.
-/// What counts as in it is measured by the two faces alone, so that no third one matters.
+/// Whether a face has points on both sides of another one's plane, or may have, and is not in that plane. The
+/// tolerance for "in the plane" depends on the two faces alone, so that no third one matters.
 [[nodiscard]] inline bool reaches_through(const std::array<geometry::Vector3, 3>& face,
                                           const std::array<geometry::Vector3, 3>& plane) {
   const geometry::Vector3 u = geometry::subtract(plane[1], plane[0]);
   const geometry::Vector3 v = geometry::subtract(plane[2], plane[0]);
   const geometry::Vector3 normal = geometry::cross(u, v);
-  // What a height may be off by: the sum of its terms' sizes, times 90 roundings of a double.
+  // Bound of a height's error: the sum of its terms' sizes, times 90 roundings of a double.
   const auto rounding = [&](const geometry::Vector3& d) {
     const auto term = [&](std::size_t x, std::size_t y, std::size_t z) {
       return (std::abs(u[y] * v[z]) + std::abs(u[z] * v[y])) * std::abs(d[x]);
@@ -199,8 +199,8 @@ namespace tapestry::raster::detail {
   return reaches_through(a, b) && reaches_through(b, a);
 }
 
-/// Calls compare(face, face) for pairs that only together two neighbouring pixels show. Where pixels show
-/// more than two faces, faces are small, and a line that is missed is short.
+/// Calls compare(face, face) for pairs of which each of two neighbouring pixels shows one face. Where pixels
+/// show more than two faces, faces are small, and a missed line is short.
 template <class Compare>
 void compare_across(std::span<const std::int32_t> faces, std::span<const std::int32_t> beside,
                     Compare compare) {
@@ -212,7 +212,7 @@ void compare_across(std::span<const std::int32_t> faces, std::span<const std::in
         if (std::ranges::find(faces, other) == faces.end()) compare(one, other);
 }
 
-/// Each pair once, in order.
+/// Sorts the pairs and removes duplicates.
 inline void keep_once(std::vector<FacePair>& pairs) {
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());

@@ -20,7 +20,7 @@ namespace tapestry::raster::detail {
 
 inline constexpr std::size_t no_chart = std::numeric_limits<std::size_t>::max();
 
-/// Sets of numbers that are joined until they are asked for.
+/// Disjoint sets of numbers: joined first, looked up afterwards.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) : parent_(count) {
@@ -36,9 +36,9 @@ class DisjointSets {
   std::vector<std::size_t> parent_;
 };
 
-/// The chart of each face, counted in the order of the painted faces, no_chart for those not painted: painted
-/// faces that share a point of uv, whichever index it has, are of one chart.
-/// \param body  that has a finite uv for every corner of a painted face
+/// The chart of each face, numbered in the order of the painted faces; no_chart for unpainted ones. Painted
+/// faces that share a point of uv, whichever index it has, belong to one chart.
+/// \param body  with a finite uv for every corner of a painted face
 inline std::vector<std::size_t> chart_of_faces(const PaintedMesh& body) {
   const auto& mesh = body.mesh;
   std::map<std::array<double, 2>, std::size_t> points;
@@ -61,8 +61,8 @@ inline std::vector<std::size_t> chart_of_faces(const PaintedMesh& body) {
   return chart;
 }
 
-/// The chart of each texel of an atlas, no_chart where it is not used: that of the first painted face whose
-/// uv triangle has the texel's centre, else of the first whose lookups take from it.
+/// The chart of each texel of an atlas, no_chart for unused ones: that of the first painted face whose uv
+/// triangle contains the texel's centre, else of the first whose lookups read it.
 inline std::vector<std::size_t> chart_of_texels(const PaintedMesh& body) {
   const TextureLayout& layout = body.layout;
   const std::vector<std::size_t> chart_of_face = chart_of_faces(body);
@@ -83,7 +83,7 @@ inline std::vector<std::size_t> chart_of_texels(const PaintedMesh& body) {
   return chart;
 }
 
-/// Gives a chart the bounding box of its texels, of which it has some.
+/// Sets a chart's box to the bounding box of its texels; it must have some.
 inline void fit_box(TextureChart& chart) {
   const std::size_t top = chart.texels.front().row;
   std::size_t left = chart.texels.front().column;
@@ -159,8 +159,8 @@ inline TextureChart chart_of_vertices(const PaintedMesh& body) {
   return chart;
 }
 
-/// The pieces of a chart that hang together side by side, each in its bounding box, in the order of their
-/// first texels.
+/// The connected pieces of a chart (side by side), each in its bounding box, in the order of their first
+/// texels.
 inline std::vector<TextureChart> connected_pieces(const TextureChart& chart) {
   std::vector<std::size_t> at(chart.height * chart.width, no_chart);
   for (std::size_t i = 0; i < chart.texels.size(); ++i)

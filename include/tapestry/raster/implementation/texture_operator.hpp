@@ -97,8 +97,8 @@ template decltype(render_adjoint<double>) render_adjoint<double>;
 
 namespace tapestry::raster::detail {
 
-/// Adds every view's render_adjoint(), in the order of views; those without an adjoint add nothing. A small
-/// texture gets a part a view, so that views are independent of one another.
+/// Adds every view's render_adjoint(), in the order of views; views without an adjoint add nothing. For a
+/// small texture each view sums into an array of its own, so that views are independent of one another.
 template <std::floating_point T>
 void add_render_adjoints(const std::vector<std::shared_ptr<const TextureOperator<T>>>& pictures,
                          const std::vector<const Array<T, 3>*>& render_adjoints,

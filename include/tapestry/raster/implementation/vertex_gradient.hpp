@@ -28,7 +28,7 @@
 
 namespace tapestry::raster::detail {
 
-/// What a silhouette shows: every face alike, so that only the mesh's outline counts.
+/// Colours of a silhouette: every face alike, so that only the mesh's outline counts.
 struct OneColour {
   using Colour = std::array<double, 1>;
   [[nodiscard]] static constexpr Colour at(std::int32_t, const std::array<double, 3>&) { return {1}; }

@@ -10,7 +10,7 @@
 
 namespace tapestry::raster::detail {
 
-/// (I − n·nᵀ) / |direction| · towards_adjoint: what a direction receives from its unit vector n.
+/// (I − n·nᵀ) / |direction| · towards_adjoint: gradient of a direction, from that of its unit vector n.
 [[nodiscard]] inline geometry::Vector3 through_length(const geometry::Vector3& direction,
                                                       const geometry::Vector3& towards_adjoint) {
   const geometry::Vector3 towards = geometry::normalised(direction);
@@ -37,7 +37,7 @@ struct LightSums {
   }
 };
 
-/// Likewise, of an OutdoorLight.
+/// The same for an OutdoorLight.
 struct OutdoorSums {
   double sun = 0;
   geometry::Vector3 towards{0, 0, 0};
@@ -61,8 +61,8 @@ struct OutdoorSums {
 
 /// Adds a fragment's part.
 /// \param factor  the light's, before its colour
-/// \param seen    adjoint · coverage · colour before the light, of each channel; before it comes the same
-///                without the colour, which only a coat needs
+/// \param seen    adjoint · coverage · colour before the light, of each channel; the argument before it is
+///                the same without the colour, which only a coat needs
 template <class Lighting>
 void add_fragment(const Light& light, const Lighting& lighting, const geometry::Mesh& mesh,
                   const geometry::Vector3& eye, const Fragment& fragment, double factor,
@@ -78,7 +78,7 @@ void add_fragment(const Light& light, const Lighting& lighting, const geometry::
   sums.towards = geometry::add(sums.towards, geometry::scale(normal, s * light.directional));
 }
 
-/// Likewise, of an OutdoorLight.
+/// The same for an OutdoorLight.
 inline void add_fragment(const OutdoorLight& light, const PreparedOutdoorLight& lighting,
                          const geometry::Mesh&, const geometry::Vector3&, const Fragment& fragment,
                          double factor, const std::array<double, 3>&, const std::array<double, 3>& seen,
@@ -123,7 +123,7 @@ template <class Base>
   return CoatSums<decltype(no_sums(static_cast<const Base&>(light)))>{};
 }
 
-/// Adds what comes through the sun's mirror image.
+/// Adds the gradient that comes through the sun's mirror image.
 /// \param by_sun      derivative of the loss by the sun
 /// \param by_towards  and by its direction of length 1
 inline void add_sun(double by_sun, const geometry::Vector3& by_towards, LightSums& sums) {
@@ -135,7 +135,7 @@ inline void add_sun(double by_sun, const geometry::Vector3& by_towards, OutdoorS
   sums.towards = geometry::add(sums.towards, by_towards);
 }
 
-/// Adds what comes through the mirror image of the sky.
+/// Adds the gradient that comes through the mirror image of the sky.
 /// \param by_sky  derivative of the loss by the sky's radiance where it is mirrored
 /// \returns       derivative of the radiance by alpha
 inline double add_sky(double by_sky, const Light&, const geometry::Vector3&, double, LightSums& sums) {
@@ -155,7 +155,7 @@ inline double add_sky(double by_sky, const OutdoorLight& light, const geometry::
   return by_alpha;
 }
 
-/// Adds a fragment's part, of a light with a ClearCoat.
+/// Adds the part of a fragment under a light with a ClearCoat.
 template <class Base, class Sums>
 void add_fragment(const ClearCoat<Base>& light, const PreparedClearCoat<Base>& lighting,
                   const geometry::Mesh& mesh, const geometry::Vector3& eye, const Fragment& fragment, double,

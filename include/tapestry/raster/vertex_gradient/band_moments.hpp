@@ -6,8 +6,8 @@
 
 namespace tapestry::raster::detail {
 
-/// What one band of rows finds out about each face that it shows, in the order in which they are first met;
-/// found by a hash table with open addressing, at most half full.
+/// Sums of one band of rows for each face that it shows, in the order in which the faces are first met; found
+/// by a hash table with open addressing, at most half full.
 /// \tparam Moments  sums, 0 at first, with a member `face`
 template <class Moments>
 class BandMoments {

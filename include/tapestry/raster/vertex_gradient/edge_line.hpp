@@ -15,7 +15,7 @@
 
 namespace tapestry::raster::detail {
 
-/// What the integrals over boundaries of a picture, outlines and intersections, are about.
+/// Scene of the integrals over boundaries of a picture, which are outlines and intersections.
 template <class Colour, class Adjoint>
 struct BoundaryScene {
   const geometry::Mesh& mesh;
@@ -32,7 +32,7 @@ BoundaryScene(const geometry::Mesh&, const MeshEdges&, const std::vector<geometr
               const FaceField&, const geometry::Camera&, const Colour&, Adjoint, double)
     -> BoundaryScene<Colour, Adjoint>;
 
-/// An edge as it appears in a picture: where m·r = 0, m = q_a × q_b, between its ends.
+/// An edge in a picture: the points where m·r = 0, m = q_a × q_b, between its ends.
 struct EdgeLine {
   std::span<const HalfEdge> own;
   geometry::Vector3 a, b;          ///< its ends in view space, of the first half-edge
@@ -49,18 +49,18 @@ struct EdgeLine {
     return std::any_of(own.begin(), own.end(), [&](const HalfEdge& half) { return half.face == face; });
   }
 
-  /// The point so far from its first end.
+  /// The point at this distance from its first end.
   [[nodiscard]] std::array<double, 2> at(double place) const {
     return {from[0] + place * way[0], from[1] + place * way[1]};
   }
 
-  /// How far from its first end a point is.
+  /// Distance of a point from its first end.
   [[nodiscard]] double place_of(double column, double row) const {
     return (column - from[0]) * way[0] + (row - from[1]) * way[1];
   }
 
-  /// Of an edge from `first` to `last`, in view space. False if nothing of it lies in the view, it has no
-  /// length there, or it goes through the eye.
+  /// Sets the line of an edge from `first` to `last`, in view space. Returns false if nothing of it lies in
+  /// the view, it has no length there, or it goes through the eye.
   [[nodiscard]] bool set(const geometry::Vector3& first, const geometry::Vector3& last,
                          const geometry::Camera& camera, const PixelRays& rays) {
     a = first;

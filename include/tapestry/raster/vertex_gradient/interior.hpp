@@ -27,7 +27,7 @@ struct VertexShare {
 };
 
 /// Adds shares to the derivatives with respect to positions of the world, block by block, so that the sums do
-/// not depend on which thread made which block.
+/// not depend on the threads that made the blocks.
 inline void add_shares(const std::vector<std::vector<VertexShare>>& blocks, const geometry::Camera& camera,
                        std::vector<geometry::Vector3>& positions_adjoint) {
   for (const auto& block : blocks) {
@@ -82,8 +82,8 @@ void for_each_piece(const std::array<double, 2>& from, const std::array<double, 
   }
 }
 
-/// What one band of rows finds out about a face: sums over its fragments, σ_j being ∂colour/∂b_j times the
-/// adjoint of the colour.
+/// Sums of one band of rows over the fragments of a face, σ_j being ∂colour/∂b_j times the adjoint of the
+/// colour.
 struct FaceMoments {
   std::int32_t face;
   double light = 0;                              ///< derivative with respect to its light
@@ -91,7 +91,7 @@ struct FaceMoments {
   std::array<double, 3> second{};                ///< Σ b_k·(Σ_j σ_j·b_j)
   std::array<double, 3> place{};                 ///< Σ coverage·b
 
-  /// Multiplies what counts as derivatives.
+  /// Multiplies the sums that are derivatives.
   void scale(double factor) {
     light *= factor;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -101,12 +101,13 @@ struct FaceMoments {
   }
 };
 
-/// ∂(what a face shows at fixed points of the picture)/∂(its corners), times an adjoint.
+/// Derivative of a face's colours at fixed points of the picture with respect to its corners, times an
+/// adjoint.
 ///
-/// A displacement d of the surface at the point p that the ray r meets shifts what is seen there by
-/// e = r·(n·d)/(n·r) − d within the face, so with G = Σ_j σ_j·∇b_j the change is G·e, and as d = Σ b_k·dq_k
-/// each corner receives b_k · (n·(G·p)/(n·p) − G). Of a plane n·p is constant, and ∇b_j·p = b_j +
-/// ∇b_j·q_{j+1}, since b_j is 0 in the next corner: the sums over all p need no more than the moments.
+/// A displacement d of the surface at the point p of the ray r shifts the visible point by e = r·(n·d)/(n·r)
+/// − d within the face. So with G = Σ_j σ_j·∇b_j the change is G·e, and as d = Σ b_k·dq_k each corner
+/// receives b_k · (n·(G·p)/(n·p) − G). On a plane n·p is constant, and ∇b_j·p = b_j + ∇b_j·q_{j+1}, since b_j
+/// is 0 in the next corner: the sums over all p need no more than the moments.
 inline std::array<geometry::Vector3, 3> moving_texture_adjoint(
     const std::array<geometry::Vector3, 3>& corners, const FaceMoments& moments) {
   const geometry::Vector3 normal =
@@ -130,7 +131,7 @@ inline std::array<geometry::Vector3, 3> moving_texture_adjoint(
   return result;
 }
 
-/// A face's unit normal in the world, on the side that is seen, and how it turns as the corners move.
+/// A face's unit normal in the world, on the visible side, and its derivative by the corners.
 struct TurningNormal {
   TurningNormal(const geometry::Mesh& mesh, const geometry::Vector3& eye, std::int32_t face)
       : corners(mesh.faces[static_cast<std::size_t>(face)]) {
@@ -178,14 +179,14 @@ inline void add_light_adjoint(const geometry::Mesh& mesh, const geometry::Camera
   turning.add_adjoint(towards, light_adjoint * light.directional, positions_adjoint);
 }
 
-/// Without a light, or with normals that are taken as they are, nothing turns.
+/// Without a light, or with normals that are held still, nothing turns.
 template <class OtherLight>
 requires(!std::same_as<OtherLight, Light>) void add_light_adjoint(const geometry::Mesh&,
                                                                   const geometry::Camera&, const OtherLight&,
                                                                   std::int32_t, double,
                                                                   std::vector<geometry::Vector3>&) {}
 
-/// Adds what one fragment finds out; of its light only if the face turns in it.
+/// Adds the contribution of one fragment; that of its light only if the face turns in it.
 /// \param adjoint  of the pixel's three values
 template <std::floating_point T, class Colour>
 void add_fragment(const Colour& colour, const Fragment& fragment, const T* adjoint, bool is_turning,
@@ -205,15 +206,15 @@ void add_fragment(const Colour& colour, const Fragment& fragment, const T* adjoi
   for (std::size_t c = 0; c < 3; ++c) moments.light += weight[c] * tinted[c];
 }
 
-/// Where the derivative with respect to positions goes: by what moves in the picture, and by light that turns
-/// with its face, which is left out if null. Both may be one.
+/// Destinations of the derivative with respect to positions: one for motion in the picture, and one for light
+/// that turns with its face, which is left out if null. Both may be the same.
 struct MotionAdjoint {
   std::vector<geometry::Vector3>* moving;
   std::vector<geometry::Vector3>* turning;
 };
 
-/// The part of the gradient that comes from what faces show, their outlines held still, sampled a band of
-/// rows at a time.
+/// The part of the gradient from inside the faces, with outlines held still, sampled a band of rows at a
+/// time.
 /// \returns the faces that are seen where the adjoint is not 0
 template <std::floating_point T, class Model, class Colour>
 SeenFaces add_interior(const Surface<T, Model>& surface, const Colour& colour, const FragmentBands& fragments,

@@ -14,8 +14,8 @@
 
 namespace tapestry::raster::detail {
 
-/// The same integral over lines where faces cut through each other. Faces i and j change places where
-/// D = 1/z_i − 1/z_j, affine in the picture, is 0; i is seen where D > 0. The line moves across itself by
+/// The same integral over lines where faces cut through each other. Faces i and j change places where D =
+/// 1/z_i − 1/z_j, affine in the picture, is 0; i is seen where D > 0. The line moves across itself by
 /// −dD/|∇D|, and a displacement d of a face's surface there changes its 1/z by −(n·d)/(n·r)/z².
 template <class Colour, class Adjoint>
 class Intersections {
@@ -24,7 +24,7 @@ class Intersections {
   Intersections(const BoundaryScene<Colour, Adjoint>& scene, std::vector<FacePair> pairs)
       : scene_(scene), pairs_(std::move(pairs)), line_counts_(block_count(pairs_.size(), block)) {}
 
-  /// Finds the lines that may show, and marks where they lie. Of each block of pairs, those that have one
+  /// Finds the lines that may be visible, and marks their cells. In each block of pairs, those with a line
   /// move to its front; the lines, seven times as large, are not kept.
   void find(FaceField& field) {
     parallel_for(line_counts_.size(), [&](std::size_t index) {
@@ -66,7 +66,7 @@ class Intersections {
     std::int32_t hider = -1;  // the face that hid the last point that was hidden
   };
 
-  /// False if the faces have no line in common in the view.
+  /// Computes the line of two faces; returns false if they have no line in common in the view.
   [[nodiscard]] bool cut(const FacePair& pair, Line& line) const {
     const FacesInView& faces = scene_.field.faces();
     if (faces.winding(pair.first) * faces.winding(pair.second) == 0) return false;

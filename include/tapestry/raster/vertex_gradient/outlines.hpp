@@ -14,20 +14,20 @@
 
 namespace tapestry::raster::detail {
 
-/// The integral over all edges of the mesh, as far as they are seen, of
+/// The integral over all visible parts of the mesh's edges of
 ///   (colour on one side − colour on the other) · (motion of the edge across itself).
 ///
-/// Each edge is cut at the borders of pixels and into pieces of at most 1/samples of a pixel; of each piece
-/// the middle counts. Which face is seen on either side is decided by rays just beside it, so borders,
-/// seams, repeated faces and surfaces that meet in one edge need no rules of their own: where both sides show
-/// the same colour there is no edge. An edge through q_a and q_b appears where m·r = 0, m = q_a × q_b; it
-/// moves across itself by −(dm·r)/|∂(m·r)/∂(column, row)|, which holds for ends behind the camera, too.
+/// Each edge is cut at the borders of pixels and into pieces of at most 1/samples of a pixel; each piece
+/// counts by its middle. Rays just beside it decide which face is seen on either side, so borders, seams,
+/// repeated faces and surfaces that meet in one edge need no rules of their own: where both sides have the
+/// same colour there is no edge. An edge through q_a and q_b appears where m·r = 0, m = q_a × q_b; it moves
+/// across itself by −(dm·r)/|∂(m·r)/∂(column, row)|, which holds for ends behind the camera, too.
 template <class Colour, class Adjoint>
 class Outlines {
  public:
   explicit Outlines(const BoundaryScene<Colour, Adjoint>& scene) : scene_(scene) {}
 
-  /// Finds the edges that may show something, and marks where they lie.
+  /// Finds the edges that may be visible, and marks their cells.
   void find(FaceField& field) {
     constexpr std::size_t block = 2048;
     const std::size_t count = scene_.edges.size();
@@ -58,15 +58,15 @@ class Outlines {
 
  private:
   static constexpr std::uint32_t no_cell = 0xFFFFFFFFU;
-  static constexpr double beside = 1e-5;  // px; how far from an edge its two sides are looked at
+  static constexpr double beside = 1e-5;  // px; distance from an edge at which its two sides are tested
 
-  /// What a ray beside an edge meets.
+  /// The face that a ray beside an edge meets.
   struct Side {
     std::int32_t face = -1;
     std::int32_t half_edge = -1;  // of the edge, when the face has it; index into `own`
   };
 
-  /// Of a half-edge, the derivatives with respect to its two ends, in the order of the line's.
+  /// Derivatives of a half-edge with respect to its two ends, in the order of the line's.
   using EndsAdjoint = std::array<geometry::Vector3, 2>;
 
   /// A face that has the edge.
@@ -76,7 +76,7 @@ class Outlines {
     EndsAdjoint sum{};
   };
 
-  /// Memory for an edge at a time.
+  /// Memory for one edge at a time.
   struct Workspace {
     std::vector<OwnFace> own;
     std::uint32_t cell;               // of the piece before
@@ -93,8 +93,8 @@ class Outlines {
     return scene_.positions_view[static_cast<std::size_t>(vertex)];
   }
 
-  /// Whether an edge may be one between colours: not if it shows none of its faces, or lies between two that
-  /// go on into each other. That is decided by the faces' windings, of most edges by no more.
+  /// Whether an edge may separate two colours: not if none of its faces is drawn, or if it lies between two
+  /// faces that continue each other. For most edges the faces' windings alone decide it.
   [[nodiscard]] bool may_show(std::size_t edge, bool is_continuous) const {
     const auto own = scene_.edges.of(edge);
     const FacesInView& faces = scene_.field.faces();
@@ -109,7 +109,7 @@ class Outlines {
     return !((is_continuous && !is_seam) || scene_.colour.agrees(own[0], own[1]));
   }
 
-  /// False if nothing of the edge shows.
+  /// Cuts the line of an edge to the view; returns false if nothing of it shows.
   [[nodiscard]] bool cut(std::size_t edge, EdgeLine& line) const {
     line.own = scene_.edges.of(edge);
     const HalfEdge& first = line.own[0];
@@ -118,8 +118,8 @@ class Outlines {
                     scene_.field.rays());
   }
 
-  /// Goes along a line from its first end, as far as faces that samples see hide it: most edges of most
-  /// meshes are hidden from end to end.
+  /// Follows a line from its first end, as long as faces that samples see hide it: most edges of most meshes
+  /// are hidden from end to end.
   void hide_by_seen(EdgeLine& line) const {
     constexpr double beyond = 1e-7;  // px; past the border of a face that hides
     constexpr int most = 8;          // faces
@@ -137,7 +137,7 @@ class Outlines {
     if (!cut(found.edge, line)) return;
     line.hidden_to = found.hidden_to;
     const auto [column, row] = line.at(line.hidden_to);
-    // Of a short edge the first piece tells as much.
+    // A short edge is decided by its first piece.
     if (line.length - line.hidden_to > scene_.longest_piece && is_hidden(line, column, row) &&
         line.hidden_to > line.length)
       return;
@@ -153,7 +153,7 @@ class Outlines {
     for (std::size_t i = 0; i < own.size(); ++i) add_half_edge(line, i, own[i].sum, shares);
   }
 
-  /// Remembers how far a face hides the edge that hides it here.
+  /// Stores how far along the edge the face goes on hiding that hides it here.
   void hide(EdgeLine& line, std::int32_t hider, double column, double row) const {
     line.hidden_to =
         line.place_of(column, row) + scene_.field.weights(hider).hidden_length(
@@ -220,8 +220,8 @@ class Outlines {
     }
   }
 
-  /// The faces that a piece may meet. Those of its cell are sifted once for all pieces there, if several may
-  /// follow; of a crowded cell look() sees the nearest only, and sifting would read all.
+  /// The faces that a piece may meet. Those of its cell are filtered once for all pieces there, if several
+  /// may follow; in a crowded cell look() reads the nearest only, and filtering would read all.
   [[nodiscard]] std::span<const CellEntry> near_faces(const EdgeLine& line, double column, double row,
                                                       const std::array<double, 2>& step,
                                                       Workspace& work) const {
@@ -238,7 +238,7 @@ class Outlines {
   }
 
   /// The nearest of the edge's own faces beside it, at point − step, where m·r < 0, and at point + step, and
-  /// their 1/z. They reach up to the edge on the side of their third corner, whatever rounding says.
+  /// their 1/z. They reach up to the edge on the side of their third corner, even where rounding denies it.
   [[nodiscard]] std::array<double, 2> own_sides(const EdgeLine& line, const std::vector<OwnFace>& own,
                                                 const std::array<double, 2>& point,
                                                 const std::array<double, 2>& step,
@@ -258,8 +258,8 @@ class Outlines {
     return best;
   }
 
-  /// Whether the surface goes on beyond the edge in a face that does not have the edge but ends there as well
-  /// (a T-junction): the edge of that face counts the other half.
+  /// Whether the surface continues beyond the edge in a face that does not have the edge but ends there as
+  /// well (a T-junction): the edge of that face counts the other half.
   [[nodiscard]] bool is_continued(const EdgeLine& line, const Side& low, const Side& high, double column,
                                   double row) const {
     const bool low_is_own = low.half_edge >= 0;

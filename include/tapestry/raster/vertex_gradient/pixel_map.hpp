@@ -15,16 +15,16 @@
 
 namespace tapestry::raster::detail {
 
-/// Neural Mesh Renderer's gradient of positions: for every edge of every face, along each row and column that
-/// crosses it, each pixel that would gain if the edge came to it pulls the edge, by its gain over its
-/// distance. Not the derivative of any picture. Source: Kato, Ushiku, Harada, "Neural 3D Mesh Renderer" (CVPR
-/// 2018), section 3, and its program's rules: pixels outside the face count to the border of the picture,
-/// only where the pixel inside the edge shows the face; pixels inside count to the face's other side; only
-/// gains count.
+/// Neural Mesh Renderer's gradient of positions. For every edge of every face, along each row and column that
+/// crosses it, each pixel that would gain if the edge moved to it pulls the edge, by its gain over its
+/// distance. It is not the derivative of any picture. Source: Kato, Ushiku, Harada, "Neural 3D Mesh Renderer"
+/// (CVPR 2018), section 3, and its program's rules: pixels outside the face count to the border of the
+/// picture, only where the pixel inside the edge shows the face; pixels inside count to the face's other
+/// side; only gains count.
 class PixelMap {
  public:
-  /// \param colours   [rows · columns] of the samples that `buffer` has one of a pixel
-  /// \param adjoints  and the derivatives with respect to them
+  /// \param colours   [rows · columns] of the samples; `buffer` has one sample a pixel
+  /// \param adjoints  derivatives with respect to them
   PixelMap(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view,
            const geometry::Camera& camera, const VisibilityBuffer& buffer,
            const std::vector<std::array<double, 3>>& colours,
@@ -52,8 +52,8 @@ class PixelMap {
  private:
   static constexpr double least_distance = 1e-3;  // added to distances, as in the source
 
-  /// A face in samples, the centre of the first at 0, and what it collects: ∂L/∂(x, y) of its corners, both
-  /// in [−1, 1] across the picture.
+  /// A face in units of samples, with the first sample's centre at 0, and its sums: ∂L/∂(x, y) of its
+  /// corners, both in [−1, 1] across the picture.
   struct FlatFace {
     std::int32_t face;
     std::array<std::array<double, 2>, 3> corners;
@@ -128,8 +128,7 @@ class PixelMap {
     }
   }
 
-  /// Lets the samples from `begin` to `end` pull, by what they would gain from showing what `reference`
-  /// shows.
+  /// Adds the pull of the samples from `begin` to `end`: their gain if they had the colour of `reference`.
   void pull(FlatFace& flat, const Walk& walk, long along, double crossing, long begin, long end,
             long reference, bool is_inside) const {
     const auto& wanted = sample(walk, along, reference, colours_);

@@ -18,19 +18,20 @@ namespace tapestry::raster::detail {
 /// Factor of a face's sampled derivatives: min(1, (thickness / least_thickness)²), both in distances of
 /// samples.
 ///
-/// What a face shows changes over its thickness, so its derivatives grow with 1/thickness. Their integral
+/// The colours of a face change over its thickness, so its derivatives grow with 1/thickness. Their integral
 /// over the face stays bounded, but a sample that hits the face stands for a whole cell: a face seen edge-on
 /// that owns one sample would outweigh all others. With w_k = r·c_k / V, c_k = q_{k+1} × q_{k+2} and
 /// V = q_0·c_0, barycentrics are b_k = w_k·z, z = 1 / Σ w, and
 ///   thickness = 1 / max_k |∂b_k/∂(column, row)|,   ∂b_k/∂r = z·(c_k − b_k·Σ c) / V,
-/// at the mean place of the samples. All other faces keep factor 1, those smaller than a cell, too: hit by
-/// chance in proportion to their area, they count a whole cell for those that no sample hits.
+/// at the mean place of the samples. All other faces keep factor 1, also those smaller than a cell: they are
+/// hit by chance in proportion to their area, and each hit counts a whole cell, also for those that no sample
+/// hits.
 ///
 /// The square lets a face vanish with its thickness: snapping to 1/256 of a sample gives even a face without
 /// area up to a sample for each of the rows that it crosses. Below least_thickness the derivative is biased
 /// towards 0. At a tenth of the distance of samples the mean error along smooth motions is no larger than
-/// without the factor, of 1 x 1 to 8 x 8 samples, a car and bumpy spheres; at twice that, it is larger by a
-/// third at 1 x 1.
+/// without the factor, tested with 1 x 1 to 8 x 8 samples, a car and bumpy spheres; at twice that thickness
+/// it is larger by a third at 1 x 1.
 ///
 /// \param corners  q, view space
 /// \param place    Σ coverage·b over the samples

@@ -58,7 +58,7 @@ class U2NetWriter {
 
   [[nodiscard]] std::string next(const std::string& kind) { return kind + std::to_string(count_++); }
 
-  /// A convolution whose sums have `gain` times the mean square of what they add up.
+  /// A convolution whose sums have `gain` times the mean square of their inputs.
   Map convolution(const std::string& name, const Map& in, std::size_t out, std::size_t size,
                   std::int64_t dilation, double gain) {
     std::vector<float> weights(out * in.channels * size * size);
@@ -78,7 +78,7 @@ class U2NetWriter {
     return {name, out};
   }
 
-  /// \param gain  2 makes up for the half that a rectifier takes; what is added to something else starts
+  /// \param gain 2 makes up for the half that a rectifier takes; results that are added to others start
   /// smaller
   Map unit(const std::string& name, const Map& in, std::size_t out, std::int64_t dilation = 1,
            double gain = 2) {
@@ -116,7 +116,7 @@ class U2NetWriter {
     return {add("Concat", names, next("concat"), {{"axis", std::int64_t(1)}}), channels};
   }
 
-  /// RSU-L: a U of its own on top of its first unit, whose result it adds to.
+  /// RSU-L: a U of its own on top of its first unit, to whose result it is added.
   Map residual_u(const std::string& name, const Map& in, const ResidualU& block) {
     const Map first = unit(name + ".in", in, block.out);
     std::vector<Map> down{unit(name + ".down1", first, block.middle)};

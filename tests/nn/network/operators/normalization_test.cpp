@@ -18,7 +18,7 @@ double tolerance() {
   return 60 * static_cast<double>(std::numeric_limits<T>::epsilon());
 }
 
-/// scale · (x − mean)/√(variance + ε) + bias of each set of elements; set_of, scale_of and bias_of tell an
+/// scale · (x − mean)/√(variance + ε) + bias of each set of elements; set_of, scale_of and bias_of return an
 /// element's by its place in [N, C, …].
 template <class SetOf, class ScaleOf, class BiasOf>
 std::vector<double> normalised(const std::vector<double>& x, std::size_t sets, SetOf set_of, ScaleOf scale_of,

@@ -4,9 +4,9 @@
 
 namespace tapestry::detail {
 
-// clang warns where a loop did not become one of vectors, which is no mistake: bodies that call functions of
-// <cmath> never do. It warns at the function that the loop was built into, so those that hold loops of any
-// bodies stand here and are never built into their callers.
+// clang warns where a loop did not become one of vectors. That is no mistake: bodies that call functions of
+// <cmath> never do. It warns at the function that the loop was inlined into, so functions that hold loops of
+// any bodies stand here and are never inlined.
 #if defined(__clang__)
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wpass-failed"
@@ -16,8 +16,8 @@ namespace tapestry::detail {
 /// first-level cache.
 inline constexpr std::size_t array_block = 256;
 
-/// Calls body(i) for Count i from `first` on, where the bodies may run in any order and side by
-/// side.
+/// Calls body(i) for Count i from `first` on, where the bodies may run in any order and
+/// side by side.
 template <std::size_t Count, class Body>
 [[gnu::always_inline]] inline void plain_group(std::size_t first, const Body& body) {
 #if defined(__clang__)
@@ -28,9 +28,9 @@ template <std::size_t Count, class Body>
   for (std::size_t i = 0; i < Count; ++i) body(first + i);
 }
 
-/// Calls body(i) for i < count, likewise. Most run in loops of constant length, which compilers make loops of
-/// vectors even where they optimise little; with groups of 16 alone they take a third of the time to compile
-/// where bodies are long.
+/// Calls body(i) for i < count, likewise. Most calls run in loops of constant length, which compilers
+/// vectorise even at low optimisation; with groups of 16 alone long bodies take a third of the time to
+/// compile.
 template <std::size_t Largest = 64, class Body>
 [[gnu::always_inline]] inline void plain_block(std::size_t count, const Body& body) {
   std::size_t first = 0;

@@ -12,28 +12,28 @@ template <class T, std::size_t Rank, class Adjoints>
 struct ElementPass {
   const RowPlan<Rank>& plan;
   const Adjoints& adjoints;  ///< of the leaves, in order, null where none is wanted
-  T* root;                   ///< where a costly root's values are, else null
-  T* kept;                   ///< where other costly values are, [kept_count, plan.size], or null: nowhere
+  T* root;                   ///< values of a costly root, else null
+  T* kept;                   ///< other costly values, [kept_count, plan.size], or null
   bool goes_back;            ///< those values are there to read, not to write
 };
 
-/// Where in the expression a node stands: its first leaf, and its first kept array.
+/// Place of a node in the expression: its first leaf, and its first kept array.
 template <std::size_t FirstLeaf, std::size_t FirstKept>
 struct Standing {};
 
-/// What is behind a node while its elements are computed, a block at a time.
-///   seek(index)                     goes to a row
-///   forward(position, first, count) makes elements first … of the row ready, at `position` of them all
-///   reader()                        reads them: Value(reader, i) has the value of element i of the block,
-///   and
-///                                   what it was made of; reader.push(that, i, g) hands g back to the leaves
-///   backward(first, count)          adds what was handed back to the leaves' adjoints
-/// Readers are plain pointers and numbers, so that a loop over a block keeps them, and all that is between
-/// the leaves and the root of the expression, in registers.
+/// State of a node while its elements are computed, a block at a time.
+///  seek(index)                     goes to a row
+///  forward(position, first, count) makes elements first … of the row ready, at `position` of them all
+///  reader()                        reads them: Value(reader, i) has the value of element i of the block,
+///                                  and what it was made of; reader.push(that, i, g) hands g back to the
+///                                  leaves
+///  backward(first, count)          adds what was handed back to the leaves' adjoints
+/// Readers are plain pointers and numbers, so that a loop over a block keeps in registers both them and all
+/// values between the leaves and the root of the expression.
 template <class Node>
 class Cursor;
 
-/// Reads a block of numbers, and writes what comes back into another.
+/// Reads a block of numbers, and writes their gradients into another.
 template <class T>
 struct BlockReader {
   const T* values;

@@ -17,7 +17,7 @@ namespace detail {
 /// term|.
 class CompensatedSum {
  public:
-  /// Adds term(0) … term(count − 1), of which 512 and less are one block.
+  /// Adds term(0) … term(count − 1); up to 512 terms are one block.
   template <class Term>
   void add(std::size_t count, Term term) {
     for (std::size_t first = 0; first < count; first += 512)
@@ -56,7 +56,7 @@ template <ArrayExpression E>
   });
 }
 
-/// What no adjoint is wanted of.
+/// The null adjoint, for operands whose adjoint is not needed.
 template <class T>
 [[nodiscard]] inline T* no_adjoint(const Variable<T>&) {
   return nullptr;
@@ -80,7 +80,7 @@ template <ArrayExpression E>
   return is_active_expression(node) ? memory_of(TapeState<T>::require_active()) : nullptr;
 }
 
-/// The values that a pullback finds again.
+/// Values that are kept for the pullback.
 template <ArrayExpression E>
 [[nodiscard]] std::shared_ptr<Array<typename E::ArrayScalar, 1>> make_kept(const E& node, std::size_t size) {
   if (size == 0 || !is_active_expression(node)) return nullptr;
@@ -92,7 +92,7 @@ template <class T>
   return kept == nullptr ? nullptr : kept->data();
 }
 
-/// Where a costly root keeps its values: in the result.
+/// Memory for the values of a costly root: the result itself.
 template <ArrayExpression E>
 [[nodiscard]] typename E::ArrayScalar* root_of(typename E::ArrayScalar* result) {
   return is_costly_node<E> ? result : nullptr;
@@ -173,8 +173,8 @@ template <class T, std::size_t Whole>
   return view.strides()[0] != 0 && std::abs(view.strides()[0]) < std::abs(view.strides()[1]);
 }
 
-/// Calls visit(element of the whole array, element of the view) for all of a matrix on its side, column by
-/// column, so that the whole is gone through in order.
+/// Calls visit(element of the whole array, element of the view) for all of a transposed matrix, column by
+/// column, so that the whole array is read in order.
 template <class T, std::size_t Whole, class Visit>
 void for_each_on_its_side(const ArrayView<T, Whole, 2>& view, Visit visit) {
   const std::size_t rows = view.shape()[0], columns = view.shape()[1];
@@ -200,7 +200,7 @@ template <class T, std::size_t Whole>
 }  // namespace detail
 
 /// The value of a formula, computed in one pass over its elements and recorded as one operation, whose
-/// pullback is one pass, too. What an ArrayVariable does with a formula assigned to it.
+/// pullback is one pass, too. Assigning a formula to an ArrayVariable calls it.
 template <ArrayExpression E>
 [[nodiscard]] ArrayVariable<typename E::ArrayScalar, E::rank> evaluated(const E& node) {
   using T = typename E::ArrayScalar;

@@ -9,9 +9,9 @@
 
 namespace tapestry {
 
-/// A look at some elements of an array variable: a slice, a transpose, a repetition. It has no memory and no
-/// record of its own; what is computed from it reads the array, and adds to the array's adjoint, where it
-/// looks. Made by the functions of arrays/view.hpp.
+/// A view of some elements of an array variable: a slice, a transpose, a repetition. It has no memory and no
+/// record of its own: formulas with it read the array, and add to the array's adjoint, in place. Made by the
+/// functions of arrays/view.hpp.
 template <class T, std::size_t Whole, std::size_t Rank>
 class ArrayView {
  public:
@@ -30,7 +30,7 @@ class ArrayView {
   [[nodiscard]] const detail::Strides<Rank>& strides() const { return strides_; }
   [[nodiscard]] std::tuple<ArrayVariable<T, Whole>> leaves() const { return {whole_}; }
 
-  /// The strides among elements of these extents, of which an axis may repeat one of extent 1.
+  /// The view's strides at these extents, where an axis of extent 1 may repeat.
   [[nodiscard]] detail::Strides<Rank> strides_in(const Extents<Rank>& extents) const {
     detail::Strides<Rank> strides = strides_;
     for (std::size_t axis = 0; axis < Rank; ++axis)
@@ -51,7 +51,7 @@ class ArrayView {
 
 namespace detail {
 
-/// A view that is known to be constant when the formula is compiled, which costs no pullback.
+/// A view that is known to be constant at compile time, so that it costs no pullback.
 template <class T, std::size_t Whole, std::size_t Rank>
 struct ConstantView : ArrayView<T, Whole, Rank> {
   static constexpr bool may_be_active = false;
@@ -88,19 +88,19 @@ inline constexpr bool is_costly = !requires {
   Operation::is_cheap;
 };
 
-/// Operations that nothing comes back from, such as comparisons.
+/// Operations without a derivative, such as comparisons.
 template <class Operation>
 concept HasNoDerivative = requires {
   Operation::has_no_derivative;
 };
 
-/// Nodes without a shape, which go with arrays of any.
+/// Nodes without a shape, which go with arrays of any extents.
 template <class X>
 inline constexpr bool is_scalar_node = !requires(const X& x) {
   x.shape();
 };
 
-/// The extents of a node beside others of `extents`; those of no axes repeat along all of these.
+/// The extents of a node beside others of `extents`; nodes of no axes repeat along all of them.
 template <class X, std::size_t Rank>
 [[nodiscard]] Extents<Rank> extents_beside(const char* name, const Extents<Rank>& extents, const X& x,
                                            const char* argument) {
@@ -204,7 +204,7 @@ class ArrayWhere {
 template <class X>
 inline constexpr std::size_t leaf_count = std::tuple_size_v<decltype(std::declval<const X&>().leaves())>;
 
-/// A node of which each value is kept or computed in a loop of its own.
+/// A node whose values are each kept or computed in a loop of their own.
 template <class X>
 inline constexpr bool is_costly_node = false;
 template <class Operation, class X>

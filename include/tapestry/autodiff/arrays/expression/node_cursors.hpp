@@ -8,7 +8,7 @@
 
 namespace tapestry::detail {
 
-/// g · partial; of an operation with kinks, a zero on either side passes nothing on.
+/// g · partial; for an operation with kinks, a zero on either side passes nothing on.
 template <class Operation, class T>
 [[nodiscard, gnu::always_inline]] inline T chain_of(T g, T partial) {
   const T product = chain(g, partial);
@@ -19,7 +19,7 @@ template <class Operation, class T>
   }
 }
 
-/// What goes back to one side of an operation; those whose partials are 0 or ±1 say it without a product.
+/// Gradient of one side of an operation; those whose partials are 0 or ±1 define pass_x(), without a product.
 template <class Operation, class T>
 [[nodiscard, gnu::always_inline]] inline T pass_x_of(T g, T x, T y, T value) {
   if constexpr (requires { Operation::pass_x(g, x, y); }) {
@@ -105,7 +105,7 @@ struct WhereReader {
   }
 };
 
-/// The bodies of loops over a block: they must become part of the loop, or it is no loop of vectors.
+/// The bodies of loops over a block: they must be inlined into the loop, or it is not vectorised.
 template <class Reader, class T>
 struct StoreValue {
   Reader reader;
@@ -135,7 +135,7 @@ struct PushAdjointOfKnown {
 template <class Node>
 using ReaderOf = decltype(std::declval<Cursor<Node>&>().reader());
 
-/// A cheap operation, computed again wherever it is read; its reader is made of its operands'.
+/// A cheap operation, computed again wherever it is read; its reader consists of its operands' readers.
 template <class Node>
 class InnerCursor;
 
@@ -192,8 +192,8 @@ class InnerCursor<ArrayBinary<Operation, X, Y>> {
   Cursor<Y> y_;
 };
 
-/// A costly operation: its values are computed in a loop of their own, into a block or to where they are kept
-/// for the way back, and read from there.
+/// A costly operation: its values are computed in a loop of their own, into a block or where they are kept
+/// for the backward pass, and read from there.
 template <class Node>
 class CostlyCursor {
   using T = typename Node::ArrayScalar;

@@ -38,7 +38,7 @@ template <std::size_t Rank>
 }
 
 /// How an expression's elements are visited: rows of `length` elements, in row-major order. The axes from
-/// `row_axes` on are one row, because no operand's steps tell them apart.
+/// `row_axes` on are one row, because every operand steps through them as through one axis.
 template <std::size_t Rank>
 struct RowPlan {
   Extents<Rank> extents{};
@@ -56,7 +56,7 @@ struct RowPlan {
     }
   }
 
-  /// Calls visit(index of the row's first element, position of it).
+  /// Calls visit(index of the row's first element, its position) for each row.
   template <class Visit>
   void for_each_row(Visit visit) const {
     if (size == 0) return;

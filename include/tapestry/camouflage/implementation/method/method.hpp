@@ -145,8 +145,8 @@ template ArrayVariable<double, 2> printed<double>(const Method<double>& method,
 
 namespace tapestry::camouflage::detail {
 
-/// The box around the painted faces, in which a place is (a, b, h): from −1 at the rear to 1 at the front,
-/// from −1 on the right to 1 on the left, and from 0 below to 1 on top.
+/// The box around the painted faces. A place in it is (a, b, h): a from −1 at the rear to 1 at the front, b
+/// from −1 on the right to 1 on the left, h from 0 below to 1 on top.
 class PaintedBox {
  public:
   explicit PaintedBox(const raster::PaintedMesh& car) {

@@ -25,7 +25,8 @@
 namespace tapestry::detect::detail {
 
 /// Checks the extents of decoded outputs, each [1, N, channels], or [1, channels, N] where channels are
-/// first. \throws FileError (mismatch) naming the output
+/// first.
+/// \throws FileError (mismatch) naming the output
 inline void require_decodable(const std::string& path, const DecodedOutputs& outputs, const nn::Shape& boxes,
                               const nn::Shape& scores) {
   const std::size_t channel_axis = outputs.channels_first ? 1 : 2, candidate_axis = 3 - channel_axis;

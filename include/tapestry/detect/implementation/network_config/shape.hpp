@@ -72,7 +72,7 @@ inline void shape_windowed(const NetworkConfig& config, std::size_t index, Featu
   shape.channels = layer.filters;
 }
 
-/// That of the layer named by "from", which what comes before multiplies.
+/// Shape of the layer named by "from", which the layer before multiplies by its factors.
 [[nodiscard]] inline FeatureShape multiplied_shape(const NetworkConfig& config, std::size_t index,
                                                    const FeatureShape& factors,
                                                    const std::vector<FeatureShape>& shapes) {

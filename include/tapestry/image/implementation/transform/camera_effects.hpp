@@ -32,8 +32,8 @@ inline std::vector<double> gaussian_weights(double deviation_px) {
   return weights;
 }
 
-/// The weight of sample j in the blurred sample i of a line that goes on as at its ends: sample 0 stands for
-/// all before it, sample `last` for all behind.
+/// The weight of sample j in the blurred sample i of a line that continues with its end values: sample 0
+/// stands for all before it, sample `last` for all behind.
 inline double blur_weight(const std::vector<double>& weights, std::ptrdiff_t i, std::ptrdiff_t j,
                           std::ptrdiff_t last) {
   const auto radius = static_cast<std::ptrdiff_t>(weights.size() / 2);
@@ -66,8 +66,8 @@ Array<T, 3> mixed_down(const Array<T, 3>& picture, const std::vector<double>& we
   return out;
 }
 
-/// Pixels mixed along rows. A row is laid out with what stands before and behind it; the transpose collects
-/// such a row, and adds what has come to lie there to its ends.
+/// Mixes pixels along rows. A row is laid out together with its continuation on both sides; the transpose
+/// collects such a row, and adds the continuations to its ends.
 template <std::floating_point T>
 Array<T, 3> mixed_across(const Array<T, 3>& picture, const std::vector<double>& weights, bool is_transposed) {
   if (weights.size() == 1) return picture;

@@ -33,7 +33,7 @@ ColourChange contrast_and_saturation(double contrast, double saturation) {
 
 namespace tapestry::image::detail {
 
-/// What a pixel's encoded channels are multiplied by.
+/// Factors of a pixel's encoded channels.
 class LightFactors {
  public:
   LightFactors(const LightChange& change, std::size_t height, std::size_t width)

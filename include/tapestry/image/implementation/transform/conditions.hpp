@@ -58,7 +58,8 @@ struct WarpTap {
   std::array<double, 4> share;
 };
 
-/// Where a row of warped pixels looks: beyond the edge at the edge, and likewise behind the camera.
+/// Source pixels of a row of warped pixels: those beyond the edge are taken at the edge, as are those behind
+/// the camera.
 class WarpRow {
  public:
   WarpRow(const Warp& warp, std::size_t y, std::size_t height, std::size_t width)
@@ -175,7 +176,7 @@ Conditions conditions_by_names(const std::vector<std::string>& names) {
 
 namespace tapestry::image::detail {
 
-/// Uniform in ±range; draws once, whatever the range, so that one range does not change what others draw.
+/// Uniform in ±range; draws once, whatever the range, so that one range does not change other draws.
 inline double either_way(Random& random, double range) { return random.uniform(-1, 1) * range; }
 
 inline SensorNoise drawn_noise(const Conditions& conditions, Random& random) {

@@ -80,7 +80,7 @@ Eigen::Matrix<T, 3, 3> colour_from_luma_chroma() {
 }
 
 /// Calls visit(pixel's first number, position in the luma plane, position in a chroma plane) for every place
-/// of the filled-up luma plane; what lies beyond the picture belongs to its nearest pixel. A pixel, and a
+/// of the filled-up luma plane; places beyond the picture belong to its nearest pixel. A pixel, and a
 /// chroma's place, belong to one thread.
 template <class Visit>
 void for_each_jpeg_pixel(const Extents<3>& extents, const JpegCompression& jpeg, Visit visit) {
@@ -118,7 +118,7 @@ JpegPlanes<T> jpeg_planes(const Array<T, 3>& picture, const JpegCompression& jpe
   return planes;
 }
 
-/// What decompression makes of the planes, before the cut to 0 … 1.
+/// The picture decompressed from the planes, before it is clipped to 0 … 1.
 template <std::floating_point T>
 Array<T, 3> picture_of_jpeg(const JpegPlanes<T>& planes, const Extents<3>& extents,
                             const JpegCompression& jpeg) {
@@ -134,7 +134,7 @@ Array<T, 3> picture_of_jpeg(const JpegPlanes<T>& planes, const Extents<3>& exten
   return picture;
 }
 
-/// Calls visit(block) for the blocks of a plane, from several threads; what it leaves in the block is kept.
+/// Calls visit(block) for the blocks of a plane, from several threads; visit may change the block.
 template <std::floating_point T, class Visit>
 void for_each_jpeg_block(Array<T, 2>& plane, Visit visit) {
   const std::size_t width = plane.shape(1);
@@ -161,7 +161,7 @@ void round_coefficients(JpegPlanes<T>& planes, const JpegCompression& jpeg) {
   }
 }
 
-/// Turns adjoints of the rounded planes into those of the planes before, by the slopes of smooth rounding.
+/// Turns adjoints of the rounded planes into those of the unrounded planes, by the slopes of smooth rounding.
 template <std::floating_point T>
 void pull_back_rounding(JpegPlanes<T>& before, const JpegCompression& jpeg, JpegPlanes<T>& adjoints) {
   const auto cosines = cosine_matrix<T>();
@@ -178,7 +178,7 @@ void pull_back_rounding(JpegPlanes<T>& before, const JpegCompression& jpeg, Jpeg
   }
 }
 
-/// The adjoints of the rounded planes, from those of the picture; channels that were cut have none.
+/// Adjoints of the rounded planes, from those of the picture; clipped channels have none.
 ///
 /// \param before  the planes before they were rounded
 template <std::floating_point T>

@@ -115,8 +115,8 @@ LoadedModel<T> read_darknet_model(const std::string& cfg, const std::string& wei
     if (decode && *decode != file.metadata().decode)
       throw Error(ErrorKind::mismatch, weights + ": is of the decode family " +
                                            std::string(detect::name_of(file.metadata().decode)) +
-                                           ", which contradicts the " +
-                                           std::string(detect::name_of(*decode)) + " asked for");
+                                           ", which contradicts the requested " +
+                                           std::string(detect::name_of(*decode)));
     auto config = detail::config_for(file, weights, cfg, warnings);
     keep(config.warnings);
     keep(detect::decode_warnings(config));

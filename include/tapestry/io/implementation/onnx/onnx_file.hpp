@@ -25,7 +25,7 @@
 
 namespace tapestry::io::detail {
 
-/// What a ModelProto says beside its graph.
+/// Fields of a ModelProto beside its graph.
 class ModelReader {
  public:
   ModelReader(const ProtobufFile& file, const OnnxLimits& limits)
@@ -83,7 +83,7 @@ class ModelReader {
     }
   }
 
-  /// Of several versions the highest counts, as onnx.proto says of opset_import.
+  /// The highest of several versions counts, as onnx.proto requires for opset_import.
   void read_opset(ProtobufMessage message) {
     std::string_view domain;
     std::int64_t version = 0;

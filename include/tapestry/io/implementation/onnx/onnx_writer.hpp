@@ -65,7 +65,7 @@ class OnnxEncoder {
 
   using OpenShape = std::vector<std::optional<std::size_t>>;
 
-  /// A ValueInfoProto; without a shape nothing is said of the extents.
+  /// A ValueInfoProto; without a shape it leaves the extents open.
   [[nodiscard]] static std::string value(const std::string& name, std::int32_t element_type,
                                          const std::optional<OpenShape>& extents) {
     std::string shape, type, tensor, bytes;
@@ -126,7 +126,7 @@ class OnnxEncoder {
     return bytes;
   }
 
-  // Each writes a value into an AttributeProto and tells its type.
+  // Each writes a value into an AttributeProto and returns its type.
   static std::int32_t add_value(protozero::pbf_writer& writer, double value) {
     writer.add_float(2, static_cast<float>(value));
     return 1;

@@ -14,12 +14,12 @@ struct Discrete {
   static constexpr bool is_vector = false;
   static constexpr bool has_derivative = false;
 };
-/// What functions of two operands have by default.
+/// Defaults of functions of two operands.
 struct Function {
   static constexpr bool is_vector = false;
   static constexpr bool has_derivative = true;
 };
-/// What those of them have that are computed by vectors.
+/// Defaults of those of them that are computed by vectors.
 struct VectorFunction {
   static constexpr bool is_vector = true;
   static constexpr bool has_derivative = true;

@@ -133,7 +133,7 @@ class InterleaveChannels : public Operation<T> {
 };
 
 /// InterleaveChannels, which simplified() makes of Concat, ChannelShuffle in two groups and Split: its
-/// attribute `split` tells the channels of each result.
+/// attribute `split` holds the channels of each result.
 template <std::floating_point T>
 void add_interleave_channels(OperatorTable<T>& table) {
   table["InterleaveChannels"] = {

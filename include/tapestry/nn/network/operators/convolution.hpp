@@ -17,7 +17,7 @@
 
 namespace tapestry::nn {
 
-/// What one convolution of a network is, beside its values.
+/// Plan of one convolution of a network: everything but its values.
 template <std::floating_point T>
 struct ConvolutionPlan {
   ConvolutionShape shape{};

@@ -163,8 +163,8 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// ConvTranspose of pictures. Where `output_shape` leaves an odd number of values to cut, auto_pad
-/// SAME_UPPER cuts the smaller half in front, as the standard says, and everything else the larger one.
+/// ConvTranspose of pictures. Where `output_shape` leaves an odd number of values to cut, auto_pad SAME_UPPER
+/// cuts the smaller half in front, as the standard requires, and everything else the larger one.
 template <std::floating_point T>
 void add_convolution_transpose(OperatorTable<T>& table) {
   table["ConvTranspose"] = {LayoutRule::channels_last, 1, false, detail::make_convolution_transpose<T>};

@@ -45,8 +45,8 @@ template <std::floating_point T>
   throw DomainError("attribute 'activation' is " + in_quotes(name));
 }
 
-/// Weights of one convolution, [filter, channel of its group, row tap, column tap], which are packed for the
-/// kernels when they are first needed. Several threads may ask at once.
+/// Weights of one convolution, [filter, channel of its group, row tap, column tap]. They are packed for the
+/// kernels when they are first needed; several threads may need them at once.
 template <std::floating_point T>
 class ConvolutionWeights {
  public:

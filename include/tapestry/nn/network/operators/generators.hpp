@@ -31,7 +31,7 @@ class Ramp : public Operation<T> {
   double start_, step_;
 };
 
-/// One value where an index along an axis is what the operand says, another one elsewhere; only that for
+/// One value where an index along an axis equals the operand, another one elsewhere; only the latter for
 /// indices out of range.
 template <std::floating_point T>
 class OneHot : public Operation<T> {

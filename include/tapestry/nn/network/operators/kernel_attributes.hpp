@@ -70,7 +70,7 @@ inline void read_extents(OperatorContext& context, const char* name, std::int64_
 }
 }  // namespace detail
 
-/// \param taps  of the weights, or {0, 0} where kernel_shape has to tell them
+/// \param taps of the weights; {0, 0}: kernel_shape is required
 [[nodiscard]] inline KernelAttributes window_attributes(OperatorContext& context,
                                                         KernelAttributes::Pair taps = {0, 0}) {
   KernelAttributes window;
@@ -171,8 +171,8 @@ struct PoolingPlan {
         body(first + y * rows.spacing * row_size() + x * columns.spacing * channels);
   }
 
-  /// Calls the same where several outputs may reach one
-  /// input: images side by side, each in reading order.
+  /// Calls the same where several outputs may reach one input: images side by side, each in reading
+  /// order.
   template <class Body>
   void for_each_output_in_order(Body body) const {
     parallel_for(images, [&](std::size_t image) {

@@ -42,7 +42,7 @@ class LayerNormalization : public Operation<T> {
     });
   }
 
-  /// As GroupNormalization's.
+  /// The adjoint, computed as in GroupNormalization.
   void adjoint(const AdjointCall<T>& call) const override {
     const T* const in = call.inputs[0].values;
     const T* const adjoint = call.output_adjoints[0].values;

@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 #include <tapestry/nn/network/operators.hpp>
-#include <tapestry/nn/network/operators/unary.hpp>
 #include <tapestry/nn/network/operators/kernel_attributes.hpp>
+#include <tapestry/nn/network/operators/unary.hpp>
 #include <tapestry/nn/pointwise.hpp>
 #include <utility>
 #include <vector>
@@ -41,7 +41,7 @@ class PassOn : public Operation<T> {
   explicit PassOn(std::vector<typename Operation<T>::Result> results) : Operation<T>(std::move(results)) {}
 };
 
-/// Dropout outside of training, which drops nothing; result 1 says so of each element.
+/// Dropout outside of training, which drops nothing; result 1 is true for each element.
 template <std::floating_point T>
 class Dropout : public PassOn<T> {
  public:
@@ -84,7 +84,7 @@ void add_pass_on(OperatorTable<T>& table) {
 
 namespace detail {
 
-/// What the elements of one of ONNX's types mean. Source: onnx.proto, TensorProto.DataType.
+/// Meaning of the elements of one of ONNX's types. Source: onnx.proto, TensorProto.DataType.
 /// \throws DomainError for texts, complex numbers and those of 8 bits
 [[nodiscard]] inline ElementType meaning_of(std::int64_t type) {
   if (type == 1 || type == 10 || type == 11 || type == 16) return ElementType::floating;

@@ -4,8 +4,8 @@
 #include <tapestry/nn/network/operators/unary_functions.hpp>
 
 /// \file
-/// Functions of one number that are put together of pieces, under the rules of unary_functions.hpp. Each says
-/// which derivative it takes at a kink.
+/// Piecewise functions of one number, under the rules of unary_functions.hpp. Each states which derivative it
+/// takes at a kink.
 
 namespace tapestry::nn::unary {
 

@@ -18,7 +18,7 @@ namespace tapestry::nn {
 /// Pixels of blocks of a picture as channels of one pixel: channels j · C … of pixel (y, x) are pixel
 /// (y · rows + row_j, x · columns + column_j).
 struct PixelBlocks {
-  /// Of a pixel within its block.
+  /// Place of a pixel within its block.
   struct Place {
     std::size_t row, column;
   };
@@ -39,7 +39,7 @@ class PixelUnshuffle : public Operation<T> {
         blocks_(std::move(blocks)) {}
 
   [[nodiscard]] std::optional<MapWindow> window_reached(Engine, std::span<const MapWindow> changed,
-                                                     bool) const override {
+                                                        bool) const override {
     return blocks_of_pixels(changed[0], blocks_.rows, blocks_.columns);
   }
   [[nodiscard]] MapWindow window_read(Engine, std::size_t, const MapWindow& computed) const override {

@@ -23,7 +23,8 @@ namespace detail {
 }
 
 /// Axes of an attribute or, from opset `since` on, of an operand, as places in `rank` axes; none if the node
-/// names none. \throws DomainError if one is named twice
+/// names none.
+/// \throws DomainError if one is named twice
 [[nodiscard]] inline std::optional<std::vector<std::size_t>> axes_of(OperatorContext& context,
                                                                      std::int64_t since, std::size_t rank) {
   const bool is_operand = context.opset() >= since;
@@ -46,8 +47,8 @@ namespace detail {
   return context.axis(context.integer("axis", otherwise), shape.size());
 }
 
-/// The extents that Reshape asks for: 0 stands for what was there unless allowzero says otherwise, one −1 for
-/// what is left.
+/// Extents of Reshape's result: 0 stands for the operand's extent unless allowzero is set, one −1 for what is
+/// left.
 [[nodiscard]] inline Shape reshaped(const Shape& from, const std::vector<std::int64_t>& wanted,
                                     bool allows_zero) {
   Shape shape;

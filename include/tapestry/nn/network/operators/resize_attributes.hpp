@@ -125,7 +125,7 @@ inline void cubic_weights(double a, double t, double* weights) {
   return table;
 }
 
-/// What a node of Resize or Upsample asks for.
+/// Attributes of a node Resize or Upsample.
 struct ResizeAttributes {
   ResizeRule rule{};
   std::vector<ResizeAxis> axes{};

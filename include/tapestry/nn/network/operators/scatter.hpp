@@ -10,7 +10,7 @@
 
 namespace tapestry::nn {
 
-/// What an update does to the element that it meets.
+/// Effect of an update on the element that it meets.
 enum class ScatterRule { replace, add, multiply, largest, smallest };
 
 /// ScatterND and ScatterElements: a copy of a tensor with updates of the blocks that indices mean, one after

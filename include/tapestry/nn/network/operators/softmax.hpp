@@ -174,7 +174,7 @@ class Softmax : public Operation<T> {
 };
 
 namespace detail {
-/// What Softmax and its like work along: one axis from opset 13 on; before, that axis and all behind it.
+/// Axes of Softmax and its like: one axis from opset 13 on; before, that axis and all behind it.
 [[nodiscard]] inline AxisRuns softmax_runs(OperatorContext& context) {
   const Shape& shape = context.input(0).shape;
   const std::size_t rank = shape.size();

@@ -6,7 +6,7 @@
 
 /// \file
 /// Smooth functions of one number with at most two parameters, as ONNX defines them, for UnaryOperation.
-/// `slope` is the derivative, computed from what `reads` says: the argument or the value. NaN stays NaN.
+/// `slope` is the derivative, computed from the argument or the value, as `reads` states. NaN stays NaN.
 ///
 /// Those that are VectorFunctions have neither branches nor calls, so that loops of them are loops of
 /// vectors. Their exponentials are vector_exp(): results err by a relative 8 ε at most down to e^-86.8 in
@@ -16,16 +16,16 @@ namespace tapestry::nn::unary {
 
 using tapestry::detail::vector_exp;
 
-/// What the derivative of a function is computed from, beside its parameters.
+/// Input of a function's derivative, beside its parameters.
 enum class Reads { nothing, input, output, no_derivative };
 
-/// What functions of one operand have by default.
+/// Defaults of functions of one operand.
 template <Reads From>
 struct Function {
   static constexpr Reads reads = From;
   static constexpr bool is_vector = false;
 };
-/// What those of them have that are computed by vectors.
+/// Defaults of those of them that are computed by vectors.
 template <Reads From>
 struct VectorFunction {
   static constexpr Reads reads = From;

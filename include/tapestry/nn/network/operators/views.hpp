@@ -48,7 +48,7 @@ template <std::floating_point T>
                                         std::vector<Piece>{piece}, Coverage{});
 }
 
-/// What Slice takes of one axis.
+/// Slice along one axis.
 struct AxisSlice {
   std::int64_t begin = 0, step = 1, count = 0;
   AxisSlice(std::int64_t extent, std::int64_t start, std::int64_t end, std::int64_t step_wanted)

@@ -11,14 +11,14 @@
 
 namespace tapestry::nn {
 
-/// What is known of a named value once a network's inputs have their extents.
+/// Facts of a named value once a network's inputs have their extents.
 struct ValueFacts {
   Shape shape{};
   ElementType type = ElementType::floating;
   const Constant* constant = nullptr;  ///< if it is known beforehand
 };
 
-/// By the values' names.
+/// Facts by the values' names.
 using NetworkFacts = std::map<std::string, ValueFacts>;
 
 /// A description that is being rewritten. Nodes keep their places, in which each comes after those that it
@@ -144,7 +144,7 @@ class EditableGraph {
       places.insert(std::ranges::upper_bound(places, i), i);
     }
   }
-  /// What note_uses() noted, but of values that another node has been put down for since.
+  /// Undoes note_uses(), except for values that another node has been noted for since.
   void forget_uses(std::size_t i) {
     for (const std::string& output : node(i).outputs)
       if (const auto found = makers_.find(output); found != makers_.end() && found->second == i)

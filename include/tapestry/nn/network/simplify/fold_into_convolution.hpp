@@ -135,7 +135,8 @@ struct ChannelScaling {
   return values;
 }
 
-/// What node i does to operand `value` of `channels`, if that is to scale its channels.
+/// The channel scaling that node i applies to operand `value` of `channels`; nothing if it does something
+/// else.
 [[nodiscard]] inline std::optional<ChannelScaling> scaling_of(const EditableGraph& graph, std::size_t i,
                                                               const std::string& value, std::size_t channels,
                                                               std::size_t rank) {

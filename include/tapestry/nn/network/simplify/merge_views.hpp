@@ -53,7 +53,7 @@ struct GridOfPixels {
   std::array<std::size_t, 2> first{0, 0}, step{1, 1};  ///< rows, columns
 };
 
-/// What node i adds to a grid, if it is a Slice of rows or columns to their end.
+/// Applies node i to a grid; returns false unless it is a Slice of rows or columns to their end.
 [[nodiscard]] inline bool follow_slice(const EditableGraph& graph, std::size_t i, GridOfPixels& grid) {
   const Node& node = graph.node(i);
   if (node.operation != "Slice" || node.inputs.size() != 5 || graph.opset() < 10) return false;
