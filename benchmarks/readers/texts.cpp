@@ -82,7 +82,9 @@ std::string entities(std::size_t bytes) {
 std::string labels(std::size_t bytes) {
   return filled(bytes, "", [](std::size_t) { return std::string("0 0 0 1 1\n"); });
 }
-void read_labels(const std::string& path) { (void)evaluate::parse_yolo_labels(io::read_text_file(path), path, 1); }
+void read_labels(const std::string& path) {
+  (void)evaluate::parse_yolo_labels(io::read_text_file(path), path, 1);
+}
 
 std::string manifest(std::size_t bytes) {
   shell::Json json = shell::make_manifest("camouflage", {{"seed", 1}}, 1, true, {});

@@ -165,7 +165,8 @@ struct WindowCase {
 
   /// Calls visit(inside, a, b) with values of two outputs.
   template <class Visit>
-  void compare(const nn::MapWindow& window, const nn::Buffer<T>& a, const nn::Buffer<T>& b, Visit visit) const {
+  void compare(const nn::MapWindow& window, const nn::Buffer<T>& a, const nn::Buffer<T>& b,
+               Visit visit) const {
     const T *of_a = a.data(), *of_b = b.data();
     for (std::size_t y = 0; y < out_rows; ++y)
       for (std::size_t x = 0; x < packed.out_columns; ++x) {
@@ -204,7 +205,8 @@ std::vector<nn::MapWindow> windows_in(std::size_t rows, std::size_t columns) {
 /// Within a window all is as in the whole; what shares tiles with it may be written, too, and nothing else
 /// is. No bit in it depends on inputs that are not needed, be they NaN.
 template <class T>
-std::size_t window_faults(const WindowCase<T>& test, const nn::Buffer<T>& whole, const nn::MapWindow& window) {
+std::size_t window_faults(const WindowCase<T>& test, const nn::Buffer<T>& whole,
+                          const nn::MapWindow& window) {
   const nn::ConvolutionShape& s = test.packed.shape;
   const nn::OutputTile tile = nn::tile_of(test.engine, test.packed);
   std::size_t count = 0;

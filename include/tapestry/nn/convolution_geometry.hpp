@@ -44,7 +44,8 @@ struct MapWindow {
 }
 
 /// A window of a map of so many rows and columns that is not empty: what is empty becomes one pixel.
-[[nodiscard]] inline MapWindow at_least_a_pixel(const MapWindow& window, std::size_t rows, std::size_t columns) {
+[[nodiscard]] inline MapWindow at_least_a_pixel(const MapWindow& window, std::size_t rows,
+                                                std::size_t columns) {
   const auto grown = [](BlockRange range, std::size_t extent) {
     const std::size_t first = std::min(range.begin, extent - 1);
     return BlockRange{first, std::max(range.end, first + 1)};
@@ -54,11 +55,13 @@ struct MapWindow {
 
 /// The pixels of a map that blocks within a window of blocks are made of, and the blocks that a window of
 /// pixels touches; a block has `rows` times `columns` pixels.
-[[nodiscard]] constexpr MapWindow pixels_of_blocks(const MapWindow& blocks, std::size_t rows, std::size_t columns) {
+[[nodiscard]] constexpr MapWindow pixels_of_blocks(const MapWindow& blocks, std::size_t rows,
+                                                   std::size_t columns) {
   return {{blocks.rows.begin * rows, blocks.rows.end * rows},
           {blocks.columns.begin * columns, blocks.columns.end * columns}};
 }
-[[nodiscard]] constexpr MapWindow blocks_of_pixels(const MapWindow& pixels, std::size_t rows, std::size_t columns) {
+[[nodiscard]] constexpr MapWindow blocks_of_pixels(const MapWindow& pixels, std::size_t rows,
+                                                   std::size_t columns) {
   return {{pixels.rows.begin / rows, block_count(pixels.rows.end, rows)},
           {pixels.columns.begin / columns, block_count(pixels.columns.end, columns)}};
 }

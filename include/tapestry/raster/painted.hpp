@@ -77,7 +77,7 @@ inline constexpr double widest_atlas = 64;
 }
 
 /// A view's picture, a loss of it, and the gradient by the texels.
-template <class T>
+template <std::floating_point T>
 struct PictureGradient {
   Array<T, 3> picture;  ///< [H, W, 3], colour times coverage
   T loss;

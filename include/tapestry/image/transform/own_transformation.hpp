@@ -16,9 +16,10 @@ namespace tapestry::image {
 ///                            Array<T, 3>& picture_adjoint);  // adds
 ///
 /// Both may run on several threads at once, each on another picture.
-template <class Own, class T>
-concept TransformsPictures = requires(const Own& own, const Array<T, 3>& picture, Array<T, 3>& adjoint) {
-  { transformed(picture, own) } -> std::convertible_to<Array<T, 3>>;
+template <class Own, class Scalar>
+concept TransformsPictures = requires(const Own& own, const Array<Scalar, 3>& picture,
+                                      Array<Scalar, 3>& adjoint) {
+  { transformed(picture, own) } -> std::convertible_to<Array<Scalar, 3>>;
   transformed_adjoint(picture, own, picture, adjoint);
 };
 
@@ -48,7 +49,7 @@ class OwnTransformation {
   }
 
  private:
-  template <class T>
+  template <std::floating_point T>
   struct Interface {
     virtual ~Interface() = default;
     [[nodiscard]] virtual Array<T, 3> apply(const Array<T, 3>& picture) const = 0;

@@ -18,7 +18,7 @@ namespace tapestry::nn {
 /// channels last, changes within a window. Values that are no maps of one picture are computed whole.
 struct MapWindowPlan {
   Engine engine = Engine::automatic;  ///< whose tiles they are
-  MapWindow picture{};                   ///< that changes; may be empty
+  MapWindow picture{};                ///< that changes; may be empty
   /// Everything whose bits depend on the picture's window; the adjoint is not needed anywhere else. None:
   /// all.
   std::vector<std::optional<MapWindow>> changed{};
@@ -37,7 +37,7 @@ struct MapWindowPlan {
 /// \param with_adjoint  whether the input's adjoint within the window is wanted, too
 template <std::floating_point T>
 [[nodiscard]] MapWindowPlan plan_windows(const Program<T>& program, Engine engine, const MapWindow& picture,
-                                      bool with_adjoint) {
+                                         bool with_adjoint) {
   MapWindowPlan plan;
   plan.engine = engine;
   plan.picture = picture;
@@ -96,7 +96,8 @@ template <std::floating_point T>
 /// Calls body(place, count) for the elements of a map that lie in the window `outer`, or anywhere, but not in
 /// `inner`, in runs that lie side by side.
 template <class Body>
-void for_each_outside(const Shape& map, const std::optional<MapWindow>& outer, const MapWindow& inner, Body body) {
+void for_each_outside(const Shape& map, const std::optional<MapWindow>& outer, const MapWindow& inner,
+                      Body body) {
   const std::size_t width = map[2], channels = map[3];
   const MapWindow all = outer.value_or(MapWindow{{0, map[1]}, {0, width}});
   const auto piece = [&](std::size_t y, std::size_t begin, std::size_t end) {
@@ -117,10 +118,10 @@ void for_each_outside(const Shape& map, const std::optional<MapWindow>& outer, c
 template <std::floating_point T>
 struct KeptValues {
   std::shared_ptr<const MapWindowPlan> plan{};  ///< null: nothing is kept
-  std::vector<Buffer<T>> rings{};            ///< of each value; empty where nothing is needed
-  Buffer<T> picture{};                       ///< as it was
-  std::weak_ptr<const void> constants{};     ///< that they were computed with
-  Mode mode = Mode::inference;               ///< likewise
+  std::vector<Buffer<T>> rings{};               ///< of each value; empty where nothing is needed
+  Buffer<T> picture{};                          ///< as it was
+  std::weak_ptr<const void> constants{};        ///< that they were computed with
+  Mode mode = Mode::inference;                  ///< likewise
 
   [[nodiscard]] std::size_t bytes() const {
     std::size_t count = picture.size();

@@ -22,7 +22,7 @@
 
 namespace tapestry::raster::detail {
 
-template <class T>
+template <std::floating_point T>
 void require_pixels(const char* operation, const char* what, const PixelFaces& pixels,
                     const Array<T, 3>& array, std::size_t channels) {
   require_shape(operation, what, array, {pixels.height, pixels.width, channels});
@@ -180,7 +180,7 @@ Rasterised<T> rasterise(const geometry::Mesh& mesh, const geometry::Camera& came
                         std::size_t width, const ArrayVariable<T, 2>& positions,
                         std::shared_ptr<const MeshEdges> edges) {
   auto shape = std::make_shared<geometry::Mesh>(mesh);
-  if (detail::is_given(positions)) geometry::set_positions(*shape, positions.value(), "rasterise");
+  if (detail::is_given(positions)) geometry::set_positions("rasterise", *shape, positions.value());
   const auto pixels = std::make_shared<const PixelFaces>(
       pixel_faces(std::move(shape), camera, height, width, std::move(edges)));
   const auto pullback = [pixels](const Array<T, 3>& adjoint, Array<T, 2>* positions_adjoint) {

@@ -17,7 +17,7 @@ struct LookUp {
   AxisTaps column, row;
   double columns_by_u, rows_by_v;  ///< change of the taps' shares; 0 before the first texel's centre
 
-  template <class T>
+  template <std::floating_point T>
   LookUp(const Array<T, 3>& texture, const T* uv)
       : LookUp(wrapped(static_cast<double>(uv[0]), 1) * static_cast<double>(texture.shape(1)) - 0.5,
                (1 - wrapped(static_cast<double>(uv[1]), 1)) * static_cast<double>(texture.shape(0)) - 0.5,
@@ -44,7 +44,7 @@ struct LookUp {
         rows_by_v(y >= 0 ? -static_cast<double>(height) : 0) {}
 };
 
-template <class T>
+template <std::floating_point T>
 void require_texture(const char* operation, const Array<T, 3>& texture, const Array<T, 3>& uv) {
   require_shape(operation, "uv", uv, {uv.shape(0), uv.shape(1), 2});
   if (texture.size() == 0)

@@ -6,10 +6,10 @@
 #include <memory>
 #include <string>
 #include <tapestry/nn/network/operators.hpp>
+#include <tapestry/nn/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/network/operators/rearrange.hpp>
 #include <tapestry/nn/network/operators/reshape.hpp>
 #include <tapestry/nn/network/operators/views.hpp>
-#include <tapestry/nn/network/operators/kernel_attributes.hpp>
 #include <vector>
 
 namespace tapestry::nn {

@@ -23,9 +23,9 @@ class MaxPool : public Operation<T> {
       : Operation<T>({{plan.out_shape(), ElementType::floating}}), plan_(std::move(plan)) {}
 
   [[nodiscard]] std::optional<MapWindow> window_reached(Engine, std::span<const MapWindow> changed,
-                                                     bool) const override {
+                                                        bool) const override {
     return MapWindow{outputs_reached(plan_.rows, {}, changed[0].rows),
-                  outputs_reached(plan_.columns, {}, changed[0].columns)};
+                     outputs_reached(plan_.columns, {}, changed[0].columns)};
   }
   [[nodiscard]] MapWindow window_read(Engine, std::size_t, const MapWindow& computed) const override {
     return {inputs_needed(plan_.rows, {}, computed.rows), inputs_needed(plan_.columns, {}, computed.columns)};
