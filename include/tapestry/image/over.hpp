@@ -151,7 +151,7 @@ template <std::floating_point T>
 /// Background and coverage that a picture is laid over, neither of which changes. Made of plain arrays, or of
 /// a photograph and a rendered view:
 ///
-///   const image::Backdrop<float> backdrop(image::from_bytes<float>(frame.image), view);
+///   const image::Backdrop backdrop(image::from_bytes<float>(frame.image), view);
 template <std::floating_point T>
 struct Backdrop {
   std::shared_ptr<const Array<T, 3>> background{};  ///< [H, W, C]
