@@ -99,7 +99,7 @@ struct ViewWithCoverage {
 TEST_CASE("a backdrop takes plain arrays, or a photograph and a view that it keeps", "[image][over]") {
   const auto photo = random_array<double>({6, 7, 3}, 1);
   const auto coverage = random_array<double>({2, 3}, 2);
-  const image::Backdrop<double> plain(photo, coverage, 1, 2);
+  const image::Backdrop plain(photo, coverage, 1, 2);
   CHECK((*plain.background == photo));
   CHECK((*plain.coverage == coverage));
   CHECK((plain.top == 1 && plain.left == 2));

@@ -196,7 +196,7 @@ namespace detail {
 /// Results of a function and columns of a Jacobian that one call with duals computes.
 inline constexpr std::size_t columns_a_call = 8;
 
-/// What a function returned, a range or one number, in its scalar type S.
+/// Results of a function, a range or one number, in its scalar type S.
 template <class S, class Found>
 [[nodiscard]] std::vector<S> results_of(const Found& found) {
   if constexpr (std::convertible_to<const Found&, S>)

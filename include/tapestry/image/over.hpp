@@ -148,7 +148,10 @@ template <std::floating_point T>
                                        const ArrayVariable<T, 3>& background, std::size_t top = 0,
                                        std::size_t left = 0, ColourSpace space = ColourSpace::encoded);
 
-/// The background of a composite: a photograph, and where and how far it is covered. Neither changes.
+/// Background and coverage that a picture is laid over, neither of which changes. Made of plain arrays, or of
+/// a photograph and a rendered view:
+///
+///   const image::Backdrop backdrop(image::from_bytes<float>(frame.image), view);
 template <std::floating_point T>
 struct Backdrop {
   std::shared_ptr<const Array<T, 3>> background{};  ///< [H, W, C]

@@ -14,7 +14,7 @@
 
 namespace tapestry::raster::detail {
 
-/// Where the ray of a pixel meets its face, see barycentrics().
+/// Point at which the ray of a pixel meets its face, see barycentrics().
 struct SeenPoint {
   std::array<geometry::Vector3, 3> corners;  ///< q, view space
   geometry::Vector3 ray;                     ///< d
@@ -36,7 +36,8 @@ struct SeenPoint {
     return barycentric[0] * corners[0][2] + barycentric[1] * corners[1][2] + barycentric[2] * corners[2][2];
   }
 
-  /// Of the corners in view space: with g_k = (adjoint_k - adjoint · b) / sum, each product's derivative is
+  /// Adjoints of the corners in view space. With g_k = (adjoint_k - adjoint · b) / sum, each product's
+  /// derivative is
   ///   dL/dq_{k+1} += g_k q_{k+2} x d,   dL/dq_{k+2} += g_k d x q_{k+1}.
   [[nodiscard]] std::array<geometry::Vector3, 3> adjoint_of(const geometry::Vector3& adjoint) const {
     std::array<geometry::Vector3, 3> result{};
@@ -88,7 +89,7 @@ class SeenPoints {
   PixelRays rays_;
 };
 
-/// Where an outline passes between the centres of two pixels: n · d = 0 with n = p x q, p and q the ends of
+/// Crossing of an outline between the centres of two pixels: n · d = 0 with n = p x q, p and q the ends of
 /// the edge in view space, at the share s = A / (A - B) of the way, A = n · d_from and B = n · d_to.
 struct OutlineCrossing {
   std::size_t from, to;  ///< pixels
