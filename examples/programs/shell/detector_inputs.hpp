@@ -8,9 +8,12 @@
 
 namespace tapestry::shell {
 
-/// io::read_detector() of the files that options name. Of 80 classes without names it takes the names of
-/// COCO, and says so, unless --class is a number. \param warnings  takes remarks on these \param layers    as
-/// DetectorFiles::layers \throws Error (usage) for options that do not go together
+/// io::read_detector() of the files that options name.
+///
+/// A detector of 80 classes without names gets the names of COCO and a warning, unless --class is a number.
+/// \param warnings  takes remarks on the files
+/// \param layers    as DetectorFiles::layers
+/// \throws Error (usage) for options that do not go together
 [[nodiscard]] detect::Detector<float> load_detector(const DetectorSettings& settings,
                                                     std::vector<std::string>& warnings,
                                                     const std::vector<std::string>& layers = {});

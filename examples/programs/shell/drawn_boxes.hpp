@@ -37,10 +37,10 @@ inline Colour class_colour(std::size_t class_index) {
   return colour;
 }
 
-/// Of the car's box where the car is found.
+/// Colour of the car's box where the car is found.
 inline constexpr Colour found_colour{40, 220, 60};
 
-/// Black or white, what stands out more. Source: WCAG 2.1, relative luminance; above 0.179 black does.
+/// Black or white, whichever contrasts more. Source: WCAG 2.1, relative luminance; above 0.179 black does.
 inline Colour text_colour_on(const Colour& background) {
   constexpr std::array<double, 3> weights{0.2126, 0.7152, 0.0722};
   double luminance = 0;
@@ -51,7 +51,7 @@ inline Colour text_colour_on(const Colour& background) {
   return luminance > 0.179 ? Colour{0, 0, 0} : Colour{255, 255, 255};
 }
 
-/// A box with what is written on it.
+/// A box with its label.
 struct LabelledBox {
   detect::Box box{};  ///< pixels of the picture
   std::string label{};
@@ -102,8 +102,8 @@ inline void draw_outline(Bitmap& bitmap, const PixelRectangle& at, long thicknes
   fill_rectangle(bitmap, at.right - across, at.top, at.right, at.bottom, colour);
 }
 
-/// Where a label of this size goes: on the box, within its top, or under it, the first of these places that
-/// lies in the picture and hides no label of `taken`; else the first that lies in the picture.
+/// Place of a label: above its box, inside at the top, below, or inside at the bottom. Takes the first that
+/// lies in the picture and meets none of `taken`, else the first that lies in the picture.
 inline PixelRectangle label_place(const PixelRectangle& box, long width, long height, const Bitmap& bitmap,
                                   const std::vector<PixelRectangle>& taken) {
   const auto rows = static_cast<long>(bitmap.shape(0)), columns = static_cast<long>(bitmap.shape(1));
@@ -124,8 +124,8 @@ inline PixelRectangle label_place(const PixelRectangle& box, long width, long he
 
 }  // namespace detail
 
-/// Draws boxes, cut at the edge of the picture, and their labels on grounds of the boxes' colours.
-/// \param boxes  surest first: the surer of two lies on top, and chooses its label's place first
+/// Draws boxes, cut at the edge of the picture, and labels filled with their boxes' colours.
+/// \param boxes  surest first: the surer of two lies on top, and its label is placed first
 inline void draw_boxes(Bitmap& bitmap, const std::vector<LabelledBox>& boxes) {
   const long scale = detail::text_scale(bitmap);
   const long height = (glyph_height + 2) * scale;
@@ -143,8 +143,8 @@ inline void draw_boxes(Bitmap& bitmap, const std::vector<LabelledBox>& boxes) {
   }
 }
 
-/// A picture and the boxes to draw into it, surest first; apart, so that labels are drawn in the size in
-/// which they are seen.
+/// A picture and the boxes to draw into it, surest first. They stay apart until the picture has the size in
+/// which it is seen, so that labels stay readable.
 struct MarkedPicture {
   Bitmap picture{};
   std::vector<LabelledBox> boxes{};
@@ -163,7 +163,7 @@ inline Bitmap halved(const Bitmap& picture) {
   return small;
 }
 
-/// With the boxes where they then are.
+/// Halves the picture and its boxes.
 inline MarkedPicture halved(const MarkedPicture& marked) {
   MarkedPicture small{halved(marked.picture), marked.boxes};
   for (auto& [box, label, colour] : small.boxes) box = {box.cx / 2, box.cy / 2, box.w / 2, box.h / 2};

@@ -15,7 +15,7 @@
 
 namespace tapestry::shell {
 
-/// No larger than `side` pixels, boxes with it; the boxes of a picture that is small enough stay as they are.
+/// Shrinks a picture and its boxes until no side is longer than `side` pixels.
 inline MarkedPicture fitted_within(MarkedPicture marked, std::size_t side) {
   const auto longer = [&] { return std::max(marked.picture.shape(0), marked.picture.shape(1)); };
   const auto shorter = [&] { return std::min(marked.picture.shape(0), marked.picture.shape(1)); };
@@ -35,10 +35,10 @@ inline MarkedPicture fitted_within(MarkedPicture marked, std::size_t side) {
   return marked;
 }
 
-/// Pictures of any extents with their boxes on one sheet, each under its name.
+/// A sheet of pictures of any extents with their boxes, each under its name.
 class PictureSheet {
  public:
-  /// \param pictures  to choose from; of many, evenly spread ones are shown
+  /// \param pictures  how many there are; of more than 160, evenly spread ones are shown
   explicit PictureSheet(std::size_t pictures)
       : pictures_(pictures),
         shown_(std::min(pictures, most_)),

@@ -74,8 +74,9 @@ std::string atlas_letters(Bitmap atlas) {
   return base64(io::png_file("report.html", atlas));
 }
 
-/// The pictures of one side of the pairs as JPEGs in letters; takes off what they need.
-/// \returns nothing if they need more than there is
+/// The pictures of one side of the pairs as JPEGs in letters.
+/// \param letters  that there are; takes off those used
+/// \returns nothing if there are too few
 std::optional<Json> jpegs_within(std::size_t& letters, const std::vector<MarkedPicture>& pictures,
                                  int quality) {
   Json json = Json::array();
@@ -88,27 +89,36 @@ std::optional<Json> jpegs_within(std::size_t& letters, const std::vector<MarkedP
   return json;
 }
 
-/// Adds the pictures, in the best quality and then the greatest size in which they take at most so many
-/// letters.
-void add_pictures(Json& data, PicturePairs pairs, std::size_t most_letters) {
+std::vector<MarkedPicture> halved(const std::vector<MarkedPicture>& pictures) {
+  std::vector<MarkedPicture> small;
+  for (const auto& picture : pictures) small.push_back(halved(picture));
+  return small;
+}
+
+/// Adds the pictures in at most so many letters: as large as they fit in quality 60, then as good as they
+/// fit.
+void add_pictures(Json& data, const PicturePairs& pairs, std::size_t most_letters) {
   constexpr std::size_t smallest_side = 64;
   constexpr int worst_quality = 60;
+  const std::vector<MarkedPicture>*below = &pairs.below, *above = &pairs.above;
+  std::vector<MarkedPicture> smaller_below, smaller_above;
   for (;;) {
-    const auto& first = pairs.below.empty() ? pairs.above : pairs.below;
-    const bool is_smallest = first.empty() || std::min(first.front().picture.shape(0),
-                                                       first.front().picture.shape(1)) <= smallest_side;
+    const bool is_smallest = below->empty() || std::min(below->front().picture.shape(0),
+                                                        below->front().picture.shape(1)) <= smallest_side;
     for (int quality = 90; quality >= worst_quality; quality -= 10) {
       std::size_t letters =
           is_smallest && quality == worst_quality ? std::numeric_limits<std::size_t>::max() : most_letters;
-      auto below = jpegs_within(letters, pairs.below, quality);
-      auto above = below ? jpegs_within(letters, pairs.above, quality) : std::nullopt;
-      if (!above) continue;
-      data["below"] = std::move(*below);
-      data["above"] = std::move(*above);
+      auto of_below = jpegs_within(letters, *below, quality);
+      auto of_above = of_below ? jpegs_within(letters, *above, quality) : std::nullopt;
+      if (!of_above) continue;
+      data["below"] = std::move(*of_below);
+      data["above"] = std::move(*of_above);
       return;
     }
-    for (auto* side : {&pairs.below, &pairs.above})
-      for (auto& picture : *side) picture = halved(picture);
+    smaller_below = halved(*below);
+    smaller_above = halved(*above);
+    below = &smaller_below;
+    above = &smaller_above;
   }
 }
 

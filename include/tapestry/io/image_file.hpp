@@ -111,8 +111,7 @@ void write_image(const std::string& path, const Array<T, 3>& image);
 template <std::floating_point T>
 [[nodiscard]] std::string png_file(const std::string& path, const Array<T, 3>& image);
 
-/// RGB, [H, W, 3], as the bytes of a baseline JPEG file: a fraction of a PNG's size for photographs, at a
-/// loss.
+/// RGB, [H, W, 3], as the bytes of a baseline JPEG file: smaller than a PNG, and not without loss.
 ///
 /// \param path     for messages
 /// \param quality  1 to 100; at most 90 halves the resolution of colours in both directions
