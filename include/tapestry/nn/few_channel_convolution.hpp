@@ -142,7 +142,7 @@ class FewChannelConvolution {
 }  // namespace detail
 
 /// A convolution with at most four channels out, such as the adjoint of a network's first layer. A vector of
-/// output channels would be nearly empty, so each input pixel is first multiplied with the filters of all
+/// output channels would be nearly empty. So each input pixel is first multiplied with the filters of all
 /// taps side by side,
 ///
 ///   P[q, (t, o)] = Σ_i in[q, i] · w[t, i, o],   out[p, o] = Σ_t P[p + t, (t, o)],
