@@ -12,7 +12,7 @@ namespace tapestry::io {
 /// Reads and validates a frame file: an .npz with the members of the CARLA set of Wang et al. (DAS, FCA),
 /// `img` uint8 [H, W, 3] stored as BGR, `veh_trans` and `cam_trans` float64 [2, 3] (row 0 metres, row 1
 /// pitch, yaw, roll in degrees; the camera's translation is its offset from the vehicle along world axes).
-/// Our own frames add `camera_matrix` float64 [3, 4] (view_from_world, rotation and translation) and
+/// Frames of Tapestry add `camera_matrix` float64 [3, 4] (view_from_world, rotation and translation) and
 /// `camera_fov` float64 [2] (tangents of half the field of view), and then need no poses. They may add
 /// `light` float64 [8], `mask` uint8 [H, W] and `label` float64 [5].
 ///
