@@ -33,15 +33,15 @@ inline void draw_box(Bitmap& bitmap, const detect::Box& box, const std::array<st
 /// Columns of a sheet of so many pictures.
 inline std::size_t sheet_columns(std::size_t pictures) { return pictures > 12 ? 8 : 3; }
 
-/// Pictures of `side` pixels that a sheet holds at most, so that no side of it passes the 16,384 pixels that
-/// a picture file can have.
+/// Most pictures of `side` pixels on a sheet, so that neither side of the sheet exceeds the 16,384 pixels of
+/// a picture file.
 inline std::size_t most_on_a_sheet(std::size_t side) {
   constexpr std::size_t limit = 16384 - 4, most = 160;
   const std::size_t along = limit / (side + 4);
   return along >= 8 ? std::min(most, 8 * along) : std::clamp<std::size_t>(3 * along, 1, 12);
 }
 
-/// Pictures side by side on white with a small gap, `columns` to a row; all of one size.
+/// Pictures of one size side by side on white with a small gap, `columns` in a row.
 inline Bitmap contact_sheet(const std::vector<Bitmap>& pictures, std::size_t columns) {
   if (pictures.empty()) return Bitmap(Extents<3>{1, 1, 3}, std::uint8_t(255));
   constexpr std::size_t gap = 4;

@@ -26,7 +26,7 @@
 
 namespace tapestry::shell {
 
-/// Which labelled pictures, and where the results go; nothing is written where a path is empty.
+/// The labelled pictures, and the output files; an empty path writes nothing.
 struct DatasetSettings {
   std::string dataset;
   std::string images;
@@ -60,7 +60,7 @@ inline void add_options(CLI::App& app, DatasetSettings& s) {
 
 namespace detail {
 
-/// Options of other measurements would be passed over.
+/// Refuses options of other measurements, which would be ignored.
 inline void require_dataset_options(const CLI::App& app, const DatasetSettings& s, ProblemList& list) {
   std::vector<std::string> known{"--dataset", "--images", "--dataset-names", "--most-detections",
                                  "--results", "--csv",    "--json",          "--threads"};
@@ -116,7 +116,7 @@ struct DatasetFindings {
   std::vector<evaluate::ScoredBox> detections{};
 };
 
-/// Objects of a picture and its detections, most confident first, cut to the picture.
+/// Objects of a picture and its detections, most confident first, clipped to the picture.
 inline DatasetFindings findings_in(const io::LabelledPicture& labelled, std::size_t index, std::size_t most,
                                    const DetectorSettings& settings, const detect::Detector<float>& detector,
                                    const ClassMatching& matching, detect::PassPool<float>& passes) {
@@ -154,8 +154,9 @@ inline std::string results_text(const io::Dataset& dataset, const ClassMatching&
 
 }  // namespace detail
 
-/// Runs a detector on the pictures of a data set, prints its average precision and writes the wanted files.
-/// \param app  with the options of the settings, all of them checked but those given here
+/// Runs a detector on the pictures of a data set, prints its average precision and writes the requested
+/// files.
+/// \param app  has the options of the settings; all are checked except those of this measurement
 inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, DetectorSettings settings,
                             int threads) {
   ProblemList problems;

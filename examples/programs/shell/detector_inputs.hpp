@@ -9,7 +9,7 @@
 namespace tapestry::shell {
 
 /// io::read_detector() of the files that options name.
-/// \param warnings  takes remarks on these
+/// \param warnings receives warnings about the files
 /// \param layers    as DetectorFiles::layers
 /// \throws Error (usage) for options that do not go together
 [[nodiscard]] detect::Detector<float> load_detector(const DetectorSettings& settings,

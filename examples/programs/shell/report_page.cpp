@@ -42,7 +42,7 @@ std::string repeating_line(const std::string& program, const Json& settings, con
 
 namespace {
 
-/// A curve with its least and greatest value; nothing for one that is level.
+/// A curve with its least and greatest value; empty for a constant one.
 std::string curve_svg(const Curve& curve) {
   const auto& [name, values] = curve;
   if (values.empty()) return {};
@@ -81,7 +81,7 @@ Bitmap halved(const Bitmap& picture) {
 
 std::string png_letters(const Bitmap& picture) { return base64(io::png_file("report.html", picture)); }
 
-/// Pictures as letters, halved until all of them have at most `most` pixels.
+/// Pictures as base64 text, halved until each has at most `most` pixels.
 Json pictures_json(const std::vector<Bitmap>& pictures, std::size_t most) {
   Json json = Json::array();
   for (Bitmap picture : pictures) {
@@ -92,7 +92,7 @@ Json pictures_json(const std::vector<Bitmap>& pictures, std::size_t most) {
   return json;
 }
 
-/// Index of a view's first picture among `shown` evenly spread ones, or −1 if none of them is there.
+/// Index of a view's first picture among `shown` evenly spread ones, or −1 if none of them is shown.
 std::ptrdiff_t picture_of_view(std::size_t view, std::size_t draws, std::size_t pictures, std::size_t shown) {
   for (std::size_t k = view * draws; k < (view + 1) * draws; ++k)
     if ((k + 1) * shown / pictures > k * shown / pictures)

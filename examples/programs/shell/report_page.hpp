@@ -22,22 +22,22 @@
 
 namespace tapestry::shell {
 
-/// A line over the steps of a run.
+/// A curve over the steps of a run.
 struct Curve {
   std::string name;
   std::vector<double> values;
 };
 
-/// Two pictures of each of some views, evenly spread over all pictures of all views.
+/// Pairs of pictures of some views, evenly spread over all pictures of all views.
 struct PicturePairs {
-  std::string below_words, above_words;  ///< what they show
+  std::string below_words, above_words;  ///< descriptions
   std::vector<Bitmap> below{}, above{};
 };
 
-/// A page about pictures of views that were measured. What is empty is left out.
+/// A page about pictures of measured views. Empty parts are left out.
 struct ReportPage {
   std::string title;
-  std::string command;  ///< that repeats it
+  std::string command;  ///< command that repeats the measurement
   std::uint64_t seed = 0;
   double seconds = 0;
   std::string findings{};  ///< HTML
@@ -50,13 +50,13 @@ struct ReportPage {
   Json options{};
 };
 
-/// The command line with what settings differ from those left out.
-/// \param left_out  of a run without options
+/// The command line with the settings that differ from the defaults.
+/// \param left_out  settings of a run without options
 std::string repeating_line(const std::string& program, const Json& settings, const Json& left_out);
 
-/// A page that needs nothing else, no file and no network: findings, two pictures of a view over each other,
-/// each view in a list that sorts and filters, the car to turn, the paint, curves, links to the files beside
-/// it, and the options.
+/// A page that needs no other file and no network: findings, two pictures of a view over each other, the
+/// views in a list that can be sorted and filtered, the car in 3-D, the paint, curves, links to the files
+/// beside the page, and the options.
 std::string page_html(const ReportPage& page);
 
 }  // namespace tapestry::shell

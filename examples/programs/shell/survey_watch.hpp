@@ -18,8 +18,8 @@
 
 namespace tapestry::shell {
 
-/// The views of a store that show the car; each other one adds a warning.
-/// \throws Stopped when a signal arrives meanwhile
+/// The views of a store that show the car; every other view adds a warning.
+/// \throws Stopped when a signal arrives
 inline std::vector<std::size_t> views_with_car(camouflage::ViewStore<float>& store,
                                                std::vector<std::string>& warnings) {
   auto usable =
@@ -28,7 +28,7 @@ inline std::vector<std::size_t> views_with_car(camouflage::ViewStore<float>& sto
   return std::move(usable.indices);
 }
 
-/// A picture with its detections drawn: green the car where it should be, orange everything else.
+/// A picture with its detections drawn: green for the car in its place, orange for everything else.
 inline Bitmap annotated(const evaluate::MeasuredPicture<float>& measured,
                         const evaluate::Meter<float>& meter) {
   Bitmap bitmap = image::to_bytes(measured.picture);
@@ -44,18 +44,18 @@ inline Bitmap annotated(const evaluate::MeasuredPicture<float>& measured,
 /// when a signal has arrived.
 class SurveyWatch {
  public:
-  /// \param pictures  to come
-  /// \param side      of the pictures, the longer one
+  /// \param pictures  number of pictures to come
+  /// \param side      longer side of the pictures
   SurveyWatch(const evaluate::Meter<float>& meter, std::size_t pictures, std::size_t side)
       : meter_(meter), progress_(pictures), side_(side) {}
 
-  /// From now on adds the pictures of a texture, of which there will be `pictures`, to a sheet, which must
-  /// outlive the watch; of many those that are evenly spread.
+  /// Adds the following pictures, of a texture with `pictures` pictures in all, to a sheet, which must
+  /// outlive the watch. If there are too many, it takes evenly spread ones.
   void collect(const std::string& texture, std::vector<Bitmap>& sheet, std::size_t pictures) {
     sheets_[texture] = {&sheet, pictures, std::min(pictures, most_on_a_sheet(side_)), 0};
   }
 
-  /// Facts of the views so far, in the order of the survey; once for each picture of one.
+  /// Facts of the views so far, in the order of the survey; one entry a picture.
   [[nodiscard]] const std::vector<ViewFacts>& views() const { return views_; }
 
   void operator()(const evaluate::MeasuredPicture<float>& measured) {
@@ -70,8 +70,8 @@ class SurveyWatch {
  private:
   struct Collected {
     std::vector<Bitmap>* sheet;
-    std::size_t pictures;  ///< of the texture
-    std::size_t most;      ///< of them on the sheet
+    std::size_t pictures;  ///< number of pictures of the texture
+    std::size_t most;      ///< most pictures on the sheet
     std::size_t seen;
 
     bool takes_next() {
