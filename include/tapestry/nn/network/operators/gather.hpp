@@ -20,7 +20,7 @@ namespace tapestry::nn {
 struct IndexPlan {
   LoopNest<2> nest{};                     ///< over the blocks: places among the indices, and in the tensor
   std::vector<std::ptrdiff_t> strides{};  ///< step in the tensor for one unit of each index of a block
-  Shape extents{};                        ///< extent that each of these indices counts along
+  Shape extents{};                        ///< extent of the axis of each of these indices
   std::size_t block = 1;                  ///< elements of a block
   std::size_t count = 1;                  ///< of blocks
 

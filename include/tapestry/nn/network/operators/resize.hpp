@@ -166,7 +166,7 @@ class Resize : public Operation<T> {
   Shape in_;
   std::vector<ResizeTable> tables_;
   T extrapolation_;
-  std::size_t repeat_ = 0;  ///< factor, if all it does is repeat rows and columns
+  std::size_t repeat_ = 0;  ///< of each row and column, if nothing else is done; else 0
 };
 
 /// Resize and Upsample in all modes but `antialias`.
