@@ -1,4 +1,4 @@
-// The main job: optimises a camouflage for a car against a detector, and measures what it does.
+// The main program: optimises a camouflage for a car against a detector, and measures its effect.
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
@@ -20,10 +20,10 @@ namespace {
 using namespace tapestry;
 using namespace tapestry::shell;
 
-/// Reads the inputs of a run, all detectors included, and checks that they have what the method paints.
+/// Reads the inputs of a run with all detectors, and checks that they have what the method needs.
 Inputs load_all(CamouflageOptions& options) {
   std::vector<std::string> layers;
-  if (maps_attention(options.optimisation.method)) layers.emplace_back();  // the last that all heads see
+  if (maps_attention(options.optimisation.method)) layers.emplace_back();  // the last one of all heads
   Inputs inputs = load_inputs(options.scene, options.detector, layers);
   loss::require_raw_logits("camouflage", inputs.detector.heads());
   inputs.ensemble =
@@ -46,7 +46,7 @@ int check_only(CamouflageOptions options, ProblemList& list) {
   for (const auto& problem : problems) std::cerr << "error: " << for_terminal(problem.what()) << '\n';
   if (problems.empty())
     remark(warnings.empty() ? "all inputs are sound" : "all inputs can be used; see the warnings");
-  int code = 0;  // of several, the one a run would meet first: unreadable before unfit
+  int code = 0;  // of several problems, that of the one a run would meet first: unreadable before unfit
   for (const auto& problem : problems)
     code = code == 0 ? static_cast<int>(problem.kind()) : std::min(code, static_cast<int>(problem.kind()));
   return code;

@@ -1,4 +1,4 @@
-// Puts a Darknet detector, cfg and weights, into one file that other tools can read, too: .safetensors or
+// Converts a Darknet detector, cfg and weights, to a single file that other tools can read: .safetensors or
 // .onnx.
 #include <cstdint>
 #include <filesystem>
@@ -64,8 +64,8 @@ void require_sound(const Options& options) {
   list.throw_first();
 }
 
-/// Description of the heads of a model, for io::read_detector_description(); nothing if no description can
-/// state it.
+/// Description of a model's heads, for io::read_detector_description(); nothing if a description cannot
+/// express it.
 std::optional<Json> described(const detect::DarknetModel<float>& model) {
   const auto& layers = model.config().layers;
   const auto is_region = [](const detect::LayerConfig& layer) {
@@ -91,8 +91,8 @@ std::optional<Json> described(const detect::DarknetModel<float>& model) {
   return description;
 }
 
-/// Writes the network's operators, from a picture to the raw logits of each head, and beside the model what
-/// these mean.
+/// Writes the network's operators, from a picture to the raw logits of each head, and a description of the
+/// outputs beside the model.
 void write_onnx_model(const Options& options, const detect::DarknetModel<float>& model) {
   const auto network = model.description();
   std::map<std::string, nn::Shape> outputs;

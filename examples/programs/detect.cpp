@@ -116,8 +116,8 @@ std::string annotated_path(const std::string& folder, const std::string& image, 
   return folder + "/" + std::filesystem::path(image).stem().string() + ending;
 }
 
-/// Pictures of one name in two folders would become one in the folder of copies, and a copy there could be
-/// written over another picture.
+/// Two pictures of the same name in two folders would become one file in the folder of copies, and a copy
+/// could overwrite another picture.
 void require_own_names(const std::string& folder, const std::vector<std::string>& pictures,
                        const char* ending) {
   std::set<std::filesystem::path> inputs;
@@ -190,7 +190,7 @@ class Detection {
   }
 
  private:
-  /// Detections in a picture, or the error that it caused.
+  /// Detections in a picture, or the error that occurred.
   struct Examined {
     std::vector<detect::Detection> found{};
     std::optional<Error> error{};

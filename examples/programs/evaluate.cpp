@@ -1,5 +1,4 @@
-// Measures a finished camouflage with the detector it was made for or with another one, or a detector on
-// labelled pictures.
+// Measures a finished camouflage, with its own detector or another one, or a detector on labelled pictures.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -48,8 +47,8 @@ struct Options {
   int threads = 0;
   bool clean_only = false;
   bool accept_changed_inputs = false;
-  bool other_frames = false;  ///< than the run's
-  std::string command{};      ///< as it was given
+  bool other_frames = false;  ///< others than the run's
+  std::string command{};      ///< the command line
 };
 
 void describe(CLI::App& app, Options& options) {
@@ -88,8 +87,8 @@ void describe(CLI::App& app, Options& options) {
   app.add_flag("--clean-only", options.clean_only, "no texture: measure photo, clean and the controls");
 }
 
-/// Settings of the run, for those not given; a detector given here, as a cfg or as a file of its own,
-/// replaces the run's altogether. Darknet weights alone are other weights for the run's cfg.
+/// Takes settings that were not given from the run. A detector given here, as a cfg or a single file,
+/// replaces the run's altogether. Darknet weights alone replace only the weights for the run's cfg.
 void adopt_run(const CLI::App& app, Options& options) {
   const std::string manifest = manifest_path(options.run);
   const Json saved = read_manifest(options.run);
@@ -112,7 +111,7 @@ void require_no_run(const Options& options) {
                 options.output + " holds a run, whose metrics would be lost; give another --output");
 }
 
-/// Checks the options, once the run's settings are adopted.
+/// Checks the options after the run's settings are adopted.
 void require_sound(const CLI::App& app, const Options& options) {
   ProblemList list;
   require_protocol_options(app, options.protocol, is_on_photographs(options.protocol.protocol),
@@ -155,7 +154,7 @@ void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json
 }
 
 /// Inputs that have changed since the measured runs, each file once.
-/// \throws Error (in_use) unless that is accepted
+/// \throws Error (in_use) unless changes are accepted
 std::vector<ChangedInput> changed_since_runs(const Options& options, Inputs& inputs) {
   std::vector<ChangedInput> changed;
   for (const std::string& run : {options.run, options.against})
@@ -178,7 +177,7 @@ void require_consistent(const CLI::App& app, const Options& options) {
     throw Error(ErrorKind::usage, "--against needs --run, which it is compared with");
 }
 
-/// The frames as the detector sees them, with the car as the runs have shaped it.
+/// The frames as the detector receives them, with the car in the shape that the runs optimised.
 struct MeasuredViews {
   MeasuredViews(const Options& options, Inputs& inputs)
       : settings{inputs.detector.input_height(), inputs.detector.input_width(), options.scene.samples,
@@ -238,13 +237,13 @@ void add_options_of(const Options& options, RunReport& report) {
   report.options["draws"] = options.draws;
 }
 
-/// Everything that a folder takes, the metrics last.
+/// Everything that is written to the folder; the metrics come last.
 struct Written {
   const RunReport& report;
   const Json& metrics;
   const std::vector<ChangedInput>& changed;
   const evaluate::SurveyedTextures<float>& textures;
-  const raster::PaintedMesh& car;  ///< as the run has shaped it
+  const raster::PaintedMesh& car;  ///< in the shape that the run optimised
 };
 
 void write_folder(const Options& options, const Written& what, const raster::PaintedMesh& own_car,
@@ -271,7 +270,7 @@ void write_folder(const Options& options, const Written& what, const raster::Pai
   remark("report: " + options.output + "/report.html");
 }
 
-/// Measures the frames and writes what --output names.
+/// Measures the frames and writes the results to the folder of --output.
 int survey_frames(Options& options) {
   Inputs inputs = load_inputs(options.scene, options.detector);
   const auto changed = changed_since_runs(options, inputs);

@@ -1,4 +1,4 @@
-// Fine-tunes a detector against optimised car paint, and measures what that bought.
+// Fine-tunes a detector against optimised car paint, and measures the gain.
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -24,7 +24,7 @@ void require_float(const HardenOptions& options) {
                                       " has no part in harden, whose weights learn in float");
 }
 
-/// Heads that loss::yolo_training() or loss::yolox_training() teaches.
+/// Requires heads that loss::yolo_training() or loss::yolox_training() can train.
 void require_trainable_heads(const Inputs& inputs, const HardenOptions& options) {
   const auto& heads = inputs.detector.heads();
   loss::require_raw_logits("harden", heads);
@@ -36,7 +36,7 @@ void require_trainable_heads(const Inputs& inputs, const HardenOptions& options)
                        "boxes and scores that the network has decoded"});
 }
 
-/// The detector again, to learn.
+/// A second copy of the detector, to train.
 std::unique_ptr<LearningDetector> learning_detector(const Inputs& inputs, const DetectorSettings& settings) {
   if (io::is_onnx(settings.weights))
     return std::make_unique<LearningGraph>(settings.weights, inputs.detector, settings.size);

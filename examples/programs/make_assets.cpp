@@ -64,7 +64,7 @@ std::string name_of_frame(std::size_t index) {
   return number + ".npz";
 }
 
-/// \throws Error (in_use) for a folder with frames that would stay: readers take all that it holds
+/// \throws Error (in_use) for a folder with frames that would remain: readers use all frames of a folder
 void require_all_replaced(const std::string& folder, std::size_t count) {
   if (!is_folder(folder, ErrorKind::write)) return;
   std::set<std::string> names;

@@ -127,7 +127,7 @@ void require_ranges(const Options& options) {
   if (!options.distance.empty()) require("--distance", options.distance[0], options.distance[1]);
 }
 
-/// \param inputs  takes what is read
+/// \param inputs receives the paths that are read
 scenes::Vehicle load_vehicle(const Options& options, std::vector<std::string>& inputs) {
   auto loaded = io::read_obj(options.mesh);
   inputs.push_back(options.mesh);
@@ -154,7 +154,7 @@ std::pair<double, double> sector(std::size_t index, std::size_t count) {
   return {step * static_cast<double>(index), step * static_cast<double>(index + 1)};
 }
 
-/// The scene of a frame: views spread evenly around the car, all else at random.
+/// The scene of a frame: views spread evenly around the car, everything else at random.
 scenes::SceneOptions scene_options(const Options& options, const scenes::Vehicle& vehicle, std::size_t index,
                                    std::size_t count, Random& random) {
   scenes::SceneOptions scene;
@@ -178,7 +178,7 @@ std::vector<std::string> photographs(const std::string& folder) {
   return paths;
 }
 
-/// The part of the photographs that frames of this stream are made from; never both streams from one.
+/// The photographs that frames of this stream are made from; the two streams share none.
 std::vector<std::string> share_of(const std::vector<std::string>& paths, const Options& options,
                                   bool held_out) {
   const double share = static_cast<double>(options.test) / static_cast<double>(options.train + options.test);
@@ -242,8 +242,9 @@ std::string differences(const Json& was, const Json& now) {
   return text;
 }
 
-/// A new folder gets the manifest. One with the same is of a data set that was broken off or is drawn again.
-/// \throws Error (in_use) for a folder that holds anything else than frames of this data set
+/// Writes the manifest to a new folder. A folder with the same manifest holds a data set that was interrupted
+/// or is drawn again.
+/// \throws Error (in_use) for a folder that holds anything but frames of this data set
 void settle_folder(const std::string& folder, const Json& manifest) {
   const auto refuse = [&](const std::string& what) {
     throw Error(ErrorKind::in_use, folder + " holds " + what + "; give another --output");

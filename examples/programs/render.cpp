@@ -334,7 +334,7 @@ Ball ball_around(const geometry::Mesh& mesh) {
   return {geometry::scale(geometry::add(low, high), 0.5), radius > 0 ? radius : 1};
 }
 
-/// Where the camera stands when neither a frame nor a pose is given.
+/// Position of the camera if neither a frame nor a pose is given.
 struct OrbitSettings {
   Ball ball;
   geometry::Vector3 target;
@@ -387,7 +387,7 @@ geometry::Camera camera_of_pose(const Options& o, const PictureSettings& picture
   return camera;
 }
 
-/// The pictures to draw, and how many to a row of the sheet.
+/// The pictures to draw, and the number of pictures in a row of the sheet.
 struct Shots {
   std::vector<geometry::Camera> cameras;
   std::size_t columns = 1;
@@ -437,7 +437,7 @@ void export_scene(const std::string& path, const PaintedScene& scene) {
   (is_glb ? io::write_glb : io::write_obj)(path, mesh);
 }
 
-/// \returns  a description of what is written
+/// \returns a description of the files written
 std::string write_view(const Options& o, const PaintedScene& scene, const Shots& shots,
                        const PictureSettings& picture) {
   if (o.output.ends_with(".npy")) {

@@ -63,7 +63,7 @@ void describe(CLI::App& app, Options& o) {
   add_options(app, o.training, "P@0.5");
 }
 
-/// First weights, with objectness near 0.01: most candidates of a picture are background.
+/// Sets the first weights, with objectness near 0.01, because most candidates of a picture are background.
 void initialise(detect::DarknetModel<float>& model, std::uint64_t seed) {
   Random random(seed);
   model.initialise(random);
@@ -78,13 +78,13 @@ void initialise(detect::DarknetModel<float>& model, std::uint64_t seed) {
   }
 }
 
-/// The model to train, and the cfg it is of: a file's text, or the one within a converted detector.
+/// The model to train, and its cfg: a file's text, or the one within a converted detector.
 struct Start {
   detect::DarknetModel<float> model;
   std::string cfg;
 };
 
-/// With random weights, or with those to start from, which may be a converted detector's.
+/// The model with random weights, or with the weights to start from, possibly those of a converted detector.
 Start starting_model(const Options& options) {
   if (options.weights.empty()) {
     detect::DarknetModel<float> model(io::read_network_config(options.cfg), options.size, options.size);
@@ -101,8 +101,8 @@ using HeldOutScenes = std::vector<HeldOut<LabelledScene>>;
 
 struct Validation {
   evaluate::DetectionRate rate;
-  double mean_confidence = 0;  ///< of the boxes that found the main car
-  double false_alarms = 0;     ///< car boxes a picture that meet no car
+  double mean_confidence = 0;  ///< of the boxes that match the main car
+  double false_alarms = 0;     ///< boxes a picture that match no car
 };
 
 Validation validate(const detect::Detector<float>& detector, const std::vector<LabelledScene>& scenes) {
@@ -148,7 +148,7 @@ void print_validation(const detect::Detector<float>& detector, const HeldOutScen
   std::fflush(stdout);
 }
 
-/// The model with what a step needs, kept from step to step.
+/// The model and the memory for a step, kept from step to step.
 class Trainer {
  public:
   Trainer(detect::DarknetModel<float>& model, const Options& options)
@@ -189,7 +189,7 @@ class Trainer {
 
  private:
   detect::DarknetModel<float>& model_;
-  detect::Detector<float> detector_;  ///< that learns
+  detect::Detector<float> detector_;  ///< with the weights that are trained
   Array<float, 1> weights_;
   const Options& options_;
   ScenePool pool_;
@@ -200,7 +200,7 @@ class Trainer {
   Tape<float> tape_;
 };
 
-/// The command that goes on: the steps left, from the weights saved.
+/// The command that continues: the remaining steps, from the saved weights.
 std::string command_to_go_on(const CLI::App& app, const char* program, const Options& options,
                              std::size_t done) {
   std::vector<std::string> words{program, "--weights", options.output, "--steps",
@@ -251,8 +251,8 @@ void require_sound(const Options& o) {
   list.throw_first();
 }
 
-/// Names the files that were left out. A converted detector holds its cfg, and hands it on to what is
-/// written.
+/// Fills in the files that were left out. A converted detector contains its cfg, which is passed on to the
+/// files written.
 void fill_in_files(Options& o) {
   const bool has_cfg = !o.cfg.empty() || o.weights.empty() || !io::is_safetensors(o.weights);
   if (o.cfg.empty() && has_cfg) o.cfg = BundledAssets{}.cfg();

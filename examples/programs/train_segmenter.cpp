@@ -50,7 +50,7 @@ void describe(CLI::App& app, Options& o) {
   add_options(app, o.training, "IoU");
 }
 
-/// The bundled network: three stages, fewest channels where pixels are most.
+/// The bundled network: three stages, with the fewest channels at the highest resolution.
 segment::U2NetShape small_shape(std::size_t side) {
   return {side, {{5, 8, 8}, {4, 8, 16}, {3, 8, 16}}, 8, 16};
 }
@@ -63,7 +63,8 @@ double mean(const std::vector<double>& values) {
   return sum / std::max(1.0, static_cast<double>(values.size()));
 }
 
-/// Overlap of what is found with the silhouette: of the largest piece, and of that in the car's box.
+/// Prints the overlap of the mask with the silhouette: for its largest piece, and for the piece in the car's
+/// box.
 void print_validation(const nn::NetworkDescription& description, const HeldOutScenes& sets) {
   const segment::U2Net<float> network(description);
   for (const auto& set : sets) {
@@ -87,8 +88,8 @@ void print_validation(const nn::NetworkDescription& description, const HeldOutSc
   std::fflush(stdout);
 }
 
-/// The network with what a step needs. The loss is that of the source, the mean cross entropy of each output,
-/// summed over them all.
+/// The network and the memory for a step. The loss is that of the source: the mean cross entropy of each
+/// output, summed over all outputs.
 class Trainer {
  public:
   Trainer(nn::NetworkDescription description, const SceneTraining& options)

@@ -13,14 +13,14 @@
 #include <cpuid.h>
 #endif
 
-#ifndef TAPESTRY_COMMIT  // as CMake finds it
+#ifndef TAPESTRY_COMMIT  // CMake defines it
 #define TAPESTRY_COMMIT TAPESTRY_VERSION_TEXT
 #endif
 
 namespace tapestry::shell {
 namespace {
 
-/// Brand name of the processor, else its kind.
+/// Brand name of the processor; its kind if there is none.
 std::string processor_name() {
 #if defined(__x86_64__)
   constexpr unsigned first = 0x80000002U, last = 0x80000004U;  // 16 letters each

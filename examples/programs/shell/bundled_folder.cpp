@@ -4,7 +4,7 @@
 
 #include "mesh_inputs.hpp"
 
-// Only this file knows where the sources lie, so that ccache finds all others whatever their folder.
+// Only this file contains the path of the sources, so that ccache finds all others in any folder.
 namespace tapestry::shell {
 
 #ifndef TAPESTRY_INSTALLED_ASSETS  // CMake gives it for the folders that it installs to
@@ -18,7 +18,7 @@ std::string bundled_folder() {
   if (error) return TAPESTRY_ASSETS;
   const auto status = std::filesystem::status(installed, error);
   if (status.type() == std::filesystem::file_type::not_found) return TAPESTRY_ASSETS;
-  // A folder that cannot be looked at counts as there: opening a file in it reports why it cannot be read.
+  // A folder that cannot be examined counts as present: opening a file in it reports the reason.
   return error || std::filesystem::is_directory(status) ? installed.string() : TAPESTRY_ASSETS;
 }
 

@@ -45,7 +45,7 @@ inline Json settings_json(const CamouflageOptions& options) {
   return json;
 }
 
-/// Whether a method uses a detector's heat map, and so a layer.
+/// Whether a method uses a detector's heat map, and therefore needs a layer.
 inline bool maps_attention(const std::string& method) { return method == "das" || method == "das_full"; }
 
 /// Whether a method optimises the car's shape, too.

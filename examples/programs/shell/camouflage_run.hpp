@@ -39,7 +39,7 @@
 
 namespace tapestry::shell {
 
-/// One run in its folder. Under mpirun the views of every step are dealt to the ranks, of which the first one
+/// One run in its folder. Under mpirun the views of every step are divided among the ranks; the first rank
 /// writes.
 class CamouflageRun {
  public:
@@ -135,7 +135,7 @@ class CamouflageRun {
     return paths;
   }
 
-  /// The views that show the car. Ranks stop together.
+  /// The views that show the car. All ranks stop together.
   /// \throws Stopped when a signal has arrived at a rank
   std::vector<std::size_t> prepared(camouflage::ViewStore<float>& store) {
     std::vector<std::size_t> usable;
@@ -149,7 +149,7 @@ class CamouflageRun {
     return usable;
   }
 
-  /// A fresh folder gets its manifest; a folder to resume must hold one that agrees.
+  /// Writes the manifest to a new folder; checks that a folder to resume holds one that agrees.
   void open_folder() {
     const Json manifest = make_manifest("camouflage", settings_json(options_), options_.optimisation.seed,
                                         inputs_.frames.held_out, input_paths());
@@ -165,7 +165,7 @@ class CamouflageRun {
     saved_steps_ = training.steps_taken();
   }
 
-  /// Ranks stay together, so that none ends while the first one writes.
+  /// All ranks wait here, so that none ends while the first one writes.
   void save(const camouflage::Training<float>& training) {
     if (ranks_.is_first()) write(training);
     saved_steps_ = training.steps_taken();
@@ -286,7 +286,7 @@ class CamouflageRun {
                   "views.csv",   "metrics.json", "history.csv", "manifest.json"};
   }
 
-  /// \param car  in the shape that it has in the end
+  /// \param car in its final shape
   void write_painted(const raster::PaintedMesh& car, const Array<float, 2>& colours) const {
     const auto atlas = camouflage::atlas_of<float>(car, colours);
     io::write_image(path("texture.png"), atlas);
@@ -294,7 +294,7 @@ class CamouflageRun {
     io::write_painted_glb(path("painted.glb"), car, atlas);
   }
 
-  /// Writes the matched controls as atlases, beside the texture that they are made from.
+  /// Writes the matched controls as atlases, beside the texture they are made from.
   void write_matched_controls(const std::vector<evaluate::Control<float>>& controls) const {
     const auto write = [&](const char* control, const char* name) {
       for (const auto& [control_name, paint] : controls)

@@ -15,18 +15,18 @@
 
 namespace tapestry::shell {
 
-/// The classes that a data set and a detector both know.
+/// The classes that a data set and a detector share.
 struct ClassMatching {
   std::vector<std::string> names{};                       ///< in the order of the data set
   std::vector<std::uint64_t> ids{};                       ///< of the data set
-  std::vector<std::optional<std::size_t>> of_dataset{};   ///< their index here, by class of the data set
-  std::vector<std::optional<std::size_t>> of_detector{};  ///< and by class of the detector
+  std::vector<std::optional<std::size_t>> of_dataset{};   ///< index here, by class of the data set
+  std::vector<std::optional<std::size_t>> of_detector{};  ///< index here, by class of the detector
   std::vector<std::string> warnings{};
 };
 
 namespace detail {
 
-/// COCO's name of a class that Pascal VOC, and Darknet's lists after it, call otherwise.
+/// COCO's name of a class that has another name in Pascal VOC, and in Darknet's lists after it.
 inline std::string_view coco_name(std::string_view name) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 6> others{
       {{"aeroplane", "airplane"},
@@ -47,7 +47,7 @@ inline std::string listed(const std::vector<std::string>& names) {
   return names.size() > most ? list + ", … (" + std::to_string(names.size()) + " in all)" : list;
 }
 
-/// The detector's class of that name, or of another name for the same, that is not taken.
+/// The detector's class with this name, or with a synonym that is not in use.
 inline std::optional<std::size_t> detector_class(const std::string& name,
                                                  const detect::Detector<float>& detector,
                                                  const ClassMatching& matching) {
@@ -80,8 +80,8 @@ inline void warn_of_unmatched(const std::string& dataset_path, const evaluate::D
 
 }  // namespace detail
 
-/// Matches classes by their names; those of a data set without names are the detector's numbers. The names of
-/// Pascal VOC for six of COCO's classes, which Darknet's lists have too, are taken for the same.
+/// Matches classes by their names. Classes of a data set without names are the detector's numbers. Pascal VOC
+/// and Darknet's lists have other names for six of COCO's classes; both names are accepted.
 /// \throws Error (usage) if only the data set names its classes, FileError (mismatch) if they share none
 inline ClassMatching match_classes(const std::string& dataset_path, const evaluate::Dataset& dataset,
                                    const detect::Detector<float>& detector) {

@@ -27,7 +27,7 @@
 namespace tapestry::shell {
 namespace {
 
-/// Every option as it is written.
+/// Every option in the form that the user types.
 std::vector<std::string> option_words(const CLI::App& app) {
   std::vector<std::string> words;
   for (const auto* option : app.get_options()) {
@@ -37,7 +37,7 @@ std::vector<std::string> option_words(const CLI::App& app) {
   return words;
 }
 
-/// Reports a word that is no option, with the nearest one that is.
+/// Reports a word that is not an option, with the nearest option.
 int unknown_option(const CLI::App& app) {
   const auto extras = app.remaining();
   const std::string unknown = extras.empty() ? std::string() : extras.front();
@@ -49,7 +49,7 @@ int unknown_option(const CLI::App& app) {
   return static_cast<int>(ErrorKind::usage);
 }
 
-/// Empty when all of `text` is one finite number of type T, else what was expected instead.
+/// Empty if all of `text` is one finite number of type T, else a description of the value expected.
 template <class T>
 std::string complaint_about_number(const std::string& text, const char* expected) {
   T value{};
@@ -59,7 +59,7 @@ std::string complaint_about_number(const std::string& text, const char* expected
   return std::string("expected ") + expected + ", found " + in_quotes(text);
 }
 
-/// Refuses what CLI11 would let pass: empty words, the next option in the place of a value, nan and inf, and
+/// Refuses values that CLI11 accepts: empty words, the next option in the place of a value, nan and inf, and
 /// negative numbers that wrap around.
 void require_sound_values(CLI::App& app) {
   const auto complaint = [known = option_words(app)](const std::string& type,
@@ -79,15 +79,15 @@ void require_sound_values(CLI::App& app) {
   }
 }
 
-/// Gives a program that was started without standard streams empty ones: the next file opened would
-/// otherwise take their place and collect what is printed.
+/// Opens empty standard streams for a program that was started without them. Otherwise the next file opened
+/// would take their place and receive the printed text.
 void open_standard_streams() {
   for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream)
     if (::fcntl(stream, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0) return;
 }
 
-/// Gives the app a name and what every program has: --version, --config, --quiet, --verbose and the
-/// form of --help.
+/// Gives the app a name, the options of every program (--version, --config, --quiet, --verbose), and the form
+/// of --help.
 void add_general_options(CLI::App& app, const std::string& program) {
   app.name(std::filesystem::path(program).filename().string());
   app.option_defaults()->group(HelpText::general);
@@ -112,7 +112,7 @@ int parse_arguments(CLI::App& app, int argc, char** argv) {
   open_standard_streams();
   add_general_options(app, argv[0]);
   require_sound_values(app);
-  app.get_config_ptr()->check([](const std::string& path) {  // before CLI11 would wait for what a FIFO holds
+  app.get_config_ptr()->check([](const std::string& path) {  // before CLI11 would block on a FIFO
     (void)io::RegularFile(path, ConfigFile::most_bytes);
     return std::string();
   });
@@ -121,11 +121,11 @@ int parse_arguments(CLI::App& app, int argc, char** argv) {
     return -1;
   } catch (const CLI::ExtrasError&) {
     return unknown_option(app);
-  } catch (const CLI::FileError&) {  // the file was there a moment ago
+  } catch (const CLI::FileError&) {  // the file existed a moment ago
     throw FileError(ErrorKind::malformed, {app.get_config_ptr()->results().front(), "", "cannot open"});
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    const auto extras = app.remaining();  // what is required may be missing because it was misspelt
+    const auto extras = app.remaining();  // a required option may be missing because it was misspelt
     const auto is_option = [](const std::string& word) { return word.size() > 1 && word.front() == '-'; };
     if (std::any_of(extras.begin(), extras.end(), is_option)) return unknown_option(app);
     std::cerr << "error: " << for_terminal(error.what()) << "\nsee --help\n";
@@ -147,7 +147,7 @@ std::vector<std::string> given_options(const CLI::App& app, const std::vector<st
 }
 
 namespace {
-/// A word in quotes of the shell; of one that would give a terminal orders, the bytes by their numbers.
+/// A word in quotes of the shell; if it has control characters, these are written as numbers.
 std::string quoted(const std::string& word) {
   if (printable(word) == word) {
     std::string text = "'";

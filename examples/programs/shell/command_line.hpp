@@ -5,22 +5,21 @@
 
 namespace tapestry::shell {
 
-// Compiled once for all programs, for CLI11 takes a compiler long.
+// Compiled once for all programs, because CLI11 takes long to compile.
 
-/// The command line of a program, still without options.
-/// \param description  what --help begins with
+/// The command line of a program, without options yet.
+/// \param description  first text of --help
 CLI::App command_line(std::string description);
 
-/// Parses the command line. Returns a negative number to go on, else the exit code to leave with
-/// (0 after --help, 2 after a mistake, whose message names the nearest option).
+/// Parses the command line. Returns a negative number to continue, else the exit code to leave with (0 after
+/// --help, 2 after a mistake, for which the message names the nearest option).
 int parse_arguments(CLI::App& app, int argc, char** argv);
 
 /// The options that were given, here or in the file of --config, with their values, as words of a command
-/// line; `except` names the long options that are left out.
+/// line. `except` lists long options to leave out.
 std::vector<std::string> given_options(const CLI::App& app, const std::vector<std::string>& except);
 
-/// The words of a command line, each quoted for a shell where it needs it; what it prints is
-/// printable().
+/// The words of a command line, each quoted for a shell if necessary; the text is printable().
 std::string shell_line(const std::vector<std::string>& words);
 
 }  // namespace tapestry::shell

@@ -15,7 +15,7 @@
 namespace tapestry::shell {
 
 /// Reads the file of --config: `name = value` a line, names as on the command line without dashes, lists in
-/// brackets. Refuses what CLI11 would pass over: unknown names, names given twice, sections, open quotes.
+/// brackets. Refuses content that CLI11 ignores: unknown names, names given twice, sections, open quotes.
 /// Takes memory of at most 100 times the file and 1 MiB.
 class ConfigFile : public CLI::ConfigTOML {
  public:
@@ -23,7 +23,7 @@ class ConfigFile : public CLI::ConfigTOML {
 
   explicit ConfigFile(const CLI::App& app) : app_(app) { parentSeparatorChar = '\0'; }
 
-  /// \throws FileError usage for what is no option, limit for a file beyond most_bytes
+  /// \throws FileError usage for a name that is not an option, limit for a file beyond most_bytes
   [[nodiscard]] std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
     const std::string text = plain_lines(input);
     std::istringstream lines(text);
@@ -49,7 +49,7 @@ class ConfigFile : public CLI::ConfigTOML {
     throw FileError(kind, {app_.get_config_ptr()->results().front(), "", what});
   }
 
-  /// Before 2.4, CLI11 ends a value at a # within its quotes. An apostrophe may begin what stands in `"`.
+  /// Before 2.4, CLI11 ends a value at a # within its quotes, and takes an apostrophe within `"` for a quote.
   void require_whole(const std::string& name, const std::string& value, const std::string& text) const {
     if (value.find('"') != std::string::npos)
       refuse("option " + in_quotes(name) + ": a quotation mark within the value, or none at its end");
@@ -62,12 +62,12 @@ class ConfigFile : public CLI::ConfigTOML {
   [[nodiscard]] static bool is_off(const std::string& value) {
     try {
       return CLI::detail::to_flag_value(value) < 0;
-    } catch (const std::invalid_argument&) {  // left to CLI11's own complaint
+    } catch (const std::invalid_argument&) {  // CLI11 reports the error itself
       return false;
     }
   }
 
-  /// The text of the file, once it is known to be short and without sections.
+  /// The text of the file, after checking that it is short and has no sections.
   [[nodiscard]] std::string plain_lines(std::istream& input) const {
     std::string text(most_bytes + 1, '\0');
     input.read(text.data(), static_cast<std::streamsize>(text.size()));

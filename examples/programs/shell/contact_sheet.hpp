@@ -12,8 +12,8 @@ namespace tapestry::shell {
 /// Columns of a sheet of so many pictures.
 inline std::size_t sheet_columns(std::size_t pictures) { return pictures > 12 ? 8 : 3; }
 
-/// Pictures of `side` pixels that a sheet holds at most, so that no side of it passes the 16,384 pixels that
-/// a picture file can have.
+/// Most pictures of `side` pixels on a sheet, so that neither side of the sheet exceeds the 16,384 pixels of
+/// a picture file.
 inline std::size_t most_on_a_sheet(std::size_t side) {
   constexpr std::size_t limit = 16384 - 4, most = 160;
   const std::size_t along = limit / (side + 4);

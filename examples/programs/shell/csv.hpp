@@ -11,7 +11,7 @@ inline std::string csv_quoted(std::string_view text) {
   return field += '"';
 }
 
-/// A field of a CSV, in quotes where it would otherwise end early.
+/// A field of a CSV, quoted if it would otherwise end early.
 inline std::string csv_field(std::string_view text) {
   return text.find_first_of(",\"\r\n") == std::string_view::npos ? std::string(text) : csv_quoted(text);
 }

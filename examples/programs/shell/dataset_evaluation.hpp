@@ -26,7 +26,7 @@
 
 namespace tapestry::shell {
 
-/// Which labelled pictures, and where the results go; nothing is written where a path is empty.
+/// The labelled pictures, and the output files; an empty path writes nothing.
 struct DatasetSettings {
   std::string dataset;
   std::string images;
@@ -60,7 +60,7 @@ inline void add_options(CLI::App& app, DatasetSettings& s) {
 
 namespace detail {
 
-/// Options of other measurements would be passed over.
+/// Refuses options of other measurements, which would be ignored.
 inline void require_dataset_options(const CLI::App& app, const DatasetSettings& s, ProblemList& list) {
   std::vector<std::string> known{"--dataset", "--images", "--dataset-names", "--most-detections",
                                  "--results", "--csv",    "--json",          "--threads"};
@@ -155,8 +155,9 @@ inline std::string results_text(const evaluate::Dataset& dataset, const ClassMat
 
 }  // namespace detail
 
-/// Runs a detector on the pictures of a data set, prints its average precision and writes the wanted files.
-/// \param app  with the options of the settings, all of them checked but those given here
+/// Runs a detector on the pictures of a data set, prints its average precision and writes the requested
+/// files.
+/// \param app  has the options of the settings; all are checked except those of this measurement
 inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, DetectorSettings settings,
                             int threads) {
   ProblemList problems;

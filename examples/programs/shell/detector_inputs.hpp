@@ -9,9 +9,7 @@
 namespace tapestry::shell {
 
 /// io::read_detector() of the files that options name.
-///
-/// A detector of 80 classes without names gets the names of COCO and a warning, unless --class is a number.
-/// \param warnings  takes remarks on the files
+/// \param warnings receives warnings about the files
 /// \param layers    as DetectorFiles::layers
 /// \throws Error (usage) for options that do not go together
 [[nodiscard]] detect::Detector<float> load_detector(const DetectorSettings& settings,

@@ -13,8 +13,8 @@ using io::is_folder;
 using io::is_there;
 using io::status_of;
 
-/// Makes sure that files can be written into a folder, before hours are spent. What is written for that is
-/// named as a temporary is: where it cannot be removed, the next run that works there does.
+/// Checks that files can be written into a folder, before hours of work. The file that it writes for the
+/// check has the name of a temporary: if it cannot be removed, the next run in the folder removes it.
 inline void require_writable_folder(const std::string& folder) {
   const std::string probe = io::detail::part_path(folder + "/.tapestry-probe", 0);
   const auto remove_probe = [&] {
@@ -25,18 +25,18 @@ inline void require_writable_folder(const std::string& folder) {
   try {
     io::write_file_atomically(probe, std::string_view("tapestry\n"));
   } catch (const FileError&) {
-    remove_probe();  // it is there where only its folder could not be flushed
+    remove_probe();  // the file exists if only flushing its folder failed
     throw;
   }
   remove_probe();
 }
 
-/// Clears the folder of a file to be written of what killed processes left.
+/// Removes temporaries of killed processes from the folder of a file to be written.
 inline void remove_parts_beside(const std::string& file) {
   io::remove_abandoned_parts(std::filesystem::path(file).parent_path().string());
 }
 
-/// Makes sure that a file can be written, before hours are spent.
+/// Checks that a file can be written, before hours of work.
 inline void require_writable_file(const std::string& path) {
   using std::filesystem::file_type;
   const std::string folder = std::filesystem::path(path).parent_path().string();

@@ -13,7 +13,7 @@
 
 namespace tapestry::shell {
 
-/// How a detector is hardened, and how paints are optimised against it.
+/// Settings of the hardening, and of the paints that are optimised against the detector.
 struct HardenSettings {
   static constexpr const char* group = "Hardening";
   std::size_t rounds = 16;
@@ -110,7 +110,7 @@ inline void require_sound(const HardenOptions& options, ProblemList& list) {
   require_sound(options.harden, list);
 }
 
-/// The budget of --quick for what was not given.
+/// Sets options that were not given to the budget of --quick.
 inline void adopt_quick(const CLI::App& app, HardenOptions& options) {
   const auto set = [&](const char* option, std::size_t& value, std::size_t quick) {
     if (app.get_option(option)->count() == 0) value = quick;

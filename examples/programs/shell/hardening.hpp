@@ -23,7 +23,7 @@
 
 namespace tapestry::shell {
 
-/// Inputs of a hardening beside the detector; all of them must outlive it.
+/// Inputs of a hardening besides the detector; all of them must outlive it.
 struct HardeningScene {
   const raster::PaintedMesh& car;
   camouflage::ViewStore<float>& store;
@@ -32,23 +32,24 @@ struct HardeningScene {
   std::size_t class_index;
 };
 
-/// Adversarial training of a detector against car paint, in rounds. Each round begins a fresh paint, which
-/// camouflage::Training optimises against the detector as it is; then the weights learn from clean pictures
-/// and from views with this and other paints, see draw_paint(), while the paint takes a step with each of
-/// theirs, so that it stays the answer to the detector of the moment.
+/// Adversarial training of a detector against car paint, in rounds. A round begins with a fresh paint, which
+/// camouflage::Training optimises while the detector is fixed. Then the weights learn from clean pictures and
+/// from views with this and other paints, see draw_paint(). With each step of the weights the paint takes a
+/// step, too, so that it stays optimised against the current detector.
 ///
-/// Source: Madry et al., "Towards deep learning models resistant to adversarial attacks" (ICLR 2018), whose
-/// inner maximum over small perturbations of each picture is here one over a texture that all views share.
+/// Source: Madry et al., "Towards deep learning models resistant to adversarial attacks" (ICLR 2018). Their
+/// inner maximum is over small perturbations of each picture; here it is over one texture that all views
+/// share.
 ///
 /// Batch normalisation keeps its running statistics, see LearningDetector. Statistics of a batch would mix
 /// those of clean and painted pictures, which differ (Xie et al., "Adversarial examples improve image
-/// recognition", CVPR 2020), and would make the detector that learns another one than that which is attacked
-/// and used, whose statistics are the running ones.
+/// recognition", CVPR 2020). The detector that learns would then differ from the one that is attacked and
+/// used, which has the running statistics.
 ///
-/// The weights learn by loss::yolo_training(), or of heads without anchors by loss::yolox_training().
+/// The weights learn by loss::yolo_training(), or for heads without anchors by loss::yolox_training().
 class Hardening {
  public:
-  /// \param detector  is changed; the others must outlive the hardening
+  /// \param detector is changed; the other arguments must outlive the hardening
   Hardening(LearningDetector& detector, const HardenSettings& settings, HardeningScene scene)
       : detector_(detector),
         settings_(settings),
@@ -68,7 +69,7 @@ class Hardening {
   [[nodiscard]] bool finished() const { return state_.done >= step_count(); }
   [[nodiscard]] const std::vector<HardeningStep>& history() const { return state_.history; }
 
-  /// A copy of everything a checkpoint needs; also what read_hardening() compares one with.
+  /// A copy of everything that a checkpoint needs; read_hardening() compares extents with it.
   [[nodiscard]] HardeningState state() const {
     HardeningState state = state_;
     state.parameters = detector_.weights();
@@ -79,7 +80,7 @@ class Hardening {
     return state;
   }
 
-  /// \throws FileError (mismatch) for a state that no run of these settings comes to
+  /// \throws FileError (mismatch) for a state that no run with these settings can reach
   void restore(const std::string& path, HardeningState state) {
     const std::uint64_t of_round = settings_.attack_steps + settings_.steps;
     const std::uint64_t round = state.done / of_round, within = state.done % of_round;
@@ -102,7 +103,7 @@ class Hardening {
     }
   }
 
-  /// A step of the paint and, once the paint has had its start, one of the weights.
+  /// One step of the paint and, once the paint has had its first steps alone, one of the weights.
   /// \throws NumericError if a loss or a gradient is not finite
   void step() {
     const std::uint64_t within = state_.done % (settings_.attack_steps + settings_.steps);
@@ -128,7 +129,7 @@ class Hardening {
   }
 
  private:
-  /// A fresh paint, mid grey and random in turns, in a fresh order of the views.
+  /// Starts a fresh paint, mid grey and random in turns, and a fresh order of the views.
   void begin_round() {
     const std::uint64_t round = state_.done / (settings_.attack_steps + settings_.steps);
     Random random = Random(settings_.seed).fork(0x726F756E64ULL).fork(round);
@@ -192,7 +193,7 @@ class Hardening {
   optim::Adam<float> adam_;
   MixedBatch batch_;
   PaintPool pool_;
-  HardeningState state_;  ///< but for what detector_, adam_ and training_ hold
+  HardeningState state_;  ///< without the parts in detector_, adam_ and training_
   std::optional<camouflage::Training<float>> training_;
   Tape<float> tape_;
 };

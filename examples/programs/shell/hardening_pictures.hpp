@@ -22,12 +22,12 @@
 
 namespace tapestry::shell {
 
-/// Objects in each training view: the car, whose box is known, and whatever else the undefended detector
-/// finds in the untouched frame away from the car. A frame has no labels of other objects, and to call them
-/// background would teach the detector to lose them.
+/// Objects in each training view: the car, whose box is known, and the other objects that the undefended
+/// detector finds in the untouched frame away from the car. A frame has no labels for other objects; treating
+/// them as background would train the detector to miss them.
 ///
 /// \param usable      views of the store that show the car
-/// \param confidence  above which a detection counts
+/// \param confidence least confidence of a detection that counts
 /// \returns one entry a view of `usable`
 inline loss::Truths view_truths(const detect::Detector<float>& undefended, std::size_t class_index,
                                 camouflage::ViewStore<float>& store, const std::vector<std::size_t>& usable,
@@ -54,7 +54,7 @@ inline loss::Truths view_truths(const detect::Detector<float>& undefended, std::
   return truths;
 }
 
-/// Paints that are trained against, and noise made from them.
+/// Paints to train against, and noise made from them.
 struct PaintPool {
   std::vector<Array<float, 2>> paints;  ///< of finished rounds, [texel, 3]
   std::vector<Array<float, 2>> noises;  ///< matched noise and shuffled patches of each
@@ -66,9 +66,9 @@ struct PaintPool {
   }
 };
 
-/// Draws the paint of a training picture: half of them show the round's own paint, a quarter those of earlier
-/// rounds and a quarter paints that were not optimised: matched noise, shuffled patches, random noise, solid
-/// colours. Otherwise the detector would merely learn one paint.
+/// Draws the paint of a training picture. Half of them show the round's own paint, a quarter those of earlier
+/// rounds, and a quarter paints that were not optimised: matched noise, shuffled patches, random noise, solid
+/// colours. Otherwise the detector would only learn one paint.
 inline Array<float, 2> draw_paint(Random& random, const Array<float, 2>& current, const PaintPool& pool) {
   const double kind = random.uniform();
   if (kind < 0.5 || (kind < 0.75 && pool.paints.empty())) return current;
@@ -81,18 +81,18 @@ inline Array<float, 2> draw_paint(Random& random, const Array<float, 2>& current
   return camouflage::solid_colours<float>(texels, colour);
 }
 
-/// Where clean pictures of a step come from.
+/// Sources of the clean pictures of a step.
 struct CleanSource {
   std::vector<scenes::LabelledScene> scenes;  ///< drawn ones with labels; may be empty
   Array<float, 2> own_colours;                ///< of the car, [texel, 3]
   loss::Truths truths;                        ///< one entry a usable view
 };
 
-/// Makes the pictures that one step of the weights learns from. Everything follows from `random`, the paints
-/// and the views, for any number of threads.
+/// Makes the pictures that one step of the weights learns from. They depend only on `random`, the paints and
+/// the views, for any number of threads.
 class MixedBatch {
  public:
-  /// \param store  and the others must outlive the batch
+  /// \param store must outlive the batch, like the other arguments
   MixedBatch(camouflage::ViewStore<float>& store, const std::vector<std::size_t>& usable,
              const CleanSource& clean, std::size_t count, double painted)
       : store_(store),
@@ -113,7 +113,7 @@ class MixedBatch {
   [[nodiscard]] const loss::Truths& truths() const { return truths_; }
 
  private:
-  /// One picture: a drawn scene, or a view with colours or, without, untouched.
+  /// One picture: a drawn scene, or a view with colours, or an untouched view.
   struct Part {
     const scenes::LabelledScene* scene = nullptr;
     std::shared_ptr<const camouflage::View<float>> view;
@@ -138,7 +138,7 @@ class MixedBatch {
     return part;
   }
 
-  /// Half the clean pictures are drawn scenes, where there are any; a quarter each are untouched frames and
+  /// Half of the clean pictures are drawn scenes, if there are any. A quarter each are untouched frames and
   /// renders of the car in its own colours.
   [[nodiscard]] Part clean_part(Random& random) const {
     Part part;

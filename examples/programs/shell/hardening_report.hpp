@@ -33,7 +33,7 @@ struct HardeningReport {
   Json options;
 };
 
-/// The rows of a detector's table, in order, with what each picture shows.
+/// The rows of a detector's table, in order, each with a description of its pictures.
 inline const std::vector<std::pair<std::string, std::string>>& hardening_rows() {
   static const std::vector<std::pair<std::string, std::string>> rows{
       {"photo", "the untouched frame"},
@@ -129,7 +129,7 @@ inline WordTable hardening_table(const HardeningReport& report) {
   return table;
 }
 
-/// Meaning of the table, sentence by sentence.
+/// Sentences that explain the table.
 inline std::vector<std::string> hardening_findings(const HardeningReport& report) {
   std::vector<std::string> sentences{gain_text(report) + " (Newcombe's interval over the views)."};
   if (const auto precision = precision_text(report); !precision.empty()) sentences.push_back(precision + ".");
@@ -144,7 +144,7 @@ inline std::string hardening_markdown(const HardeningReport& report) {
   return text;
 }
 
-/// Every row of both detectors, by its detector.
+/// All rows of both detectors, each named with its detector.
 /// \param report  must outlive the list
 inline ViewList list_of(const HardeningReport& report, std::vector<ViewFacts> views) {
   ViewList list{std::move(views), {}, "hardened: adaptive"};
@@ -154,7 +154,7 @@ inline ViewList list_of(const HardeningReport& report, std::vector<ViewFacts> vi
   return list;
 }
 
-/// The page of a hardening, but for its pictures, paint, car and files.
+/// The page of a hardening, without its pictures, paint, car and files.
 /// \param report  must outlive the page
 inline ReportPage page_of(const HardeningReport& report, std::string command, ViewList list,
                           const std::vector<HardeningStep>& history) {
@@ -172,7 +172,7 @@ inline ReportPage page_of(const HardeningReport& report, std::string command, Vi
   return page;
 }
 
-/// One line a detector and picture, for other programs: shares and confidences in 0 to 1.
+/// One line for each detector and picture, for other programs: shares and confidences in 0 to 1.
 inline std::string hardening_csv(const HardeningReport& report) {
   std::string text =
       "detector,picture,views,detected,p_at_50,p_at_50_low,p_at_50_high,mean_best_confidence\n";

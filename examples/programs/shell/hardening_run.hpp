@@ -33,10 +33,10 @@
 namespace tapestry::shell {
 
 /// One run of harden in its folder: the rounds, then the attacks that are measured, then the report. Each
-/// part leaves a checkpoint of its own, so that a run goes on after any death.
+/// part saves its own checkpoint, so that a run can be resumed after any interruption.
 class HardeningRun {
  public:
-  /// \param hardened  as the inputs' detector, to learn
+  /// \param hardened a copy of the inputs' detector, to train
   HardeningRun(HardenOptions options, Inputs inputs, std::unique_ptr<LearningDetector> hardened,
                std::string resume_command)
       : options_(std::move(options)),
@@ -89,7 +89,7 @@ class HardeningRun {
     return path(std::string("hardened") + hardened_->extension());
   }
 
-  /// A fresh folder gets its manifest; a folder to resume must hold one that agrees.
+  /// Writes the manifest to a new folder; checks that a folder to resume holds one that agrees.
   void open_folder() {
     const Json manifest =
         make_manifest("harden", settings_json(options_), options_.harden.seed, inputs_.frames.held_out,
@@ -129,7 +129,7 @@ class HardeningRun {
     hardened_->save(hardened_path());
   }
 
-  /// Takes what steps are left, and saves every so often, at the end and when a signal arrives.
+  /// Takes the remaining steps. Saves at intervals, at the end and when a signal arrives.
   /// \param work  a camouflage::Training or a Hardening
   /// \throws Stopped after saving
   template <class Work, class Save, class Text>
@@ -151,7 +151,7 @@ class HardeningRun {
     }
   }
 
-  /// Optimises a paint against a detector by the budget of --epochs.
+  /// Optimises a paint against a detector with the budget of --epochs.
   /// \returns its colours
   Colours attack(const std::string& name, const std::string& detector_name,
                  const detect::Detector<float>& detector, std::uint64_t seed) {
@@ -185,8 +185,7 @@ class HardeningRun {
     return camouflage::atlas_of<float>(inputs_.car.painted, colours);
   }
 
-  /// Detections of a detector, the views that were shown to it, and pictures of them under its adaptive
-  /// attack.
+  /// Detections of a detector, the views it was measured on, and pictures of them under its adaptive attack.
   struct Examined {
     DetectorFindings found;
     std::vector<ViewFacts> views;

@@ -16,8 +16,8 @@
 
 namespace tapestry::shell {
 
-/// One step of the weights, as history.csv lists it: terms of the training loss, and the loss that the
-/// round's paint had reached.
+/// One step of the weights, as history.csv lists it: terms of the training loss, and the last loss of the
+/// round's paint.
 struct HardeningStep {
   double box = 0, objectness = 0, classification = 0, total = 0, attack = 0;
 
@@ -31,8 +31,8 @@ inline constexpr std::array<std::pair<const char*, double HardeningStep::*>, 5> 
      {"total", &HardeningStep::total},
      {"attack", &HardeningStep::attack}}};
 
-/// Everything that changes while a detector is hardened. Two runs that agree in it and in their settings go
-/// on to the same bits.
+/// Everything that changes while a detector is hardened. Two runs with equal states and settings continue
+/// with the same bits.
 struct HardeningState {
   std::uint64_t done = 0;               ///< steps of all rounds, those of the paint alone included
   Array<float, 1> parameters;           ///< of the detector
@@ -85,7 +85,7 @@ inline optim::AdamState<float> adam_of(const io::NpzFile& file, const std::strin
 }
 }  // namespace detail
 
-/// Replaces the checkpoint, so that the previous one survives any interruption.
+/// Writes the checkpoint; the previous one survives any interruption.
 /// \param identity  of the run, see identity_text()
 inline void write_hardening(const std::string& path, const HardeningState& state,
                             const std::string& identity) {
@@ -110,9 +110,9 @@ inline void write_hardening(const std::string& path, const HardeningState& state
   file.write(path);
 }
 
-/// \param fresh  the state at the beginning, whose extents the checkpoint must have
-/// \throws FileError: malformed (damaged, or numbers that no training comes to), mismatch (a newer format, or
-///         of other extents); Error (in_use) for the checkpoint of a run with other settings
+/// \param fresh  initial state; the checkpoint must have its extents
+/// \throws FileError: malformed (damaged, or numbers that no training reaches), mismatch (a newer format, or
+///         other extents); Error (in_use) for the checkpoint of a run with other settings
 inline HardeningState read_hardening(const std::string& path, const std::string& identity,
                                      const HardeningState& fresh) {
   const auto file = io::NpzFile::read(path);

@@ -19,16 +19,16 @@
 
 namespace tapestry::shell {
 
-/// Takes the activations of a layer and the gradient of a score with respect to them.
+/// Function of a layer's activations and the gradient of a score with respect to them.
 using HeatMap = Array<float, 2> (*)(const Array<float, 3>&, const Array<float, 3>&);
 
-/// The heat maps there are, by name.
+/// The heat maps by name.
 inline constexpr std::array<std::pair<const char*, HeatMap>, 3> heat_maps{
     {{"layer_cam", &detect::layer_cam<float>},
      {"grad_cam", &detect::grad_cam<float>},
      {"grad_cam_plus_plus", &detect::grad_cam_plus_plus<float>}}};
 
-/// \throws Error (usage) naming those there are
+/// \throws Error (usage) that lists the names
 inline HeatMap heat_map_by_name(const std::string& name) {
   std::string known;
   for (const auto& [kind, heat_map] : heat_maps) {
@@ -38,12 +38,12 @@ inline HeatMap heat_map_by_name(const std::string& name) {
   throw Error(ErrorKind::usage, "--heat-map-kind is '" + name + "'; expected one of " + known);
 }
 
-/// Where in the first observed layer of a detector the score of a class comes from, that of its surest
-/// candidate, however unsure: spread over the input, [H, W]; zeros where there is no candidate.
+/// Heat of the first observed layer for the score of a class: of its most confident candidate, however low
+/// the confidence. The heat is resized to the input, [H, W]; zeros if there is no candidate.
 ///
 /// \param input     [H, W, 3], as the network takes it
-/// \param heat_map  one of heat_maps. A detector's score belongs to a place, but those that weigh whole
-///                  channels show the channels rather than the place
+/// \param heat_map  one of heat_maps. A detector's score belongs to a place, but heat maps with one weight
+///                  for a whole channel show the channels rather than the place
 inline Array<float, 2> heat_of_input(const Array<float, 3>& input, const detect::Detector<float>& detector,
                                      std::size_t class_index, HeatMap heat_map) {
   const std::size_t height = detector.input_height(), width = detector.input_width();

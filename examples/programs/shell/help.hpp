@@ -16,8 +16,8 @@ inline constexpr const char* exit_status_text =
     "  128 + n after signal n, with the work so far saved where a run can be resumed\n";
 
 /// Formats --help, at most 80 columns wide: description, usage, options by groups in the order in which they
-/// were added, the footer of the app, which shows examples, and exit codes. The script that makes manual
-/// pages reads this form: names from column 3, texts from column 27.
+/// were added, the app's footer with examples, and exit codes. The script for manual pages reads this form:
+/// names from column 3, texts from column 27.
 class HelpText : public CLI::FormatterBase {
  public:
   [[nodiscard]] std::string make_help(const CLI::App* app, std::string name,
@@ -37,7 +37,7 @@ class HelpText : public CLI::FormatterBase {
     return text + "\n" + exit_status_text;
   }
 
-  /// The group of what every program has.
+  /// The group of the options that every program has.
   static constexpr const char* general = "General";
 
  private:

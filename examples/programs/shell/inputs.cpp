@@ -33,7 +33,7 @@ raster::TextureLayout layout_of(const SceneSettings& settings, const geometry::M
 
 bool is_posed(const std::string& frame) { return !io::read_frame(frame).camera; }
 
-/// Checks the files of a detector. Even where its cfg is unsound, the other files are checked.
+/// Checks the files of a detector. The other files are checked even if the cfg is unsound.
 void check_detector(DetectorSettings settings, ProblemList& list, std::vector<std::string>& warnings) {
   fill_in_bundled(settings);
   if (settings.weights.empty()) return;
@@ -52,8 +52,8 @@ void check_detector(DetectorSettings settings, ProblemList& list, std::vector<st
     if (!path.empty() && !found.starts_with(path + ":")) list.attempt([&] { (void)io::RegularFile(path); });
 }
 
-/// Warns of frames that the manifest of make_dataset's folder lists and the folder lacks: the program was
-/// interrupted, or someone has taken frames away. Other folders may hold a manifest of any kind.
+/// Warns of frames that the manifest of make_dataset lists and the folder lacks: the program was interrupted,
+/// or frames were removed. In other folders a manifest may be anything.
 std::vector<std::string> warnings_about_set(const std::string& folder) {
   std::vector<std::string> warnings;
   const std::string path = manifest_path(folder);
@@ -277,7 +277,7 @@ void check_inputs(SceneSettings scene, const DetectorSettings& detector, Problem
   if (frames.held_out) paths.insert(paths.end(), frames.train.begin(), frames.train.end());
   MaskRule mask{scene.mask};
   list.attempt([&] { mask = load_mask_rule(scene); });
-  if (mask.kind == "u2net" && !mask.segmenter) mask.kind = "auto";  // the frames can still be unsound
+  if (mask.kind == "u2net" && !mask.segmenter) mask.kind = "auto";  // the frames can still be checked
   bool kind_known = false;
   for (const auto& path : paths)
     list.attempt([&] {

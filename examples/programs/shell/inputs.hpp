@@ -18,18 +18,19 @@ namespace tapestry::shell {
 
 namespace fs = std::filesystem;
 
-// Readers of files are compiled once for all programs: the formats and the drawn scenes compile slowly.
+// Readers of files are compiled once for all programs, because the formats and the drawn scenes compile
+// slowly.
 
-/// Names the bundled files where the user named none.
+/// Fills in the bundled files for those that the user left out.
 void fill_in_bundled(SceneSettings& scene);
 
 void fill_in_bundled(DetectorSettings& detector);
 
-/// The car as painted, before any frame is known.
+/// The car as painted, before any frame is read.
 struct Car {
   raster::PaintedMesh painted;
   std::vector<std::string> warnings;
-  std::vector<std::string> material_files{};  ///< that were read beside the mesh
+  std::vector<std::string> material_files{};  ///< read beside the mesh
 };
 
 Car load_car(const SceneSettings& settings);
@@ -40,7 +41,7 @@ struct FrameLists {
   std::vector<std::string> test;
   std::size_t drawn = 0;  ///< scenes drawn to optimise on, instead of `train`
   bool held_out = false;
-  bool posed = false;  ///< frames carry poses, not cameras, and see a car normalised to length 2
+  bool posed = false;  ///< frames carry poses instead of cameras, for a car normalised to length 2
 };
 
 FrameLists find_frames(const SceneSettings& scene);
@@ -54,7 +55,8 @@ using FrameLoaders = std::vector<camouflage::ViewStore<float>::Loader>;
 
 FrameLoaders frame_loaders(const std::vector<std::string>& paths, const MaskRule& mask, bool posed);
 
-/// Loaders of the frames to optimise on. Drawn ones use their own masks, or silhouettes if the rule is so.
+/// Loaders of the frames to optimise on. Drawn frames use their own masks, or silhouettes if the rule says
+/// so.
 FrameLoaders train_loaders(const FrameLists& lists, const MaskRule& mask);
 
 /// A detector beside the first one.
@@ -67,44 +69,43 @@ struct FurtherDetector {
 struct Inputs {
   detect::Detector<float> detector;
   std::size_t class_index = 0;
-  std::vector<FurtherDetector> ensemble{};  ///< what else is optimised against
+  std::vector<FurtherDetector> ensemble{};  ///< further detectors to optimise against
   Car car;
   FrameLists frames;
   std::vector<std::string> warnings;
-  std::optional<camouflage::PhotoLight> photo_light{};  ///< how light is estimated, if it is
-  std::shared_ptr<const Array<double, 2>> palette{};    ///< printable colours, if a paint is to have such
-  MaskRule mask{};                                      ///< where masks of frames come from
+  std::optional<camouflage::PhotoLight> photo_light{};  ///< rule that estimates the light, if any
+  std::shared_ptr<const Array<double, 2>> palette{};    ///< printable colours, if required
+  MaskRule mask{};                                      ///< source of the frames' masks
 };
 
 /// Every file that a run reads for its car, its detector and its frames.
 std::vector<std::string> input_paths(const SceneSettings& scene, const Car& car,
                                      const DetectorSettings& detector, const FrameLists& frames);
 
-/// Frames that come with the programs show the bundled sedan, whatever mesh is given.
+/// Warns if bundled frames, which show the bundled sedan, are used with another mesh.
 std::vector<std::string> warnings_about(const SceneSettings& scene);
 
 /// \param layers  as for load_detector()
 Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector,
                    const std::vector<std::string>& layers = {});
 
-/// A detector beside the first one, from one file.
+/// A further detector, from one file.
 /// \param option    that named it, for errors
-/// \param settings  of the first one: names, class and size are those of all
+/// \param settings  of the first detector: names, class and size apply to all
 /// \param layers    as for load_detector()
 FurtherDetector load_further_detector(const std::string& option, const std::string& path,
                                       DetectorSettings settings, std::vector<std::string>& warnings,
                                       const std::vector<std::string>& layers = {});
 
-/// Detectors of an ensemble beside `first`, each from one file, and warnings about those that would take
-/// pictures in another way.
-/// \param settings  of the first one: names, class and size are those of all
+/// Detectors of an ensemble beside `first`, each from one file, and warnings about those that take pictures
+/// in another way.
+/// \param settings  of the first detector: names, class and size apply to all
 std::vector<FurtherDetector> load_ensemble(const std::vector<std::string>& paths,
                                            const DetectorSettings& settings,
                                            const detect::Detector<float>& first,
                                            std::vector<std::string>& warnings);
 
-/// Checks every input and adds all problems found, and what is no problem but to be known. The settings
-/// themselves have been checked before.
+/// Checks every input; adds all problems and warnings. The settings themselves must have been checked before.
 void check_inputs(SceneSettings scene, const DetectorSettings& detector, ProblemList& list,
                   std::vector<std::string>& warnings);
 

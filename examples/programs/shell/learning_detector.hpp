@@ -16,15 +16,15 @@
 
 namespace tapestry::shell {
 
-/// A detector whose weights learn, and the file that it is written to. Batch normalisation keeps its running
-/// statistics; its shifts and scales learn.
+/// A detector whose weights are trained, and the file it is written to. Batch normalisation keeps its running
+/// statistics; its shifts and scales are trained.
 class LearningDetector {
  public:
   virtual ~LearningDetector() = default;
   LearningDetector(const LearningDetector&) = delete;
   LearningDetector& operator=(const LearningDetector&) = delete;
 
-  /// The same object at any time, of the weights as they are.
+  /// The detector with the current weights; always the same object.
   [[nodiscard]] virtual const detect::Detector<float>& detector() const { return learning_; }
   [[nodiscard]] Array<float, 1> weights() const { return learning_.weights(); }
   virtual void set_weights(const Array<float, 1>& weights) { learning_.set_weights(weights); }
@@ -33,7 +33,7 @@ class LearningDetector {
                                                              const ArrayVariable<float, 1>& weights) {
     return detect::forward(learning_, images, weights, pass_);
   }
-  /// Notes how many pictures it has learnt from here.
+  /// Stores the number of pictures seen in training.
   virtual void set_pictures_seen(std::uint64_t) {}
 
   /// The ending of its file's name.
@@ -48,10 +48,10 @@ class LearningDetector {
   std::shared_ptr<detect::Pass<float>> pass_ = std::make_shared<detect::Pass<float>>();
 };
 
-/// A Darknet model. It learns as its cfg has it, and is attacked simplified.
+/// A Darknet model. It is trained as its cfg describes it, and attacked in simplified form.
 class LearningModel final : public LearningDetector {
  public:
-  /// \param cfg  text that it is written with
+  /// \param cfg text of the cfg to write
   LearningModel(detect::DarknetModel<float> start, std::string cfg)
       : LearningDetector(start.learning_detector(false)),
         model_(std::move(start)),
@@ -76,16 +76,16 @@ class LearningModel final : public LearningDetector {
   std::uint64_t seen_before_;
 };
 
-/// An ONNX model, written as the file that it was read from with other numbers in its initialisers. As far as
-/// it can, it runs simplified as others do. Where that merges weights which the file has apart, it runs the
-/// file's own nodes: that takes longer and differs in rounding from what others compute with the file
-/// written. Batch normalisation that the file has keeps its running statistics.
+/// An ONNX model, written as its original file with new numbers in its initialisers. If possible it runs
+/// simplified, as other detectors do. If simplifying merges weights that are separate in the file, it runs
+/// the file's own nodes, which takes longer and differs in rounding from the detector read from the written
+/// file. Batch normalisation in the file keeps its running statistics.
 class LearningGraph final : public LearningDetector {
  public:
   /// \param start  read from this file
   /// \param size   as of detect::Detector
-  /// \throws FileError (mismatch) if weights are not numbers that can be replaced in the file, or if the file
-  ///         would then be another network
+  /// \throws FileError (mismatch) if weights cannot be replaced in the file, or if the file would then hold
+  ///         another network
   LearningGraph(const std::string& path, const detect::Detector<float>& start, std::size_t size)
       : LearningGraph(path, io::read_text_file(path), start, size) {}
 
@@ -123,8 +123,9 @@ class LearningGraph final : public LearningDetector {
     });
   }
 
-  /// Tried with each weight moved by a share of its own: a number that the file has once may be two weights
-  /// here, or a weight and a setting of an operator. Refuses before anything is learnt.
+  /// Checks before training that the written file gives the same network, with each weight changed by a
+  /// different factor: one number of the file may be two weights here, or a weight and a setting of an
+  /// operator.
   void require_same_when_read(std::size_t size, bool simplifies) {
     const auto start = weights();
     auto moved = start;
@@ -148,7 +149,7 @@ class LearningGraph final : public LearningDetector {
     set_weights(start);
   }
 
-  /// Those above 1: the order of a tensor's elements follows from them.
+  /// The extents above 1: they determine the order of a tensor's elements.
   [[nodiscard]] static nn::Shape extents(nn::Shape shape) {
     std::erase(shape, 1);
     return shape;

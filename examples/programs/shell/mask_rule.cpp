@@ -28,7 +28,7 @@ Array<std::uint8_t, 2> mask_from_file(const std::string& path, const io::Frame& 
   return mask;
 }
 
-/// The car as a network segments it, in the box of the frame's label if it has one. Where it finds none the
+/// The car as segmented by a network, in the box of the frame's label if it has one. If none is found, the
 /// mask is empty, and the car of that frame counts as hidden.
 Array<std::uint8_t, 2> segmented_mask(const segment::U2Net<float>& segmenter, const io::Frame& frame) {
   std::optional<segment::Region> region;

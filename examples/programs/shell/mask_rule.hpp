@@ -8,21 +8,21 @@
 
 namespace tapestry::shell {
 
-/// Where the mask of a frame comes from, see --mask.
+/// Source of the mask of a frame, see --mask.
 struct MaskRule {
   std::string kind = "auto";
   std::shared_ptr<const segment::U2Net<float>> segmenter{};  ///< of the kind u2net
 };
 
-/// \param settings  with the files that are left out filled in
+/// \param settings complete, with bundled files filled in
 /// \throws FileError as read_onnx() and U2Net
 MaskRule load_mask_rule(const SceneSettings& settings);
 
-/// maskN.png beside dataN.npz.
+/// Path of maskN.png beside dataN.npz.
 std::string mask_path_of(const std::string& frame);
 
-/// Replaces the mask of a frame by that of the rule.
-/// \param path  of the frame, beside which mask files lie
+/// Replaces the mask of a frame as the rule requires.
+/// \param path  of the frame; mask files lie beside it
 void apply_mask_rule(const MaskRule& rule, const std::string& path, io::Frame& frame);
 
 }  // namespace tapestry::shell

@@ -20,7 +20,7 @@ inline void require_axes(const geometry::MeshAxes& axes, ProblemList& list) {
                "--up " + axes.up + " and --forward " + axes.forward + " are not at a right angle");
 }
 
-/// Warning that a mesh which turned_upright() has turned is higher than long; empty if it is not.
+/// Warning about a mesh that is higher than long after turned_upright(); empty otherwise.
 inline std::string word_on_height(const geometry::Mesh& upright, const geometry::MeshAxes& axes) {
   if (!geometry::is_higher_than_long(upright)) return {};
   const auto bounds = geometry::bounds_of(upright.positions);

@@ -10,10 +10,10 @@
 
 namespace tapestry::shell {
 
-/// Where the bundled files lie: beside an installed program, else in the sources.
+/// The folder of the bundled files: beside an installed program, else in the sources.
 std::string bundled_folder();
 
-/// The files that stand in for inputs the user leaves out.
+/// The bundled files that replace inputs the user leaves out.
 struct BundledAssets {
   std::string folder = bundled_folder();
 
@@ -25,7 +25,7 @@ struct BundledAssets {
   [[nodiscard]] std::string segmenter() const { return folder + "/segmenter.onnx"; }
 };
 
-/// 1 for every face that is painted, by material or, when `face_list` names a file, by number.
+/// 1 for every painted face, by material or, if `face_list` names a file, by number.
 inline std::vector<std::uint8_t> selected_faces(const std::string& mesh_path, const geometry::Mesh& mesh,
                                                 const std::vector<std::string>& materials,
                                                 const std::string& face_list,
@@ -42,14 +42,14 @@ inline std::vector<std::uint8_t> selected_faces(const std::string& mesh_path, co
   }
 }
 
-/// Says of a mesh with textures of its own that they are not drawn.
+/// Warns that textures of a mesh are not drawn.
 inline void warn_about_textures(const std::string& mesh_path, const geometry::Mesh& mesh,
                                 std::vector<std::string>& warnings) {
   if (std::ranges::any_of(mesh.materials, [](const auto& material) { return !material.texture.empty(); }))
     warnings.push_back(mesh_path + ": textures of the mesh (map_Kd) are not drawn; colours (Kd) are");
 }
 
-/// \throws FileError (mismatch) unless every painted face has the texture coordinates that a picture needs
+/// \throws FileError (mismatch) unless every painted face has the texture coordinates that a picture requires
 inline void require_uvs(const std::string& mesh_path, const geometry::Mesh& mesh,
                         const std::vector<std::uint8_t>& painted, const char* option) {
   if (mesh.uvs.empty())

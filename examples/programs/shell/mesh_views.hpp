@@ -19,7 +19,7 @@
 
 namespace tapestry::shell {
 
-/// Size of a picture and how it is sampled.
+/// Size of a picture and its sampling.
 struct PictureSettings {
   std::size_t height = 512;
   std::size_t width = 512;
@@ -29,7 +29,7 @@ struct PictureSettings {
 
 /// A painted mesh with its texture and light, ready to be drawn.
 struct PaintedScene : raster::PaintedMesh {
-  Array<float, 2> texels;  ///< the texture's own, without a pyramid
+  Array<float, 2> texels;  ///< the texture's own texels, without a pyramid
   raster::SmoothLight light;
   std::string lighting = "flat";  ///< none, flat or smooth
   double coat = 0;                ///< see raster::ClearCoat; 0: none
@@ -82,7 +82,7 @@ inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Ca
   return draw_coated(static_cast<const raster::Light&>(scene.light));
 }
 
-/// The geometry of the mean of what shows of the mesh in each pixel, 0 where nothing does.
+/// The mean geometry of the mesh's visible part in each pixel; 0 where none is visible.
 template <raster::GeometryOutput Output>
 Array<float, raster::geometry_rank<Output>> seen_geometry(const geometry::Mesh& mesh,
                                                           const geometry::Camera& camera,
@@ -96,8 +96,8 @@ Array<float, raster::geometry_rank<Output>> seen_geometry(const geometry::Mesh& 
   return seen;
 }
 
-/// Each channel of seen_geometry() between its least and its greatest value, over the background; depths the
-/// other way round, so that what is near is light.
+/// Each channel of seen_geometry(), scaled to its range of values, over the background. Depths are inverted,
+/// so that near points are light.
 template <raster::GeometryOutput Output>
 Array<float, 3> stretched_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
                                const PictureSettings& picture) {
@@ -123,7 +123,7 @@ Array<float, 3> stretched_view(const geometry::Mesh& mesh, const geometry::Camer
   return image::over(image, coverage, background_of(picture));
 }
 
-/// The unit normal of each face on the side that is seen, −1 … 1 as 0 … 1.
+/// The unit normal of each face on its visible side, −1 … 1 shown as 0 … 1.
 inline Array<float, 3> normal_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
                                    const PictureSettings& picture) {
   const geometry::Vector3 eye = geometry::eye_of(camera);
@@ -136,8 +136,8 @@ inline Array<float, 3> normal_view(const geometry::Mesh& mesh, const geometry::C
   });
 }
 
-/// Red and green show u and v, wrapped into the texture, in squares of 1/16 light and dark; grey where a face
-/// has no uv.
+/// Red and green are u and v, wrapped into the texture, in squares of 1/16 light and dark; grey for faces
+/// without uv.
 inline Array<float, 3> uv_view(const geometry::Mesh& mesh, double u_extent, const geometry::Camera& camera,
                                const PictureSettings& picture) {
   return drawn_fragments(mesh, camera, picture, [&](const raster::Fragment& fragment) {
@@ -155,8 +155,8 @@ inline Array<float, 3> uv_view(const geometry::Mesh& mesh, double u_extent, cons
   });
 }
 
-/// A colour of its own for every face up to 2²⁴, from the pixel's first sample: an odd factor permutes the
-/// numbers of 24 bits.
+/// A different colour for every face up to 2²⁴, from the pixel's first sample: multiplying by an odd factor
+/// permutes the numbers of 24 bits.
 inline Array<float, 3> face_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
                                  PictureSettings picture) {
   picture.samples = 1;
@@ -192,20 +192,20 @@ inline Array<float, 3> mesh_view(const std::string& view, const PaintedScene& sc
   return detail::colour_view(scene, camera, picture);
 }
 
-/// Views that are quantities of the world, see measured_view().
+/// Views that show physical quantities, see measured_view().
 inline const std::vector<std::string>& measured_view_names() {
   static const std::vector<std::string> names{"depth", "position", "normal"};
   return names;
 }
 
-/// Numbers of a picture, row-major.
+/// Values of a picture, row-major.
 struct Measurements {
   std::vector<std::size_t> shape;  ///< [H, W] of a depth, else [H, W, 3]
   std::vector<float> values;
 };
 
-/// A view of measured_view_names() in the units of the world: the mean of what shows of the mesh in a pixel,
-/// 0 where nothing does.
+/// A view of measured_view_names() in physical units: the mean over the mesh's visible part in a pixel; 0
+/// where none is visible.
 inline Measurements measured_view(const std::string& view, const PaintedScene& scene,
                                   const geometry::Camera& camera, PictureSettings picture) {
   if (picture.samples == 0)

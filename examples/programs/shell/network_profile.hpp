@@ -27,7 +27,7 @@ inline nn::PassTimes operation_times(const detect::Detector<float>& detector, co
   return times;
 }
 
-/// Prints where the time of a pass went, the most first.
+/// Prints the time of each operation in a pass, longest first.
 inline void print_profile(std::FILE* to, const char* title, const nn::OperationTimes& times) {
   const auto passes = static_cast<double>(times.passes);
   const auto print = [&](const std::string& name, const std::string& calls, double seconds) {

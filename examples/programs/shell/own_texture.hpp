@@ -14,7 +14,7 @@
 
 namespace tapestry::shell {
 
-/// A texture that a mesh brings (map_Kd).
+/// A texture that belongs to a mesh (map_Kd).
 struct OwnTexture {
   Bitmap picture;
   std::vector<std::uint8_t> faces;  ///< one entry a face, 1 where it shows
@@ -28,8 +28,8 @@ inline std::string texture_of(const geometry::Mesh& mesh, std::size_t face) {
   return mesh.materials[static_cast<std::size_t>(material)].texture;
 }
 
-/// The texture of a mesh; of several the one that most faces have.
-/// \returns none, and maybe a warning, if there is none or it cannot be read
+/// The texture of a mesh; if there are several, the one on most faces.
+/// \returns nothing if there is none or it cannot be read; the latter adds a warning
 inline std::optional<OwnTexture> own_texture(const std::string& mesh_path, const geometry::Mesh& mesh,
                                              std::vector<std::string>& warnings) {
   std::map<std::string, std::size_t> face_counts;

@@ -5,7 +5,7 @@
 
 namespace tapestry::shell {
 
-/// Style of every page: light or dark as the reader's system is set.
+/// Style of every page: light or dark by the reader's system setting.
 inline constexpr const char* page_style = R"(:root { color-scheme: light dark;
   --paper: #fff; --ink: #24292f; --muted: #57606a; --line: #d8dee4; --mark: #2f81c7; --shade: #f3f5f7 }
 @media (prefers-color-scheme: dark) { :root {
@@ -28,8 +28,8 @@ tr + tr, tbody tr { border-top: 1px solid var(--line) }
 @media (max-width: 40em) { table { font-size: 13px } td, th { padding-right: .6em } }
 )";
 
-/// A page up to its heading.
-/// \param style  beside page_style
+/// The beginning of a page, up to its heading.
+/// \param style added to page_style
 inline std::string page_begin(const std::string& title, const std::string& style) {
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"

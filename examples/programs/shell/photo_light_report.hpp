@@ -7,8 +7,8 @@
 
 namespace tapestry::shell {
 
-/// The light that was estimated from each view's photograph, by the view's name; null where the car could not
-/// be made out in it, so that the frame's own light was taken.
+/// The light estimated from each view's photograph, by the view's name; null if the car could not be made
+/// out, so that the frame's own light was used.
 inline Json light_json(camouflage::ViewStore<float>& store, const std::vector<std::size_t>& views) {
   Json lights = Json::object();
   for (const std::size_t index : views) {

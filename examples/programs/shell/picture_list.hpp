@@ -28,10 +28,10 @@ inline std::vector<std::string> pictures_of_list(const std::string& path) {
 
 }  // namespace detail
 
-/// The pictures that some arguments name: files themselves, folders the pictures and frames in them, sorted,
-/// and lists (.txt) a picture a line.
+/// The pictures of some arguments: files; folders, with the pictures and frames in them, sorted; and lists
+/// (.txt) with a picture a line.
 /// \throws FileError: malformed for a folder or a list that cannot be read or names no picture, limit for a
-///         line of a list that no path can have
+///         line of a list that is longer than any path
 inline std::vector<std::string> pictures_named(const std::vector<std::string>& arguments) {
   std::vector<std::string> pictures;
   const auto add = [&](const std::vector<std::string>& more) {

@@ -13,7 +13,7 @@
 
 namespace tapestry::shell {
 
-/// The measures under the names that reports have for them.
+/// The measures with their names in reports.
 inline std::vector<std::pair<const char*, std::optional<double>>> named_measures(
     const evaluate::PrecisionSummary& s) {
   return {{"ap", s.ap},
@@ -42,7 +42,7 @@ inline evaluate::ClassPrecision all_classes(const evaluate::AveragePrecision& re
   return all;
 }
 
-/// The table that evaluate prints: the means, then a row for each class that has objects.
+/// The table that evaluate prints: the means, then a row for each class with objects.
 inline std::string precision_text(const evaluate::AveragePrecision& result,
                                   const std::vector<std::string>& names) {
   const auto measures = [](const evaluate::PrecisionSummary& s) {
@@ -65,7 +65,7 @@ inline std::string precision_text(const evaluate::AveragePrecision& result,
   return text;
 }
 
-/// The result as CSV: shares in 0 to 1, empty without a value; the first row is that of all.
+/// The result as CSV: shares in 0 to 1, empty without a value; the first row is the mean over classes.
 inline std::string precision_csv(const evaluate::AveragePrecision& result,
                                  const std::vector<std::string>& names) {
   std::string text = "class,objects,detections";

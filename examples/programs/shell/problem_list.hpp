@@ -8,7 +8,7 @@
 
 namespace tapestry::shell {
 
-/// Choices of an option, from the values of an enumeration.
+/// Choices of an option: the names of an enumeration's values.
 template <class Values>
 std::vector<std::string> names_of(const Values& values) {
   std::vector<std::string> names;
@@ -16,10 +16,10 @@ std::vector<std::string> names_of(const Values& values) {
   return names;
 }
 
-/// Collects complaints instead of stopping at the first.
+/// Collects problems instead of stopping at the first.
 class ProblemList {
  public:
-  /// Notes what `action` throws.
+  /// Adds the error that `action` throws, if it throws one.
   template <class Action>
   void attempt(Action action) {
     try {
@@ -28,11 +28,11 @@ class ProblemList {
       problems_.push_back(error);
     }
   }
-  /// Notes a usage error unless `holds`.
+  /// Adds a usage error unless `holds`.
   void require(bool holds, const std::string& message) {
     if (!holds) problems_.emplace_back(ErrorKind::usage, message);
   }
-  /// Notes a usage error naming the choices unless `value` is one of them.
+  /// Adds a usage error that lists the choices unless `value` is one of them.
   void require_choice(const char* option, const std::string& value, const std::vector<std::string>& choices) {
     std::string list;
     for (const auto& choice : choices) {
@@ -41,7 +41,7 @@ class ProblemList {
     }
     require(false, std::string(option) + " is " + in_quotes(value) + "; expected one of " + list);
   }
-  /// Notes a usage error if writing `output` would replace a file that is read.
+  /// Adds a usage error if writing `output` would replace a file that is read.
   void require_kept(const char* option, const std::string& output, const std::vector<std::string>& inputs) {
     std::error_code no_such_file;
     for (const auto& input : inputs)

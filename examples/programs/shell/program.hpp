@@ -22,8 +22,8 @@ namespace tapestry::shell {
 
 inline constexpr int exit_internal_fault = 1;
 
-/// Keeps memory that was freed for the next step instead of handing it back to the system, which would have
-/// to clear every page again: without it a third of a training step goes there.
+/// Keeps freed memory for the next step instead of returning it to the system. The system would clear every
+/// page again, which takes a third of a training step.
 inline void keep_freed_memory() {
 #if defined(__GLIBC__)
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
@@ -44,16 +44,16 @@ inline void print_warnings(const std::vector<std::string>& warnings) {
   for (const auto& warning : warnings) std::cerr << "warning: " << for_terminal(warning) << '\n';
 }
 
-/// Runs a program's body, unless the command line already settles it, and turns what is thrown into one line
-/// on the error stream and an exit code, which ends all ranks. A file beyond the size that the system allows
-/// is an error of writing like others, and no signal.
+/// Runs a program's body, unless the command line already decides the exit code. Errors thrown become one
+/// line on the error stream and an exit code, and end all ranks. Exceeding the system's limit on file size is
+/// an ordinary write error, not a signal.
 template <class Body>
 int run_program(CLI::App& app, int argc, char** argv, Body body) {
   std::signal(SIGXFSZ, SIG_IGN);
   const Ranks& ranks = Ranks::all();
   const auto fail = [&](const std::string& what, int code) {
     if (ranks.is_first())
-      std::cerr << "error: " + what + "\n";  // whole: another rank may tell of an error, too
+      std::cerr << "error: " + what + "\n";  // one write: another rank may report an error, too
     else
       ::dprintf(ranks.error_stream(), "error: rank %zu: %s\n", ranks.index(), what.c_str());
     ranks.abandon(code);

@@ -25,8 +25,8 @@ inline std::string duration_text(double seconds) {
   return text;
 }
 
-/// A line that is rewritten on a terminal, and printed anew at most every ten seconds elsewhere; every time
-/// with --verbose, never with --quiet.
+/// A progress line. On a terminal it is rewritten in place; elsewhere it is printed at most every ten
+/// seconds. With --verbose it is printed every time, with --quiet never.
 class ProgressLine {
  public:
   ProgressLine() {
@@ -35,7 +35,7 @@ class ProgressLine {
                 !(terminal != nullptr && std::string(terminal) == "dumb");
   }
 
-  /// Shows `text`, the state after `done` of `total` units; `last` forces it out.
+  /// Shows `text` after `done` of `total` units; `last` prints it in any case.
   void show(const std::string& text, bool last = false) {
     if (verbosity() == Verbosity::quiet) return;
     const auto now = Clock::now();
@@ -58,8 +58,8 @@ class ProgressLine {
   Clock::time_point shown_{};
 };
 
-/// Prints the progress of a measurement of many pictures, of which for_each_in_order() counts some at once:
-/// between those it prints nothing, for then it would take what is done for what is to come.
+/// Prints the progress of a measurement of many pictures. for_each_in_order() counts several pictures at
+/// once; between those counts nothing is printed, because the estimate of the remaining time would be wrong.
 class MeasuringProgress {
  public:
   explicit MeasuringProgress(std::size_t pictures) : pictures_(pictures) {}

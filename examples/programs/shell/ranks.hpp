@@ -21,26 +21,27 @@
 
 namespace tapestry::shell {
 
-/// The processes of one program that mpirun has started to share its work; otherwise this process alone. The
-/// only home of MPI. What is exchanged is combined in the order of ranks, so that results do not depend on
-/// their number. The first rank alone prints and writes files.
+/// The processes of one program that mpirun has started to share its work; without mpirun only this process.
+/// The only code that uses MPI. Values are combined in the order of ranks, so that results do not depend on
+/// their number. Only the first rank prints and writes files.
 class Ranks {
  public:
   Ranks(const Ranks&) = delete;
   Ranks& operator=(const Ranks&) = delete;
 
-  /// Those of this process. The first call meets the others, so it comes before anything is printed.
+  /// The ranks of this program. The first call waits for all of them, so it must come before anything is
+  /// printed.
   static const Ranks& all() {
     static const Ranks ranks;
     return ranks;
   }
 
   [[nodiscard]] std::size_t count() const { return count_; }
-  /// From 0.
+  /// Index from 0.
   [[nodiscard]] std::size_t index() const { return index_; }
   [[nodiscard]] bool is_first() const { return index_ == 0; }
 
-  /// Overwrites the values with those of the first rank. Every rank calls this, with as many of them.
+  /// Overwrites the values with those of the first rank. Every rank must call this, with as many values.
   template <class T>
   void share([[maybe_unused]] std::span<T> values) const {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -49,7 +50,7 @@ class Ranks {
 #endif
   }
 
-  /// The values of all ranks, one after the other. Every rank calls this, with as many of them.
+  /// The values of all ranks, one after another. Every rank must call this, with as many values.
   template <class T>
   [[nodiscard]] std::vector<T> gathered(const std::vector<T>& own) const {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -64,7 +65,7 @@ class Ranks {
     return own;
   }
 
-  /// Whether it holds at any rank. Every rank calls this.
+  /// Whether `here` is true at any rank. Every rank must call this.
   [[nodiscard]] bool any(bool here) const {
     const auto everywhere = gathered(std::vector<char>{here});
     return std::find(everywhere.begin(), everywhere.end(), char{1}) != everywhere.end();
@@ -73,7 +74,7 @@ class Ranks {
   /// File descriptor that errors are written to.
   [[nodiscard]] int error_stream() const { return error_stream_; }
 
-  /// Ends every rank at once, where there are several: the others would wait for this one for ever.
+  /// Ends every rank at once if there are several, because the others would wait for this one for ever.
   void abandon([[maybe_unused]] int exit_code) const {
 #if defined(TAPESTRY_MPI)
     if (count_ > 1) MPI_Abort(MPI_COMM_WORLD, exit_code);
@@ -101,7 +102,7 @@ class Ranks {
 #endif
   }
 
-  /// Leaves the terminal to the first rank, but for errors.
+  /// Silences all ranks but the first, except for errors.
   void fall_silent() {
     error_stream_ = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
     const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);

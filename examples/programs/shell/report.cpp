@@ -36,9 +36,10 @@ Json json_of_fates(const evaluate::Measurement& measurement) {
 
 std::string new_names_text(const evaluate::Measurement& measurement) {
   std::string text;
-  for (const std::size_t k : measurement.fates.commonest_names(3))
-    text += (text.empty() ? "" : ", ") + class_name(measurement, k) + " " +
-            std::to_string(measurement.fates.renamed_to[k]);
+  for (const std::size_t k : measurement.fates.commonest_names(3)) {
+    if (!text.empty()) text += ", ";
+    text += class_name(measurement, k) + " " + std::to_string(measurement.fates.renamed_to[k]);
+  }
   return text;
 }
 

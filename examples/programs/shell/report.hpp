@@ -44,10 +44,10 @@ std::string metrics_csv(const RunReport& report);
 /// Effect of the camouflage beyond a control, for the table and the page.
 std::string effect_text(const evaluate::Effect& effect);
 
-/// Meaning of the brackets in effect_text().
+/// Explanation of the brackets in effect_text().
 std::string effect_note(const evaluate::Effect& effect);
 
-/// The table that a run prints when it is done.
+/// The table that a run prints at its end.
 std::string summary_text(const RunReport& report);
 
 }  // namespace tapestry::shell

@@ -44,7 +44,7 @@ std::string repeating_line(const std::string& program, const Json& settings, con
 
 namespace {
 
-/// A curve with its least and greatest value; nothing for one that is level.
+/// A curve with its least and greatest value; empty for a constant one.
 std::string curve_svg(const Curve& curve) {
   const auto& [name, values] = curve;
   if (values.empty()) return {};

@@ -22,22 +22,22 @@
 
 namespace tapestry::shell {
 
-/// A line over the steps of a run.
+/// A curve over the steps of a run.
 struct Curve {
   std::string name;
   std::vector<double> values;
 };
 
-/// Two pictures of each of some views, evenly spread over all pictures of all views.
+/// Pairs of pictures of some views, evenly spread over all pictures of all views.
 struct PicturePairs {
   std::string below_words, above_words;  ///< what they show
   std::vector<MarkedPicture> below{}, above{};
 };
 
-/// A page about pictures of views that were measured. What is empty is left out.
+/// A page about pictures of measured views. Empty parts are left out.
 struct ReportPage {
   std::string title;
-  std::string command;  ///< that repeats it
+  std::string command;  ///< command that repeats the measurement
   std::uint64_t seed = 0;
   double seconds = 0;
   std::string findings{};  ///< HTML
@@ -50,8 +50,8 @@ struct ReportPage {
   Json options{};
 };
 
-/// The command line with what settings differ from those left out.
-/// \param left_out  of a run without options
+/// The command line with the settings that differ from the defaults.
+/// \param left_out  settings of a run without options
 std::string repeating_line(const std::string& program, const Json& settings, const Json& left_out);
 
 /// Bytes of a page at most, but for one of thousands of views. Pictures take what other parts leave: their

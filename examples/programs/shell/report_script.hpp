@@ -4,11 +4,11 @@
 #include "run_folder.hpp"
 
 /// \file
-/// Styles and scripts that page_html() puts into a page beside its text. Nothing is fetched.
+/// Styles and scripts that page_html() puts into a page beside its text. Nothing is loaded from elsewhere.
 
 namespace tapestry::shell {
 
-/// Style of a list of views; on paper without the controls.
+/// Style of a list of views; in print without the controls.
 inline constexpr const char* list_style =
     R"(#views th { cursor: pointer } #views th[aria-sort=ascending]::after { content: " \2191" }
 #views th[aria-sort=descending]::after { content: " \2193" }
@@ -215,10 +215,10 @@ if (data.views.length) listViews();
 if (data.glb) showCar();
 )";
 
-/// The end of a page: what its script reads, and the script.
+/// The end of a page: the data for its script, and the script.
 inline std::string page_end(const Json& data) {
   std::string text = "<script type=\"application/json\" id=\"data\">";
-  for (const char c : data.dump()) text += c == '<' ? "\\u003c" : std::string(1, c);  // which ends no script
+  for (const char c : data.dump()) text += c == '<' ? "\\u003c" : std::string(1, c);  // "<" may end it
   return text + "</script>\n<script>\n" + report_script + "</script>\n</body></html>\n";
 }
 

@@ -14,10 +14,10 @@
 
 namespace tapestry::shell {
 
-/// Views of a car in the shape that a run has given it.
+/// Views of a car in the shape that a run has optimised.
 class ReshapedViews {
  public:
-  /// \param loaders  of the views of the car as it is
+  /// \param loaders of the views of the original car
   ReshapedViews(const raster::PaintedMesh& car, const Array<float, 2>& offsets,
                 camouflage::ViewStore<float>::Settings settings,
                 std::vector<camouflage::ViewStore<float>::Loader> loaders)
@@ -28,10 +28,10 @@ class ReshapedViews {
   [[nodiscard]] const raster::PaintedMesh& car() const { return *car_; }
   [[nodiscard]] camouflage::ViewStore<float>& store() { return *store_; }
 
-  /// Those of these views, in ascending order, that show the car in this shape, too.
-  /// \throws Stopped when a signal arrives meanwhile
+  /// The views among `views`, in ascending order, that show the car in this shape, too.
+  /// \throws Stopped when a signal arrives
   [[nodiscard]] std::vector<std::size_t> also_with_car(const std::vector<std::size_t>& views) {
-    std::vector<std::string> warnings;  // about the car as it is
+    std::vector<std::string> warnings;  // about the original car
     const auto own = views_with_car(*store_, warnings);
     std::vector<std::size_t> both;
     std::ranges::set_intersection(views, own, std::back_inserter(both));

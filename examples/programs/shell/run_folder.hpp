@@ -24,8 +24,8 @@ inline void write_text(const std::string& path, const std::string& text) {
   io::write_file_atomically(path, text);
 }
 
-/// Creates a folder, clears it of what killed processes left, and makes sure that files can be written into
-/// it.
+/// Creates a folder, removes temporaries of killed processes from it, and checks that files can be written
+/// into it.
 inline void make_writable_folder(const std::string& folder) {
   std::error_code failure;
   std::filesystem::create_directories(folder, failure);
@@ -37,18 +37,18 @@ inline void make_writable_folder(const std::string& folder) {
   require_writable_folder(folder);
 }
 
-/// The folder of a run, claimed for this process. If it was made for the run and the run ends before there
-/// is anything in it, it is taken away again.
+/// The folder of a run, claimed for this process. A folder made for the run is removed again if the run ends
+/// before it writes anything.
 class RunFolder {
  public:
-  /// \param is_new  whether the folder is the run's own, and not there before it
+  /// \param is_new whether the folder was created for this run
   RunFolder(std::string path, bool is_new) : path_(std::move(path)), is_new_(is_new), lock_(claim()) {}
   RunFolder(const RunFolder&) = delete;
   RunFolder& operator=(const RunFolder&) = delete;
   ~RunFolder() {
     lock_.release();
     std::error_code ignored;
-    if (is_new_) std::filesystem::remove(path_, ignored);  // which fails unless it is empty
+    if (is_new_) std::filesystem::remove(path_, ignored);  // fails unless it is empty
   }
 
  private:
@@ -62,7 +62,7 @@ class RunFolder {
   io::RunLock lock_;
 };
 
-/// Makes the first of `base`-001, `base`-002, … that does not exist; never the same for two processes.
+/// Makes the first of `base`-001, `base`-002, … that does not exist; never the same folder for two processes.
 inline std::string make_next_folder(const std::string& base) {
   make_writable_folder(std::filesystem::path(base).parent_path().string());
   for (int number = 1;; ++number) {
@@ -76,12 +76,12 @@ inline std::string make_next_folder(const std::string& base) {
   }
 }
 
-/// A report as JSON. File names need not be UTF-8; what is not shows as U+FFFD.
+/// A report as JSON. File names need not be UTF-8; other bytes become U+FFFD.
 inline std::string report_text(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-/// The first text of a JSON that is not UTF-8; empty if there is none.
+/// The first text of a JSON value that is not UTF-8; empty if there is none.
 inline std::string text_not_utf8(const Json& json) {
   if (json.is_string()) {
     const auto& text = json.get_ref<const std::string&>();
@@ -93,7 +93,7 @@ inline std::string text_not_utf8(const Json& json) {
   return {};
 }
 
-/// JSON that will be read again, and so must be exact.
+/// JSON that will be read again, so its text must be exact.
 /// \throws Error (usage) naming text that is not UTF-8
 inline std::string exact_text(const Json& json, int indent = 2) {
   try {

@@ -12,7 +12,7 @@
 namespace tapestry::shell {
 
 namespace detail {
-/// A folder in one way of writing.
+/// The path of a folder in a standard form.
 inline std::string plain_folder(const std::filesystem::path& folder) {
   return (folder / "").lexically_normal().string();
 }
@@ -25,12 +25,12 @@ inline bool is_named(const Json& options, const std::string& path) {
 }
 }  // namespace detail
 
-/// The inputs of a camouflage run that a measurement would read again, and whose bytes are not those that its
-/// manifest holds. An input that was exchanged by an option is none of them: its path is another. Of frames
-/// and of material files those that are new or gone count, too, which no reader would notice.
+/// The inputs of a camouflage run that a measurement reads again and whose bytes differ from the run's
+/// manifest. An input that an option replaces is not listed, because it has another path. Frames and material
+/// files that are new or missing are listed, too; no reader would notice them.
 ///
 /// \param manifest  of the run
-/// \param frames    those to measure on, all of them; none where the car is rendered alone
+/// \param frames all frames to measure on; none if only the car is rendered
 inline std::vector<ChangedInput> changed_since(const Json& manifest, const SceneSettings& scene,
                                                const Car& car, const DetectorSettings& detector,
                                                const std::vector<std::string>& frames) {
@@ -64,14 +64,14 @@ inline std::vector<ChangedInput> changed_since(const Json& manifest, const Scene
   return changed;
 }
 
-/// Handling of changed inputs: the run whose inputs are compared, and whether changed ones are accepted.
+/// Treatment of changed inputs: the run whose inputs are compared, and whether changes are accepted.
 struct RunInputs {
-  std::string run{};  ///< its folder; empty: nothing is compared
+  std::string run{};  ///< its folder; empty: no comparison
   bool accepts_changes = false;
 };
 
-/// Returns changed_since(), with a warning on each change that is accepted in `warnings`.
-/// \throws Error (in_use) naming them, unless they are accepted
+/// Returns changed_since(), and adds a warning for each accepted change to `warnings`.
+/// \throws Error (in_use) naming the changes, unless they are accepted
 inline std::vector<ChangedInput> require_run_inputs(const RunInputs& inputs, const SceneSettings& scene,
                                                     const Car& car, const DetectorSettings& detector,
                                                     const std::vector<std::string>& frames,

@@ -18,15 +18,15 @@ namespace tapestry::shell {
 
 std::string manifest_path(const std::string& folder);
 
-/// \param program      whose run it is
+/// \param program name of the program that runs
 /// \param input_paths  every file that the run reads
 Json make_manifest(const std::string& program, const Json& settings, std::uint64_t seed, bool held_out,
                    const std::vector<std::string>& input_paths);
 
-/// Options and inputs, which a checkpoint must agree with.
+/// Options and inputs; a checkpoint must agree with them.
 std::string identity_text(const Json& manifest);
 
-/// Versions that differ in their last number only know each other's runs.
+/// Versions that differ only in their last number accept each other's runs.
 /// \throws FileError (mismatch) for the run of another program or version
 void require_same_program(const std::string& program, const Json& manifest, const std::string& folder);
 
@@ -35,20 +35,20 @@ void require_same_program(const std::string& program, const Json& manifest, cons
 /// \throws FileError: malformed (not the manifest of a run), mismatch (of another program or version)
 Json read_manifest(const std::string& folder, const std::string& program = "camouflage");
 
-/// An input whose bytes are not those that were recorded.
+/// An input whose bytes differ from the recorded ones.
 struct ChangedInput {
   std::string path{};
-  std::string expected{};  ///< SHA-256 as recorded; empty if the file was no input
-  std::string found{};     ///< SHA-256 as the file is now; empty if it is no input any more
+  std::string expected{};  ///< SHA-256 as recorded; empty if it was not an input
+  std::string found{};     ///< SHA-256 of the file now; empty if it is no longer an input
 
   bool operator==(const ChangedInput&) const = default;
 };
 
-/// Differences between two results of input_hashes(): in the order of paths those that are other or new, then
-/// those that are gone.
+/// Differences between two results of input_hashes(), in the order of paths: first those that have changed or
+/// are new, then those that are missing.
 std::vector<ChangedInput> changed_inputs(const Json& recorded, const Json& now);
 
-/// The first ten of them, with the beginnings of their hashes.
+/// The first ten changed inputs, with the beginnings of their hashes.
 std::string text_of(const std::vector<ChangedInput>& changed);
 
 /// \throws Error (in_use) unless the run in a folder has the inputs of this manifest

@@ -16,7 +16,7 @@
 
 namespace tapestry::shell {
 
-/// Options of every program that works in a folder of its own and can be resumed there.
+/// Options of every program that works in its own folder and can be resumed there.
 struct RunOptions {
   std::string output;
   int threads = 0;
@@ -25,7 +25,7 @@ struct RunOptions {
   bool resume = false;
 };
 
-/// \param folder  names of run folders begin with this, when none is given
+/// \param folder prefix of the names of run folders if no folder is given
 inline void add_run_options(CLI::App& app, RunOptions& options, const std::string& folder) {
   app.option_defaults()->group("Run");
   app.add_option("--output", options.output, "run folder; " + folder + "-001, -002, ... when left out");
@@ -46,7 +46,7 @@ inline void require_sound_run(const RunOptions& options, ProblemList& list) {
   list.require(options.keep_mib <= std::size_t(1) << 24U, "--keep-mib must be at most 16777216");
 }
 
-/// A folder that already holds a run is only touched to resume it.
+/// Requires that the folder holds no run, unless the run is resumed.
 /// \throws Error (in_use) otherwise
 inline void require_free_folder(const RunOptions& options) {
   if (!options.resume && !options.output.empty() && is_there(manifest_path(options.output), ErrorKind::write))
@@ -54,11 +54,11 @@ inline void require_free_folder(const RunOptions& options) {
                 options.output + " already holds a run; give --resume to go on with it, or another --output");
 }
 
-/// Takes the settings of a run to resume from its folder.
+/// Reads the settings of a run to resume from its folder.
 ///
-/// \param program  that must have made it
+/// \param program  that must have made the run
 /// \throws Error   usage without a folder, in_use naming settings that were given and differ; FileError
-///                 (malformed) where no sound manifest is
+///                (malformed) if there is no sound manifest
 template <class... Settings>
 void adopt_run_settings(const CLI::App& app, const RunOptions& options, const std::string& program,
                         Settings&... settings) {
@@ -75,7 +75,7 @@ void adopt_run_settings(const CLI::App& app, const RunOptions& options, const st
   throw Error(ErrorKind::in_use, options.output + ": cannot resume with other settings: " + list);
 }
 
-/// The command that resumes a run; settings come from the manifest, as do those that `adopted` names.
+/// The command that resumes a run; settings come from the manifest, including those in `adopted`.
 inline std::string resume_line(const CLI::App& app, const char* program, const RunOptions& options,
                                const Json& settings, std::vector<std::string> adopted = {}) {
   std::vector<std::string> words{program, "--resume", "--output", options.output};
@@ -85,9 +85,9 @@ inline std::string resume_line(const CLI::App& app, const char* program, const R
   return shell_line(words);
 }
 
-/// Runs `body`, and prints the command that resumes it when a signal stops it.
+/// Runs `body`, and prints the command that resumes it if a signal stops it.
 ///
-/// \param saved  called after a stop for words on what was saved, may be empty
+/// \param saved called after a stop; returns text about what was saved, may be empty
 /// \returns      the exit code
 template <class Body, class Saved>
 int run_resumable(const std::string& folder, const std::string& resume_line, Body body, Saved saved) {

@@ -15,7 +15,7 @@ namespace tapestry::shell {
 /// \param report  must outlive the list
 ViewList list_of(const RunReport& report, std::vector<ViewFacts> views);
 
-/// The page of a run or of its evaluation, but for its pictures, paint, car and files.
+/// The page of a run or of its evaluation, without its pictures, paint, car and files.
 /// \param report  must outlive the page
 ReportPage page_of(const RunReport& report, std::string title, std::string command, ViewList list);
 

@@ -15,7 +15,7 @@
 
 namespace tapestry::shell {
 
-/// Street scenes with labels, of size × size pixels; the same for the same random numbers.
+/// Labelled street scenes of size × size pixels; equal for equal random numbers.
 inline std::vector<scenes::LabelledScene> draw_scenes(const Random& source, std::size_t count,
                                                       std::size_t size) {
   std::vector<scenes::LabelledScene> drawn(count);
@@ -26,10 +26,10 @@ inline std::vector<scenes::LabelledScene> draw_scenes(const Random& source, std:
   return drawn;
 }
 
-/// AP at IoU ≥ 0.5 of a detector on labelled scenes of its input's size, mean over the classes that show.
+/// AP at IoU ≥ 0.5 of a detector on labelled scenes of its input's size; mean over the classes that occur.
 inline std::optional<double> scene_precision(const detect::Detector<float>& network, double nms,
                                              const std::vector<scenes::LabelledScene>& drawn) {
-  constexpr double least_confidence = 0.001;  // precision needs weak detections, too
+  constexpr double least_confidence = 0.001;  // low, because precision counts weak detections, too
   const std::size_t size = network.input_width();
   std::vector<evaluate::TruthBox> truths;
   std::vector<evaluate::ScoredBox> found;

@@ -62,11 +62,11 @@ struct HeldOut {
   std::vector<Scene> scenes;
 };
 
-/// Views of cars in realistic paint, solid paint and texel noise; of main cars that show at least 40 % of
-/// themselves.
-/// \param stream  of random numbers, another than those that are trained on
-/// \param count   scenes of each kind, or fewer if of twice as many drawn too few will do
-/// \param draw    (Random, SceneOptions) gives a scene
+/// Views of cars in realistic paint, solid paint and texel noise, of main cars that are at least 40 %
+/// visible.
+/// \param stream  of random numbers, different from that of training
+/// \param count   scenes of each kind; fewer if too few of twice as many draws are suitable
+/// \param draw    returns a scene for (Random, SceneOptions)
 /// \throws Stopped
 template <class Draw>
 auto held_out_sets(std::uint64_t stream, std::size_t count, Draw draw) {
@@ -94,13 +94,13 @@ auto held_out_sets(std::uint64_t stream, std::size_t count, Draw draw) {
 /// Loss of a training step.
 struct StepLoss {
   double total = 0;
-  std::string terms{};  ///< in words, printed behind it
+  std::string terms{};  ///< as text, printed behind the loss
 };
 
-/// Trains until all steps are done or a signal arrives; saves and validates in between and at the end.
-/// \param step      (number of the step) gives its StepLoss
-/// \param validate  () prints what was measured
-/// \returns         the steps done; as many as there are unless a signal arrived
+/// Trains until all steps are done or a signal arrives; saves and validates at intervals and at the end.
+/// \param step      returns the StepLoss of the step with a number
+/// \param validate  prints measurements
+/// \returns         the number of steps done, less than all if a signal arrived
 /// \throws Stopped if a signal arrives before the first step
 template <class Step, class Save, class Validate>
 std::size_t train_on_scenes(const SceneTraining& s, Step step, Save save, Validate validate) {
@@ -135,9 +135,9 @@ std::size_t train_on_scenes(const SceneTraining& s, Step step, Save save, Valida
   return done;
 }
 
-/// Runs a training program once its options are sound.
-/// \param output  file that it will write, claimed until it ends
-/// \param train   () returns the exit code
+/// Runs a training program after its options are checked.
+/// \param output  file that it will write, claimed until the program ends
+/// \param train   returns the exit code
 template <class Train>
 int run_training(const SceneTraining& s, const std::string& output, Train train) {
   if (s.threads > 0) limit_threads(s.threads);

@@ -22,7 +22,7 @@
 
 namespace tapestry::shell {
 
-/// Car and pictures. Empty paths stand for the bundled default.
+/// Car and pictures. Empty paths stand for the bundled files.
 struct SceneSettings {
   static constexpr const char* group = "Car and pictures";
   std::string mesh;
@@ -41,7 +41,7 @@ struct SceneSettings {
   std::string light = "frame";
 };
 
-/// The detector, and its thresholds.
+/// The detector and its thresholds.
 struct DetectorSettings {
   static constexpr const char* group = "Detector";
   std::string cfg;
@@ -57,7 +57,7 @@ struct DetectorSettings {
   std::string precision = "float";
 };
 
-/// How the texture is optimised.
+/// Settings of the texture's optimisation.
 struct OptimisationSettings {
   static constexpr const char* group = "Optimisation";
   std::string method = "fca";
@@ -186,7 +186,7 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
         "seed of the start texture, the views' order, --conditions and the draws of --method");
 }
 
-/// Adds one option a setting, in the group of these settings, but none for the settings named in `except`.
+/// Adds one option for each setting, in the group of these settings, except those named in `except`.
 template <class Settings>
 void add_options(CLI::App& app, Settings& settings, const std::vector<std::string>& except = {}) {
   app.option_defaults()->group(Settings::group);
@@ -198,8 +198,8 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
   });
 }
 
-/// Value of a setting that a manifest lacks: off, left to the detector, or the only choice when the run was
-/// made. Null if it may not be lacking.
+/// Value of a setting that is missing in an older manifest: off, left to the detector, or the only choice at
+/// that time. Null if the setting must be present.
 inline const char* value_when_lacking(const std::string& name) {
   if (name == "filter") return raster::name_of(raster::TextureFilter::bilinear);
   if (name == "light") return "frame";
@@ -291,11 +291,10 @@ inline void require_sound_thread_count(int threads, ProblemList& list) {
   list.require(threads >= 0 && threads <= 1024, "--threads must be 0 to 1024");
 }
 
-/// For a resumed run: settings not given on the command line are taken from the saved ones; the names of
-/// those given and different are added to `differing`. A 0 that leaves the choice to the program agrees
-/// with whatever it chose.
-/// \throws FileError (malformed) when `saved`, read from the file `path`, lacks a setting or has one
-///         that makes no sense
+/// For a resumed run: settings not given on the command line are taken from the saved ones. The names of
+/// those that were given and differ are added to `differing`. A 0, which leaves the choice to the program,
+/// agrees with any saved value.
+/// \throws FileError (malformed) if `saved`, read from the file `path`, lacks a setting or has an invalid one
 template <class Settings>
 void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const std::string& path,
                  Settings& settings, std::vector<std::string>& differing) {
@@ -306,14 +305,14 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
   visit_settings(whole, [&](const char* name, auto& value, const char*) {
     if (is_left_out(name)) return;
     bool is_sound = saved.is_object() && saved.contains(name);
-    if constexpr (std::is_integral_v<std::remove_reference_t<decltype(value)>>)  // a fraction would be cut
+    if constexpr (std::is_integral_v<std::remove_reference_t<decltype(value)>>)  // no fractions
       is_sound = is_sound && saved[name].is_number_unsigned();
     try {
       if (is_sound) saved[name].get_to(value);
     } catch (const nlohmann::json::exception&) {
       is_sound = false;
     }
-    const bool lacks = saved.is_object() && !saved.contains(name);  // as runs of earlier versions do
+    const bool lacks = saved.is_object() && !saved.contains(name);  // as in manifests of earlier versions
     if (!is_sound)
       throw FileError(ErrorKind::malformed, {path, "", std::string("no sound setting '") + name + "'",
                                              lacks ? "a run that this version began" : "", ""});

@@ -14,11 +14,11 @@
 
 namespace tapestry::shell {
 
-// Reports of a run about its steps: while it runs, in history.csv and, with --profile, at the end.
+// Reports of a run about its steps: on the terminal, in history.csv and, with --profile, at the end.
 
 /// \param first    steps taken before this process began
-/// \param images   shown by this process
-/// \param seconds  since it took its first step
+/// \param images number of pictures that this process has used
+/// \param seconds since the first step of this process
 inline std::string step_text(const camouflage::Training<float>& training, std::uint64_t first,
                              std::size_t images, double seconds) {
   const auto& terms = training.history().back();
@@ -34,7 +34,7 @@ inline std::string step_text(const camouflage::Training<float>& training, std::u
   return text;
 }
 
-/// \tparam Step  whose terms Step::all lists
+/// \tparam Step has its terms listed in Step::all
 template <class Step>
 std::string history_csv(const std::vector<Step>& history) {
   constexpr auto& terms = Step::all;
@@ -53,7 +53,7 @@ std::string history_csv(const std::vector<Step>& history) {
   return text;
 }
 
-/// Prints where the time of the steps went.
+/// Prints the time spent in each part of the steps.
 inline void print_profile(const camouflage::StepTimes& times, std::size_t steps, double total_seconds) {
   const std::vector<std::pair<const char*, double>> parts{{"render", times.render},
                                                           {"composite", times.composite},
@@ -76,7 +76,7 @@ inline void print_profile(const camouflage::StepTimes& times, std::size_t steps,
   std::printf("  outside the detector %.1f %%\n", 100 * (1 - detector / total_seconds));
 }
 
-/// Prints what a detector keeps of layers, and what that saves.
+/// Prints the layers that a detector keeps between passes, and the work saved.
 inline void print_kept_layers(const camouflage::KeptLayers<float>& kept) {
   std::printf("  layers kept of %zu of %zu views, where that saves %.0f %% of the products; ",
               kept.kept_count(), kept.view_count(), 100 * camouflage::least_share_kept);

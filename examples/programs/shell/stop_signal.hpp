@@ -3,13 +3,13 @@
 
 namespace tapestry::shell {
 
-/// Thrown to leave long work after a signal. It is no error.
+/// Thrown to leave long work after a signal; not an error.
 struct Stopped {};
 
-/// Remembers the first signal so that a loop can finish its step and save: SIGINT, SIGTERM or SIGHUP, of
-/// which a second one ends the process at once, as it would without us; or SIGXCPU or SIGUSR1, by which batch
-/// queues announce that the time is running out, and which may come every second from then on. A signal that
-/// the process was started to ignore, as by nohup, stays ignored.
+/// Remembers the first signal, so that a loop can finish its step and save. After SIGINT, SIGTERM or SIGHUP a
+/// second one ends the process at once. SIGXCPU and SIGUSR1, with which batch queues announce the end of the
+/// time, may then come every second. A signal that the process was started to ignore, as by nohup, stays
+/// ignored.
 class StopSignal {
  public:
   StopSignal() {
@@ -24,8 +24,8 @@ class StopSignal {
     if (arrived()) throw Stopped{};
   }
 
-  /// 128 + the signal's number, as shells report it: 130 for Ctrl-C, 129 for SIGHUP; 143, that of SIGTERM,
-  /// where only another rank got a signal.
+  /// 128 + the signal's number, as shells report it: 130 for Ctrl-C, 129 for SIGHUP. If only another rank got
+  /// a signal, 143, that of SIGTERM.
   [[nodiscard]] static int exit_code() { return 128 + (arrived() ? received : SIGTERM); }
 
  private:

@@ -17,8 +17,8 @@
 
 namespace tapestry::shell {
 
-/// The views of a store that show the car; each other one adds a warning.
-/// \throws Stopped when a signal arrives meanwhile
+/// The views of a store that show the car; every other view adds a warning.
+/// \throws Stopped when a signal arrives
 inline std::vector<std::size_t> views_with_car(camouflage::ViewStore<float>& store,
                                                std::vector<std::string>& warnings) {
   auto usable =
@@ -44,8 +44,8 @@ inline MarkedPicture annotated(const evaluate::MeasuredPicture<float>& measured,
 /// when a signal has arrived.
 class SurveyWatch {
  public:
-  /// \param pictures  to come
-  /// \param side      of the pictures, the longer one
+  /// \param pictures  number of pictures to come
+  /// \param side      longer side of the pictures
   SurveyWatch(const evaluate::Meter<float>& meter, std::size_t pictures, std::size_t side)
       : meter_(meter), progress_(pictures), side_(side) {}
 
@@ -55,7 +55,7 @@ class SurveyWatch {
     sheets_[texture] = {&sheet, pictures, std::min(pictures, most_on_a_sheet(side_)), 0};
   }
 
-  /// Facts of the views so far, in the order of the survey; once for each picture of one.
+  /// Facts of the views so far, in the order of the survey; one entry a picture.
   [[nodiscard]] const std::vector<ViewFacts>& views() const { return views_; }
 
   void operator()(const evaluate::MeasuredPicture<float>& measured) {

@@ -17,9 +17,10 @@
 
 namespace tapestry::shell {
 
-// Beginning, length and resumption of a run that optimises a texture, shared by the programs that do so.
+// Beginning, length and resumption of a run that optimises a texture, shared by several programs.
 
-/// Drawn scenes are many and quick; frames may be few, or too many for more than the paper's five passes.
+/// Default of --epochs. Drawn scenes are many and quick; frames may be few, or too many for more than the
+/// paper's five passes.
 inline std::size_t default_epochs(std::size_t views, bool drawn) {
   return drawn ? 20 : std::max<std::size_t>(5, block_count(2400, views));
 }
@@ -45,15 +46,15 @@ inline camouflage::Method<float> chosen_method(const OptimisationSettings& setti
   }
 }
 
-/// The texels between which smoothness counts steps; null where it counts them in pictures.
+/// The texels whose steps the smoothness term counts; null if it counts steps in pictures.
 inline std::shared_ptr<const Array<float, 2>> texels_to_smooth(const OptimisationSettings& settings,
                                                                const raster::PaintedMesh& car) {
   if (settings.smooth_over != "texture") return nullptr;
   return std::make_shared<const Array<float, 2>>(raster::used_texels<float>(car));
 }
 
-/// The texels that are printed: of those that a method paints, those of an atlas that faces refer to, all of
-/// cubes. [height, width]
+/// The texels to print among those that a method paints, [height, width]: in an atlas those that faces refer
+/// to, in cubes all of them.
 inline std::shared_ptr<const Array<float, 2>> texels_to_print(const raster::PaintedMesh& car,
                                                               const camouflage::Method<float>& method) {
   const bool is_atlas = car.layout.kind == raster::TextureKind::atlas;
@@ -72,9 +73,9 @@ inline std::shared_ptr<const Array<double, 2>> palette_of(const OptimisationSett
       settings.palette.empty() ? loss::printable_colours() : io::read_palette(settings.palette));
 }
 
-/// Goes on from a checkpoint, if there is one yet.
+/// Resumes from a checkpoint if there is one.
 /// \param identity  of the run, see identity_text()
-/// \throws Error (in_use) for the checkpoint of another run; FileError (mismatch) for one that cannot be of
+/// \throws Error (in_use) for the checkpoint of another run; FileError (mismatch) for one that does not fit
 ///         this training
 inline void restore_training(const std::string& path, const std::string& identity,
                              camouflage::Training<float>& training) {

@@ -14,8 +14,8 @@ namespace tapestry::shell {
 
 // Functions shared by programs that train a Darknet detector.
 
-/// The text of the cfg that weights to be trained belong to: that of the file `cfg` or, where none is named,
-/// the one within a converted detector.
+/// The text of the cfg for the weights to train: that of the file `cfg` or, if none is named, the one within
+/// a converted detector.
 /// \throws FileError (mismatch) if batch normalisation is folded into the weights
 inline std::string trainable_cfg(const std::string& cfg, const std::string& weights) {
   std::string own_cfg;
@@ -29,7 +29,7 @@ inline std::string trainable_cfg(const std::string& cfg, const std::string& weig
   return cfg.empty() ? own_cfg : io::read_text_file(cfg);
 }
 
-/// Writes the model in the form that the file's name stands for: a detector with its cfg, or Darknet weights.
+/// Writes the model in the format of the file's ending: a detector with its cfg, or Darknet weights.
 inline void save_model(const detect::DarknetModel<float>& model, const std::string& cfg,
                        const std::string& path) {
   if (!path.ends_with(".safetensors")) {
@@ -44,8 +44,8 @@ inline void save_model(const detect::DarknetModel<float>& model, const std::stri
   io::write_detector_file(path, metadata, model.parameters(), model.config().name);
 }
 
-/// The learning rate of a step, counted from 0: it rises evenly over the first `warm_up` steps and falls as
-/// half a cosine over all, to a hundredth of `highest`.
+/// The learning rate of a step, counted from 0. It rises linearly over the first `warm_up` steps and falls as
+/// half a cosine over all steps, to a hundredth of `highest`.
 inline double warm_cosine_rate(double highest, std::size_t step, std::size_t steps, double warm_up) {
   constexpr double floor = 0.01;
   const double at = static_cast<double>(step + 1);

@@ -12,8 +12,8 @@
 
 namespace tapestry::shell {
 
-/// Output of a program: with --quiet its results, warnings and errors; usually also its progress and the
-/// files it has written; with --verbose every step of the way, and at the end its time and memory.
+/// Output of a program. With --quiet: results, warnings and errors. By default also progress and the names of
+/// written files. With --verbose every step, and at the end time and memory.
 enum class Verbosity { quiet, usual, verbose };
 
 /// Verbosity of this process, set by the command line before anything is printed.
@@ -31,7 +31,7 @@ inline void add_verbosity_options(CLI::App& app) {
       ->excludes(quiet);
 }
 
-/// A message as it goes to the terminal: one line without orders, however long what it names is.
+/// A message for the terminal: one line, shortened and without control characters.
 inline std::string for_terminal(std::string_view message) { return printable(shortened(message)); }
 
 /// Like for_terminal(), for a text of several lines.
@@ -46,19 +46,19 @@ inline std::string lines_for_terminal(std::string_view text) {
   return lines;
 }
 
-/// Prints a line on what was done, not with --quiet.
+/// Prints a line about finished work, except with --quiet.
 inline void remark(const std::string& line) {
   if (verbosity() != Verbosity::quiet) std::cout << printable(line) << '\n';
 }
 
-/// Most memory the process has held so far, MiB.
+/// Peak memory of the process so far, MiB.
 inline double peak_mib() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-/// With --verbose prints on the error stream what the process took.
+/// With --verbose prints the process's time and memory on the error stream.
 inline void tell_process_cost(double seconds) {
   if (verbosity() != Verbosity::verbose) return;
   std::fprintf(stderr, "%.2f s, %.0f MiB at most\n", seconds, peak_mib());

@@ -20,9 +20,9 @@ struct ViewFacts {
   std::string name;
   double azimuth_deg;    ///< of the camera; 0 in front of the car, 90 at its left
   double elevation_deg;  ///< of the camera above the middle of the car
-  double distance;       ///< from there, in halves of the car's length
+  double distance;       ///< of the camera from that middle, in halves of the car's length
   double hidden_share;   ///< of the car's silhouette, by the frame's mask
-  double car_share;      ///< of the picture, that the car covers
+  double car_share;      ///< of the picture that the car covers
 };
 
 /// The share of a view's picture that the car covers.
@@ -30,24 +30,24 @@ double car_share_of(const camouflage::View<float>& view);
 
 ViewFacts facts_of(const camouflage::View<float>& view);
 
-/// A measurement of the same views as others, under a name of its own.
+/// A measurement of some views, with a name.
 using NamedMeasurement = std::pair<std::string, const evaluate::Measurement*>;
 
-/// Views that were measured, each maybe several times.
+/// Measured views, each possibly several times.
 struct ViewList {
   std::vector<ViewFacts> views{};                ///< one entry a picture of a measurement
   std::vector<NamedMeasurement> measurements{};  ///< of these views; must outlive the list
-  std::string sorted_by{};                       ///< the measurement that a page begins with
+  std::string sorted_by{};                       ///< the measurement that a page sorts by at first
 };
 
-/// How each picture of each view fared, for other programs: a line for each of them in each measurement.
+/// Results of each picture of each view, for other programs: a line for each of them and each measurement.
 std::string views_csv(const ViewList& list);
 
-/// Data of a list for the script of a page: for each view its name and place, and its results in each
-/// measurement: mean best confidence, share of its pictures in which it was found.
+/// Data of a list for the script of a page. Each view has its name, its place and, for each measurement, its
+/// mean best confidence and the share of its pictures in which the car was found.
 Json list_json(const ViewList& list);
 
-/// The heading and the empty table that the script of a page fills. \param remarks  HTML
+/// The heading and the empty table, which the script of a page fills. \param remarks HTML
 std::string list_html(const ViewList& list, const std::string& remarks);
 
 }  // namespace tapestry::shell

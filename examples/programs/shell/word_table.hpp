@@ -8,7 +8,7 @@
 
 namespace tapestry::shell {
 
-/// A table of words, to be shown as text, Markdown or HTML; its first column is on the left, others on the
+/// A table of words, to be shown as text, Markdown or HTML. Its first column is aligned left, the others
 /// right.
 struct WordTable {
   std::string title;

@@ -48,7 +48,7 @@ class ArrayAdjoint {
     if (const std::size_t number = lane_number(); number <= several_.size())
       lane(number).holds = Holds::forgotten;
   }
-  /// Frees the memory of an adjoint that will not be read until it is next added to.
+  /// Frees the memory of an adjoint that is not read before something is added to it again.
   void release() { release(lane()); }
   void detach() noexcept {
     release(single_);

@@ -43,8 +43,8 @@ void list_variables(std::span<const Variable<T>> variables, std::vector<std::uin
     if (variable.is_active()) statements.push_back(variable.link().index());
 }
 
-/// A part of the computation that is recorded only while it is swept. Its results are the statements behind
-/// it.
+/// A part of the computation that is not recorded; the sweep computes it again, on a tape of its own. Its
+/// results are the statements behind it.
 template <class T, class Function>
 class CheckpointRecord final : public TapeRecord<T> {
  public:

@@ -140,11 +140,12 @@ void count_statements(const TapeState<T>& state, StatementCounts& counts) {
 }
 }  // namespace detail
 
-/// Counts what a tape holds: scalar statements by their number of operands, operations with a pullback by
-/// their names, everything by label. A scalar statement is a whole formula, of which the tape keeps partial
-/// derivatives and no operation, so that these have no names; label them to count them apart. Names are those
-/// of functions that called record_array() and its like with a lambda, or of the types of other callables.
-/// One pass over the tape; recording costs nothing more for it.
+/// Counts the content of a tape: scalar statements by their number of operands, operations with a pullback by
+/// their names, everything by label. A scalar statement is a whole formula; the tape keeps its partial
+/// derivatives but not its operations, so scalar statements have no names. Use labels to count them
+/// separately. The name of an operation is that of the function that called record_array() and the like with
+/// a lambda, or the type of another callable. Counting takes one pass over the tape and costs nothing during
+/// recording.
 ///
 ///   std::cout << tape_statistics(tape);
 template <class T>

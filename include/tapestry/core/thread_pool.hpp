@@ -80,9 +80,9 @@ class ThreadPool {
     std::size_t failed_at = std::numeric_limits<std::size_t>::max();
   };
 
-  /// Turns for which a thread spins before it sleeps, about ten microseconds or forty: loops often follow one
-  /// another closely, and waking takes longer than that. But where other processes need the processors, a
-  /// spinning thread takes one from the threads that work.
+  /// Turns that a thread spins before it sleeps, about 10 or 40 microseconds. Loops often follow one another
+  /// closely, and waking takes longer than that. The shorter time is for busy machines, on which a spinning
+  /// thread takes a processor from threads that work.
   static constexpr int short_patience = 500, long_patience = 2000;
   static constexpr int loops_between_looks = 32, calm_looks = 16;
 

@@ -20,7 +20,7 @@ namespace tapestry::detect {
 ///   nanodet  the decode family distance, 8 bins, classes first: NanoDet-m
 ///   yolov8   the decode family distance, 16 bins, box first: YOLOv8 and its successors
 ///   yolov5   the decode family ultralytics, with YOLOv5's anchors for COCO unless there are others
-///   boxes_and_scores  the decode family decoded, of an export that holds its own decoding
+///   boxes_and_scores  the decode family decoded, for an export that contains the decoding
 ///
 /// darknet and ultralytics are their decode families, with the anchors of a cfg or a description.
 enum class HeadKind { darknet, ultralytics, yolox, nanodet, yolov8, yolov5, boxes_and_scores };

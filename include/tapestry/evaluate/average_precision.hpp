@@ -41,9 +41,9 @@ struct AveragePrecision {
 /// nowhere. At most 100 detections count for each class of a picture, the most confident. Equal confidences
 /// keep the order of pictures and, within a picture, of its list; no other order matters. The same bits for
 /// any number of threads.
-///
 /// Source: Lin et al., "Microsoft COCO: Common Objects in Context" (ECCV 2014), and the metrics of
-/// cocodataset.org/#detection-eval. As in COCO's program, recalls are compared with multiples of the double
+/// cocodataset.org/#detection-eval. As in COCO's program, recalls are compared with multiples of 0.01 in
+/// double precision, so rounding decides if a recall equals one of them.
 /// 0.01, so that rounding decides about one that is met exactly.
 ///
 /// \param class_count  of the classes looked for; a class without truths has no value and is in no mean

@@ -167,8 +167,8 @@ struct SurveyedTextures {
   camouflage::Paint<T> clean;                       ///< no paint, the car's own colours
   std::optional<camouflage::Paint<T>> adversarial;  ///< the camouflage, if there is one
   std::vector<Control<T>> controls;
-  /// The same views with the car in the shape that the camouflage has given it, where it and its controls are
-  /// measured; likewise for the other run. Null: the car as it is. They must outlive the survey.
+  /// The same views with the car in the camouflage's shape; the camouflage and its controls are measured on
+  /// them. Below, the same for the other run. Null: the original shape. They must outlive the survey.
   camouflage::ViewStore<T>* reshaped = nullptr;
   camouflage::ViewStore<T>* reshaped_by_other = nullptr;
 

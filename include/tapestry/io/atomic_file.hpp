@@ -11,11 +11,11 @@
 namespace tapestry::io {
 namespace detail {
 
-/// Name of a temporary beside its target, cut to what file systems allow.
+/// Name of a temporary file beside its target, shortened to the length that file systems allow.
 std::string part_path(const std::string& target, unsigned attempt);
 
-/// A file beside its target that vanishes unless it is renamed over the target. It is locked as long as its
-/// process lives.
+/// A temporary file beside its target. It is deleted unless it is renamed over the target, and locked while
+/// its process lives.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& target);
@@ -28,7 +28,7 @@ class TemporaryFile {
   void rename_over_target();
 
  private:
-  /// Locks the file; false if remove_abandoned_parts() was quicker. Not called where there are no locks.
+  /// Locks the file; false if remove_abandoned_parts() took it first. Not called on systems without locks.
   [[nodiscard]] bool claim() const;
 
   [[noreturn]] void fail(const char* action) const;
@@ -39,14 +39,14 @@ class TemporaryFile {
   bool renamed_ = false;
 };
 
-/// Whether a path still names the regular file that is open.
+/// Whether a path still leads to the regular file that is open.
 bool is_still_at(const std::string& path, int descriptor);
 }  // namespace detail
 
-/// Writes the parts one after the other to `path`, so that whatever happens either the old file or the
-/// whole new one is found there: a temporary in the same folder, flushed, then renamed over it.
-/// \throws FileError (write); the old file is then unchanged and the temporary removed, unless the message
-///         is that only flushing the folder failed
+/// Writes the parts one after the other to `path`. The path holds either the old file or the whole new one at
+/// any time: a temporary in the same folder is written, flushed and renamed over the target.
+/// \throws FileError (write); the old file is then unchanged and the temporary removed, except if
+///         only flushing the folder failed, as the message then states
 void write_file_atomically(const std::string& path, std::initializer_list<std::span<const std::byte>> parts);
 
 /// The same for one block of bytes.
@@ -59,23 +59,23 @@ inline void write_file_atomically(const std::string& path, std::string_view text
   write_file_atomically(path, {std::as_bytes(std::span<const char>(text.data(), text.size()))});
 }
 
-/// Removes from a folder the temporaries that write_file_atomically() left there when its process was killed;
-/// those of living processes are locked and stay. Failures are ignored: nothing depends on it.
+/// Removes the temporaries that write_file_atomically() left in a folder when its process was killed. Those
+/// of living processes are locked and stay. Failures are ignored, as nothing depends on it.
 void remove_abandoned_parts(const std::string& folder);
 
 /// Claims a folder, or a file to be written, for one process, by a lock of the operating system on
 /// `FOLDER/.lock`, or on `.NAME.lock` beside the file NAME.
 ///
-/// The lock ends with this object or with the process, however that ends. The object takes its file away
-/// again; that of a killed process stays and is no sign of a claim. It holds the process and host of the
-/// owner, for people. Network file systems that do not share such locks protect against the same machine
-/// only.
+/// The lock ends with this object or with the process, however it ends. This object deletes its lock file.
+/// The lock file of a killed process stays, but does not count as a claim. The file holds the owner's process
+/// and host, for people to read. On network file systems that do not share such locks, only processes on the
+/// same machine are locked out.
 class RunLock {
  public:
-  /// \throws FileError: in_use (another process has it), write (the folder cannot be written)
+  /// \throws FileError: in_use (another process holds it), write (the folder cannot be written)
   explicit RunLock(const std::string& folder) : RunLock(folder + "/.lock", folder, "folder") {}
 
-  /// Claims a file, which need not be there. Errors as of the constructor.
+  /// Claims a file, which need not exist. Errors as for the constructor.
   [[nodiscard]] static RunLock of_file(const std::string& path);
 
   RunLock(RunLock&& other) noexcept
@@ -85,7 +85,7 @@ class RunLock {
   RunLock& operator=(const RunLock&) = delete;
   ~RunLock() { release(); }
 
-  /// Gives the claim up before the object ends.
+  /// Releases the claim before the object is destroyed.
   void release() noexcept;
 
  private:

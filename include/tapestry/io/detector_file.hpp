@@ -18,7 +18,7 @@
 
 namespace tapestry::io {
 
-/// Reads how a detector takes pictures and what its outputs mean, from JSON such as
+/// Reads from JSON how a detector takes pictures and what its outputs mean, for example
 ///
 ///  {"input": {"order": "bgr", "scale": 1, "mean": [103.53, 116.28, 123.675],
 ///             "std": [57.375, 57.12, 58.395], "fit": "stretch"},
@@ -27,33 +27,33 @@ namespace tapestry::io {
 ///
 /// order is rgb or bgr; scale, mean and std are those of detect::InputEncoding; fit is a name of
 /// image::FitKind, and fill, 0 to 255, the value around a letterboxed picture; head is a name of
-/// detect::HeadKind; strides are pixels between cells. Heads with anchors need them, too, a list for each
-/// stride of widths and heights in turn, as YOLOv5 writes them: "anchors": [[10, 13, 16, 30, 33, 23], ...];
-/// yolov5 may leave out both. boxes_and_scores has outputs instead, with the first of each list as the
-/// default, see detect::DecodedOutputs:
+/// detect::HeadKind; strides are pixels between cells. Heads with anchors require "anchors", one list for
+/// each stride, with widths and heights in turn, as YOLOv5 writes them: "anchors": [[10, 13, 16, 30, 33, 23],
+/// ...]; yolov5 may leave out strides and anchors. boxes_and_scores has "outputs" instead. The first word of
+/// each choice is the default, see detect::DecodedOutputs:
 ///
 ///   {"head": "boxes_and_scores", "outputs": {"boxes": NAME, "scores": NAME, "channels": last or first,
 ///    "form": centre, corners or corners_yx, "unit": pixels or share, "objectness": no or yes,
 ///    "score": probability, logit or softmax, "background": none, first or last}}
 ///
-/// Other keys that are left out have the default of detect::DetectorDescription, and fill the usual one of
-/// its fit. Compiled in tapestry/implementation.hpp.
+/// Other missing keys have the default of detect::DetectorDescription; a missing fill has the default of its
+/// fit. Compiled in tapestry/implementation.hpp.
 ///
 /// \param text  the whole text
 /// \param path  the file's name, for messages
-/// \throws FileError  malformed, with the key and the byte, for keys that are not known, and for values of
-///                    another type or out of range; as read_json()
+/// \throws FileError  malformed, with the key and the byte, for unknown keys and for values of another type
+///                  or out of range; as read_json()
 [[nodiscard]] detect::DetectorDescription parse_detector_description(std::string_view text,
                                                                      const std::string& path);
 
-/// Reads such a file of at most 64 KiB; errors as parse_detector_description() and read_text_file().
+/// Reads such a JSON file of at most 64 KiB; errors as parse_detector_description() and read_text_file().
 /// Takes memory of at most 48 times the file and 1 MiB.
 [[nodiscard]] inline detect::DetectorDescription read_detector_description(const std::string& path) {
   return parse_detector_description(read_text_file(path, std::uint64_t(1) << 16U), path);
 }
 
-/// The tensors of a detector in the order of its layout, named as PyTorch names the like: of layer i of the
-/// cfg, counted from 0 without [net],
+/// The tensors of a detector in the order of its layout, named as PyTorch names them. For layer i of the cfg,
+/// counted from 0 without [net]:
 ///
 ///   layers.i.weight           [filters, channels / groups, size, size]
 ///   layers.i.bias             [filters], of a layer without batch normalisation
@@ -81,22 +81,22 @@ class DetectorFile {
   [[nodiscard]] const DetectorMetadata& metadata() const { return metadata_; }
   [[nodiscard]] const detect::NetworkConfig& config() const { return config_; }
 
-  /// A cfg of its own, with this file's epsilon and decode family, and without batch normalisation if that
-  /// has been folded.
+  /// The given cfg with this file's epsilon and decode family, and without batch normalisation if that has
+  /// been folded.
   /// \throws FileError (mismatch) if the decode family contradicts the cfg, see detect::with_decode()
   [[nodiscard]] detect::NetworkConfig adapted(detect::NetworkConfig config) const;
 
-  /// Remarks on what is unusual about the file, one message each.
+  /// Warnings about unusual content of the file, one message each.
   [[nodiscard]] std::vector<std::string> warnings() const;
 
-  /// All parameters in the order of `layout`, whatever their order in the file. They are read a piece at a
-  /// time and checked while they are in the cache, so that memory is written once.
+  /// All parameters in the order of `layout`, whatever their order in the file. They are read in pieces, and
+  /// each piece is checked while it is in the cache, so that memory is written once.
   ///
-  /// \param config  config(), or another that went through adapted()
+  /// \param config config(), or another cfg after adapted()
   /// \param layout  of config
-  /// \throws FileError  mismatch for a tensor that is missing, not in the layout, of another shape or a type
-  ///                    that is no floating point, malformed for a value that no trained network can hold
-  ///                    and for a file that changes its size meanwhile; with the tensor's name
+  /// \throws FileError  mismatch for a tensor that is missing, not in the layout, of another shape, or not of
+  ///                  floating-point type; malformed for a value that no trained network can hold, and for a
+  ///                  file that changes its size while it is read; with the tensor's name
   template <std::floating_point T>
   [[nodiscard]] Array<T, 1> parameters(const detect::NetworkConfig& config,
                                        const detect::ParameterLayout& layout) const {
@@ -130,7 +130,7 @@ class DetectorFile {
 
   void require_fit(const Tensor& tensor, const NamedShape& wanted, const std::string& cfg_name) const;
 
-  /// \param first  element of the tensor that `values` begin with
+  /// \param first element of the tensor that values[0] holds
   void check_values(const Tensor& tensor, detect::ParameterRole role, std::span<const float> values,
                     std::size_t first) const;
 
@@ -139,10 +139,10 @@ class DetectorFile {
   detect::NetworkConfig config_;
 };
 
-/// Writes a detector, or leaves the old file as it was. The same arguments give the same bytes; without
-/// folding, what lies behind the header are the bytes of the Darknet weights behind theirs.
+/// Writes a detector, or leaves the old file as it was. The same arguments give the same bytes. Without
+/// folding, the bytes behind the header are those of the Darknet weights behind their header.
 ///
-/// \param metadata    whose cfg describes the network; is_folded folds the batch normalisation
+/// \param metadata its cfg describes the network; is_folded folds the batch normalisation
 /// \param parameters  in the order of the layout of that cfg, not folded
 /// \param cfg_name    the cfg's file name, for messages
 /// \returns           the number of tensors written

@@ -19,20 +19,20 @@ namespace tapestry::io {
 /// Default limit of the bytes that a reader accepts.
 inline constexpr std::uint64_t default_file_limit = std::uint64_t(4) << 30U;
 
-/// Bytes of the longest path that Linux opens; a longer one in a file is not even taken apart.
+/// Length in bytes of the longest path that Linux opens; a longer one in a file is refused unparsed.
 inline constexpr std::size_t longest_path = 4096;
 
-/// Whether a name within a file leads to the folder that it begins in or below that: not an absolute path,
-/// nor one that leaves the folder by `..`. Links are not looked at.
+/// Whether a name within a file leads to the folder it starts from, or below: it is not absolute and does not
+/// leave the folder by `..`. Links are not checked.
 [[nodiscard]] bool stays_below(const std::string& name);
 
-/// A regular file open for reading, whose size was checked against a limit before anything is read.
+/// A regular file open for reading. Its size is checked against a limit before anything is read.
 ///
-/// Folders, FIFOs and devices are refused without waiting on them. A file that changes its size while it
-/// is read is refused too; nothing is memory-mapped, so a cut file cannot kill the process.
+/// Folders, FIFOs and devices are refused without waiting on them. A file that changes its size while it is
+/// read is refused, too. Nothing is memory-mapped, so a file that is cut cannot kill the process.
 class RegularFile {
  public:
-  /// \param path   as the user gave it
+  /// \param path path, for messages as well
   /// \param limit  largest accepted size in bytes
   /// \throws FileError  malformed if it cannot be opened or is not a regular file, limit if it is larger
   explicit RegularFile(std::string path, std::uint64_t limit = default_file_limit);
@@ -74,16 +74,15 @@ class RegularFile {
 /// Result of recognised_format() for one of the formats that Tapestry reads.
 inline constexpr std::string_view recognised_safetensors = "a safetensors file";
 
-/// The probable kind of a file with these first bytes, if it is a well-known kind that people pass by
-/// mistake; empty when nothing is recognised. At least 16 bytes should be given.
+/// The probable kind of a file with these first bytes, if it is a kind that people often pass by mistake;
+/// else empty. Pass at least 16 bytes.
 [[nodiscard]] std::string_view recognised_format(std::span<const std::byte> beginning);
 
-// The only place where a path is looked at without being opened. Nothing is there where the system returns
-// ENOENT or ENOTDIR; any other failure (no permission, a device that fails, links in a ring) is an error,
-// never absence.
+// The only functions that examine a path without opening it. ENOENT and ENOTDIR mean that nothing is there.
+// Any other failure (no permission, a device that fails, links in a ring) is an error, never absence.
 
-/// The status of the file that a path leads to; file_type::not_found where nothing is.
-/// \param kind  of the error: malformed for what is read, write for what is written
+/// The status of the file that a path leads to; file_type::not_found if there is none.
+/// \param kind of the error: malformed for files to be read, write for files to be written
 /// \throws FileError of that kind where the status cannot be read
 [[nodiscard]] inline std::filesystem::file_status status_of(const std::string& path,
                                                             ErrorKind kind = ErrorKind::malformed) {
@@ -110,7 +109,7 @@ inline constexpr std::string_view recognised_safetensors = "a safetensors file";
   return std::filesystem::is_regular_file(status_of(path, kind));
 }
 
-/// Paths of a folder's entries that `accepts` takes, sorted.
+/// Paths of the folder's entries for which `accepts` returns true, sorted.
 /// \throws FileError (malformed) if the folder cannot be listed; std::bad_alloc
 template <std::predicate<const std::filesystem::path&> Accepts>
 [[nodiscard]] std::vector<std::string> listed_paths(const std::string& folder, Accepts accepts) {
@@ -126,18 +125,18 @@ template <std::predicate<const std::filesystem::path&> Accepts>
   return paths;
 }
 
-/// How names of pictures that can be read end, for messages.
+/// Endings of names of readable pictures, for messages.
 inline constexpr const char* picture_endings = ".png, .jpg, .jpeg, .bmp, .pgm, .ppm or .pnm";
 
-/// Whether a name ends as that of a picture that can be read.
+/// Whether a name has the ending of a readable picture.
 [[nodiscard]] bool has_picture_name(const std::filesystem::path& path);
 
-/// SHA-256 of bytes given piece by piece. Source: FIPS 180-4, sections 4.1.2, 5.1.1, 6.2.
+/// SHA-256 of bytes that are added in pieces. Source: FIPS 180-4, sections 4.1.2, 5.1.1, 6.2.
 class Sha256 {
  public:
   void add(std::span<const std::byte> bytes);
 
-  /// The digest of what was added, as 64 hexadecimal digits; nothing may be added afterwards.
+  /// The digest of the bytes added, as 64 hexadecimal digits; nothing may be added afterwards.
   [[nodiscard]] std::string hex();
 
  private:

@@ -12,24 +12,23 @@ namespace tapestry::io {
 /// Reads and validates a frame file: an .npz with the members of the CARLA set of Wang et al. (DAS, FCA),
 /// `img` uint8 [H, W, 3] stored as BGR, `veh_trans` and `cam_trans` float64 [2, 3] (row 0 metres, row 1
 /// pitch, yaw, roll in degrees; the camera's translation is its offset from the vehicle along world axes).
-/// Frames of our own add `camera_matrix` float64 [3, 4] (view_from_world, rotation and translation) with
-/// `camera_fov` float64 [2] (tangents of half the field of view), need no poses then, and may add `light`
-/// float64 [8], `mask` uint8 [H, W] and `label` float64 [5].
+/// Frames of Tapestry add `camera_matrix` float64 [3, 4] (view_from_world, rotation and translation) and
+/// `camera_fov` float64 [2] (tangents of half the field of view), and then need no poses. They may add
+/// `light` float64 [8], `mask` uint8 [H, W] and `label` float64 [5].
 ///
 /// \throws FileError: malformed (damaged file); mismatch (a member is missing, has another shape or type, or
-///         holds what cannot be: values not finite, a camera in the vehicle's origin, an empty picture);
-///         limit
+///         has impossible values: not finite, a camera in the vehicle's origin, an empty picture); limit
 [[nodiscard]] Frame read_frame(const std::string& path);
 
-/// The picture of a file, RGB, [H, W, 3]: of a frame, by the ending .npz, or of an image.
+/// The picture of a file as RGB, [H, W, 3]: of a frame if the name ends in .npz, else of an image file.
 /// \throws FileError as read_frame() or read_image()
 [[nodiscard]] Array<std::uint8_t, 3> read_picture(const std::string& path);
 
-/// Writes a frame so that read_frame() gives it back; deflated, the whole file or nothing.
+/// Writes a frame that read_frame() reads back; deflated, and the whole file or nothing.
 /// \throws ShapeError unless the picture is [H, W, 3] and the mask, if any, [H, W]; FileError (write)
 void write_frame(const std::string& path, const Frame& frame);
 
-/// The .npz files of a folder in order of their names, numbers by value: data2 before data10.
+/// The .npz files of a folder sorted by name, numbers by value: data2 before data10.
 /// \throws FileError: malformed (not a readable folder), mismatch (no .npz file in it)
 [[nodiscard]] std::vector<std::string> frame_paths(const std::string& folder);
 

@@ -17,11 +17,11 @@ struct PictureSamples {
   std::size_t height = 0;
   std::size_t width = 0;
   std::size_t channels = 3;            ///< 1 grey, 3 RGB
-  unsigned maximum = 255;              ///< the sample that means 1
+  unsigned maximum = 255;              ///< the sample value that stands for 1
   std::vector<std::uint16_t> samples;  ///< [height, width, channels], none above `maximum`
 };
 
-/// RGB of 256 levels, [H, W, 3]: samples are rounded, grey is repeated in the three channels.
+/// RGB in 256 levels, [H, W, 3]: samples are rounded, and grey is repeated in the three channels.
 [[nodiscard]] inline Array<std::uint8_t, 3> rgb_levels(const PictureSamples& picture) {
   Array<std::uint8_t, 3> image(Extents<3>{picture.height, picture.width, 3});
   for (std::size_t i = 0; i < image.size(); ++i) {
@@ -31,7 +31,8 @@ struct PictureSamples {
   return image;
 }
 
-/// Grey in [0, 1], [H, W]; colours become (77 R + 150 G + 29 B) / 256, cut to a whole sample, as for a PNG.
+/// Grey in [0, 1], [H, W]; colours become (77 R + 150 G + 29 B) / 256, truncated to a whole sample, as for a
+/// PNG.
 [[nodiscard]] inline Array<float, 2> grey_shares(const PictureSamples& picture) {
   Array<float, 2> grey(Extents<2>{picture.height, picture.width});
   for (std::size_t i = 0; i < grey.size(); ++i) {
@@ -44,7 +45,7 @@ struct PictureSamples {
 }
 
 namespace detail {
-/// \param position  where the file states the size, for messages
+/// \param position place in the file that states the size, for messages
 /// \throws FileError (limit) of a picture over 16,384 a side or 64 Mpx, (malformed) of one without a pixel
 inline void require_picture_size(std::uint64_t width, std::uint64_t height, const std::string& path,
                                  const std::string& position) {
@@ -56,32 +57,32 @@ inline void require_picture_size(std::uint64_t width, std::uint64_t height, cons
   if (width > png_side_limit || height > png_side_limit || width * height > png_pixel_limit)
     refuse(ErrorKind::limit, "picture is too large", "at most 16384 a side and 64 megapixels");
 }
-/// stb's part, compiled where a program includes implementation.hpp. Rows from the top, channels interleaved.
-/// Empty when stb cannot decode the file.
+/// The part that calls stb, compiled where a program includes implementation.hpp. Rows from the top, channels
+/// interleaved. Empty if stb cannot decode the file.
 std::vector<std::uint16_t> decode_png_16(std::string_view file, int channels);
 std::vector<std::uint8_t> decode_png_8(std::string_view file, int channels);
 std::string encode_png(const std::uint8_t* pixels, std::size_t height, std::size_t width, int channels);
 std::string encode_jpeg(const std::uint8_t* pixels, std::size_t height, std::size_t width, int quality);
 
-/// Nearest of 256 levels to a value that is cut to [0, 1].
+/// Nearest of 256 levels to a value, which is first clipped to [0, 1].
 template <std::floating_point T>
 std::uint8_t level(T value) {
   return static_cast<std::uint8_t>((value < 0 ? T(0) : value > 1 ? T(1) : value) * T(255) + T(0.5));
 }
 
-/// \param channels  values a pixel, to name the pixel of a value that is not finite
+/// \param channels values a pixel, used to name the pixel of a value that is not finite
 template <std::floating_point T>
 std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t width, std::size_t channels,
                                  const std::string& path);
 
 }  // namespace detail
 
-/// Reads a PNG, JPEG, BMP, PGM or PPM as RGB, [H, W, 3]. The file's content decides what it is, not its name.
+/// Reads a PNG, JPEG, BMP, PGM or PPM as RGB, [H, W, 3]. The format is found from the content, not the name.
 ///
-/// For the others see parse_jpeg(), parse_bmp() and parse_pnm(). Every kind of PNG is converted: grey is
-/// repeated in the three channels, palettes are looked up (black beyond their end), 1 to 4 bits are scaled to
-/// 0-255, of 16 bits the upper 8 are kept. Transparency is dropped and colours are taken as stored (PNG does
-/// not premultiply); colour profiles and gamma are ignored.
+/// Every kind of PNG is converted: grey is repeated in the three channels, palettes are looked up (black
+/// beyond their end), 1 to 4 bits are scaled to 0-255, and of 16 bits the upper 8 are kept. Transparency is
+/// dropped and colours are taken as stored (PNG does not premultiply). Colour profiles and gamma are ignored.
+/// For the other formats see parse_jpeg(), parse_bmp() and parse_pnm().
 /// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
 ///
 /// \throws FileError: malformed (no such format, damaged, checksums included), limit (over 16,384 a side or
@@ -89,9 +90,9 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
 [[nodiscard]] Array<std::uint8_t, 3> read_image(const std::string& path);
 
 /// Reads a PNG, BMP, PGM or PPM as grey in [0, 1], [H, W]: value / 255, or / 65535 where the file has 16 bits
-/// (PGM and PPM: by the greatest value they state). Colours become (77 R + 150 G + 29 B) / 256; transparency
-/// is dropped. No threshold is applied. Throws as read_image() does, and for a JPEG, whose losses blur a
-/// mask's border.
+/// (PGM and PPM: divided by the maximum that they state). Colours become (77 R + 150 G + 29 B) / 256;
+/// transparency is dropped. No threshold is applied. Throws as read_image() does, and for a JPEG, because its
+/// losses blur a mask's border.
 /// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
 [[nodiscard]] Array<float, 2> read_mask(const std::string& path);
 
@@ -99,7 +100,7 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
 /// \throws ShapeError unless there are three channels and 1 to 16,384 rows and columns; FileError (write)
 void write_image(const std::string& path, const Array<std::uint8_t, 3>& image);
 
-/// Writes RGB in [0, 1], [H, W, 3], to the nearest of 256 levels; values outside are cut.
+/// Writes RGB in [0, 1], [H, W, 3], rounded to 256 levels; values outside are clipped.
 /// \throws NumericError naming the first pixel that is not finite; otherwise as above
 template <std::floating_point T>
 void write_image(const std::string& path, const Array<T, 3>& image);
@@ -123,12 +124,12 @@ template <std::floating_point T>
 template <std::floating_point T>
 void write_mask(const std::string& path, const Array<T, 2>& mask);
 
-/// Writes the gradient of a picture as a picture, for people to look at: grey where it is 0, brighter where
-/// more of a colour raises the value and darker where less does.
+/// Writes the gradient of a picture as a picture for people: grey where it is 0, brighter where more of a
+/// colour raises the value, darker where more of it lowers the value.
 ///
 ///   ½ + ½ · ∛(g / max |g|)
 ///
-/// The cube root shows what is small beside the largest, a thousandth by a tenth.
+/// The cube root makes small values visible: a thousandth of the largest is shown as a tenth.
 ///
 /// \param gradient  [1, H, W, 3]
 /// \throws ShapeError for other extents; NumericError for what is not finite; FileError (write)

@@ -12,9 +12,9 @@ namespace tapestry::io {
 
 /// Header of a JPEG file, before the picture data.
 struct JpegHeader {
-  std::size_t height = 0;  ///< as stored, before it is turned
+  std::size_t height = 0;  ///< as stored, before it is turned upright
   std::size_t width = 0;
-  int orientation = 1;  ///< how it is to be turned, 1 to 8, see turned_upright()
+  int orientation = 1;  ///< 1 to 8, see turned_upright()
 };
 
 namespace detail {
@@ -24,7 +24,7 @@ class ExifReader {
  public:
   explicit ExifReader(std::string_view tiff) : tiff_(tiff), is_little_(tiff.starts_with("II")) {}
 
-  /// The orientation of the first picture; 1 if the block holds none that makes sense.
+  /// The orientation of the first picture; 1 if the block states no valid one.
   [[nodiscard]] int orientation() const {
     constexpr std::size_t orientation_tag = 0x0112, short_type = 3;
     if (!is_little_ && !tiff_.starts_with("MM")) return 1;
@@ -40,7 +40,7 @@ class ExifReader {
   }
 
  private:
-  /// 0 beyond the end.
+  /// The integer there; 0 beyond the end of the block.
   [[nodiscard]] std::size_t number(std::size_t at, std::size_t bytes) const {
     if (at > tiff_.size() || tiff_.size() - at < bytes) return 0;
     std::size_t value = 0;
@@ -124,8 +124,8 @@ class JpegScan {
 /// Whether a file is a JPEG by its first bytes.
 [[nodiscard]] inline bool is_jpeg(std::string_view file) { return file.starts_with("\xff\xd8\xff"); }
 
-/// Reads what stands before a JPEG's picture data. Sources: ITU-T T.81, annex B; for the orientation
-/// Exif 2.3 (CIPA DC-008), section 4.6.4.
+/// Reads the header of a JPEG, up to the picture data. Sources: ITU-T T.81, annex B; for the orientation Exif
+/// 2.3 (CIPA DC-008), section 4.6.4.
 ///
 /// \param path  for messages
 /// \throws FileError: malformed (cut; neither baseline nor progressive; CMYK), limit (over 16,384 a side or
@@ -136,16 +136,16 @@ class JpegScan {
 
 namespace detail {
 
-/// libjpeg-turbo's part, compiled where a program includes implementation.hpp: RGB, rows from the top,
-/// channels interleaved, into height · width · 3 bytes.
-/// \returns  what is wrong with the file; empty if nothing is
+/// The part that calls libjpeg-turbo, compiled where a program includes implementation.hpp: RGB, rows from
+/// the top, channels interleaved, into height · width · 3 bytes.
+/// \returns what is wrong with the file; empty if nothing is wrong
 std::string decode_jpeg(std::string_view file, std::size_t height, std::size_t width, std::uint8_t* pixels);
 
 }  // namespace detail
 
-/// A picture turned by its EXIF orientation: 1 leaves it; 2 and 4 mirror it left to right and top to bottom,
-/// 3 turns it by half a circle; 5 to 8 exchange rows and columns, and of these 6 is to be turned clockwise by
-/// a quarter, 8 counterclockwise.
+/// A picture turned upright by its EXIF orientation. 1 leaves it as it is, 2 mirrors it left to right, 4 top
+/// to bottom, and 3 turns it by half a circle. 5 to 8 exchange rows and columns; 6 turns it clockwise by a
+/// quarter, 8 counterclockwise.
 [[nodiscard]] Array<std::uint8_t, 3> turned_upright(const Array<std::uint8_t, 3>& stored, int orientation);
 
 /// Decodes a JPEG, baseline or progressive, as RGB, [H, W, 3], turned upright by its EXIF orientation. Grey

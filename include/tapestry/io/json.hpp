@@ -13,8 +13,8 @@
 #include <vector>
 
 /// \file
-/// The one header that brings nlohmann's JSON library, which takes a compiler seconds: tapestry.hpp leaves it
-/// out, and of the library's own files only those below implementation/ include it.
+/// The only public header that includes nlohmann's JSON library, which takes a compiler seconds. tapestry.hpp
+/// does not include it; of the library's own files, only those in implementation/ do.
 
 namespace tapestry::io {
 
@@ -48,8 +48,8 @@ struct CountedCharacter {
   std::size_t* read;
 };
 
-/// Looks at the events of a parse for what the parser itself lets pass: keys given twice, and nesting without
-/// end, of which other code would make recursion without end.
+/// Checks the events of a parse for what the parser itself accepts: duplicate keys, and unlimited nesting,
+/// which could overflow the stack of recursive code.
 class JsonCheck final : public nlohmann::json_sax<nlohmann::json> {
  public:
   JsonCheck(std::string_view text, std::string path, std::uint64_t offset, std::size_t deepest)
@@ -58,7 +58,7 @@ class JsonCheck final : public nlohmann::json_sax<nlohmann::json> {
   /// Parses the whole text.
   /// \returns where the members of the outermost object have their values
   [[nodiscard]] std::map<std::string, std::uint64_t> positions() {
-    if (const std::size_t zero = text_.find('\0'); zero != text_.npos)  // the end of the text, to nlohmann's
+    if (const std::size_t zero = text_.find('\0'); zero != text_.npos)  // nlohmann ends the text there
       fail(zero, "zero byte in JSON");
     nlohmann::json::sax_parse(CountedCharacter{text_.data(), &read_},
                               CountedCharacter{text_.data() + text_.size(), nullptr}, this);
@@ -71,7 +71,7 @@ class JsonCheck final : public nlohmann::json_sax<nlohmann::json> {
   bool number_unsigned(number_unsigned_t) override { return scalar(1); }
   bool number_float(number_float_t, const string_t&) override { return scalar(1); }
   bool string(string_t&) override { return scalar(0); }
-  bool binary(binary_t&) override { return false; }  // not in text
+  bool binary(binary_t&) override { return false; }  // does not occur in text
   bool start_object(std::size_t) override { return open(); }
   bool end_object() override { return close(); }
   bool start_array(std::size_t) override { return open(); }
@@ -87,7 +87,7 @@ class JsonCheck final : public nlohmann::json_sax<nlohmann::json> {
     return true;
   }
 
-  /// \param position  characters read, the end of the text being one
+  /// \param position number of characters read, counting the end of the text as one
   bool parse_error(std::size_t position, const std::string&,
                    const nlohmann::detail::exception& error) override {
     const std::string_view message = error.what();  // [...] parse error at line 1, column 9: syntax error ...
@@ -107,7 +107,7 @@ class JsonCheck final : public nlohmann::json_sax<nlohmann::json> {
   }
 
   /// Where the token that was read last begins.
-  /// \param ahead  characters that the parser has read behind it: one, behind a number
+  /// \param ahead characters that the parser has read beyond it: one after a number
   std::size_t next_token(std::size_t ahead) {
     const std::size_t begin = text_.find_first_not_of(" \t\r\n,:", token_end_);
     token_end_ = read_ - ahead;
@@ -141,22 +141,22 @@ class JsonCheck final : public nlohmann::json_sax<nlohmann::json> {
   std::uint64_t offset_;
   std::size_t deepest_;
   std::size_t read_ = 0, token_end_ = 0;
-  std::vector<std::set<std::string>> keys_;  ///< of each object that is open, and none of an array
+  std::vector<std::set<std::string>> keys_;  ///< one for each open object, empty for an open array
   std::string member_;
   std::map<std::string, std::uint64_t> positions_;
 };
 }  // namespace detail
 
-/// Reads a JSON text from a file that may be hostile. Of nlohmann's parser, which keeps to RFC 8259, it
-/// refuses further: keys given twice, a zero byte, and too many levels or members.
+/// Reads a JSON text from an untrusted file. Beside what nlohmann's parser refuses by RFC 8259, it refuses
+/// duplicate keys, a zero byte, and too many levels or members.
 /// Takes memory of at most 48 times the file and 1 MiB.
 ///
 /// \param text     the whole text
 /// \param path     the file's name, for messages
 /// \param offset   byte of the file where the text begins
-/// \param deepest  arrays and objects within each other
-/// \throws FileError  malformed, with the byte where the faulty token begins or is no longer sound; limit
-///                    above 131,072 members of an object
+/// \param deepest largest number of arrays and objects within each other
+/// \throws FileError  malformed, with the byte where the faulty token begins or goes wrong; limit above
+///                  131,072 members of an object
 [[nodiscard]] inline JsonText read_json(std::string_view text, const std::string& path,
                                         std::uint64_t offset = 0, std::size_t deepest = 64) {
   JsonText result;

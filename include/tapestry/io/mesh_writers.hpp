@@ -13,11 +13,11 @@
 
 namespace tapestry::io {
 
-/// `name`, with as many _ behind it as it takes for no material of the mesh to have it.
+/// `name`, followed by as many _ as are needed to differ from all materials of the mesh.
 [[nodiscard]] std::string unused_material_name(const geometry::Mesh& mesh, std::string name);
 
 namespace detail {
-/// Shortest text that reads back as the same number, whatever the locale.
+/// Shortest text that reads back as the same number, in any locale.
 template <class Number>
 void append_number(std::string& text, Number value);
 
@@ -35,9 +35,9 @@ inline std::string paint_name(const geometry::Mesh& mesh) { return unused_materi
 
 void require_writable_mesh(const geometry::Mesh& mesh);
 
-/// A texture whose texels beside the charts take the colours around them, whoever made it: viewers filter
-/// over the charts' rims, and what lies there would show as seams. That of another kind than an atlas has
-/// been baked so.
+/// A texture whose texels beside the charts have the colours around them. Viewers filter across the charts'
+/// rims, so other colours there would show as seams. Textures that are not atlases are baked like this
+/// already.
 template <std::floating_point T>
 Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& texture);
 }  // namespace detail
@@ -51,9 +51,9 @@ void write_obj(const std::string& path, const geometry::Mesh& mesh);
 /// the OBJ last. Painted faces get a material of their own with the texture; the others keep theirs.
 ///
 /// \param body     the texture spans u in [0, body.layout.u_extent); written u are divided by it, as viewers
-///                 expect. Of the rest the kind of texture matters alone
-/// \param texture  RGB in [0, 1], [H, W, 3], row 0 at v = 1. Where no painted face refers to it, the written
-///                 one has the colours around, if the layout is that of an atlas
+///               expect. Of the layout, only this and the kind of texture matter
+/// \param texture  RGB in [0, 1], [H, W, 3], row 0 at v = 1. In an atlas, texels that no painted face refers
+///               to are written with the colours around them
 /// \throws ShapeError unless body.painted has an entry a face; otherwise as write_obj()
 template <std::floating_point T>
 void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture);
@@ -61,15 +61,15 @@ void write_painted_obj(const std::string& path, const raster::PaintedMesh& body,
 namespace detail {
 
 /// The bytes of a .glb, compiled where a program includes implementation.hpp.
-/// \param painted  whether each face is; empty: none
-/// \param png      the texture of the painted ones
+/// \param painted whether each face is painted; empty: none
+/// \param png the texture of the painted faces
 std::string glb_file(const std::string& path, const geometry::Mesh& mesh,
                      const std::vector<std::uint8_t>& painted, const std::string& png, double u_extent);
 
 }  // namespace detail
 
-/// Writes a mesh with the colours of its materials as glTF 2.0 binary (.glb), which viewers open as it is.
-/// A node turns z up into glTF's y up and the front from +x to +z.
+/// Writes a mesh with the colours of its materials as glTF 2.0 binary (.glb), which viewers open directly. A
+/// node turns z up into glTF's y up, and the front from +x to +z.
 /// \throws DomainError without faces; NumericError if a vertex is not finite; FileError (write, limit)
 void write_glb(const std::string& path, const geometry::Mesh& mesh);
 

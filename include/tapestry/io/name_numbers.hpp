@@ -11,23 +11,24 @@
 
 namespace tapestry::io {
 
-/// Numbers the different names of a file from 0 on, in the order in which they come.
+/// Numbers the different names of a file from 0 on, in order of appearance.
 ///
-/// The names themselves stay with the caller, who passes a function from number to name; the table takes 16
-/// to 32 bytes a name, and while it grows half as much more. It is searched from a name's hash on, a
-/// polynomial over the bytes modulo 2^61 − 1 whose base every table draws. So no file can be made of names
-/// that collide more often than by chance: two of n bytes do in n / 7 of 2^61 draws before 32 bits are taken
-/// of it. It numbers at most 2^31 names. Numbers do not depend on the base, which is made of an address where
-/// the system has no random numbers. Source: Dietzfelbinger, Gil, Matias and Pippenger, Polynomial hash
-/// functions are reliable (1992).
+/// The caller keeps the names and passes a function from number to name. The table takes 16 to 32 bytes a
+/// name, and half as much more while it grows. At most 2^31 names are numbered.
+///
+/// A name's place in the table follows from its hash, a polynomial over the bytes modulo 2^61 − 1. Each table
+/// draws its base at random, so no file can be made whose names collide more often than by chance: two names
+/// of n bytes have the same value in n / 7 of 2^61 draws, before it is reduced to 32 bits. Where the system
+/// has no random numbers, the base is made of an address. The numbers of names do not depend on the base.
+/// Source: Dietzfelbinger, Gil, Matias and Pippenger, Polynomial hash functions are reliable (1992).
 class NameNumbers {
  public:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
 
   [[nodiscard]] std::size_t size() const { return count_; }
 
-  /// The number of a name; size(), which then grows by one, where it is new.
-  /// \param name_of  of a number below size(), the name that has it, as std::string_view
+  /// The number of a name. A new name gets the number size(), which then grows by one.
+  /// \param name_of  returns the name with a number below size(), as std::string_view
   template <class NameOf>
   std::size_t add(std::string_view name, NameOf name_of) {
     if (2 * (count_ + 1) > slots_.size()) grow();
@@ -69,7 +70,7 @@ class NameNumbers {
       if (hash >= modulus) hash -= modulus;
     }
     hash = remainder_of_product(hash, base_) + name.size();
-    hash = (hash ^ hash >> 32U) * 0x9E3779B97F4A7C15U;  // neighbours apart
+    hash = (hash ^ hash >> 32U) * 0x9E3779B97F4A7C15U;  // spreads neighbours
     return static_cast<std::uint32_t>(hash >> 32U);
   }
 
@@ -103,7 +104,7 @@ class NameNumbers {
     base_ = (drawn >> 3U) % (modulus - 256) + 256;
   }
 
-  std::vector<Slot> slots_;  // a power of two of them, at most half of which are taken
+  std::vector<Slot> slots_;  // a power of two, at most half of them taken
   std::size_t count_ = 0;
   std::uint64_t base_ = 0;
 };

@@ -22,7 +22,7 @@
 
 namespace tapestry::io {
 
-/// An array as an .npy file holds it, its elements already in this machine's byte order and row-major.
+/// An array of an .npy file, its elements already in this machine's byte order and row-major.
 struct NpyArray {
   std::string origin;              ///< "frame.npz:img.npy", for messages
   std::vector<std::size_t> shape;  ///< empty for a single number
@@ -31,13 +31,13 @@ struct NpyArray {
 
   [[nodiscard]] std::size_t size() const { return bytes.size() / item_size(type); }
 
-  /// The elements as another type, in row-major order. Numbers of any type become floating point by rounding;
-  /// integers and booleans become integers when every value fits; floating point never becomes an integer.
+  /// The elements as T, in row-major order. Numbers of any type are rounded to a floating-point T. Integers
+  /// and booleans become integers if every value fits; floating-point numbers never do.
   /// \throws FileError (mismatch) naming both types or the first value that does not fit
   template <class Element>
   [[nodiscard]] std::vector<Element> as() const;
 
-  /// The elements as an array; throws FileError (mismatch) when the number of axes differs or as() does.
+  /// The elements as an array; throws FileError (mismatch) for another number of axes, and as as() does.
   template <class Element, std::size_t Rank>
   [[nodiscard]] Array<Element, Rank> array() const {
     if (shape.size() != Rank) {
@@ -56,7 +56,7 @@ struct NpyArray {
 };
 
 namespace detail {
-/// Calls visit with a value of the C++ type that `type` stands for.
+/// Calls visit with a value of the C++ type for `type`.
 template <class Visit>
 auto visit_type(DType type, Visit visit) {
   switch (type) {
@@ -117,7 +117,7 @@ Element element_as(From value, const NpyArray& array) {
   return static_cast<Element>(value);
 }
 
-/// Column-major elements put into row-major order.
+/// Column-major elements in row-major order.
 std::vector<std::uint8_t> row_major(const std::vector<std::uint8_t>& column_major,
                                     const std::vector<std::size_t>& shape, std::size_t item);
 }  // namespace detail
@@ -142,7 +142,7 @@ std::vector<Element> NpyArray::as() const {
   return values;
 }
 
-/// Reads an .npy image in memory: header, shape and payload must agree to the byte before anything is
+/// Reads an .npy image in memory. Header, shape and payload must agree to the byte before anything is
 /// allocated. Takes memory of at most 3 times the file and 1 MiB.
 ///
 /// \param origin  names the file and member in messages
@@ -176,7 +176,7 @@ class NpzFile {
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   [[nodiscard]] bool has(std::string_view name) const { return find(name) != nullptr; }
 
-  /// \throws FileError (mismatch) listing the members there are, when `name` is not among them
+  /// \throws FileError (mismatch) listing the members if `name` is not among them
   [[nodiscard]] const NpyArray& get(std::string_view name) const;
 
   /// A member as an array; see NpyArray::array().
@@ -191,7 +191,7 @@ class NpzFile {
   std::string path_;
   std::vector<std::string> names_;
   std::vector<NpyArray> arrays_;
-  NameNumbers numbers_;  ///< of names, no two of which are alike in an archive
+  NameNumbers numbers_;  ///< number of each name; names in an archive are unique
 };
 
 /// Collects arrays and writes them as one .npz file that NumPy can load.
@@ -227,10 +227,10 @@ class NpzWriter {
     members_.emplace_back(name + ".npy", npy_bytes<Element>(shape, elements));
   }
 
-  /// The bytes of the file.
+  /// The bytes of the file so far.
   [[nodiscard]] std::string bytes(bool compress = false) const;
 
-  /// Replaces `path` by the whole file, or leaves it as it was. Equal arrays give equal bytes.
+  /// Writes the whole file to `path`, or leaves the old one as it was. Equal arrays give equal bytes.
   /// \throws FileError (write); Error (limit) beyond 4 GiB
   void write(const std::string& path, bool compress = false) const {
     write_file_atomically(path, bytes(compress));

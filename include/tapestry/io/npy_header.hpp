@@ -36,8 +36,8 @@ enum class DType { b1, u1, u2, u4, u8, i1, i2, i4, i8, f4, f8 };
   return text + (shape.size() == 1 ? ",)" : ")");
 }
 
-/// Header of an .npy file. xt::load_npy() is not used, because it accepts files shorter than their shape, the
-/// rest being whatever memory holds, and shapes whose product wraps around.
+/// Header of an .npy file. xt::load_npy() is not used, because it accepts shapes whose product wraps, and
+/// files shorter than their shape, whose missing elements it leaves undefined.
 struct NpyHeader {
   DType type = DType::u1;
   bool big_endian = false;
@@ -48,7 +48,7 @@ struct NpyHeader {
 };
 
 namespace detail {
-/// Reader of the Python dictionary in an .npy header: three known keys, nothing else.
+/// Reader of the Python dictionary in an .npy header: the three known keys only.
 class NpyHeaderText {
  public:
   NpyHeaderText(std::string_view text, std::size_t offset, const std::string& origin)

@@ -35,11 +35,10 @@ template <std::unsigned_integral Word>
   return std::bit_cast<float>(little_endian_word<std::uint32_t>(bytes));
 }
 
-/// Little-endian IEEE 754 binary64, rounded to the nearest float; to infinity if that lies beyond the
-/// largest.
+/// Little-endian IEEE 754 binary64, rounded to the nearest float, or to infinity beyond the largest.
 [[nodiscard]] inline float float_from_f64(const std::byte* bytes) {
   const auto value = std::bit_cast<double>(little_endian_word<std::uint64_t>(bytes));
-  constexpr double beyond = 0x1.FFFFFFp127;  // the first that rounds to 2¹²⁸
+  constexpr double beyond = 0x1.FFFFFFp127;  // the smallest that rounds to 2¹²⁸
   if (value >= beyond) return std::numeric_limits<float>::infinity();
   if (value <= -beyond) return -std::numeric_limits<float>::infinity();
   return static_cast<float>(value);
@@ -66,8 +65,8 @@ template <std::unsigned_integral Word>
 
 namespace detail {
 
-/// The end of the longest decimal number that a text begins with, as strtod() reads it but without blanks,
-/// "+", words and hexadecimal; `first` if there is none.
+/// The end of the longest decimal number at the beginning of a text, in the form of strtod() but without
+/// blanks, "+", words and hexadecimal; `first` if there is none.
 [[nodiscard]] inline const char* end_of_decimal(const char* first, const char* last) {
   const auto skip_digits = [last](const char* at) {
     while (at != last && *at >= '0' && *at <= '9') ++at;
@@ -106,7 +105,8 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// std::from_chars, also where the standard library has it for whole numbers alone, as libc++ before 20.
+/// std::from_chars, also for standard libraries that have it for whole numbers only, such as libc++ before
+/// 20.
 template <class Number>
 [[nodiscard]] std::from_chars_result decimal_from_chars(const char* first, const char* last, Number& value) {
   if constexpr (requires { std::from_chars(first, last, value); }) {

@@ -13,11 +13,11 @@
 
 namespace tapestry::io {
 
-/// A mesh and what was noticed while it was read.
+/// A mesh, and the warnings and counts from reading it.
 struct LoadedMesh {
   geometry::Mesh mesh;
   std::vector<std::string> warnings;          ///< one line each, with file and line
-  std::vector<std::string> material_files{};  ///< that were read beside the mesh, in order
+  std::vector<std::string> material_files{};  ///< read beside the mesh, in order
   std::size_t polygon_count = 0;              ///< faces of more than three corners, split into triangles
   std::size_t crossing_count = 0;    ///< polygons that cross themselves, of which the triangles may be wrong
   std::size_t degenerate_count = 0;  ///< triangles without area; kept, since face lists count them
@@ -40,7 +40,7 @@ inline bool is_degenerate(const geometry::Mesh& mesh, const geometry::Corners& f
   return u[1] * v[2] == u[2] * v[1] && u[2] * v[0] == u[0] * v[2] && u[0] * v[1] == u[1] * v[0];
 }
 
-/// Fills in the bounds and counts that follow from the mesh, which has a vertex; returns its largest extent.
+/// Computes the bounds and counts of a mesh with at least one vertex; returns its largest extent.
 inline double measure_mesh(LoadedMesh& loaded) {
   loaded.lowest = loaded.highest = loaded.mesh.positions.at(0);
   double extent = 0;
@@ -60,12 +60,12 @@ inline double measure_mesh(LoadedMesh& loaded) {
 }  // namespace detail
 
 /// Reads the names, diffuse colours (Kd) and names of textures (map_Kd) of a Wavefront material file held in
-/// memory; the other properties are ignored. The name may be empty; a material without a colour has that of
-/// geometry::Material. Textures outside the folder of the file are left out with a warning; whether the
-/// others are there is not looked at.
+/// memory; other properties are ignored. The name may be empty; a material without a colour has that of
+/// geometry::Material. Textures outside the folder of the file are left out with a warning. Whether a texture
+/// exists is not checked.
 ///
 /// \param path      names the file in messages
-/// \param warnings  receives oddities that are no reason to refuse, one line each and at most 100
+/// \param warnings receives oddities that are no reason to refuse the file, one line each, at most 100
 /// \throws FileError: malformed (colours that are not numbers; colours or textures before the first material)
 [[nodiscard]] std::vector<geometry::Material> parse_mtl(std::string_view text, const std::string& path,
                                                         std::vector<std::string>& warnings);
@@ -76,7 +76,7 @@ inline double measure_mesh(LoadedMesh& loaded) {
 [[nodiscard]] std::vector<geometry::Material> read_mtl(const std::string& path,
                                                        std::vector<std::string>& warnings);
 
-/// How much an OBJ may hold.
+/// Limits on the content of an OBJ.
 struct ObjLimits {
   std::uint64_t file_bytes = std::uint64_t(4) << 30U;
   std::size_t records = std::size_t(1)
@@ -92,16 +92,15 @@ struct ObjLimits {
 
 /// Reads a Wavefront OBJ and the material files beside it.
 ///
-/// Faces keep the order of the file. A polygon becomes triangles in place, two fewer than its corners; face
-/// lists refer to the triangles. Those of a convex polygon are the fan around its first corner, those of a
-/// concave one come from geometry::PolygonTriangulator; one that crosses itself becomes a fan with a warning.
-/// Groups are the names of `g` and `o` records, whichever came last.
-/// Indices may be negative or refer to what comes later. Material files outside the folder of the OBJ are not
-/// read.
+/// Faces keep the order of the file. A polygon becomes triangles in its place, two fewer than its corners;
+/// face lists refer to the triangles. A convex polygon becomes the fan around its first corner.
+/// geometry::PolygonTriangulator cuts a concave one. A polygon that crosses itself becomes a fan, with a
+/// warning. The group of a face is the name of the last `g` or `o` record. Indices may be negative or refer
+/// to later records. Material files outside the folder of the OBJ are not read.
 ///
-/// The records are parsed here and not by tinyobjloader, because that reads malformed numbers as 0, returns
-/// indices beyond the lists with a mere warning, drops short records so that later numbers shift, and gives
-/// no lines for them.
+/// The records are parsed here, not by tinyobjloader. It reads malformed numbers as 0, returns indices beyond
+/// the lists with only a warning, drops short records so that later numbers shift, and reports no line
+/// numbers.
 /// Takes memory of at most 40 times the file and 1 MiB.
 ///
 /// \throws FileError: malformed (with the line), mismatch (a mesh without extent), limit (also for concave

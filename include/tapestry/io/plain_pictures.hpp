@@ -73,7 +73,7 @@ class BmpReader {
     if (pixels_at_ < 14 + size) fail(10, "rows of a BMP begin in its header");
   }
 
-  /// \param used  entries, 0 for as many as the bits can name
+  /// \param used number of entries; 0 for as many as the bits can index
   void find_palette(std::size_t at, std::size_t entry_bytes, std::size_t used) {
     const std::size_t most = std::size_t{1} << bits_;
     if (used > most)
@@ -98,7 +98,7 @@ class BmpReader {
     }
   }
 
-  /// A colour by its place in the palette; black beyond its end.
+  /// A colour by its index in the palette; black beyond the palette's end.
   void read_index(std::size_t row, std::size_t x, std::uint16_t* rgb) const {
     const std::size_t bit = x * bits_;
     const unsigned byte = static_cast<unsigned char>(file_[row + bit / 8]);
@@ -133,9 +133,9 @@ class BmpReader {
 [[nodiscard]] inline bool is_bmp(std::string_view file) { return file.starts_with("BM"); }
 
 /// Decodes an uncompressed BMP of 1, 4 or 8 bits with a palette (black beyond its end), or of 16, 24 or 32
-/// bits, with masks or without. Transparency is dropped, colour profiles are ignored. Read here and not by
-/// stb, which takes a cut file for a whole one, and colours beyond the palette from memory that was never
-/// written. Source: Microsoft's BITMAPFILEHEADER, BITMAPCOREHEADER and BITMAPINFOHEADER to BITMAPV5HEADER.
+/// bits, with masks or without. Transparency is dropped, colour profiles are ignored. Implemented here
+/// instead of by stb, which accepts cut files, and reads colours beyond the palette from uninitialised
+/// memory. Source: Microsoft's BITMAPFILEHEADER, BITMAPCOREHEADER and BITMAPINFOHEADER to BITMAPV5HEADER.
 /// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
 ///
 /// \param path  for messages
@@ -146,7 +146,7 @@ class BmpReader {
 }
 
 namespace detail {
-/// Words of the header of a PGM or PPM, between which stand spaces, line ends and comments.
+/// Words of the header of a PGM or PPM, separated by spaces, line ends and comments.
 class PnmHeader {
  public:
   PnmHeader(std::string_view file, const std::string& path) : file_(file), path_(path) {}
@@ -156,7 +156,7 @@ class PnmHeader {
     throw FileError(ErrorKind::malformed, {path_, "@" + std::to_string(at), what, expected, found});
   }
 
-  /// The next number. At most seven digits, so that it fits whatever follows.
+  /// The next number, of at most seven digits, so that it cannot overflow.
   [[nodiscard]] unsigned number() {
     while (at_ < file_.size() && (is_space(file_[at_]) || file_[at_] == '#')) {
       if (file_[at_] == '#')
@@ -174,7 +174,7 @@ class PnmHeader {
     return value;
   }
 
-  /// The place of the first sample, after one white space.
+  /// The offset of the first sample, after one white space.
   [[nodiscard]] std::size_t samples_at() const {
     if (at_ >= file_.size() || !is_space(file_[at_])) fail(at_, "header of a PNM picture does not end");
     return at_ + 1;
@@ -195,14 +195,14 @@ class PnmHeader {
          std::string_view(" \t\n\v\f\r#").find(file[2]) != std::string_view::npos;
 }
 
-/// Decodes a binary PGM (P5) or PPM (P6) of 8 or 16 bits; of several pictures in a file the first. Read here
-/// and not by stb, which leaves samples unscaled where the greatest is not 255, and takes a cut file for a
-/// whole one. Source: Netpbm, formats pgm(5) and ppm(5).
+/// Decodes a binary PGM (P5) or PPM (P6) of 8 or 16 bits; of several pictures in a file, the first.
+/// Implemented here instead of by stb, which does not scale samples whose maximum is not 255, and accepts cut
+/// files. Source: Netpbm, formats pgm(5) and ppm(5).
 /// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
 ///
 /// \param path  for messages
-/// \throws FileError: malformed (another format, cut, a sample above the greatest), limit (over 16,384 a side
-/// or 64 Mpx)
+/// \throws FileError: malformed (another format, cut, a sample above the maximum), limit (over 16,384 a side
+///         or 64 Mpx)
 [[nodiscard]] inline PictureSamples parse_pnm(std::string_view file, const std::string& path) {
   detail::PnmHeader header(file, path);
   if (!is_pnm(file)) header.fail(0, "not a binary PGM or PPM picture");

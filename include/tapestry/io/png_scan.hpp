@@ -18,7 +18,7 @@ inline constexpr std::size_t png_side_limit = 16384;
 inline constexpr std::uint64_t png_pixel_limit = std::uint64_t(1) << 26U;
 inline constexpr std::uint64_t png_file_limit = std::uint64_t(1) << 30U;
 
-/// Contents of the first chunk of a PNG file.
+/// Content of the first chunk of a PNG file, and the place of its palette.
 struct PngHeader {
   std::size_t height = 0;
   std::size_t width = 0;
@@ -30,9 +30,9 @@ struct PngHeader {
 };
 
 namespace detail {
-/// Walks over the chunks of a PNG, verifies each, and unpacks the picture data into nothing to learn that it
-/// is whole. stb, which decodes it afterwards, compares no checksum, and allocates what a cut chunk claims to
-/// hold.
+/// Walks over the chunks of a PNG, verifies each, and unpacks the picture data without storing them, to check
+/// that they are complete. stb, which decodes the file afterwards, compares no checksum, and allocates the
+/// size that a cut chunk claims.
 class PngScan {
  public:
   PngScan(std::string_view file, const std::string& path) : file_(file), path_(path) {}
@@ -103,7 +103,8 @@ class PngScan {
     return value;
   }
 
-  /// Size of the content of the chunk at this offset, which lies within the file and has the right checksum.
+  /// Size of the content of the chunk at this offset; checks that it lies within the file and has the right
+  /// checksum.
   [[nodiscard]] std::size_t chunk_size(std::size_t at) const {
     if (file_.size() - at < 12)
       fail(at, "PNG is cut: it does not reach its end chunk", "12 more bytes",
@@ -146,7 +147,7 @@ class PngScan {
     if (byte(10) != 0 || byte(11) != 0 || byte(12) > 1) fail(26, "PNG with an unknown compression");
   }
 
-  /// Bytes of the unpacked picture: a filter byte before every row, of every pass if interlaced.
+  /// Bytes of the unpacked picture, with a filter byte before every row, of every pass if interlaced.
   [[nodiscard]] std::uint64_t unpacked_size() const {
     constexpr std::array<std::size_t, 7> channels{1, 0, 3, 1, 2, 0, 4};
     const std::uint64_t pixel_bits = channels[header_.colour_type] * header_.bits;
@@ -209,8 +210,8 @@ class PngScan {
 };
 }  // namespace detail
 
-/// Verifies a PNG held in memory before any decoder sees it: signature, header limits, the length and
-/// checksum of every chunk, that those of the picture data follow each other, and that the data unpack to
+/// Verifies a PNG held in memory before it is decoded: the signature, the header's limits, the length and
+/// checksum of every chunk, that the chunks of picture data follow each other, and that the data unpack to
 /// exactly the size of the picture. Bytes after the end chunk are ignored. Source: PNG specification, second
 /// edition (ISO/IEC 15948).
 ///
@@ -220,8 +221,8 @@ class PngScan {
   return detail::PngScan(file, path).scan();
 }
 
-/// A verified PNG in which a palette has all its 256 entries, black where the file has none: stb would read
-/// what happens to lie in memory for a pixel beyond the palette. Checksums are no longer right.
+/// A verified PNG with its palette extended to 256 entries, black where the file has none; for a pixel beyond
+/// the palette stb would read uninitialised memory. Checksums are no longer right.
 [[nodiscard]] inline std::string with_whole_palette(std::string file, const PngHeader& header) {
   if (header.palette_at == 0 || header.palette_size == 768) return file;
   file.insert(header.palette_at + 8 + header.palette_size, 768 - header.palette_size, '\0');

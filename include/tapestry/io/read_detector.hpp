@@ -9,34 +9,34 @@
 
 namespace tapestry::io {
 
-/// The files of a detector, and how to read them. All but the weights may be left out.
+/// The files of a detector, and how to read them. All but the weights are optional.
 struct DetectorFiles {
   std::string weights{};      ///< an ONNX model, Darknet weights, or a detector that convert_weights wrote
-  std::string config{};       ///< cfg of Darknet weights, which need it
+  std::string config{};       ///< cfg, which Darknet weights need
   std::string names{};        ///< names of the classes, one a line
   std::string description{};  ///< of an ONNX model, see read_detector_description(); left out,
                               ///< description_beside() or what the layers show
   std::string decode{};       ///< decode family of a Darknet network, where its files leave it open
   std::size_t size = 0;       ///< side of the square input, pixels; 0: the files' own
   std::string precision = "float";  ///< of products in convolutions: float or bfloat16
-  std::string fit{};  ///< how photographs go in, see image::fit_by_name(); empty: the files' own
+  std::string fit{};  ///< how photographs are fitted, see image::fit_by_name(); empty: the files' own
   /// Values within an ONNX model, or numbers of a Darknet network's layers, that Detector::layer_values()
-  /// gives; an empty one stands for the last that all heads see.
+  /// returns; an empty one stands for the last layer that all heads depend on.
   std::vector<std::string> layers{};
 };
 
 /// Whether weights are an ONNX model, by the file's name.
 [[nodiscard]] inline bool is_onnx(const std::string& path) { return path.ends_with(".onnx"); }
 
-/// The file beside an ONNX model that describes it: its name with the ending .json. Empty if there is none.
+/// The description file beside an ONNX model: the model's name with the ending .json. Empty if there is none.
 [[nodiscard]] std::string description_beside(const std::string& weights);
 
-/// Reads a detector, whatever kind of file holds it:
+/// Reads a detector from any kind of file:
 ///
 ///   const auto detector = io::read_detector<float>({.weights = "yolox_nano.onnx", .names = "coco.names"});
 ///   const auto detector = io::read_detector<float>({.weights = "yolov3.weights", .config = "yolov3.cfg"});
 ///
-/// \param warnings  takes remarks on what is suspicious about the files, unless null
+/// \param warnings takes warnings about the files, unless null
 /// \throws Error (usage) for files that do not go together, or an ONNX model that nothing describes;
 ///         FileError as read_darknet_model(), read_onnx(), read_detector_description(), read_class_names()
 ///         and Detector, and (mismatch) for a network without heads; DomainError for a precision, fit or
@@ -45,7 +45,7 @@ template <std::floating_point T>
 [[nodiscard]] detect::Detector<T> read_detector(const DetectorFiles& files,
                                                 std::vector<std::string>* warnings = nullptr);
 
-/// Reads the picture of a file, see read_picture(), as the batch of one picture that a detector takes.
+/// Reads the picture of a file, see read_picture(), as a batch of one for a detector.
 /// \throws FileError as read_picture()
 template <std::floating_point T>
 [[nodiscard]] Array<T, 4> read_input(const detect::Detector<T>& detector, const std::string& path);

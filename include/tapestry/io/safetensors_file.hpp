@@ -54,14 +54,14 @@ struct Tensor {
   std::string name;
   TensorType type = TensorType::f32;
   std::vector<std::size_t> shape{};  ///< empty for a single number
-  std::uint64_t begin = 0;           ///< of its bytes, counted from the end of the header
+  std::uint64_t begin = 0;           ///< first of its bytes, counted from the end of the header
   std::uint64_t end = 0;             ///< one past its last byte
   std::uint64_t position = 0;        ///< of its entry in the file, for messages
 
   [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(end - begin) / item_size(type); }
 };
 
-/// Header of a safetensors file: free text by key, and the tensors in the order of their bytes.
+/// Header of a safetensors file: the metadata, text by key, and the tensors in the order of their bytes.
 struct SafetensorsHeader {
   std::map<std::string, std::string> metadata{};
   std::vector<Tensor> tensors{};
@@ -85,19 +85,19 @@ struct NamedShape {
   std::vector<std::size_t> shape;
 };
 
-/// Reads the header's JSON, without the eight bytes of its length, and checks every tensor against the bytes
-/// that follow. Integer types are known, so that messages can name them, though nothing here reads them.
+/// Reads the header's JSON, without the eight bytes of its length, and checks every tensor against the size
+/// of the data that follow. Integer types are known only so that messages can name them; they are not read.
 ///
-/// Source: the format's description, https://github.com/huggingface/safetensors#format. Stricter than it:
-/// unknown fields of a tensor, more than 16 axes and more than 131,072 tensors are refused.
+/// Source: the format's description, https://github.com/huggingface/safetensors#format. Stricter: unknown
+/// fields of a tensor, more than 16 axes and more than 131,072 tensors are refused.
 /// Compiled where a program includes implementation.hpp.
 ///
 /// \param data_size  bytes of the file after the header
-/// \throws FileError  malformed (or limit) with the byte and, where one is at fault, the tensor's name
+/// \throws FileError malformed (or limit) with the byte and, if a tensor is at fault, its name
 [[nodiscard]] SafetensorsHeader parse_safetensors_header(std::string_view text, std::uint64_t data_size,
                                                          const std::string& path);
 
-/// The header of tensors of F32 that lie one after the other in the given order, with blanks so that they
+/// The header of F32 tensors that lie one after another in the given order, padded with blanks so that they
 /// begin at a multiple of 8 bytes; compiled as parse_safetensors_header().
 /// \throws DomainError for names that repeat and for text that is not UTF-8
 [[nodiscard]] std::string safetensors_header_text(const std::map<std::string, std::string>& metadata,
@@ -108,16 +108,16 @@ struct DetectorMetadata {
   std::string cfg;                   ///< text of the Darknet cfg file, whole and unchanged
   std::uint64_t images_seen = 0;     ///< in training
   bool is_folded = false;            ///< batch normalisation is part of the weights
-  double batch_norm_epsilon = 1e-5;  ///< inside the root; of a folded detector the one folded in
+  double batch_norm_epsilon = 1e-5;  ///< inside the root; for a folded detector, the one used in folding
   detect::DecodeFamily decode = detect::DecodeFamily::darknet;  ///< stored only here
 };
 
 /// The metadata as fields of a safetensors file. Numbers are the shortest decimals that read back the same.
 [[nodiscard]] std::map<std::string, std::string> fields_of(const DetectorMetadata& metadata);
 
-/// The reverse of fields_of(); further fields are left to others.
-/// \throws FileError  mismatch for a field that is missing or means what is not supported, malformed for one
-///                    that makes no sense or a cfg that does not have its hash
+/// The reverse of fields_of(); other fields are ignored.
+/// \throws FileError  mismatch for a field that is missing or has an unsupported value, malformed for an
+///                  invalid field or a cfg that does not match its hash
 [[nodiscard]] DetectorMetadata parse_detector_metadata(const std::map<std::string, std::string>& fields,
                                                        const std::string& path);
 
@@ -127,14 +127,14 @@ namespace detail {
 [[nodiscard]] SafetensorsHeader read_safetensors_header(const RegularFile& file);
 }  // namespace detail
 
-/// A safetensors file: named arrays of numbers. Its header is read and checked at once, numbers on demand. A
-/// file that is cut or grows meanwhile is refused; one that is renamed or deleted stays readable; one that is
-/// overwritten in place at its size is not noticed, and yields old and new numbers. Takes memory of at most
-/// 48 times its header and 1 MiB.
+/// A safetensors file: named arrays of numbers. The header is read and checked at once, the numbers on
+/// demand. A file that is cut or grows while it is open is refused. One that is renamed or deleted stays
+/// readable. One that is overwritten in place at the same size is not noticed, and yields old and new
+/// numbers. Takes memory of at most 48 times its header and 1 MiB.
 class SafetensorsFile {
  public:
-  /// \throws FileError as RegularFile and parse_safetensors_header() do; malformed also when the header
-  ///         passes the end of the file, limit above 16 MiB of header or `limit` bytes in all
+  /// \throws FileError as RegularFile and parse_safetensors_header() do; malformed also if the header extends
+  ///         beyond the file, limit above 16 MiB of header or `limit` bytes in all
   explicit SafetensorsFile(const std::string& path, std::uint64_t limit = default_file_limit)
       : file_(path, limit), header_(detail::read_safetensors_header(file_)) {
     file_.require_unchanged_size();
@@ -149,8 +149,8 @@ class SafetensorsFile {
     return header_.size + tensor.begin + std::uint64_t(index) * item_size(tensor.type);
   }
 
-  /// Reads elements of a tensor, from `first` on, as many as `values` holds: F32 straight into them, F16 and
-  /// BF16 exactly, F64 rounded to the nearest float, and to infinity beyond the largest.
+  /// Reads as many elements of a tensor as `values` holds, from `first` on. F32, F16 and BF16 are exact; F64
+  /// is rounded to the nearest float, and to infinity beyond the largest.
   /// \throws FileError  mismatch for integers, malformed if the file has changed its size
   /// \throws ShapeError if the tensor has fewer
   void read(const Tensor& tensor, std::span<float> values, std::size_t first = 0) const;
@@ -179,10 +179,10 @@ class SafetensorsFile {
 /// Writes tensors of F32, or leaves the old file as it was. The same arguments give the same bytes.
 ///
 /// \param metadata  names and values in UTF-8
-/// \param tensors   whose names differ
+/// \param tensors with different names
 /// \param values    the elements of all tensors, one after the other
-/// \throws FileError (write); DomainError for what no reader would accept: names that repeat, text that is
-///         not UTF-8, more than 16 MiB of header, another number of values than the shapes have
+/// \throws FileError (write); DomainError for a file that no reader would accept: repeated names, text that
+///         is not UTF-8, more than 16 MiB of header, or another number of values than the shapes have
 void write_safetensors(const std::string& path, const std::map<std::string, std::string>& metadata,
                        const std::vector<NamedShape>& tensors, std::span<const float> values);
 

@@ -12,8 +12,8 @@
 
 namespace tapestry::io {
 
-/// Walks over the lines of a text held in memory: a byte order mark is skipped, LF and CRLF both end a line,
-/// and the last one needs no end. Lines with zero bytes or beyond a limit are refused.
+/// Walks over the lines of a text held in memory. A byte order mark is skipped, LF and CRLF both end a line,
+/// and the last line needs no end. Lines with zero bytes or beyond a limit are refused.
 class TextLines {
  public:
   /// \param path   for messages; text and path must outlive this object
@@ -25,8 +25,8 @@ class TextLines {
   /// Moves to the next line; false after the last.
   [[nodiscard]] bool next();
 
-  /// Moves to the next line, to which those belong that come after one ending with a backslash, unless it
-  /// begins with #: a comment may end with a folder's name. number() is that of the first.
+  /// Moves to the next line and joins lines that follow a line ending with a backslash, unless it begins with
+  /// #: a comment may end with a folder's name. number() is that of the first line.
   [[nodiscard]] bool next_joined();
 
   [[nodiscard]] std::string_view line() const { return line_; }
@@ -39,17 +39,17 @@ class TextLines {
   /// The rest of the line, without blanks around it.
   [[nodiscard]] std::string_view rest_of_line() const;
 
-  /// Throws FileError at the present line.
+  /// Throws FileError about the current line.
   [[noreturn]] void fail(const std::string& what, const std::string& expected = "",
                          const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const {
     fail_at(number_, what, expected, found, kind);
   }
-  /// Throws a FileError about that line.
+  /// Throws FileError about a given line.
   [[noreturn]] void fail_at(std::size_t line, const std::string& what, const std::string& expected = "",
                             const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const;
 
-  /// Adds a remark about the present line, unless there are 100 already: a broken file could fill memory with
-  /// them.
+  /// Adds a warning about the current line, unless there are 100 already, so that a broken file cannot fill
+  /// memory with them.
   void warn(std::vector<std::string>& warnings, const std::string& what) const;
 
   [[nodiscard]] const std::string& path() const { return path_; }
@@ -82,8 +82,8 @@ template <class Integer>
 }
 
 namespace detail {
-/// Bytes of the well-formed sequence that `text` begins with; 0 if it begins with none.
-/// Source: The Unicode Standard 15.0, table 3-7; it leaves out overlong forms and surrogates.
+/// Length in bytes of the well-formed sequence at the beginning of `text`; 0 if there is none. Source: The
+/// Unicode Standard 15.0, table 3-7; it leaves out overlong forms and surrogates.
 [[nodiscard]] inline std::size_t utf8_sequence(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned lead = byte(0);
@@ -100,7 +100,7 @@ namespace detail {
 }
 }  // namespace detail
 
-/// Bytes from the beginning of `text` that are well-formed UTF-8: all of them, or the place of the fault.
+/// Length of the beginning of `text` that is well-formed UTF-8: all of it, or up to the first fault.
 [[nodiscard]] inline std::size_t utf8_prefix(std::string_view text) {
   std::size_t at = 0;
   while (at < text.size()) {
@@ -111,19 +111,19 @@ namespace detail {
   return at;
 }
 
-/// Insertions, deletions, replacements and exchanges of neighbours that turn one word into the other, no part
-/// of it changed twice (optimal string alignment).
+/// Number of insertions, deletions, replacements and exchanges of neighbours that turn one word into the
+/// other, with no part changed twice (optimal string alignment).
 [[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
 
-/// The known word closest to `word`, the first of several; empty when none is near (more than a third of the
-/// longer word would have to change).
+/// The known word closest to `word`, the first of several; empty if none is near, that is, if more than a
+/// third of the longer word would change.
 [[nodiscard]] inline std::string nearest_word(std::string_view word,
                                               const std::ranges::forward_range auto& known) {
   std::string nearest;
   std::size_t best = 0;
   for (const std::string_view candidate : known) {
     const auto [shorter, longer] = std::minmax({word.size(), candidate.size()});
-    if (3 * (longer - shorter) > longer) continue;  // so many insertions at least, without looking
+    if (3 * (longer - shorter) > longer) continue;  // needs at least as many insertions
     const std::size_t distance = edit_distance(word, candidate);
     if (3 * distance > longer) continue;
     if (nearest.empty() || distance < best) {

@@ -13,7 +13,7 @@
 
 namespace tapestry::io {
 
-/// How much a zip archive may hold, checked before anything is allocated.
+/// Limits on the content of a zip archive, checked before anything is allocated.
 struct ZipLimits {
   std::uint64_t file_bytes = std::uint64_t(4) << 30U;
   std::uint64_t unpacked_bytes = std::uint64_t(1) << 30U;  ///< of all members together
@@ -22,12 +22,11 @@ struct ZipLimits {
 /// The members of a zip archive held in memory: stored or deflated, neither encrypted nor ZIP64, one disk.
 ///
 /// The central directory is the only list of members, and every field of it is checked against the archive
-/// before use. Member names are for looking up; nothing is ever written under them.
+/// before use. Member names are only for looking up; no file is written under them.
 /// Source: PKWARE APPNOTE 6.3.10, sections 4.3.7, 4.3.12, 4.3.15, 4.3.16.
 ///
-/// Written here and not left to libzip, because most of these lines are checks of counts, sizes and places
-/// that stand before any of its functions, and limits that it has no option for; inflating is zlib's either
-/// way.
+/// Implemented here instead of with libzip, because most of this code checks counts, sizes and offsets before
+/// any of libzip's functions could run, and limits that libzip has no option for. Both inflate with zlib.
 class ZipArchive {
  public:
   /// A file in the archive, as its directory lists it.
@@ -52,7 +51,7 @@ class ZipArchive {
 
   [[nodiscard]] const std::vector<Member>& members() const { return members_; }
 
-  /// The content of a member, its checksum verified.
+  /// The content of a member, after its checksum was verified.
   [[nodiscard]] std::string unpack(const Member& member) const {
     const std::size_t start = payload(member);
     const std::string_view packed = bytes_.substr(start, member.packed);
@@ -149,7 +148,7 @@ class ZipArchive {
     if (member.method == 0 && member.packed != member.unpacked)
       fail(at, "stored member '" + member.name + "' changes its size", std::to_string(member.packed),
            std::to_string(member.unpacked));
-    constexpr std::uint64_t best_ratio = 1032;  // what the format of deflate can reach
+    constexpr std::uint64_t best_ratio = 1032;  // largest ratio of the deflate format
     if (member.unpacked > best_ratio * member.packed + best_ratio)
       fail(at, "member '" + member.name + "' claims more than deflate can pack",
            "at most " + std::to_string(best_ratio) + " times " + std::to_string(member.packed) + " bytes",
@@ -157,7 +156,7 @@ class ZipArchive {
     static_cast<void>(payload(member));
   }
 
-  /// Offset of a member's content, its local header compared with the central directory.
+  /// Offset of a member's content; checks its local header against the central directory.
   [[nodiscard]] std::size_t payload(const Member& member) const {
     const auto at = static_cast<std::size_t>(member.header);
     if (bytes_.size() < local_size || at > bytes_.size() - local_size || bytes_.substr(at, 4) != "PK\x03\x04")
@@ -181,7 +180,7 @@ class ZipArchive {
 
   [[nodiscard]] std::string inflated(std::string_view packed, std::uint64_t size, std::size_t at,
                                      const std::string& name) const {
-    std::string content(static_cast<std::size_t>(size) + 1, '\0');  // one more, to notice a longer stream
+    std::string content(static_cast<std::size_t>(size) + 1, '\0');  // one more: to notice longer streams
     z_stream stream{};
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
     stream.avail_in = static_cast<uInt>(packed.size());

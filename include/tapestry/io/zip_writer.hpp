@@ -10,11 +10,11 @@
 
 namespace tapestry::io {
 
-/// Builds a zip archive in memory: stored or deflated members, no ZIP64, no time stamps, so that equal
-/// members give equal bytes. Source: PKWARE APPNOTE 6.3.10.
+/// Builds a zip archive in memory. Members are stored or deflated, without ZIP64 and time stamps, so that
+/// equal members give equal bytes. Source: PKWARE APPNOTE 6.3.10.
 class ZipWriter {
  public:
-  /// \throws Error (limit) once the archive would pass 4 GiB or 65,534 members
+  /// \throws Error (limit) if the archive would exceed 4 GiB or 65,534 members
   void add(const std::string& name, std::string_view content, bool deflate) {
     const std::string packed = deflate ? deflated(content) : std::string();
     const std::string_view stored = deflate ? std::string_view(packed) : content;
@@ -24,7 +24,7 @@ class ZipWriter {
       throw Error(ErrorKind::limit,
                   "zip archive: member '" + name + "' does not fit into 4 GiB and 65534 members");
     const auto offset = static_cast<std::uint32_t>(body_.size());
-    std::string fields;  // what the local header and the central directory share
+    std::string fields;  // common to local header and central directory
     put16(fields, 20);   // version needed to extract
     put16(fields, 0);
     put16(fields, deflate ? 8 : 0);
@@ -47,7 +47,7 @@ class ZipWriter {
     ++count_;
   }
 
-  /// The archive of the members so far.
+  /// The archive with the members added so far.
   [[nodiscard]] std::string bytes() const {
     std::string archive = body_ + directory_ + "PK\x05\x06";
     put32(archive, 0);

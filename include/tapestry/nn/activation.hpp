@@ -8,7 +8,7 @@
 
 namespace tapestry::nn {
 
-/// Activations that are no leaky ones:
+/// Activations other than the leaky ones:
 ///
 ///   logistic σ(x) = 1/(1 + e^−x) | swish x·σ(x) | mish x·tanh(log(1 + e^x))
 ///   hard_logistic min(max(a·x + b, 0), 1) | hard_swish x·hard_logistic(x) | clip min(max(x, a), b)

@@ -12,29 +12,29 @@
 #include <type_traits>
 
 /// \file
-/// Convolutions of operands rounded to bfloat16, a float's sign, exponent and 7 leading bits of its fraction,
-/// that are summed in float. A processor with AVX512_BF16 makes twice as many of these products as of floats.
+/// Convolutions of operands rounded to bfloat16 (the sign, the exponent and the 7 leading fraction bits of a
+/// float), summed in float. A processor with AVX512_BF16 computes twice as many of these products as of
+/// floats in the same time.
 ///
-/// Inputs and weights are rounded when a convolution reads them; the transformed ones, where it is by
-/// Winograd's algorithm. What is kept between layers is float, and so are bias, activation and sums of
-/// layers. Rounding is to nearest, ties to even; subnormals become zero, 2¹²⁸ − 2¹¹⁹ and more infinity, and
-/// NaN stays. One layer's relative error is 2e-3, and 1.1e-2 where it is by tiles of 4 × 4 outputs.
+/// Inputs and weights are rounded when a convolution reads them; with Winograd's algorithm, the transformed
+/// ones are rounded. Everything stored between layers is float, and so are bias, activation and sums of
+/// layers. Rounding is to nearest, ties to even. Subnormals become zero, values from 2¹²⁸ − 2¹¹⁹ on become
+/// infinity, and NaN stays. The relative error of one layer is 2e-3, and 1.1e-2 with tiles of 4 × 4 outputs.
 ///
-/// Neighbouring channels 2k and 2k + 1 share a word, the even one in its low half. A sum takes one word after
-/// the other, and of each the product of the odd channel and then that of the even one,
+/// The neighbouring channels 2k and 2k + 1 share a word; the even one is in its low half. A sum takes the
+/// words one after another, and of each word the odd channel's product before the even one's:
 ///
 ///   sum ← (sum + in₂ₖ₊₁ · w₂ₖ₊₁) + in₂ₖ · w₂ₖ
 ///
-/// each rounded to nearest, as the instruction VDPBF16PS does. Processors without it do the same in float,
-/// with the same bits, but where a product overflows or it or a sum is below 2⁻¹²⁶, of which the instruction
-/// makes zero. Winograd's transforms, in float, differ in rounding between instruction sets, and so may the
-/// layers that it is chosen for, as they do without bfloat16.
+/// Each step is rounded to nearest, as in the instruction VDPBF16PS. Processors without it do the same in
+/// float, with the same bits, except where a product overflows, or a product or sum is below 2⁻¹²⁶: the
+/// instruction makes that zero. Winograd's transforms are in float, so their rounding differs between
+/// instruction sets, and the layers it is chosen for may differ too, as without bfloat16.
 
 namespace tapestry::nn {
 
-/// True if Engine::bfloat16 rounds a convolution's operands: those of float in one group. Others, and those
-/// of at most four channels out, stay as they are: they take little time, and depthwise ones have no sums
-/// over channels.
+/// True if Engine::bfloat16 rounds a convolution's operands: float, one group and more than four channels
+/// out. Others take little time, and depthwise ones have no sums over channels, so they stay as they are.
 template <std::floating_point T>
 [[nodiscard]] bool takes_pairs(const PackedConvolution<T>& packed) {
   return std::is_same_v<T, float> && packed.shape.groups == 1 && !has_few_channels(packed);
@@ -73,7 +73,7 @@ inline PackedConvolution<float> paired(const PackedConvolution<float>& packed,
   return pairs;
 }
 
-/// Rounds the rows of the inputs that a convolution reads; words holds the pictures whole.
+/// Rounds the input rows that a convolution reads; `words` has room for whole pictures.
 inline void pair_inputs(const ConvolutionShape& shape, std::size_t images, const float* in, float* words) {
   const std::size_t channels = shape.in_channels;
   const std::size_t row_pixels = shape.columns.input;
@@ -94,7 +94,7 @@ inline void pair_inputs(const ConvolutionShape& shape, std::size_t images, const
 }
 }  // namespace detail
 
-/// convolve() of rounded operands; takes_pairs() must be true. Arguments otherwise as there.
+/// convolve() with rounded operands; takes_pairs() must be true. Other arguments as there.
 inline void convolve_pairs(const PackedConvolution<float>& packed, std::size_t images, const float* in,
                            const Epilogue<float>& end, float* out, std::size_t out_image_size) {
   static thread_local const auto weights = std::make_shared<Buffer<float>>();

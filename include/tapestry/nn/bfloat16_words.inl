@@ -50,7 +50,7 @@ inline void store_neighbours(float* to, const Register<float>& values) {
   *reinterpret_cast<HalvesMemory*>(to) = halves;
 }
 
-/// One step of a reduction: the products of a pair, that of the second first.
+/// One step of a reduction: adds the second product of a pair, then the first one.
 struct PairProduct {
   __attribute__((always_inline)) static inline Words weight(const float* weights) {
     return load_words(weights);
@@ -62,7 +62,7 @@ struct PairProduct {
 #if defined(TAPESTRY_BFLOAT16)
     __m512i pairs = _mm512_set1_epi32(static_cast<int>(pair));
 #if defined(__clang__) && __clang_major__ == 16
-    asm("" : "+v"(pairs));  // its back end would look through a broadcast of bfloat16 without end
+    asm("" : "+v"(pairs));  // without it the compiler's back end never finishes
 #endif
     return _mm512_dpbf16_ps(sum, reinterpret_cast<__m512bh>(weight), reinterpret_cast<__m512bh>(pairs));
 #else

@@ -112,7 +112,7 @@ void reduce_row(const ConvolutionRows<T>& rows, std::size_t row, const Reduction
   }
 }
 
-/// Gives the last of several partial sums the whole epilogue, with the bias and the addition of its own.
+/// Applies the whole epilogue, bias and addition included, to the last of several partial sums.
 template <std::floating_point T>
 void finish(const Epilogue<T>& whole, Epilogue<T>& last) {
   const T* const bias = last.bias;

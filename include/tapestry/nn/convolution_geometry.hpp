@@ -25,7 +25,7 @@ struct MapWindow {
   }
 };
 
-/// The smallest range that holds both; an empty one counts for nothing.
+/// The smallest range that holds both. An empty range does not count.
 [[nodiscard]] constexpr BlockRange hull(BlockRange a, BlockRange b) {
   if (a.begin >= a.end) return b;
   if (b.begin >= b.end) return a;
@@ -43,7 +43,7 @@ struct MapWindow {
   return {range.begin / step * step, std::min(extent, block_count(range.end, step) * step)};
 }
 
-/// A window of a map of so many rows and columns that is not empty: what is empty becomes one pixel.
+/// A window of a map of so many rows and columns that is not empty: an empty range becomes one pixel.
 [[nodiscard]] inline MapWindow at_least_a_pixel(const MapWindow& window, std::size_t rows,
                                                 std::size_t columns) {
   const auto grown = [](BlockRange range, std::size_t extent) {
@@ -82,8 +82,8 @@ struct AxisWindow {
   }
 };
 
-/// The part of an axis' adjoint that belongs to every stride-th input, beginning at `first`. It is again
-/// a window, over outputs, whose tap t carries the forward tap first_tap − t·tap_step.
+/// The part of an axis' adjoint that belongs to every stride-th input, beginning at `first`. It is again a
+/// window over the outputs; its tap t uses the forward tap first_tap − t·tap_step.
 struct AxisAdjoint {
   std::size_t first = 0;
   std::size_t first_tap = 0;

@@ -8,15 +8,15 @@
 
 namespace tapestry::nn {
 
-/// Outputs side by side along an axis that are computed together, from all inputs that any of them reads, so
-/// that each one's rounding depends on most of these.
+/// Neighbouring outputs of an axis that are computed together from the inputs of all of them. The rounding of
+/// each output therefore depends on most of these inputs.
 struct OutputTile {
   std::size_t outputs = 1;
-  std::size_t own_of_first = 0;  ///< leading inputs on which no bit depends but of the first output
-  std::size_t own_of_last = 0;   ///< trailing ones, of the last output
+  std::size_t own_of_first = 0;  ///< leading inputs that affect the first output only
+  std::size_t own_of_last = 0;   ///< trailing inputs that affect the last output only
 };
 
-/// Outputs of an axis any bit of which depends on a range of inputs; at least one.
+/// Outputs of an axis whose bits may depend on a range of inputs; at least one output.
 [[nodiscard]] inline BlockRange outputs_reached(const AxisWindow& axis, const OutputTile& tile,
                                                 BlockRange inputs) {
   // Tile k reads from k·step − padding on, `reach` inputs.
@@ -37,7 +37,7 @@ struct OutputTile {
           std::clamp(end, std::min(begin, axis.output - 1) + 1, axis.output)};
 }
 
-/// Inputs of an axis between the first and the last on which any bit of a range of outputs depends; empty
+/// Inputs of an axis, from the first to the last one, on which the bits of a range of outputs depend. Empty
 /// where all of them lie outside.
 [[nodiscard]] inline BlockRange inputs_needed(const AxisWindow& axis, const OutputTile& tile,
                                               BlockRange outputs) {
@@ -64,7 +64,7 @@ struct OutputTile {
   return {before(places.begin), before(places.end)};
 }
 
-/// Where the outputs of a packed convolution lie within a window of the picture that they are written to.
+/// Outputs of a packed convolution that lie within a window of the picture they are written to.
 template <std::floating_point T>
 [[nodiscard]] MapWindow outputs_inside(const PackedConvolution<T>& packed, const MapWindow& window) {
   const ConvolutionShape& s = packed.shape;
@@ -72,8 +72,8 @@ template <std::floating_point T>
           outputs_inside(packed.first_column, packed.column_step, s.columns.output, window.columns)};
 }
 
-/// The convolution that writes only those outputs that lie within a window of the picture that they are
-/// written to, and what shares a tile with them; possibly none. They are the same bits as of the whole one.
+/// The convolution restricted to the outputs within a window of the picture they are written to, and to those
+/// that share a tile with them; possibly none. Their bits are those of the whole convolution.
 ///
 /// \param tile  along both axes, see tile_of()
 template <std::floating_point T>

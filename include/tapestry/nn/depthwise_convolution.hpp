@@ -21,8 +21,8 @@ namespace detail {
 }
 }  // namespace detail
 
-/// A convolution of each channel with a filter of its own, read where it lies: taps outside the picture are
-/// left out. Arguments as convolve().
+/// A convolution of each channel with its own filter. It reads the inputs in place and leaves out taps
+/// outside the picture. Arguments as convolve().
 template <std::floating_point T>
 void convolve_depthwise(const PackedConvolution<T>& packed, std::size_t images, const T* in,
                         const Epilogue<T>& end, T* out, std::size_t out_image_size) {

@@ -28,8 +28,8 @@ enum class Engine {
 
 namespace detail {
 
-/// Time of a convolution of one image, in multiply-adds of one vector. The costs of a transform of one tile
-/// or filter vector were measured with AVX-512 and are bound by its loads and stores.
+/// Estimated time of a convolution of one image, in multiply-adds of one vector. The costs of transforming
+/// one tile or one filter vector were measured with AVX-512; loads and stores limit them.
 template <std::floating_point T>
 [[nodiscard]] double modelled_cost(const ConvolutionShape& shape, std::optional<WinogradForm> form,
                                    bool pairs = false) {
@@ -74,9 +74,9 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// Outputs and inputs that the engine computes together along either axis: a tile of Winograd's algorithm
-/// where it uses it. There only the product at the point ∞ reads the last input, and only the last output
-/// takes that product; with three taps, the product at 0 likewise belongs to the first ones.
+/// Outputs and inputs that the engine computes together along either axis: a tile where it uses Winograd's
+/// algorithm. In a tile only the product at the point ∞ reads the last input, and only the last output uses
+/// that product. With three taps, the same holds for the product at 0 and the first input and output.
 template <std::floating_point T>
 [[nodiscard]] OutputTile tile_of(Engine engine, const PackedConvolution<T>& packed) {
   const auto form = detail::winograd_form(engine, packed);
@@ -84,13 +84,13 @@ template <std::floating_point T>
   return {extents_of(*form).outputs, extents_of(*form).taps == 3 ? std::size_t(1) : std::size_t(0), 1};
 }
 
-/// convolve() by the engine's choice of algorithm. Arguments otherwise as there.
+/// convolve() with the algorithm that the engine chooses. Other arguments as there.
 ///
-/// \param window  of the picture that outputs are written to: no others are computed but those of the same
-///                tiles, see windowed(), with the same bits as without it. None: all
+/// \param window  part of the picture that outputs are written to: only the outputs there and those of the
+///                same tiles are computed, see windowed(), with the same bits as without it. None: all
 ///
-/// Engines differ in rounding. Winograd's also carry a NaN or an infinity to every output of the tile that
-/// reads it, as NaN, and overflow within two decades of the largest number.
+/// Engines differ in rounding. Winograd's algorithm also turns a NaN or an infinity into NaN in every output
+/// of a tile that reads it, and overflows already within two decades of the largest number.
 template <std::floating_point T>
 void convolve(Engine engine, const PackedConvolution<T>& packed, std::size_t images, const T* in,
               const Epilogue<T>& end, T* out, std::size_t out_image_size,

@@ -168,7 +168,7 @@ __attribute__((noinline)) void store_whole(const Epilogue<T>& end, const Registe
 #define TAPESTRY_FOR_EACH_SUM \
   _Pragma("GCC unroll 16") for (int p = 0; p < P; ++p) _Pragma("GCC unroll 2") for (int v = 0; v < V; ++v)
 
-/// Whatever is not the short way of store_tile().
+/// The slow path of store_tile().
 template <std::floating_point T>
 __attribute__((noinline)) void store_otherwise(const Epilogue<T>& end, const Register<T>* sums,
                                                std::size_t rows, std::size_t registers, std::size_t first,
@@ -187,8 +187,8 @@ __attribute__((noinline)) void store_otherwise(const Epilogue<T>& end, const Reg
   store_any<T>(end, sums, rows, registers, first, out, step, count);
 }
 
-/// Applies the epilogue to sums of P outputs, `step` apart, and writes their `count` leading values, or all
-/// that there are. In the short way the sums stay in registers, for which it must be inlined.
+/// Applies the epilogue to sums of P outputs, `step` apart, and writes their `count` leading values, or all.
+/// On the fast path the sums stay in registers, so this function must be inlined.
 template <std::floating_point T, int P, int V>
 __attribute__((always_inline)) inline void store_tile(const Epilogue<T>& end, Register<T> (&sum)[P][V],
                                                       std::size_t first, T* out, std::ptrdiff_t step,

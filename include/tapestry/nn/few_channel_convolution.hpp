@@ -51,7 +51,7 @@ class FewChannelConvolution {
   void arrange_weights() {
     const std::size_t lanes = kernels<T>().lanes;
     const std::size_t channels = shape_.in_channels;
-    const std::size_t packed_width =  // of the one panel; two vectors where they have two lanes
+    const std::size_t packed_width =  // of the only panel, see panel_lanes()
         panel_lanes(0, round_up(shape_.out_channels, lanes), lanes);
     weights_.resize(product_step_ * channels);
     weights_.fill_zero();
@@ -142,7 +142,7 @@ class FewChannelConvolution {
 }  // namespace detail
 
 /// A convolution with at most four channels out, such as the adjoint of a network's first layer. A vector of
-/// output channels would be nearly empty, so each input pixel is first multiplied with the filters of all
+/// output channels would be nearly empty. So each input pixel is first multiplied with the filters of all
 /// taps side by side,
 ///
 ///   P[q, (t, o)] = Σ_i in[q, i] · w[t, i, o],   out[p, o] = Σ_t P[p + t, (t, o)],

@@ -12,7 +12,7 @@ namespace tapestry::nn {
 
 /// Results of a network of one input for a batch, as one record on the active tape.
 ///
-/// \param network  whose input has four axes, the first of extent 1; must outlive the tape's last reverse(),
+/// \param network  its input has four axes, the first of extent 1; it must outlive the tape's last reverse(),
 ///                 unchanged
 /// \param x        [N, …], N inputs of shape network.input_shape(0)
 /// \param pass     memory to use, for loops that record again and again: not to be used for anything else
@@ -24,21 +24,21 @@ template <std::floating_point T>
                                                        const ArrayVariable<T, 4>& x,
                                                        std::shared_ptr<NetworkPass<T>> pass = nullptr);
 
-/// The same in training mode, differentiable by the weights, too. The network takes over the weights'
-/// values, which must stay until the tape's last reverse().
+/// The same in training mode, also differentiable with respect to the weights. The network takes over the
+/// weights' values, which must stay until the tape's last reverse().
 ///
 /// \param weights  in the order of network.weights()
-/// \throws ShapeError also if there are not as many weights; whatever is thrown, they are not taken over
+/// \throws ShapeError also for another number of weights; if anything is thrown, they are not taken over
 template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(Network<T>& network, const ArrayVariable<T, 4>& x,
                                                        const ArrayVariable<T, 1>& weights,
                                                        std::shared_ptr<NetworkPass<T>> pass = nullptr);
 
-// Layers for networks of one's own, on the tape: one record each, by the kernels that run detectors, on all
-// threads. Pictures and maps are [N, H, W, C]. All throw DomainError if an operand is active but on no active
-// tape.
+// Layers for your own networks, on the tape. Each is one record, runs the same kernels as detectors, and uses
+// all threads. Pictures and maps are [N, H, W, C]. All throw DomainError if an operand is active but on no
+// active tape.
 
-/// How the filters of a convolution move, along both axes.
+/// Step, padding and dilation of a convolution's filters, along both axes.
 struct ConvolutionLayer {
   std::size_t stride = 1;
   std::size_t padding = 0;   ///< rows and columns of zeros on each side
@@ -46,7 +46,7 @@ struct ConvolutionLayer {
   std::size_t groups = 1;    ///< parts that channels are cut into, each with filters of its own
 };
 
-/// Cross-correlation, what networks call a convolution:
+/// Cross-correlation, which networks call convolution:
 ///
 ///   y[n, i, j, m] = bias[m] + Σ over r, s, c of weights[m, c, r, s] · x[n, i·stride + r·dilation − p, …, c]
 ///
@@ -73,8 +73,8 @@ struct PoolingLayer {
   std::size_t padding = 0;  ///< on each side; what lies there is not counted
 };
 
-/// The largest value of each window in each channel, [N, H', W', C]; of equal ones the first in reading order
-/// has the derivative.
+/// The largest value of each window in each channel, [N, H', W', C]. Of equal ones the first in reading order
+/// gets the derivative.
 /// \throws ShapeError if the window does not fit
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> max_pool(const ArrayVariable<T, 4>& x, const PoolingLayer& layer = {});
@@ -83,7 +83,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> average_pool(const ArrayVariable<T, 4>& x, const PoolingLayer& layer = {});
 
-/// Batch normalisation by the statistics of the batch itself, whose derivatives count:
+/// Batch normalisation by the statistics of the batch itself; the derivative includes those of the
+/// statistics:
 ///
 ///   y = scale · (x − mean(x)) / √(variance(x) + ε) + bias      for each channel
 ///

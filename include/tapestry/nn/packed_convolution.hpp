@@ -12,8 +12,8 @@
 
 namespace tapestry::nn {
 
-/// One convolution with its weights laid out for the kernels. Its outputs go to every row_step-th row and
-/// column_step-th column of a picture of out_columns columns, so that it can be a part of an adjoint.
+/// One convolution with its weights laid out for the kernels. It writes every row_step-th row and
+/// column_step-th column of a picture with out_columns columns, so that it can be a part of an adjoint.
 ///
 /// Weights of each group are cut into panels of two vectors of output channels (one at the end, if that is
 /// enough), each [row tap, column tap, input channel, lane]; missing lanes are zero. Depthwise weights are
@@ -24,8 +24,8 @@ struct PackedConvolution {
   std::size_t out_columns = 0;
   std::size_t first_row = 0, row_step = 1;
   std::size_t first_column = 0, column_step = 1;
-  /// Sums run over a copy of the inputs, with zeros around the picture. Decided for the whole picture, as the
-  /// order of a sum depends on it.
+  /// Whether sums read a copy of the inputs, with zeros around the picture. Decided for the whole picture, as
+  /// the order of a sum depends on it.
   bool copies_inputs = true;
   /// Inputs and weights are words that hold pairs of channels, as paired() makes them.
   bool holds_pairs = false;
@@ -45,8 +45,8 @@ struct PackedConvolution {
 
 namespace detail {
 
-/// Tasks that so many operations are worth sharing out as. Less than about half a million do not pay for a
-/// task's overhead.
+/// Number of tasks that pays for so many operations. A task of fewer than about half a million operations
+/// costs more than it gains.
 [[nodiscard]] inline std::size_t useful_tasks(double operations) {
   return static_cast<std::size_t>(std::clamp(operations / 5e5, 1.0, 16.0));
 }
@@ -99,8 +99,8 @@ template <std::floating_point T, class WeightAt>
   return packed;
 }
 
-/// The adjoint of the same convolution, as one convolution for every class of input pixels modulo the
-/// stride. Together they reach each input pixel that any output reads.
+/// The adjoint of the same convolution: one convolution for each class of input pixels modulo the stride.
+/// Together they write each input pixel that any output reads.
 template <std::floating_point T, class WeightAt>
 [[nodiscard]] std::vector<PackedConvolution<T>> pack_convolution_adjoint(const ConvolutionShape& shape,
                                                                          WeightAt weight_at) {

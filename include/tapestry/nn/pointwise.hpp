@@ -68,8 +68,8 @@ void leaky_adjoint(const std::uint8_t* bits, T slope, const T* from, T* to, std:
   });
 }
 
-/// True if a convolution can write, and be gated by, the bits of its output itself: its vectors of channels,
-/// which end with a group, are all full.
+/// True if a convolution can write and read the bits of its own output: all its vectors of channels, which
+/// end with a group, are full.
 template <std::floating_point T>
 [[nodiscard]] bool fuses_bits(const ConvolutionShape& shape) {
   const std::size_t lanes = kernels<T>().lanes;

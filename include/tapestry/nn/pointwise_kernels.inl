@@ -131,8 +131,8 @@ inline void max_pool_window(const MaxPoolArguments<T>& a) {
   }
 }
 
-/// The largest value of each channel in a window of pixels, and where it is: the first of equal ones, and NaN
-/// before everything.
+/// The largest value of each channel in a window of pixels, and its place. Of equal values the first counts,
+/// and NaN counts as the largest.
 template <std::floating_point T>
 void max_pool_pixel(const MaxPoolArguments<T>& a) {
   if (a.choice == nullptr) return max_pool_window<T, false>(a);

@@ -26,13 +26,13 @@ template <std::floating_point T>
 struct Epilogue {
   const T* bias = nullptr;             ///< one for each lane, readable up to whole vectors
   bool adds = false;                   ///< add to what is there
-  T slope = 1;                         ///< 1 leaves everything as it is
+  T slope = 1;                         ///< 1 changes nothing
   const std::uint8_t* gate = nullptr;  ///< bits, or null
   std::uint8_t* positive = nullptr;    ///< bits to write, or null
   const T* addend = nullptr;           ///< laid out as the output, or null
-  Curve<T> curve = {};                 ///< of the kind none, leave everything as it is
-  T* argument = nullptr;               ///< of the curve, to write, laid out as the output; or null
-  const T* origin = nullptr;           ///< where the output begins; those who convolve set it
+  Curve<T> curve = {};                 ///< kind none: no curve
+  T* argument = nullptr;               ///< receives the curve's argument, laid out as the output; or null
+  const T* origin = nullptr;           ///< start of the output; the convolution sets it
 };
 
 /// A product of a small matrix, P rows, with a panel of weights: the core of every convolution.
@@ -51,8 +51,8 @@ struct ReduceArguments {
   Epilogue<T> end;
 };
 
-/// One row of outputs of a convolution of each channel with a filter of its own; of the row taps only those
-/// that lie in the picture.
+/// One row of outputs of a convolution of each channel with its own filter, from the row taps that lie in the
+/// picture.
 template <std::floating_point T>
 struct DepthwiseArguments {
   const T* in;  ///< the row of the first row tap, column 0
@@ -86,7 +86,7 @@ struct DepthwiseWeightArguments {
   std::size_t weight_step;  ///< channels rounded up to whole vectors
 };
 
-/// One row of outputs that are sums of products made before, for each tap and channel; see
+/// One row of outputs that are sums of products computed before, for each tap and channel; see
 /// convolve_few_channels().
 template <std::floating_point T>
 struct GatherArguments {
@@ -119,7 +119,7 @@ struct MaxPoolArguments {
   ElementIndex<T>* choice;  ///< or null
 };
 
-/// The kinds of tile that Winograd's algorithm is written for; see winograd.hpp. The same along both axes.
+/// Tiles that Winograd's algorithm is implemented for, the same along both axes; see winograd.hpp.
 enum class WinogradForm { f2_taps3, f4_taps3, f4_taps2 };
 inline constexpr std::size_t winograd_form_count = 3;
 
@@ -180,7 +180,7 @@ struct Kernels {
   void (*winograd_filters[winograd_form_count])(const WinogradFilterArguments<T>&) = {};  ///< by WinogradForm
   void (*winograd_input[winograd_form_count])(const WinogradInputArguments<T>&) = {};
   void (*winograd_output[winograd_form_count])(const WinogradOutputArguments<T>&) = {};
-  // The same of words that hold pairs of bfloat16, see bfloat16.hpp; null but for float.
+  // The same kernels for words that hold pairs of bfloat16, see bfloat16.hpp; null unless T is float.
   void (*reduce_pairs[2][most_tile_rows])(const ReduceArguments<T>&) = {};
   void (*winograd_filter_pairs[winograd_form_count])(const WinogradFilterArguments<T>&) = {};
   void (*winograd_input_pairs[winograd_form_count])(const WinogradInputArguments<T>&) = {};
@@ -204,7 +204,7 @@ struct Kernels {
 using tapestry::best_instruction_set;
 using tapestry::InstructionSet;
 
-/// True if the processor has instructions for bfloat16. Without them kernels emulate these.
+/// True if the processor has instructions for bfloat16. Without them, kernels emulate bfloat16 in float.
 [[nodiscard]] inline bool has_bfloat16() {
 #if defined(__x86_64__)
   return best_instruction_set() == InstructionSet::avx512 && __builtin_cpu_supports("avx512bw") &&
@@ -214,11 +214,11 @@ using tapestry::InstructionSet;
 #endif
 }
 
-/// The kernels of one instruction set, which the processor must have.
+/// The kernels of one instruction set; the processor must have it.
 template <std::floating_point T>
 [[nodiscard]] Kernels<T> kernels_of(InstructionSet set);
 
-/// The kernels that everything uses, chosen once. Results differ in rounding between instruction sets.
+/// The kernels in use, chosen once. Results differ in rounding between instruction sets.
 template <std::floating_point T>
 [[nodiscard]] const Kernels<T>& kernels() {
   static const Kernels<T> chosen = kernels_of<T>(instruction_set());

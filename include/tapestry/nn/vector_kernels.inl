@@ -31,8 +31,8 @@ struct ValueProduct {
   }
 };
 
-/// out[p, lane] = Σ_r in[p, r] · weights[r, lane] for P rows and V registers of lanes; the reduction runs
-/// over outer_count runs of inner_count values, or of what else a Product takes.
+/// out[p, lane] = Σ_r in[p, r] · weights[r, lane] for P rows and V registers of lanes. The reduction runs
+/// over outer_count runs of inner_count values, or of the Product's own operands.
 template <std::floating_point T, int V, int P, class Product = ValueProduct<T>>
 void reduce_tile(const ReduceArguments<T>& a) {
   constexpr std::size_t lanes = Vector<T>::lanes;
@@ -44,7 +44,7 @@ void reduce_tile(const ReduceArguments<T>& a) {
   const T* weights = a.weights;
   const std::ptrdiff_t row = a.in_row_step;
   for (std::size_t outer = 0; outer < a.outer_count; ++outer) {
-    // One pointer for three rows, so that all addresses are a register, or one plus one or two steps.
+    // One pointer for three rows: each address is then a register, or one plus one or two steps.
     const T* in[(P + 2) / 3];
 #pragma GCC unroll 4
     for (int p = 0; p < P; p += 3)
@@ -88,7 +88,7 @@ inline void gather_pixels(const GatherArguments<T>& a, std::size_t x, T* out) {
   const T* const row_end = a.out + (a.pixel_count - 1) * a.out_pixel_step + a.channel_count;
 #pragma GCC unroll 4
   for (int p = 0; p < P; ++p, out += a.out_pixel_step) {
-    if (row_end - out < 4) {  // what follows the row may belong to another thread
+    if (row_end - out < 4) {  // memory behind the row may belong to another thread
       for (std::size_t c = 0; c < a.channel_count; ++c) {
         const T value = sum[p][c] + bias[c] + (a.end.adds ? out[c] : T(0));
         out[c] = value > 0 ? value : value * a.end.slope;
@@ -113,7 +113,7 @@ void gather_row(const GatherArguments<T>& a) {
 
 #include <tapestry/nn/depthwise_kernels.inl>
 #include <tapestry/nn/pointwise_kernels.inl>
-// Each takes what those before it define.
+// Each file uses definitions of those before it.
 #include <tapestry/nn/bfloat16_words.inl>
 
 #include <tapestry/nn/winograd_kernels.inl>

@@ -28,7 +28,7 @@ class WinogradConvolution {
 
   void run() const {
     static thread_local Buffer<T> kept;
-    Buffer<T>& shared = kept;  // this thread's, whichever threads run the tasks
+    Buffer<T>& shared = kept;  // the calling thread's, for all threads that run the tasks
     if (plan_.shares_filters) {
       shared.resize(plan_.panels * filter_panel_step());
       parallel_for(plan_.panels * plan_.blocks, [&](std::size_t task) {
@@ -80,7 +80,7 @@ class WinogradConvolution {
   }
   [[nodiscard]] std::size_t form() const { return static_cast<std::size_t>(plan_.form); }
 
-  /// One thread's pixel outside every picture.
+  /// A pixel of zeros for each thread, which stands for all pixels outside the picture.
   static const T* zeros(std::size_t channels) {
     static thread_local Buffer<T> zero;
     if (zero.size() < channels) {
@@ -98,7 +98,7 @@ class WinogradConvolution {
       const T* const picture = in_ + tile.image * shape_.in_size();
       const std::size_t points = plan_.axis.points;
       for (std::size_t y = 0; y < points; ++y) {
-        // Beyond an edge the position wraps to a huge one, outside as well.
+        // Beyond an edge the position wraps to a huge number, which is outside as well.
         const std::size_t row = tile.row + y - static_cast<std::size_t>(shape_.rows.padding);
         for (std::size_t x = 0; x < points; ++x) {
           const std::size_t column = tile.column + x - static_cast<std::size_t>(shape_.columns.padding);
@@ -127,7 +127,7 @@ class WinogradConvolution {
     const std::size_t lanes = kernels<T>().lanes;
     return panel_lanes(panel * 2 * lanes, round_up(shape_.out_channels, lanes), lanes);
   }
-  // Distances between the transformed filters of blocks and panels, as if all panels were full.
+  // Distances between the transformed filters of blocks and panels, computed as if all panels were full.
   [[nodiscard]] std::size_t filter_step() const {
     return plan_.products * plan_.filter_point_step(line, 2 * kernels<T>().lanes);
   }
@@ -180,7 +180,7 @@ class WinogradConvolution {
     write(range, first, std::min(width, shape_.out_channels - first), width, sums.data(), sum_step);
   }
 
-  /// Asks for the point-th part of a block's weights, so that memory works while products are made.
+  /// Prefetches the point-th part of a block's weights while products are computed.
   void prefetch_filters(std::size_t panel, std::size_t block, std::size_t point) const {
     const std::size_t width = width_of(panel);
     const std::size_t lines_of_tap = block_count(channels_of(block) * width, line);
@@ -241,20 +241,20 @@ class WinogradConvolution {
 /// A convolution by Winograd's minimal filtering:
 ///
 ///   Y = Aᵀ [ Σ_c (G g_c Gᵀ) ⊙ (Bᵀ d_c B) ] A
-///
-/// for each tile of outputs. Products a pixel and pair of channels, beside those of the plain sum:
+/// for each tile of outputs. Products per pixel and pair of channels; the last number is that of the plain
+/// sum:
 ///
 ///   f2_taps3          2 × 2 outputs of 3 × 3 taps     4      9     points {0, ±1, ∞}
 ///   f4_taps3          4 × 4                           2.25   9     {0, ±2/3, ±3/2, ∞}
 ///   f4_taps2          4 × 4 of 2 × 2 taps             1.56   4     {±2/3, ±3/2, ∞}
 ///
-/// The last is one of the four parts that the adjoint of a stride of 2 falls into. The rounding of {0, ±2/3,
-/// ±3/2, ∞} is about half that of the textbook's {0, ±1, ±2, ∞}. The sum over channels is taken in blocks of
-/// at most 64, so that rounding does not grow with their number.
+/// The last form is one of the four parts into which the adjoint of a stride of 2 splits. The rounding error
+/// of the points {0, ±2/3, ±3/2, ∞} is about half that of the textbook's {0, ±1, ±2, ∞}. The sum over
+/// channels is taken in blocks of at most 64, so that rounding does not grow with the number of channels.
 ///
-/// Filters are transformed from the packed weights when they are needed, a block at a time within the second
-/// cache: for 49 tiles that costs 7 % of the products' time, and saves four times the weights' memory and its
-/// bandwidth.
+/// Filters are transformed from the packed weights when they are needed, a block at a time, and stay in the
+/// second cache. For 49 tiles that takes 7 % of the products' time, and saves four times the weights' memory
+/// and bandwidth.
 ///
 /// \param pairs  transformed inputs and filters are rounded to bfloat16, of an even number of channels in;
 ///               see bfloat16.hpp. Partial sums are then of 128 channels

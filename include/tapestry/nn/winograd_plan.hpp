@@ -34,9 +34,10 @@ struct WinogradPlan {
   std::size_t words_per_block = 0;
   std::size_t blocks = 0;
   std::size_t panels = 0;
-  /// Either the transformed filters of all panels are made first, and each task transforms the inputs of its
-  /// range and multiplies them with all; or all inputs are transformed first, and each task transforms the
-  /// filters of its panel. The first writes the smaller of the two to memory where there are few filters.
+  /// Whether tasks share filters. If so, the transformed filters of all panels are computed first, and each
+  /// task transforms the inputs of its range and multiplies them with all filters. If not, all inputs are
+  /// transformed first, and each task transforms the filters of its panel. Sharing writes less to memory
+  /// where there are few filters.
   bool shares_filters = false;
 
   // Distances in memory, a cache line longer than needed so that points do not fall into one cache set.
@@ -68,7 +69,7 @@ template <std::floating_point T>
   plan.panels = block_count(shape.out_channels, 2 * lanes);
   plan.channels_per_word = pairs ? 2 : 1;
   plan.blocks = block_count(shape.in_channels, 64 * plan.channels_per_word);
-  // Pairs are as many with any instruction set, so that the order of the sums is the same.
+  // With pairs, blocks are the same on every instruction set, and so is the order of the sums.
   plan.channels_per_block = round_up(block_count(shape.in_channels, plan.blocks), pairs ? 32 : lanes);
   plan.words_per_block = plan.channels_per_block / plan.channels_per_word;
   plan.blocks = block_count(shape.in_channels, plan.channels_per_block);

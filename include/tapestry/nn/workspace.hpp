@@ -29,7 +29,7 @@ class Buffer {
     return *this;
   }
 
-  /// Keeps no content. Memory grows only when `count` is larger than ever before.
+  /// Resizes without keeping the content. Memory is allocated only when `count` exceeds all earlier counts.
   void resize(std::size_t count) {
     if (count > capacity_ || !memory_) {
       memory_.reset();
@@ -60,8 +60,8 @@ class Buffer {
 
  private:
   static constexpr std::size_t slack = 128;
-  // Kernels walk through memory at large distances, where looking up a page of 4 KiB can cost more than the
-  // line that it is for, so large memory begins at a page of 2 MiB and requests large pages from the system.
+  // Kernels access memory at large distances, where looking up a page of 4 KiB can take longer than loading a
+  // cache line. So large memory begins at a page of 2 MiB and requests large pages from the system.
   static constexpr std::size_t page = std::size_t(2) << 20U;
   struct Release {
     void operator()(Element* memory) const { std::free(memory); }

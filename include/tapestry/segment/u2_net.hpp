@@ -59,7 +59,7 @@ struct U2NetPass {
 ///
 ///   1. the picture is resized to the network's square input, whatever its aspect;
 ///   2. u2_net_input() scales its values;
-///   3. of the network's outputs the first is the mask, d0, in [0, 1] by its logistic function;
+///   3. the network's first output, d0, is the mask d, in [0, 1] by a logistic function;
 ///   4. m = (d − min d) / (max d − min d); a constant d makes m = 0;
 ///   5. m is resized to the picture's extents, bilinearly.
 ///

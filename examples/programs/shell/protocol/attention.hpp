@@ -23,7 +23,7 @@ namespace tapestry::shell {
 
 namespace detail {
 
-/// How much of a detector's heat lies on the car; none counts as nothing on it.
+/// Share of a detector's heat that lies on the car; 0 if there is no heat.
 inline double attention_share(const Array<float, 3>& picture, const camouflage::View<float>& view,
                               const FurtherDetector& detector, HeatMap heat_map) {
   auto car = zeros<float, 2>({picture.shape(0), picture.shape(1)});
@@ -51,8 +51,8 @@ inline Figure attention_figure(const Protocol&, const ProtocolResult& result) {
 
 }  // namespace detail
 
-/// Some of the photographs with the heat of each texture laid over them, a row for each texture that figures
-/// show: clean, the camouflage, the noise matched to it, the untouched photograph.
+/// Some of the photographs with the heat of each texture laid over them. There is a row for each texture that
+/// figures show: clean, the camouflage, the noise matched to it, the untouched photograph.
 inline Bitmap attention_sheet(std::size_t column, const Protocol& protocol, const ProtocolResult& result,
                               const std::vector<evaluate::Control<float>>& textures,
                               const evaluate::ProtocolOutcomes& outcomes, const ProtocolSource& source,
@@ -79,7 +79,7 @@ inline Bitmap attention_sheet(std::size_t column, const Protocol& protocol, cons
   return contact_sheet(pictures, columns);
 }
 
-/// Heat maps before and after: how much of what a detector takes for the car comes from the car.
+/// Heat maps before and after: the share of a detector's evidence for the car that lies on the car.
 inline Protocol attention_protocol(const ProtocolSettings& settings, std::uint64_t,
                                    const ProtocolSubject& subject) {
   Protocol protocol = detail::photograph_protocol("attention", "What detectors look at", subject);

@@ -11,13 +11,13 @@ namespace tapestry::shell::detail {
 
 inline constexpr std::array<const char*, 4> bar_styles{"first", "second", "third", "fourth"};
 
-/// Style of a texture's bar: clean, the camouflage, matched noise and none.
+/// Style of a texture's bar: clean, the camouflage, matched noise and unpainted.
 inline std::string bar_style(const ProtocolResult& result, std::size_t texture) {
   const std::size_t style = result.is_bare(texture) ? bar_styles.size() - 1 : texture;
   return std::string("class=\"") + bar_styles[style] + "\"";
 }
 
-/// Which cells of a table a panel shows: some rows of one column.
+/// Cells of a table that a panel shows: some rows of one column.
 struct BarCells {
   std::size_t column = 0;
   std::size_t first_row = 0;
@@ -26,7 +26,7 @@ struct BarCells {
 };
 
 /// Bars of the textures for every row, with their intervals.
-/// \param words_of  gives of a row and its cell the two lines under its bars
+/// \param words_of  returns the two lines of text under the bars, from a row and its cell
 template <class WordsOf>
 Panel bar_panel(const Protocol& protocol, const ProtocolResult& result, const BarCells& shown_cells,
                 WordsOf words_of) {

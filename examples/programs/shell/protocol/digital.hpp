@@ -12,12 +12,12 @@
 
 namespace tapestry::shell {
 
-/// Photographs that --quick leaves.
+/// Number of photographs with --quick.
 inline constexpr std::size_t quick_photographs = 20;
 
 namespace detail {
 
-/// A cell for each detector, which looks at every photograph, one detector after the other.
+/// A cell for each detector, which measures every photograph, one detector after another.
 inline Protocol photograph_protocol(std::string name, std::string title, const ProtocolSubject& subject) {
   Protocol protocol{
       std::move(name), std::move(title), {"frames", {"photographs"}, "detector", subject.detectors}, {}};

@@ -9,22 +9,22 @@
 
 namespace tapestry::shell {
 
-/// A part of a figure, in coordinates of its own.
+/// A part of a figure, in its own coordinates.
 struct Panel {
   double width = 0;
   double height = 0;
   std::string svg;
 };
 
-/// Panels side by side, as many as there is room for, above a legend.
+/// Panels side by side, as many as fit, above a legend.
 struct Figure {
   std::string title;
   std::vector<Panel> panels;
   Panel legend;
-  std::size_t columns = 1;  ///< of the panels in a picture of their own; a page wraps them
+  std::size_t columns = 1;  ///< of panels, in a separate picture; a page wraps them
 };
 
-/// Colours for light and dark pages. What lies on a coloured cell has the same colour on both.
+/// Colours for light and dark pages. Text on a coloured cell has the same colour on both.
 inline constexpr const char* figure_style = R"(svg text { font: 12px sans-serif; fill: #24292f }
 svg .heading { font-size: 15px; font-weight: bold } svg .title { font-size: 13px; font-weight: bold }
 svg .muted { fill: #57606a } svg .middle { text-anchor: middle } svg .end { text-anchor: end }
@@ -56,7 +56,7 @@ inline std::string coordinate(double value) {
 }
 }  // namespace detail
 
-/// Text for a page or a drawing, with what has a meaning there written out.
+/// Text for a page or a drawing, with special characters escaped.
 inline std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text)
@@ -107,10 +107,10 @@ inline std::string colour_text(double share) {
 
 inline std::string fill_of(double share) { return "fill=\"" + colour_text(share) + "\""; }
 
-/// The class of what is written on the colour of a share.
+/// The style of text on the colour of a share.
 inline const char* style_on(double share) { return share > 0.55 ? "on-light" : "on-dark"; }
 
-/// A bar of the colours of shares with its ends and what they mean.
+/// A scale of the colours of shares, with its ends and their meaning.
 inline std::string share_scale(double left, double top, double width, const std::string& meaning) {
   std::string svg = "<linearGradient id=\"shares\">";
   for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0})
@@ -124,7 +124,7 @@ inline std::string share_scale(double left, double top, double width, const std:
   return svg + svg_text(left, top - 7, "", meaning);
 }
 
-/// The figure as a picture of its own.
+/// The figure as a separate picture.
 inline std::string figure_svg(const Figure& figure) {
   constexpr double header = 34;
   const double cell_width = figure.panels.empty() ? 0 : figure.panels.front().width;

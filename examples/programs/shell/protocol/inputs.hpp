@@ -30,11 +30,11 @@ struct ProtocolRequest {
   ProtocolSettings settings;
   SceneSettings scene;
   DetectorSettings detector;
-  std::string run;  ///< folder of the camouflage; empty: the plain car alone
+  std::string run;  ///< folder of the camouflage; empty: only the plain car
   std::uint64_t seed = 1;
   std::string output;          ///< folder; nothing is written when empty
-  RunInputs run_inputs{};      ///< that must be those of the run
-  std::size_t trained_on = 0;  ///< of its photographs, those that the camouflage was optimised on
+  RunInputs run_inputs{};      ///< files that must equal those of the run
+  std::size_t trained_on = 0;  ///< number of its photographs that the camouflage was optimised on
 };
 
 namespace detail {
@@ -44,13 +44,13 @@ struct ProtocolInputs {
   std::vector<FurtherDetector> detectors{};  ///< that of --weights first
   Car car{};
   bool posed = false;                                   ///< of the photographs, see FrameLists
-  std::vector<std::string> photographs{};               ///< paths; none where the car is rendered alone
-  std::optional<camouflage::PhotoLight> photo_light{};  ///< how light is estimated, if it is
+  std::vector<std::string> photographs{};               ///< paths; none if only the car is rendered
+  std::optional<camouflage::PhotoLight> photo_light{};  ///< rule that estimates the light, if any
   MaskRule mask{};                                      ///< of the photographs
   std::vector<ChangedInput> changed{};                  ///< since the run, and accepted
 };
 
-/// The photographs that --quick leaves, evenly spread.
+/// The photographs that are measured with --quick, evenly spread.
 inline std::vector<std::string> thinned(const std::vector<std::string>& paths, std::size_t most) {
   if (paths.size() <= most) return paths;
   std::vector<std::string> some;
@@ -58,7 +58,7 @@ inline std::vector<std::string> thinned(const std::vector<std::string>& paths, s
   return some;
 }
 
-/// The file's name, which a table can hold.
+/// The file's name in a form that fits a table.
 inline std::string detector_name(const std::string& weights) {
   std::string name = fs::path(weights).stem().string();
   std::ranges::replace_if(
@@ -66,7 +66,8 @@ inline std::string detector_name(const std::string& weights) {
   return name;
 }
 
-/// The number of these photographs that the camouflage in a folder was optimised on, compared by their bytes.
+/// The number of these photographs that the camouflage in a folder was optimised on; their bytes are
+/// compared.
 /// \param hashes  of every input of the measurement, see input_hashes()
 inline std::size_t trained_on(const std::string& run, const std::vector<std::string>& photographs,
                               const Json& hashes) {
@@ -86,7 +87,7 @@ inline std::size_t trained_on(const std::string& run, const std::vector<std::str
 inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inputs) {
   const auto& settings = request.settings;
   if (is_on_photographs(settings.protocol)) {
-    // Heat maps are of the last layer that all heads see.
+    // Heat maps use the last layer that all heads depend on.
     const std::vector<std::string> layers(settings.protocol == "attention" ? 1 : 0);
     auto loaded = load_inputs(request.scene, request.detector, layers);
     inputs.changed = require_run_inputs(request.run_inputs, request.scene, loaded.car, request.detector,

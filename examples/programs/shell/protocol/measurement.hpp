@@ -27,9 +27,8 @@
 
 namespace tapestry::shell {
 
-/// Reads outcomes that were saved.
-/// \throws FileError: malformed (damaged, or with values that no measurement has), mismatch (of other
-/// extents)
+/// Reads saved outcomes.
+/// \throws FileError: malformed (damaged, or with values that no measurement gives), mismatch (other extents)
 inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::size_t frames,
                                                 std::size_t textures) {
   const auto file = io::NpzFile::read(path);
@@ -81,7 +80,7 @@ inline void write_outcomes(const std::string& path, const evaluate::ProtocolOutc
   file.write(path);
 }
 
-/// Gives every rank the outcomes that the first one has.
+/// Copies the first rank's outcomes to every rank.
 inline void share_outcomes(evaluate::ProtocolOutcomes& outcomes) {
   const auto share = [](auto& array) { Ranks::all().share(std::span(array.data(), array.size())); };
   share(outcomes.state);
@@ -95,7 +94,7 @@ inline void share_outcomes(evaluate::ProtocolOutcomes& outcomes) {
   share(outcomes.car_share);
 }
 
-/// Where a protocol's frames come from, and who looks at them.
+/// Source of a protocol's frames, and the detectors that measure them.
 struct ProtocolSource {
   std::function<camouflage::View<float>(std::size_t frame)> view;
   std::function<evaluate::Meter<float>&(std::size_t frame)> meter;
@@ -104,25 +103,26 @@ struct ProtocolSource {
       attention{};
 };
 
-/// A view's picture with a paint, or of one without texels its background alone.
+/// A view's picture with a paint; for a texture without texels, only its background.
 inline Array<float, 3> picture_with(const camouflage::View<float>& view,
                                     const camouflage::Paint<float>& paint) {
   return paint.colours.size() > 0 ? camouflage::picture_of(view, paint.colours) : view.background;
 }
 
-/// Measures the frames of a protocol one after the other, each with all textures, one a thread, and saves its
-/// results about once a second. It holds one view at a time. With several ranks each takes the next frame,
-/// then all exchange their results, so that every rank has all outcomes, the same for any number of ranks.
+/// Measures the frames of a protocol one after another. Each frame is measured with all textures, one a
+/// thread, and results are saved about once a second. Only one view is in memory. With several ranks each
+/// takes the next frame, then all exchange results, so that every rank has all outcomes, the same for any
+/// number of ranks.
 class ProtocolMeasurement {
  public:
-  /// \param textures  the clean one first; of one without texels the picture is the
-  ///                  background alone. They must outlive this
-  /// \param path      where outcomes are saved; nowhere when empty
+  /// \param textures  the clean one first. For one without texels the picture is only the background. They
+  ///                  must outlive this object
+  /// \param path      file to save outcomes in; empty: none
   ProtocolMeasurement(const Protocol& protocol, const std::vector<evaluate::Control<float>>& textures,
                       std::string path, evaluate::ProtocolOutcomes outcomes)
       : protocol_(protocol), textures_(textures), path_(std::move(path)), outcomes_(std::move(outcomes)) {}
 
-  /// Measures what is pending.
+  /// Measures the frames that are not done yet.
   /// \throws Stopped after saving, when a signal has arrived at a rank; NumericError naming a frame
   void run(const ProtocolSource& source) {
     using evaluate::FrameState;
@@ -155,7 +155,7 @@ class ProtocolMeasurement {
   }
 
   [[nodiscard]] const evaluate::ProtocolOutcomes& outcomes() const { return outcomes_; }
-  /// Frames that this process, or it and the other ranks, have been through.
+  /// Frames processed by this process and the other ranks.
   [[nodiscard]] std::size_t frames_done() const { return frames_done_; }
   [[nodiscard]] std::size_t frames_pending() const {
     return static_cast<std::size_t>(std::ranges::count(outcomes_.state.storage(), std::uint8_t{0}));
@@ -164,7 +164,7 @@ class ProtocolMeasurement {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// The view of a frame, that of the last one where it is the same.
+  /// The view of a frame; the last view if it is the same.
   const camouflage::View<float>& view_of(std::size_t frame, const ProtocolSource& source) {
     const std::size_t number = protocol_.view_of ? protocol_.view_of(frame) : frame;
     if (!view_ || view_number_ != number) view_ = source.view(frame);
@@ -202,7 +202,7 @@ class ProtocolMeasurement {
     return true;
   }
 
-  /// Exchanges the results of frames dealt to the ranks, one each from the first on.
+  /// Exchanges the results of frames that were divided among the ranks, one each from the first on.
   void exchange(std::span<const std::size_t> frames) {
     const Ranks& ranks = Ranks::all();
     if (ranks.count() == 1) return;

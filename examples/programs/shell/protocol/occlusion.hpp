@@ -34,7 +34,7 @@ inline Figure occlusion_figure(const Protocol& protocol, const ProtocolResult& r
 
 }  // namespace detail
 
-/// FCA's table 4: how well the detector finds the car behind something.
+/// FCA's table 4: how well the detector finds the car behind obstacles.
 inline Protocol occlusion_protocol(const ProtocolSettings& settings, std::uint64_t seed,
                                    const ProtocolSubject&) {
   const auto grid = settings.quick ? evaluate::quick_occlusion_grid() : evaluate::occlusion_grid();

@@ -20,13 +20,13 @@
 
 namespace tapestry::shell {
 
-/// Length of any mesh in the protocol's streets, which are in metres; its half is the unit of distances.
+/// Car length in the protocol's streets, which are in metres; half of it is the unit of distances.
 inline constexpr double street_car_length_m = 4.6;
 
 namespace detail {
 
-/// The street of a frame: the same light, sky, road and verges in all frames of a surrounding, with nothing
-/// but buildings and hills about. A scene that hides part of the car is drawn anew.
+/// The street of a frame: the same light, sky, road and verges in all frames of a surrounding, and nothing
+/// else but buildings and hills. A scene that hides part of the car is drawn again.
 inline io::Frame physical_street(const scenes::Vehicle& vehicle, const evaluate::ProtocolFrame& frame,
                                  const Random& place, std::size_t size_px) {
   constexpr double rad_per_deg = std::numbers::pi / 180;
@@ -102,7 +102,7 @@ inline std::vector<std::string> physical_notes(const evaluate::PhysicalGrid& gri
 
 }  // namespace detail
 
-/// FCA's table 2, simulated: what of a camouflage is left once it is printed and photographed.
+/// FCA's table 2, simulated: effect of a camouflage after it is printed and photographed.
 inline Protocol physical_protocol(const ProtocolSettings& settings, std::uint64_t seed,
                                   const ProtocolSubject&) {
   const auto grid = settings.quick ? evaluate::PhysicalGrid::quick() : evaluate::PhysicalGrid{};

@@ -21,22 +21,22 @@
 
 namespace tapestry::shell {
 
-/// Change to every picture of a frame, whatever the texture.
+/// Change to every picture of a frame, for all textures.
 struct FrameChange {
   double hidden_share = 0;  ///< of the car's silhouette
   std::function<void(Array<float, 3>&)> apply;
 };
 
-/// The thresholds of confidence at which P@0.5 is listed beside that of --confidence.
+/// The confidence thresholds at which P@0.5 is listed, beside that of --confidence.
 inline const std::vector<double> swept_thresholds{0.05, 0.1, 0.25, 0.5, 0.75};
 
-/// How much of a detector's attention lies on the car with a texture.
+/// Share of a detector's attention that lies on the car with a texture.
 struct AttentionShare {
   double mean = 0;
   evaluate::PairedDifference lost{};  ///< clean minus this
 };
 
-/// Frames that are summed up together: all of them, or those that one detector looked at.
+/// Frames that are summarised together: all of them, or those of one detector.
 struct ProtocolSection {
   std::string name;
   evaluate::Cell cell{};
@@ -50,14 +50,14 @@ struct ProtocolSection {
 struct ProtocolResult {
   std::vector<std::string> textures;  ///< names; the clean one first, then the camouflage, if there is one
   bool has_camouflage = false;
-  bool has_bare = false;              ///< whether the last of the textures is none, see Protocol::bare_name
+  bool has_bare = false;              ///< whether the last texture is unpainted, see Protocol::bare_name
   std::vector<evaluate::Cell> cells;  ///< of the table, row by row
   std::vector<ProtocolSection> sections;
   std::vector<std::vector<std::string>> class_names{};  ///< of each detector, empty where it has none
   /// The effect of the first section as a share of that of the second, see Protocol::parts.
   std::optional<evaluate::PairedRatio> effect_kept{};
   std::vector<std::pair<std::string, std::string>>
-      pictures{};  ///< what they show, and their PNG files' bytes
+      pictures{};  ///< descriptions, and the bytes of their PNG files
 
   /// A class of the detector that looked at a section.
   [[nodiscard]] std::string class_name(std::size_t section, std::size_t index) const {
@@ -68,9 +68,9 @@ struct ProtocolResult {
   }
 
   [[nodiscard]] bool is_bare(std::size_t texture) const { return has_bare && texture + 1 == textures.size(); }
-  /// Whether a texture can hide the car, which the clean one and none cannot.
+  /// Whether a texture can hide the car; the clean one and the unpainted picture cannot.
   [[nodiscard]] bool is_attack(std::size_t texture) const { return texture > 0 && !is_bare(texture); }
-  /// The textures that figures show: clean, the camouflage, the noise matched to it, and none.
+  /// The textures that figures show: clean, the camouflage, the noise matched to it, and unpainted.
   [[nodiscard]] std::vector<std::size_t> shown_textures() const {
     std::vector<std::size_t> shown{0};
     if (has_camouflage) shown.insert(shown.end(), {1, 2});
@@ -91,7 +91,7 @@ struct ProtocolSubject {
   std::size_t frame_count = 0;         ///< of photographs
 };
 
-/// Rows of a table that are summed up together.
+/// Rows of a table that are summarised together.
 struct ProtocolPart {
   std::string name;
   std::size_t first_row = 0;
@@ -100,30 +100,31 @@ struct ProtocolPart {
   [[nodiscard]] bool holds(std::size_t row) const { return row >= first_row && row - first_row < row_count; }
 };
 
-/// A set of pictures that a table sums up. A further protocol is a header that makes one of these, and its
-/// line in protocols.hpp.
+/// A set of pictures that a table summarises. To add a protocol, write a header that makes one of these, and
+/// add its line to protocols.hpp.
 struct Protocol {
   std::string name;
   std::string title;
   evaluate::ProtocolTable table;
-  /// Renders; or photographs, each as often as there are columns, one detector after the other, of which the
-  /// places in the table alone count.
+  /// Renders, or photographs. Photographs are listed once for each column, one detector after another; only
+  /// their places in the table are used.
   std::vector<evaluate::ProtocolFrame> frames;
-  bool on_photographs = false;  ///< columns are detectors then, and nothing sums them up
-  bool maps_attention = false;  ///< whether heat maps are made
-  /// Parts of renders that are summed up apart; all frames together if empty. The worst cell is taken from
-  /// the first, and the share of the second's effect that the first keeps is reported.
+  bool on_photographs = false;  ///< columns are then detectors, and are not summed up
+  bool maps_attention = false;  ///< whether heat maps are computed
+  /// Parts of renders that are summarised separately; empty: all frames together. The worst cell is taken
+  /// from the first part, and the report states the share of the second part's effect that the first part
+  /// keeps.
   std::vector<ProtocolPart> parts{};
-  std::string bare_name{};  ///< of the pictures without paint, which are measured last; none if empty
+  std::string bare_name{};           ///< name of unpainted pictures, which are measured last; empty: none
   std::vector<std::string> notes{};  ///< sentences under the table
-  /// Nothing to leave the frame out; an empty function leaves pictures as they are.
+  /// Returns nothing to leave a frame out. An empty function leaves pictures unchanged.
   std::function<std::optional<FrameChange>(const camouflage::View<float>&, std::size_t frame)> change{};
-  /// The street around the car in a frame, in metres; the car is alone before a plain background if empty.
+  /// The street around the car in a frame, in metres; if empty, the car is before a plain background.
   std::function<io::Frame(const scenes::Vehicle&, std::size_t frame, std::size_t size_px)> street{};
-  /// Frames of one number show the same view, which is made once for those that follow each other; empty if
-  /// no two frames share a view.
+  /// Number of a frame's view. Consecutive frames with the same number share one view, which is made once; if
+  /// empty, no frames share a view.
   std::function<std::size_t(std::size_t frame)> view_of{};
-  /// The picture of a frame with a paint, and where the car is in it; the view's own if empty.
+  /// The picture of a frame with a paint, and the place of the car in it; if empty, the view's own.
   std::function<evaluate::Photograph<float>(const camouflage::View<float>&, std::size_t frame,
                                             const camouflage::Paint<float>&)>
       photograph{};

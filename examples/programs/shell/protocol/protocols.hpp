@@ -19,7 +19,7 @@ namespace tapestry::shell {
 /// Surroundings of the car in a protocol's pictures.
 enum class Surroundings : std::uint8_t { plain, streets, photographs };
 
-/// A protocol's name, what it measures, and how it is made of settings and a seed.
+/// A protocol's name, a description, and the function that makes it from settings and a seed.
 struct ProtocolEntry {
   std::string name;
   std::string help;
@@ -48,14 +48,14 @@ inline std::vector<std::string> protocol_names() {
   return names;
 }
 
-/// Names and what they measure, for --help.
+/// Names and descriptions, for --help.
 inline std::string protocol_help() {
   std::string help;
   for (const auto& entry : protocols()) help += (help.empty() ? "" : "; ") + entry.name + ": " + entry.help;
   return help;
 }
 
-/// The protocol of that name.
+/// The protocol with this name.
 /// \throws Error (usage) if there is none
 inline const ProtocolEntry& protocol_by_name(const std::string& name) {
   for (const auto& entry : protocols())
@@ -63,19 +63,19 @@ inline const ProtocolEntry& protocol_by_name(const std::string& name) {
   throw Error(ErrorKind::usage, "--protocol is '" + name + "', which is unknown");
 }
 
-/// Whether there is a protocol of that name, and its pictures have these surroundings.
+/// Whether there is a protocol with this name whose pictures have these surroundings.
 inline bool has_surroundings(const std::string& name, Surroundings surroundings) {
   return std::ranges::any_of(protocols(), [&](const ProtocolEntry& entry) {
     return entry.name == name && entry.surroundings == surroundings;
   });
 }
 
-/// Whether a protocol measures photographs, not renders; of no name and of one that is unknown, it does not.
+/// Whether a protocol measures photographs, not renders; false for an empty or unknown name.
 inline bool is_on_photographs(const std::string& name) {
   return has_surroundings(name, Surroundings::photographs);
 }
 
-/// Whether a protocol's pictures are of the car alone, which goes for no name and unknown ones, too.
+/// Whether a protocol's pictures show the car alone; true for an empty or unknown name, too.
 inline bool is_before_plain_background(const std::string& name) {
   return !is_on_photographs(name) && !has_surroundings(name, Surroundings::streets);
 }

@@ -50,8 +50,8 @@ inline std::string protocol_text(const Protocol& protocol, const ProtocolResult&
   return text;
 }
 
-/// Tables with their intervals: where each texture is found, and what it hides. On photographs the sections
-/// are the cells.
+/// Tables with intervals: how often the car is found with each texture, and how often each texture hides it.
+/// For photographs the sections are the cells.
 inline std::vector<WordTable> all_tables(const Protocol& protocol, const ProtocolResult& result) {
   auto tables = section_tables(protocol, result);
   if (protocol.on_photographs) return tables;
@@ -130,7 +130,7 @@ inline Json section_json(const ProtocolSection& section, const ProtocolResult& r
 }
 }  // namespace detail
 
-/// A row for each cell and texture, and of renders the whole, or each part, at the end; shares in 0 to 1,
+/// A row for each cell and texture and, for renders, for the whole or each part at the end; shares in 0 to 1,
 /// empty where they are not defined.
 inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& result) {
   const auto& table = protocol.table;
@@ -176,7 +176,7 @@ inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result
 }
 
 namespace detail {
-/// Pictures within the page, each under what it shows.
+/// Pictures within the page, each under its description.
 inline std::string picture_html(const std::vector<std::pair<std::string, std::string>>& pictures) {
   std::string html;
   for (const auto& [words, png] : pictures)
@@ -191,8 +191,8 @@ svg, img { max-width: 100%; height: auto; display: block }
 figcaption { font-weight: bold; color: inherit }
 )";
 
-/// A page with figure, tables and each frame, that needs nothing else.
-/// \param list  the frames with the textures that figures show; without any it is left out
+/// A page with figure, tables and each frame; it needs no other file.
+/// \param list  the frames with the textures that figures show; left out if it is empty
 inline std::string protocol_html(const Protocol& protocol, const ProtocolResult& result,
                                  const std::vector<std::string>& notes, const ViewList& list) {
   const Figure figure = protocol.figure(protocol, result);

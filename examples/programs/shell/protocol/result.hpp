@@ -14,7 +14,7 @@
 
 namespace tapestry::shell::detail {
 
-/// 0 without values.
+/// Mean of the values; 0 if there are none.
 inline double mean_of(const std::vector<double>& values) {
   return values.empty()
              ? 0
@@ -74,7 +74,7 @@ inline ProtocolResult result_of(const Protocol& protocol,
   return result;
 }
 
-/// The renders that were measured, each with every texture; views of photographs are not kept.
+/// The measured renders, each with every texture; views of photographs are not kept.
 struct MeasuredFrames {
   std::vector<ViewFacts> views;
   std::vector<evaluate::Measurement> textures;

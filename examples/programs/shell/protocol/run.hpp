@@ -86,7 +86,7 @@ inline std::string differences(const Json& saved, const Json& own) {
   return text;
 }
 
-/// A new folder gets the settings; one with others is refused.
+/// Writes the settings to a new folder; refuses a folder with other settings.
 inline void settle_folder(const std::string& folder, const Json& settings) {
   const std::string path = folder + "/settings.json";
   if (!is_there(path, ErrorKind::malformed)) {
@@ -98,7 +98,7 @@ inline void settle_folder(const std::string& folder, const Json& settings) {
       !saved.contains("protocol") || !saved.contains("options") || !saved["options"].is_object() ||
       !saved.contains("inputs") || !saved["inputs"].is_array())
     throw FileError(ErrorKind::malformed, {path, "", "not the settings of a measurement of evaluate"});
-  if (nlohmann::json(saved) == nlohmann::json(settings)) return;  // whatever the order of their members
+  if (nlohmann::json(saved) == nlohmann::json(settings)) return;  // members may be in any order
   throw Error(ErrorKind::in_use, folder + " holds a measurement with other settings: " +
                                      differences(saved, settings) + "; give another --output");
 }
@@ -121,7 +121,8 @@ inline void write_report(const std::string& folder, const Protocol& protocol, co
   write_text(stem + ".html", protocol_html(protocol, result, notes, shown));
 }
 
-/// Prints what it took, and writes it beside the report, whose files are the same for every run.
+/// Prints the time taken, and writes it to a file beside the report, whose other files are the same for every
+/// run.
 inline void tell_cost(const std::string& folder, double seconds, const ProtocolMeasurement& measurement,
                       std::size_t textures) {
   remark("this process: " + fixed(seconds, 1) + " s for " + std::to_string(measurement.frames_done()) +
@@ -145,7 +146,7 @@ inline evaluate::ProtocolPicture picture_of(const ProtocolRequest& request,
           {background[0], background[1], background[2]}};
 }
 
-/// A photograph as a detector takes it, or a render. All arguments must outlive what is returned.
+/// A photograph as a detector takes it, or a render. All arguments must outlive the result.
 inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest& request,
                                 const ProtocolInputs& inputs, std::vector<evaluate::Meter<float>>& meters) {
   ProtocolSource source;
@@ -183,7 +184,7 @@ inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest&
   return source;
 }
 
-/// Each photograph with each detector and texture.
+/// A row for each photograph, detector and texture.
 inline std::string photographs_csv(const Protocol& protocol, const ProtocolInputs& inputs,
                                    const ProtocolResult& result, const evaluate::ProtocolOutcomes& outcomes) {
   std::string text = "detector,texture,found,best_confidence,attention,fate,named,frame\n";
@@ -209,7 +210,7 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
 
 namespace detail {
 
-/// The run's folder, and what an earlier run of the same settings has measured there.
+/// The run's folder, and the outcomes that an earlier run with the same settings has saved there.
 struct ProtocolFolder {
   std::string folder;  ///< empty for ranks that write nothing
   std::optional<RunFolder> claim{};
@@ -238,7 +239,7 @@ struct ProtocolFolder {
   return meters;
 }
 
-/// Measures what is still to do. \returns false if a signal stopped it
+/// Measures the remaining frames. \returns false if a signal stopped it
 [[nodiscard]] inline bool has_measured(ProtocolMeasurement& measurement, const ProtocolSource& source,
                                        const Protocol& protocol, const std::string& folder) try {
   measurement.run(source);
@@ -250,7 +251,7 @@ struct ProtocolFolder {
   return false;
 }
 
-/// Puts a sheet of heat maps of each detector among the result's pictures.
+/// Adds a sheet of heat maps of each detector to the result's pictures.
 inline void add_attention(const std::string& folder, const Protocol& protocol,
                           const std::vector<evaluate::Control<float>>& textures,
                           const ProtocolMeasurement& measurement, const ProtocolSource& source,
@@ -267,9 +268,9 @@ inline void add_attention(const std::string& folder, const Protocol& protocol,
 
 }  // namespace detail
 
-/// Measures a protocol, prints its table and writes NAME.csv, .json, .md, .svg and .html, for renders also
-/// frames.csv and for photographs photographs.csv. Killed at any moment, the same command goes on where it
-/// was. Under mpirun the frames are dealt to the ranks; the files are the same for any number of them.
+/// Measures a protocol, prints its table and writes NAME.csv, .json, .md, .svg and .html; for renders also
+/// frames.csv, and for photographs photographs.csv. After an interruption the same command continues. Under
+/// mpirun the frames are divided among the ranks; the files are the same for any number of them.
 ///
 /// \returns  the exit code
 inline int evaluate_protocol(ProtocolRequest request) {

@@ -8,9 +8,9 @@
 
 namespace tapestry::shell {
 
-/// Which of the paper's measurements, and how.
+/// The paper's measurement to repeat, and its settings.
 struct ProtocolSettings {
-  std::string protocol;  ///< its name; none when empty
+  std::string protocol;  ///< its name; empty: none
   std::string controls = "all";
   std::vector<double> background{1, 1, 1};
   std::vector<std::string> further_weights;
@@ -38,8 +38,8 @@ inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& p
 }
 
 /// Checks for options that a protocol does not use, and for options that only a protocol uses.
-/// \param on_photographs             whether it measures photographs, not renders
-/// \param before_plain_background    whether it measures the car alone
+/// \param on_photographs whether the protocol measures photographs, not renders
+/// \param before_plain_background whether the protocol measures the car alone
 inline void require_protocol_options(const CLI::App& app, const ProtocolSettings& s, bool on_photographs,
                                      bool before_plain_background, bool clean_only, ProblemList& list) {
   const auto refuse = [&](const std::vector<const char*>& options, const std::string& why) {

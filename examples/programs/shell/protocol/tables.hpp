@@ -21,7 +21,7 @@ inline std::vector<std::string> grid_header(const Protocol& protocol) {
   return header;
 }
 
-/// One word a cell of the protocol's table.
+/// One word for each cell of the protocol's table.
 template <class Word>
 WordTable grid_table(const Protocol& protocol, const ProtocolResult& result, const std::string& title,
                      Word word) {
@@ -39,7 +39,7 @@ inline std::string interval_text(const std::array<double, 2>& interval) {
   return "[" + detail::fixed(100 * interval[0], 1) + ", " + detail::fixed(100 * interval[1], 1) + "]";
 }
 
-/// A share with what it was counted from.
+/// A share and the counts it was computed from.
 struct Proportion {
   double share;
   std::size_t hits, trials;
@@ -52,7 +52,7 @@ inline Proportion proportion_of(const evaluate::AttackSuccess& success) {
   return {success.rate, success.hidden, success.views, success.interval};
 }
 
-/// "83.3 (75 of 90)", or with its interval "83.3 [74, 90] (75 of 90)"; "-" of none.
+/// "83.3 (75 of 90)", or with its interval "83.3 [74, 90] (75 of 90)"; "-" if there is none.
 inline std::string share_text(const Proportion& proportion, bool with_interval) {
   const auto& [share, hits, trials, interval] = proportion;
   if (trials == 0) return "-";
@@ -62,7 +62,7 @@ inline std::string share_text(const Proportion& proportion, bool with_interval) 
   return text + " (" + std::to_string(hits) + " of " + std::to_string(trials) + ")";
 }
 
-/// In how many frames of each cell the car is found.
+/// Number of frames of each cell in which the car is found.
 inline WordTable found_grid(const Protocol& protocol, const ProtocolResult& result, std::size_t texture,
                             bool with_intervals) {
   return grid_table(protocol, result,
@@ -72,7 +72,7 @@ inline WordTable found_grid(const Protocol& protocol, const ProtocolResult& resu
                     });
 }
 
-/// How often a texture hides the car where the clean one does not.
+/// How often a texture hides the car in frames where the clean one does not.
 inline WordTable success_grid(const Protocol& protocol, const ProtocolResult& result, std::size_t texture,
                               bool with_intervals) {
   return grid_table(protocol, result,
@@ -111,9 +111,10 @@ inline WordTable fates_table(const ProtocolResult& result, std::size_t section) 
     std::vector<std::string> words{result.textures[k]};
     for (const std::size_t frames : fates.pictures) words.push_back(std::to_string(frames));
     std::string names;
-    for (const std::size_t index : fates.commonest_names(3))
-      names += (names.empty() ? "" : ", ") + result.class_name(section, index) + " " +
-               std::to_string(fates.renamed_to[index]);
+    for (const std::size_t index : fates.commonest_names(3)) {
+      if (!names.empty()) names += ", ";
+      names += result.class_name(section, index) + " " + std::to_string(fates.renamed_to[index]);
+    }
     words.push_back(names.empty() ? "-" : names);
     table.rows.push_back(words);
   }
@@ -137,7 +138,7 @@ inline WordTable effect_table(const ProtocolResult& result) {
   return table;
 }
 
-/// How much of the attention lies on the car with each texture.
+/// Share of the attention that lies on the car with each texture.
 inline WordTable attention_table(const ProtocolResult& result, const ProtocolSection& section) {
   WordTable table{"attention on the car, % of the heat map: " + section.name + " (the car covers " +
                       detail::fixed(100 * section.car_share, 1) + " % of the picture)",
@@ -172,17 +173,17 @@ inline std::string cell_name(const Protocol& protocol, std::size_t cell) {
          table.columns[cell % table.columns.size()];
 }
 
-/// The worst cell: where the camouflage hides the car least, or without one, where the detector finds it
-/// least. Where there are parts, it is one of the first, which begins with the table.
+/// The worst cell: where the camouflage hides the car least or, without a camouflage, where the detector
+/// finds it least. If there are parts, the cell is from the first part, which begins with the table.
 inline std::optional<std::size_t> worst_cell(const Protocol& protocol, const ProtocolResult& result) {
   auto cells = result.cells;
   if (!protocol.parts.empty()) cells.resize(protocol.parts.front().row_count * protocol.table.columns.size());
   return result.has_camouflage ? evaluate::least_hidden_cell(cells, 1) : evaluate::least_found_cell(cells, 0);
 }
 
-/// A sentence about it; empty where there is one cell alone.
+/// A sentence about the worst cell; empty if there is only one cell.
 inline std::string worst_cell_text(const Protocol& protocol, const ProtocolResult& result) {
-  if (protocol.table.cell_count() == 1) return {};  // there is no other
+  if (protocol.table.cell_count() == 1) return {};  // no other cells
   const auto worst = worst_cell(protocol, result);
   if (!worst)
     return result.has_camouflage ? "attack success is not defined: the clean car is never found"

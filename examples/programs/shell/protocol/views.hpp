@@ -14,7 +14,7 @@ namespace tapestry::shell {
 
 namespace detail {
 
-/// One texture as rings of distances, the car seen from above with its front upwards.
+/// Results of one texture as rings of distances around the car, seen from above with its front upwards.
 class PolarPanel {
  public:
   PolarPanel(const Protocol& protocol, const ProtocolResult& result, std::size_t texture)
@@ -48,7 +48,7 @@ class PolarPanel {
   };
   static constexpr double middle_x = width / 2, middle_y = 212, radius = 132, hole = 27;
 
-  /// A point by its distance from the middle and its azimuth, which grows against the clock.
+  /// A point at a distance from the middle and an azimuth, which grows counter-clockwise.
   [[nodiscard]] static std::string point(double r, double azimuth_deg) {
     const double angle = azimuth_deg * std::numbers::pi / 180;
     return coordinate(middle_x - r * std::sin(angle)) + " " + coordinate(middle_y - r * std::cos(angle));

@@ -131,8 +131,7 @@ struct Clamp {
 // number. Axes of extent 1 and arrays of no axes repeat; the adjoint of a repeated operand, and of a scalar,
 // sums over the elements. As everywhere on the tape, a zero adjoint passes nothing on, even where a partial
 // derivative is infinite or NaN, so a masked element cannot poison the gradient. Kinks and poles are treated
-// as by the
-// scalar functions of the same name.
+// as by the scalar functions of the same name.
 // \throws ShapeError if extents do not go together.
 
 template <class X, class Y>

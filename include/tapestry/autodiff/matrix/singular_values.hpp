@@ -81,8 +81,8 @@ struct SingularValues {
   Vectors v;      ///< V, [N, K], a unit vector a column; signs of U and V as Eigen's JacobiSVD gives them
 };
 
-/// The thin singular value decomposition A = U diag(s) Vᵀ, K = min(M, N), as one record each, of one
-/// decomposition.
+/// The thin singular value decomposition A = U diag(s) Vᵀ, K = min(M, N). It is computed once; U, s and V
+/// have a record each.
 ///
 ///   Ā = U diag(s̄) Vᵀ + (U (F ∘ (Uᵀ Ū − Ūᵀ U)) diag(s) + (1 − U Uᵀ) Ū diag(s)⁻¹) Vᵀ
 ///       + U (diag(s) (F ∘ (Vᵀ V̄ − V̄ᵀ V)) Vᵀ + diag(s)⁻¹ V̄ᵀ (1 − V Vᵀ)),

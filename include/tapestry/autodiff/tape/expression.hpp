@@ -71,8 +71,8 @@ template <class E>
   }
 }
 
-/// Marks that a formula is made of leaves: its parts then stand where they are made. A copy of a part is a
-/// copy in memory, and loops of copies are not vectorised.
+/// Marks the constructors that make a formula of leaves and construct its parts in place. Copying a part
+/// would copy it in memory, and loops with such copies are not vectorised.
 struct FromLeaves {};
 
 template <class T>

@@ -10,26 +10,26 @@
 
 namespace tapestry::evaluate {
 
-/// An object that somebody has marked in a picture.
+/// A labelled object in a picture.
 struct LabelledObject {
   std::size_t class_index = 0;
   detect::Box box{};
-  double area = 0;            ///< in the square of the box's unit: that of its outline where it is known
+  double area = 0;            ///< in the square of the box's unit: the area of its outline where it is known
   bool is_crowd = false;      ///< stands for many objects
   bool is_difficult = false;  ///< need not be found
 };
 
-/// A picture of a data set and what is in it.
+/// A picture of a data set and its objects.
 struct LabelledPicture {
   std::string path;
-  std::uint64_t id = 0;    ///< of the data set, or its number from 1 on
+  std::uint64_t id = 0;    ///< as in the data set, or numbered from 1 on
   std::size_t height = 0;  ///< pixels, from the data set; 0 where it does not state them
   std::size_t width = 0;
   bool in_shares = false;  ///< boxes are in shares of the picture's extents, else in pixels
   std::vector<LabelledObject> objects{};
 };
 
-/// Pictures whose objects are known.
+/// Pictures with labelled objects.
 struct Dataset {
   std::vector<std::string> class_names{};  ///< empty where classes are known by number only
   std::vector<std::uint64_t> class_ids{};  ///< as the data set numbers them, beside class_names
@@ -58,9 +58,9 @@ struct Dataset {
 
 namespace detail {
 
-/// \param labels    the file that names the picture, for the message
-/// \param position  in it, a line or a byte
-/// \throws FileError (mismatch) unless the picture is there; as status_of() where that cannot be found out
+/// \param labels    file that lists the picture, for the message
+/// \param position  line or byte in that file
+/// \throws FileError (mismatch) if the picture is missing; as status_of() where that cannot be found out
 inline void require_picture(const std::string& picture, const std::string& labels,
                             const std::string& position) {
   if (io::is_regular_file(picture)) return;

@@ -12,11 +12,11 @@ namespace tapestry::evaluate {
 /// An element of an XML text.
 struct XmlElement {
   std::string name{};
-  std::string text{};  ///< its own, without blanks around it
+  std::string text{};  ///< text of the element itself, without blanks around it
   std::size_t line = 0;
   std::vector<XmlElement> children{};
 
-  /// The child of that name; null where there is none or, by `count`, more than one.
+  /// The only child with that name, else null; `count` receives the number of such children.
   [[nodiscard]] const XmlElement* child(std::string_view wanted, std::size_t* count = nullptr) const {
     const XmlElement* found = nullptr;
     std::size_t matches = 0;
@@ -32,8 +32,8 @@ struct XmlElement {
 
 namespace detail {
 
-/// Reads the part of XML that labels are written in: elements, text, the five named entities, comments and
-/// the declaration. Attributes are read over.
+/// Reads the part of XML that labels use: elements, text, the five named entities, comments and the
+/// declaration. Attributes are skipped.
 class XmlReader {
  public:
   XmlReader(std::string_view text, const std::string& path) : text_(text), path_(path) {
@@ -175,9 +175,9 @@ class XmlReader {
 
 }  // namespace detail
 
-/// Reads the XML that picture labels are written in, not all of XML: elements of up to 16 levels, text with
-/// the five named entities, comments and the declaration. Attributes are read over. Document types, CDATA
-/// sections, processing instructions and other entities are refused, so that nothing is fetched or expanded.
+/// Reads the XML of picture labels, a part of XML: elements of up to 16 levels, text with the five named
+/// entities, comments and the declaration. Attributes are skipped. Document types, CDATA sections, processing
+/// instructions and other entities are refused, so that nothing is fetched or expanded.
 ///
 /// \param path  the file's name, for messages
 /// \throws FileError  malformed, with the line

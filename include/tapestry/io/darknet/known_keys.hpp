@@ -16,9 +16,9 @@ namespace tapestry::io::detail {
 inline constexpr std::string_view layer_training_keys =
     "stopbackward onlyforward train_only_bn learning_rate learning_rate_scale";
 
-/// Options of one section for Darknet's training or drawing, which do not change what the network computes.
-/// The same word may mean something elsewhere: `scale` of [net] is of its learning rate, that of [upsample]
-/// of its values.
+/// Options of one section that concern Darknet's training or drawing and do not change what the network
+/// computes. The same key may have another meaning in another section: `scale` of [net] scales the learning
+/// rate, that of [upsample] the values.
 [[nodiscard]] inline std::string_view training_keys(std::string_view section) {
   if (section == "net" || section == "network")
     return "batch subdivisions momentum decay angle aspect saturation exposure hue "
@@ -53,8 +53,7 @@ inline constexpr std::string_view layer_training_keys =
   return is_word_of(layer_training_keys, key) || is_word_of(training_keys(section), key);
 }
 
-/// Options that would change the result and that Tapestry does not implement, with the value that is
-/// harmless.
+/// Options that change the result and that Tapestry does not implement, each with its harmless value.
 inline constexpr auto unsupported_cfg_keys =
     std::to_array<std::array<std::string_view, 2>>({{"binary", "0"},
                                                     {"xnor", "0"},
@@ -86,7 +85,7 @@ inline constexpr auto unsupported_cfg_keys =
                                                     {"stride_x", ""},
                                                     {"stride_y", ""}});
 
-/// The keys that `section` may hold and that mean something to Tapestry.
+/// The keys that `section` may hold and that Tapestry uses.
 [[nodiscard]] inline std::vector<std::string_view> understood_keys(std::string_view section) {
   if (section == "net" || section == "network") return {"width", "height", "channels", "letter_box"};
   if (section == "convolutional" || section == "conv") {
@@ -106,13 +105,13 @@ inline constexpr auto unsupported_cfg_keys =
   return {};
 }
 
-/// A remark, unless there are 100 already.
+/// Adds a warning, unless there are 100 already.
 inline void add_cfg_warning(std::vector<std::string>& warnings, const std::string& path, std::size_t line,
                             const std::string& what) {
   if (warnings.size() < 100) warnings.push_back(path + ":" + std::to_string(line) + ": " + what);
 }
 
-/// An option given twice is an error where it means something, else a warning.
+/// Checks for options given twice: an error if Tapestry uses the option, else a warning.
 inline void check_repeated_options(const std::string& path, SectionReader& reader,
                                    std::vector<std::string>& warnings) {
   NameNumbers keys;
@@ -132,7 +131,7 @@ inline void check_repeated_options(const std::string& path, SectionReader& reade
   }
 }
 
-/// The warning about an unknown option, with the nearest known key.
+/// The warning about an unknown option; it names the nearest known key.
 [[nodiscard]] inline std::string unknown_option(std::string_view section, std::string_view unknown) {
   const std::string nearest = nearest_word(unknown, understood_keys(section));
   std::string text = "unknown option " + in_quotes(unknown) + " of [" + std::string(section) + "] ignored";
@@ -140,8 +139,8 @@ inline void check_repeated_options(const std::string& path, SectionReader& reade
   return text;
 }
 
-/// Checks the options that were never read: those that would change the result are errors, those that are not
-/// known at all become warnings.
+/// Checks the options that were never read. Those that would change the result are errors; unknown ones
+/// become warnings.
 inline void check_leftover_options(const std::string& path, SectionReader& reader,
                                    std::vector<std::string>& warnings) {
   for (const CfgOption& option : reader.section().options) {

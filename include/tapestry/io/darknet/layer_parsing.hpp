@@ -135,7 +135,7 @@ inline void parse_yolo(const std::string& path, SectionReader& reader, detect::L
   static_cast<void>(path);
 }
 
-/// A layer that multiplies one other layer.
+/// A layer that multiplies its input by the values of one other layer.
 inline void parse_product(const std::string& path, SectionReader& reader, std::size_t index,
                           detect::LayerConfig& layer) {
   layer.kind = reader.name() == "sam" ? detect::LayerKind::sam : detect::LayerKind::scale_channels;
@@ -148,7 +148,7 @@ inline void parse_product(const std::string& path, SectionReader& reader, std::s
   layer.activation = parse_activation(path, reader, nn::Activation::linear);
 }
 
-/// YOLOv2's head, of boxes alone: a background class, a tree of classes and masks are refused by their keys.
+/// YOLOv2's head, with boxes only: keys for a background class, a tree of classes or masks are refused.
 inline void parse_region(SectionReader& reader, detect::LayerConfig& layer) {
   layer.classes = reader.count("classes", 20, 1, 1 << 20);
   if (const auto coords = reader.integer("coords", 4, 0, any_count); coords != 4)

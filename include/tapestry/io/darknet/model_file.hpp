@@ -15,15 +15,15 @@
 namespace tapestry::io {
 namespace detail {
 
-/// The layers, each checked by itself.
+/// Layers of a cfg; each is checked on its own.
 [[nodiscard]] detect::NetworkConfig parse_cfg(std::string_view text, const std::string& name);
 
 inline constexpr std::uint64_t largest_cfg_size = std::uint64_t(4) << 20U;
 }  // namespace detail
 
-/// Parses a Darknet cfg file of a detector. Its layers are checked against each other at the size it names;
-/// other sizes are checked by detect::infer_shapes(). Options that Darknet only trains with are skipped;
-/// those that nobody knows become `warnings`.
+/// Parses a Darknet cfg file of a detector. Its layers are checked against each other at the input size that
+/// the cfg states; detect::infer_shapes() checks other sizes. Options for Darknet's training are skipped;
+/// unknown options become `warnings`.
 ///
 /// \param text  the file's content
 /// \param name  the file's name, for messages
@@ -31,7 +31,7 @@ inline constexpr std::uint64_t largest_cfg_size = std::uint64_t(4) << 20U;
 ///                    limit for absurd sizes; with line, and column where an option's value is at fault
 [[nodiscard]] detect::NetworkConfig parse_network_config(std::string_view text, const std::string& name);
 
-/// The same of a network without heads, such as a classifier; see detect::check_classifier().
+/// The same for a network without heads, such as a classifier; see detect::check_classifier().
 [[nodiscard]] detect::NetworkConfig parse_classifier_config(std::string_view text, const std::string& name);
 
 /// Reads a Darknet cfg file of at most 4 MiB; errors as parse_network_config() and read_text_file().
@@ -54,7 +54,7 @@ struct WeightFile {
   std::vector<std::string> warnings{};  ///< suspicious values, one message each
 };
 
-/// Deviations that a reader of weights accepts.
+/// Deviations that read_weight_file() accepts.
 struct WeightFileOptions {
   bool allow_trailing = false;   ///< accept more parameters than the cfg needs (cut backbone files)
   bool allow_nonfinite = false;  ///< accept NaN, infinity and negative variances, to debug them
@@ -64,16 +64,16 @@ namespace detail {
 
 [[nodiscard]] std::string describe(const detect::NetworkConfig& config, const detect::ParameterBlock& block);
 
-/// Bytes of the header, decided by the version and, where that does not fit, by the exact size. A file of 4
-/// bytes less than its version requires may also be cut; then the upper half of the count stands where the
-/// first parameter should, and is zero.
+/// Size of the header in bytes. The version decides it and, if that does not fit, the exact size of the file.
+/// A file 4 bytes shorter than its version requires may also be cut; then the upper half of the count is in
+/// the place of the first parameter, and is zero.
 [[nodiscard]] std::uint64_t header_size(const RegularFile& file, const detect::NetworkConfig& config,
                                         const detect::ParameterLayout& layout, std::uint64_t by_version,
                                         bool upper_half_is_zero, bool allow_trailing);
 
 }  // namespace detail
 
-/// Reads a weight file that must have exactly the parameters of `config`; its size is checked first.
+/// Reads a weight file that must have exactly the parameters of `config`; the file's size is checked first.
 /// Takes memory of at most 2 times the file and 1 MiB.
 /// \throws FileError  malformed if it is damaged, cut, not a weight file or holds impossible values, with
 ///                    layer, array and byte offset; mismatch if it is longer; limit above 4 GiB
@@ -85,32 +85,32 @@ namespace detail {
 /// \throws FileError (write)
 void write_weight_file(const std::string& path, std::uint64_t images_seen, const Array<float, 1>& parameters);
 
-/// Writes a model's parameters, rounded to float, and its count of images; errors as above.
+/// Writes a model's parameters, rounded to float, and its count of pictures seen; errors as above.
 template <std::floating_point T>
 void write_weight_file(const std::string& path, const detect::DarknetModel<T>& model) {
   write_weight_file(path, model.images_seen(), cast<float>(model.parameters()));
 }
 
-/// A model, and remarks on what is suspicious about its files.
+/// A model, and warnings about its files.
 template <std::floating_point T>
 struct LoadedModel {
   detect::DarknetModel<T> model;
   std::vector<std::string> warnings{};
 };
 
-/// Whether a file is a safetensors file, by its first bytes, or at least is named like one.
+/// Whether a file is a safetensors file: by its first bytes, or by its name.
 /// \throws FileError as RegularFile
 [[nodiscard]] bool is_safetensors(const std::string& path);
 
-/// Reads a model whose parameters are Darknet weights, or a detector that convert_weights wrote; the file
-/// itself shows which.
+/// Reads a model from Darknet weights, or a detector that convert_weights wrote. The file's content shows
+/// which of them it is.
 ///
 /// \param cfg      path of the Darknet cfg file; may be empty with a converted detector, which holds its own
 /// \param weights  path
 /// \param input_height  of the pictures, in pixels; 0 takes the cfg's own
 /// \param input_width   likewise
-/// \param decode   how logits become boxes. Left out: the family stored in a converted detector; for Darknet
-///                 weights the cfg's: scaled for new_coords=1, else darknet
+/// \param decode   how logits become boxes. Left out, it is the family stored in a converted detector; for
+///               Darknet weights it is scaled if the cfg has new_coords=1, else darknet
 /// \throws Error (usage) for Darknet weights without a cfg; Error (mismatch) if a converted detector is of
 ///         another decode family than `decode`; FileError as detect::with_decode(),
 ///         read_network_config(), read_weight_file(), DetectorFile and DarknetModel's constructor

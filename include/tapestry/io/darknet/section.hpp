@@ -37,7 +37,7 @@ inline constexpr std::size_t largest_cfg_layer_count = 2048;
   constexpr std::string_view blank = " \t\r\v\f";
   const auto first = text.find_first_not_of(blank);
   if (first == std::string_view::npos)
-    return text.substr(text.size());  // empty, but where the value would be
+    return text.substr(text.size());  // empty, at the place of the missing value
   return text.substr(first, text.find_last_not_of(blank) - first + 1);
 }
 
@@ -55,9 +55,9 @@ inline void add_cfg_option(const std::string& path, std::string_view whole_line,
   section.options.push_back(option);
 }
 
-/// Cuts the text of a cfg file into sections. Lines that begin with # or ; are comments, and so is what
-/// follows a value and begins with a blank and one of them; a byte order mark, tabs and either kind of line
-/// end are accepted. The views point into `text`.
+/// Cuts the text of a cfg file into sections. Lines that begin with # or ; are comments. Behind a value, a
+/// blank followed by # or ; begins a comment, too. A byte order mark, tabs and both kinds of line end are
+/// accepted. The views point into `text`.
 /// \throws FileError (malformed, or limit above 2,048 layers) with path and line
 [[nodiscard]] inline std::vector<CfgSection> cfg_sections(std::string_view text, const std::string& path) {
   if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
@@ -92,7 +92,7 @@ inline void add_cfg_option(const std::string& path, std::string_view whole_line,
   return sections;
 }
 
-/// Reads the options of one section with their types, and remembers which were read.
+/// Reads the options of one section with their types, and records which were read.
 class SectionReader {
  public:
   SectionReader(std::string path, CfgSection& section) : path_(std::move(path)), section_(section) {}
@@ -116,7 +116,7 @@ class SectionReader {
     return option != nullptr ? option->value : fallback;
   }
 
-  /// Integer in [low, high]; below low is malformed, above high an error of kind `above`.
+  /// Integer in [low, high]. A smaller one is a malformed file, a larger one an error of kind `above`.
   [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t fallback, std::int64_t low,
                                      std::int64_t high, ErrorKind above = ErrorKind::limit) {
     const CfgOption* option = find(key);

@@ -69,7 +69,7 @@ void TemporaryFile::rename_over_target() {
   while (::fsync(descriptor_) != 0)
     if (errno != EINTR) fail("flush");
   if (::rename(path_.c_str(), target_.c_str()) != 0) fail("rename into place");
-  renamed_ = true;  // closed only now, which gives up the lock; fsync has reported any error of closing
+  renamed_ = true;  // closed only now, which releases the lock; fsync has reported any error of closing
 }
 
 bool TemporaryFile::claim() const {
@@ -83,7 +83,7 @@ void TemporaryFile::fail(const char* action) const {
                   {target_, "", std::string("cannot ") + action + ": " + std::strerror(errno)});
 }
 
-/// Makes a rename within the folder of `path` durable; file systems that cannot are left to themselves.
+/// Makes a rename within the folder of `path` durable, on file systems that can do so.
 /// \throws FileError (write) where the device fails
 inline void flush_folder_of(const std::string& path) {
   const auto slash = path.find_last_of('/');
@@ -103,7 +103,7 @@ inline void flush_folder_of(const std::string& path) {
                          std::string(std::strerror(reason))});
 }
 
-/// Whether a name ends as that of a temporary does: in a process and an attempt, `12-0`.
+/// Whether a name ends like that of a temporary: in a process and an attempt, `12-0`.
 inline bool is_part_name(std::string_view name) {
   const auto mark = name.rfind(part_mark);
   if (mark == std::string_view::npos) return false;
@@ -158,7 +158,7 @@ void remove_abandoned_parts(const std::string& folder) {
 }
 
 RunLock RunLock::of_file(const std::string& path) {
-  constexpr std::size_t longest = 255 - 6;  // a name, less what is added
+  constexpr std::size_t longest = 255 - 6;  // a name, less prefix and ending
   const auto slash = path.rfind('/');
   const std::size_t name = slash == std::string::npos ? 0 : slash + 1;
   return {path.substr(0, name) + "." + path.substr(name, longest) + ".lock", path, "file"};
@@ -172,7 +172,7 @@ RunLock& RunLock::operator=(RunLock&& other) noexcept {
 
 void RunLock::release() noexcept {
   if (descriptor_ < 0) return;
-  ::unlink(path_.c_str());  // while it is locked: who has it open meanwhile looks whether it is still there
+  ::unlink(path_.c_str());  // while locked: a process that has it open checks if it is still there
   ::close(std::exchange(descriptor_, -1));
 }
 
@@ -185,7 +185,7 @@ RunLock::RunLock(std::string lock_path, const std::string& claimed, const char* 
       status = ::flock(descriptor_, LOCK_EX | LOCK_NB);
     } while (status != 0 && errno == EINTR);
     if (status == 0 && detail::is_still_at(path_, descriptor_)) break;
-    const int reason = status != 0 ? errno : attempt < 100 ? 0 : EINVAL;  // its owner took the file away
+    const int reason = status != 0 ? errno : attempt < 100 ? 0 : EINVAL;  // its owner deleted the file
     const std::string owner = text();
     ::close(std::exchange(descriptor_, -1));
     if (reason == EWOULDBLOCK)
@@ -215,7 +215,7 @@ void RunLock::write_owner() const {
   std::array<char, 256> host{};
   if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '?';
   const std::string owner = "process " + std::to_string(::getpid()) + " on " + host.data() + "\n";
-  // The text is a courtesy: a full disk must not lose the claim.
+  // The text is for people only: if the disk is full, the claim still holds.
   if (::ftruncate(descriptor_, 0) == 0 && ::pwrite(descriptor_, owner.data(), owner.size(), 0) < 0) return;
 }
 

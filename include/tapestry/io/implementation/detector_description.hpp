@@ -26,7 +26,7 @@ namespace detail {
 class DescribedObject {
  public:
   /// \param name       its key, for messages; empty for the outermost
-  /// \param positions  bytes where members begin, of an inner object the one where it does itself
+  /// \param positions  bytes where members begin; members of an inner object have the byte of that object
   DescribedObject(const nlohmann::json& value, const std::string& path, std::string name,
                   std::map<std::string, std::uint64_t> positions)
       : value_(value), path_(path), name_(std::move(name)), positions_(std::move(positions)) {}
@@ -39,7 +39,7 @@ class DescribedObject {
         {path_, at == positions_.end() ? "" : "@" + std::to_string(at->second), what, expected, found});
   }
 
-  /// Refuses members of other names.
+  /// Refuses other members.
   void require_keys(std::initializer_list<std::string_view> keys) const {
     std::string known;
     for (const auto key : keys) known += (known.empty() ? "" : ", ") + std::string(key);
@@ -51,10 +51,10 @@ class DescribedObject {
 
   [[nodiscard]] bool has(const char* key) const { return value_.contains(key); }
 
-  /// The member of that name, which is there.
+  /// The member with that name, which must exist.
   [[nodiscard]] const nlohmann::json& member(const char* key) const { return value_[key]; }
 
-  /// A number from low to high, which is the range in words.
+  /// A number from low to high; `range` states the range in words.
   [[nodiscard]] double number(const char* key, const nlohmann::json& value, double low, double high,
                               const char* range) const {
     const double found = value.is_number() ? value.get<double>() : low - 1;
@@ -160,7 +160,7 @@ inline void read_anchors(const DescribedObject& outermost, detect::DetectorDescr
   }
 }
 
-/// The choice of that name under a key; the first where the key is missing.
+/// The choice that a key names; the first one if the key is missing.
 template <class Choice, std::size_t Count>
 [[nodiscard]] Choice chosen(const DescribedObject& object, const char* key,
                             const std::array<std::pair<std::string_view, Choice>, Count>& choices) {
@@ -205,7 +205,7 @@ inline void read_outputs(const DescribedObject& outputs, detect::DecodedOutputs&
 }  // namespace detail
 
 detect::DetectorDescription parse_detector_description(std::string_view text, const std::string& path) {
-  constexpr std::size_t levels = 3;  // a mean in an input, or anchors of a stride, in the outermost object
+  constexpr std::size_t levels = 3;  // outermost object, `input` with its `mean`, or anchors of a stride
   const JsonText json = read_json(text, path, 0, levels);
   if (!json.value.is_object())
     throw FileError(ErrorKind::malformed,

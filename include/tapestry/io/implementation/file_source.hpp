@@ -99,7 +99,7 @@ std::string_view recognised_format(std::span<const std::byte> beginning) {
   const std::string_view text(reinterpret_cast<const char*>(beginning.data()), beginning.size());
   const auto starts = [&](std::string_view magic) { return text.substr(0, magic.size()) == magic; };
   using namespace std::string_view_literals;
-  // First of all: its length field may be any other format's magic number.
+  // Tested first: its length field may look like the magic number of any other format.
   if (text.size() > 9 && text[8] == '{' && text.substr(3, 5) == "\0\0\0\0\0"sv) return recognised_safetensors;
   if (starts("version https://git-lfs"sv)) return "a Git LFS pointer, not the file it stands for";
   if (starts("\x1f\x8b"sv)) return "a gzip archive";

@@ -31,7 +31,7 @@ void require_finite(const std::array<double, N>& values, const std::string& path
   }
 }
 
-/// The numbers of a member of exactly this shape.
+/// The numbers of a member with exactly this shape.
 template <std::size_t N>
 std::array<double, N> numbers(const NpzFile& file, const char* member,
                               const std::vector<std::size_t>& shape) {
@@ -49,7 +49,8 @@ std::array<double, N> numbers(const NpzFile& file, const char* member,
   return result;
 }
 
-/// Degrees between the direction of pitch and yaw (CARLA) and the direction from the camera to the vehicle.
+/// Angle in degrees between the view direction by pitch and yaw (CARLA) and the direction from the camera to
+/// the vehicle.
 inline double degrees_off_target(const geometry::CarlaPose& pose, double radians_per_unit) {
   const double pitch = pose.camera_rotation_deg[0] * radians_per_unit;
   const double yaw = pose.camera_rotation_deg[1] * radians_per_unit;

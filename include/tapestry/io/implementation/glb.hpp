@@ -21,14 +21,14 @@
 
 namespace tapestry::io::detail {
 
-/// A glTF under construction: its JSON and its one buffer.
+/// A glTF file under construction: its JSON and its single buffer.
 class GlbBuilder {
  public:
   GlbBuilder(const geometry::Mesh& mesh, double u_extent) : mesh_(mesh), u_extent_(u_extent) {}
 
   /// Adds a material; texture: index of a texture, or −1.
   std::size_t add_material(std::string_view name, const std::array<float, 3>& colour, int texture) {
-    std::array<float, 3> linear = colour;  // factors of glTF are light
+    std::array<float, 3> linear = colour;  // glTF's factors are linear light
     for (float& channel : linear) channel = image::linearised(channel);
     nlohmann::json surface{{"metallicFactor", 0},
                            {"roughnessFactor", 1},
@@ -44,7 +44,7 @@ class GlbBuilder {
     json_["textures"] = {{{"sampler", 0}, {"source", 0}}};
   }
 
-  /// Adds the faces for which `is_in_part`, as one primitive; none if there are none.
+  /// Adds the faces for which `is_in_part` is true as one primitive; adds nothing if there are none.
   template <class Predicate>
   void add_primitive(std::size_t material, bool has_texture, Predicate is_in_part) {
     Vertices vertices;
@@ -92,7 +92,7 @@ class GlbBuilder {
  private:
   using Corner = std::array<std::int32_t, 3>;  // position, uv, normal; −1 for none
 
-  /// The corners of a primitive, each combination once.
+  /// The corners of a primitive, each different combination once.
   struct Vertices {
     std::vector<Corner> corners;
     std::map<Corner, std::uint32_t> known;
@@ -174,7 +174,7 @@ class GlbBuilder {
     return add_floats(values, 3, "VEC3");
   }
 
-  /// v grows downwards in glTF.
+  /// Texture coordinates of the vertices; v grows downwards in glTF.
   std::size_t add_uvs(const Vertices& vertices) {
     std::vector<float> values;
     for (const Corner& corner : vertices.corners) {

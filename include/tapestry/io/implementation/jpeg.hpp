@@ -18,7 +18,7 @@ std::string decode_jpeg(std::string_view file, std::size_t height, std::size_t w
   const auto close = [](void* decoder) { tjDestroy(decoder); };
   const std::unique_ptr<void, decltype(close)> decoder(tjInitDecompress(), close);
   if (decoder == nullptr) return "no memory for its decoder";
-  // A picture that is cut or damaged is only a warning to the library, which paints what is missing grey.
+  // A cut or damaged picture is only a warning to the library, which fills missing parts with grey.
   const int flags = TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
   const int status = tjDecompress2(decoder.get(), reinterpret_cast<const unsigned char*>(file.data()),
                                    static_cast<unsigned long>(file.size()), pixels, static_cast<int>(width),

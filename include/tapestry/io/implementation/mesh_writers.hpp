@@ -79,7 +79,7 @@ inline std::string obj_text(const geometry::Mesh& mesh, const std::vector<std::u
   for (const auto& uv : mesh.uvs) append_record(text, "vt", std::array{uv[0] / u_extent, uv[1]});
   for (const auto& normal : mesh.normals) append_record(text, "vn", normal);
   const std::string paint = paint_name(mesh);
-  std::optional<std::string_view> material_now;  // a material may have no name
+  std::optional<std::string_view> material_now;  // empty until the first; a material may be nameless
   std::string_view group_now;
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
     const auto label = [face](const std::vector<std::int32_t>& labels) {
@@ -124,7 +124,7 @@ inline std::string mtl_text(const geometry::Mesh& mesh, const std::string& textu
   return text;
 }
 
-/// A line end in a name would begin a record of its own.
+/// Refuses line ends in names, because they would begin a record of their own.
 inline void require_writable_names(const std::string& path, const geometry::Mesh& mesh) {
   const auto require = [&](const std::string& name) {
     const bool is_clean = std::ranges::none_of(
@@ -150,7 +150,7 @@ Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& tex
   body.layout.height = texture.shape(0);
   body.layout.width = texture.shape(1);
   body.painted.resize(body.mesh.faces.size());
-  for (std::size_t face = 0; face < body.painted.size(); ++face)  // those without uv use no texel
+  for (std::size_t face = 0; face < body.painted.size(); ++face)  // faces without uv use no texel
     if (face >= body.mesh.face_uvs.size() || std::ranges::min(body.mesh.face_uvs[face]) < 0)
       body.painted[face] = 0;
   Array<T, 2> texels(Extents<2>{texture.size() / 3, 3});

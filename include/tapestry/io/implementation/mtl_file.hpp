@@ -17,7 +17,7 @@
 
 namespace tapestry::io::detail {
 
-/// The three numbers of a Kd record, cut to 0 to 1 with a warning.
+/// The three numbers of a Kd record, clipped to 0 to 1 with a warning.
 inline std::array<float, 3> diffuse_colour(TextLines& lines, std::vector<std::string>& warnings) {
   std::array<float, 3> colour{};
   bool outside = false;
@@ -33,7 +33,7 @@ inline std::array<float, 3> diffuse_colour(TextLines& lines, std::vector<std::st
   return colour;
 }
 
-/// How many words an option of a map record takes at least and at most, itself left out; none for no option.
+/// Least and largest number of words behind an option of a map record; none for a word that is no option.
 struct MapOption {
   std::string_view name;
   std::size_t least, most;
@@ -52,8 +52,8 @@ inline constexpr std::array<MapOption, 12> map_options{{{"-blendu", 1, 1},
                                                         {"-t", 1, 3},
                                                         {"-texres", 1, 1}}};
 
-/// The file that a map record names, in the folder of the material file or below it; empty, with a warning,
-/// if there is none.
+/// The file that a map record names, if it is in the folder of the material file or below; else empty, with a
+/// warning.
 inline std::string map_file(TextLines& lines, std::vector<std::string>& warnings) {
   std::string_view rest = lines.rest_of_line();
   const auto next_word = [&] {

@@ -82,7 +82,7 @@ NpzFile NpzFile::parse(std::string_view bytes, const std::string& path, const Zi
   file.path_ = path;
   for (const auto& member : archive.members()) {
     const std::string_view name = member.name;
-    if (!name.ends_with(".npy")) continue;  // not an array; NumPy hands such members out as bytes
+    if (!name.ends_with(".npy")) continue;  // not an array; NumPy returns such members as bytes
     file.names_.emplace_back(name.substr(0, name.size() - 4));
     (void)file.numbers_.add(file.names_.back(),
                             [&](std::size_t i) -> std::string_view { return file.names_[i]; });

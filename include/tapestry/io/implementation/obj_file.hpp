@@ -83,7 +83,8 @@ class ObjParser {
     }
   }
 
-  /// Sets the colour of the last vertex; earlier ones without colour get that of a face without material.
+  /// Sets the colour of the last vertex; earlier vertices without a colour get that of a face without
+  /// material.
   void vertex_colour(const double* channels) {
     auto& colours = loaded_.mesh.vertex_colours;
     colours.resize(loaded_.mesh.positions.size(), geometry::Material{}.colour);
@@ -197,7 +198,7 @@ class ObjParser {
     const std::array counts{loaded_.mesh.positions.size(), loaded_.mesh.uvs.size(),
                             loaded_.mesh.normals.size()};
     const auto [value, line] = highest_[kind];
-    constexpr std::size_t normal = 2;  // some programs write their indices and leave them out
+    constexpr std::size_t normal = 2;  // some programs write normal indices but no normals
     if (kind == normal && counts[normal] == 0 && value > 0) {
       for (auto& corners : loaded_.mesh.face_normals) corners = {-1, -1, -1};
       loaded_.warnings.push_back(lines_.path() + ":" + std::to_string(line) +

@@ -107,7 +107,8 @@ namespace tapestry::io::detail {
                    {path, "", "there is no layer that all heads see, to map attention over"});
 }
 
-/// The value of a Darknet model that a layer's number names, or without one the last that all heads see.
+/// The value of a Darknet model's layer with this number or, if empty, of the last layer that all heads
+/// depend on.
 template <std::floating_point T>
 [[nodiscard]] std::string darknet_layer(const detect::DarknetModel<T>& model, const std::string& layer) {
   if (layer.empty()) {

@@ -40,7 +40,7 @@ namespace detail {
   return has_none ? 0 : bytes;
 }
 
-/// The whole numbers of a list, at most `most`.
+/// The whole numbers of a list, each at most `most`.
 [[nodiscard]] inline std::vector<std::uint64_t> counts_of(const std::string& path, const Tensor& tensor,
                                                           const std::string& field,
                                                           const nlohmann::json& list, std::size_t most) {
@@ -79,7 +79,7 @@ namespace detail {
   return tensor;
 }
 
-/// Each tensor's span fits its shape, and the spans follow each other from the first byte to the last.
+/// Checks that each tensor's span fits its shape, and that the spans follow each other without gaps.
 inline void check_spans(const std::string& path, const std::vector<Tensor>& tensors,
                         std::uint64_t data_size) {
   std::uint64_t next = 0;

@@ -128,7 +128,7 @@ std::vector<std::string> read_class_names(const std::string& path, std::size_t c
     }
     if (empty_line != 0) lines.fail_at(empty_line, "empty line between class names", "a name");
     const std::size_t number = numbers.add(name, [&](std::size_t i) -> std::string_view { return names[i]; });
-    if (number < names.size())  // no line before was empty
+    if (number < names.size())  // no empty line before
       lines.fail("class name " + in_quotes(name) + " is repeated", "", "line " + std::to_string(number + 1),
                  ErrorKind::mismatch);
     names.emplace_back(name);
@@ -144,7 +144,7 @@ std::vector<std::string> read_class_names(const std::string& path, std::size_t c
 
 namespace tapestry::io::detail {
 
-/// Keeps the first of equal ids; returns how many were dropped.
+/// Keeps the first of equal ids; returns the number of ids dropped.
 inline std::size_t drop_repeated(std::vector<std::int64_t>& ids, std::size_t face_count) {
   std::vector<bool> seen(face_count + 1, false);
   const auto repeated = [&](std::int64_t id) {

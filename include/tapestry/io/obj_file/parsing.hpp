@@ -18,11 +18,11 @@
 
 namespace tapestry::io::detail {
 
-/// The materials of an OBJ: those of its material files, each read once, and those it only names.
+/// The materials of an OBJ: those of its material files, each read once, and names without a definition.
 class ObjMaterials {
  public:
-  /// \param count  materials that there may be
-  /// \param bytes  that all material files together may have
+  /// \param count  largest number of materials
+  /// \param bytes  largest size of all material files together
   ObjMaterials(LoadedMesh& loaded, std::size_t count, std::uint64_t bytes)
       : loaded_(loaded), most_(count), bytes_left_(bytes) {}
 
@@ -49,7 +49,7 @@ class ObjMaterials {
   }
 
  private:
-  /// Whether file systems have names as long.
+  /// Whether file systems allow names of this length.
   [[nodiscard]] static bool can_be_path(const std::string& name) {
     constexpr std::size_t longest_name = 255;
     std::size_t length = 0, longest = 0;
@@ -79,7 +79,7 @@ class ObjMaterials {
     for (const auto& material : parse_mtl(text, path, loaded_.warnings)) add(material, lines);
   }
 
-  /// The index of the material of this name; the first one of a name counts.
+  /// The index of the material with this name; the first one of a name counts.
   std::int32_t add(const geometry::Material& material, const TextLines& lines) {
     auto& materials = loaded_.mesh.materials;
     const std::size_t index =
@@ -102,14 +102,14 @@ class ObjMaterials {
 /// Indices of a face's corner: vertex, texture coordinate and normal, -1 for none.
 using ObjCorner = std::array<std::int32_t, 3>;
 
-/// Puts the faces of an OBJ into its mesh as triangles, two fewer than their corners and in their place.
+/// Adds the faces of an OBJ to its mesh as triangles, in their place, two fewer than their corners.
 class ObjFaces {
  public:
   /// \param work  of geometry::PolygonTriangulator
   ObjFaces(LoadedMesh& loaded, const TextLines& lines, std::uint64_t work)
       : loaded_(loaded), lines_(lines), triangulator_(work) {}
 
-  /// Adds the face of the present line, of three corners or more.
+  /// Adds the face on the current line, of at least three corners.
   void add(const std::vector<ObjCorner>& corners, std::int32_t material, std::int32_t group) {
     auto& mesh = loaded_.mesh;
     const Polygon polygon{mesh.faces.size(), corners.size(), lines_.number()};
@@ -131,7 +131,7 @@ class ObjFaces {
     }
   }
 
-  /// Cuts the polygons that came before their vertices, which are all there now.
+  /// Cuts the polygons whose vertices came later in the file, now that all are there.
   void finish() {
     const auto& mesh = loaded_.mesh;
     std::vector<ObjCorner> corners;
@@ -147,11 +147,11 @@ class ObjFaces {
     }
   }
 
-  /// Line of the first polygon that crosses itself; 0 without one.
+  /// Line of the first polygon that crosses itself; 0 if there is none.
   [[nodiscard]] std::size_t first_crossing() const { return first_crossing_; }
 
  private:
-  /// A polygon of which the mesh holds the fan around its first corner.
+  /// A polygon that the mesh holds as the fan around its first corner.
   struct Polygon {
     std::size_t first;  // of its triangles
     std::size_t corner_count;
@@ -165,7 +165,7 @@ class ObjFaces {
     mesh.face_normals[face] = {a[2], b[2], c[2]};
   }
 
-  /// Cuts into other triangles what is no fan.
+  /// Replaces the fan by the correct triangles if it is not one of the polygon.
   void cut(const Polygon& polygon, const std::vector<ObjCorner>& corners) {
     outline_.clear();
     for (const ObjCorner& corner : corners)

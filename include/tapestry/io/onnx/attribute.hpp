@@ -21,7 +21,7 @@ struct NamedAttribute {
 
 namespace detail {
 
-/// The fields of AttributeProto that hold a value, by the kinds that its field `type` may name.
+/// The fields of AttributeProto that hold a value, by the kinds in its field `type`.
 /// Source: onnx.proto, AttributeProto.AttributeType.
 struct AttributeKind {
   std::uint32_t type;
@@ -93,7 +93,8 @@ class AttributeReader {
     return nullptr;
   }
 
-  /// The kind of the attribute. Files of the first version store no type; there the value's field decides.
+  /// The kind of the attribute. Files of the first version store no type; for those the field of the value
+  /// decides.
   [[nodiscard]] const AttributeKind& find_kind() const {
     if (type_ == 0 && field_ == nullptr) message_.fail_whole("has neither type nor value");
     if (type_ == 0) return *field_;
@@ -106,7 +107,7 @@ class AttributeReader {
     message_.fail_whole("unknown type", "1 to 14", std::to_string(type_));
   }
 
-  /// The value of a field that is left out, where numbers are 0 and texts and lists empty.
+  /// The value of a missing field: 0 for numbers, empty for texts and lists.
   [[nodiscard]] nn::Attribute empty_value(const AttributeKind& kind) const {
     switch (kind.field) {
       case 2:
@@ -166,7 +167,7 @@ class AttributeReader {
   OnnxRecords& records_;
   std::string_view name_{};
   std::int64_t type_ = 0;
-  const AttributeKind* field_ = nullptr;  ///< of the value that is there
+  const AttributeKind* field_ = nullptr;  ///< field of the value, if there is one
 };
 
 }  // namespace detail
@@ -174,7 +175,7 @@ class AttributeReader {
 /// An AttributeProto: numbers become doubles. Its type may be left out, as in files of the first version.
 /// Source: onnx.proto, AttributeProto.
 ///
-/// \param message  whose place names the node
+/// \param message its place names the node
 /// \throws FileError (malformed)  for subgraphs, types, sparse tensors and lists of tensors, which are not
 ///         supported; for values that do not fit the type; as read_tensor()
 [[nodiscard]] inline NamedAttribute read_attribute(const ProtobufMessage& message, ExternalData& external,

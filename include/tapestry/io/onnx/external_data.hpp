@@ -16,25 +16,25 @@
 
 namespace tapestry::io {
 
-/// Where the elements of a tensor lie, if not in the file itself.
+/// Place of a tensor's elements outside the file itself.
 struct ExternalReference {
-  std::string_view location{};            ///< a path from the model's folder
+  std::string_view location{};            ///< a path relative to the model's folder
   std::uint64_t offset = 0;               ///< of the first byte
-  std::optional<std::uint64_t> length{};  ///< in bytes; without it all up to the end of the file
+  std::optional<std::uint64_t> length{};  ///< in bytes; if missing, up to the end of the file
 };
 
 /// The files beside a model that hold elements of its tensors. Only files below the model's folder are
-/// opened, wherever links lead: a model cannot make its reader look elsewhere.
+/// opened, after links are resolved, so a model cannot read other files.
 /// Source: ONNX, docs/ExternalData.md.
 class ExternalData {
  public:
   /// \param model_path   of the file that refers to others
-  /// \param byte_budget  how much may be read for all tensors together
+  /// \param byte_budget most bytes to read for all tensors together
   ExternalData(std::string model_path, std::uint64_t byte_budget)
       : model_path_(std::move(model_path)), byte_budget_(byte_budget), bytes_left_(byte_budget) {}
 
-  /// Reads one entry, a StringStringEntryProto, into the reference; unknown keys ("checksum") pass.
-  /// \throws FileError (malformed) for offsets and lengths that are no whole numbers
+  /// Reads one entry, a StringStringEntryProto, into the reference; unknown keys ("checksum") are ignored.
+  /// \throws FileError (malformed) for offsets and lengths that are not whole numbers
   static void read_entry(ProtobufMessage entry, ExternalReference& reference) {
     std::string_view key;
     std::string_view value;
@@ -53,7 +53,7 @@ class ExternalData {
   }
 
   /// The bytes of a tensor.
-  /// \param size    how many its extents and type require
+  /// \param size number of bytes that its extents and type require
   /// \param tensor  for messages
   /// \throws FileError  malformed for a path that leaves the model's folder and a file that cannot be read,
   ///                    mismatch for one of another size, limit beyond the budget

@@ -18,8 +18,8 @@
 
 namespace tapestry::io {
 
-/// Checks that each value is made once, and orders nodes so that it is made before it is read. Files must
-/// list nodes so, but converters to half precision append their Casts at the end.
+/// Checks that each value is made once, and sorts the nodes so that each value is made before it is read.
+/// Files should be sorted like this, but converters to half precision append their Casts at the end.
 /// Source: ONNX, docs/IR.md, Graphs.
 class ValueOrder {
  public:
@@ -27,9 +27,10 @@ class ValueOrder {
   ValueOrder(const nn::NetworkDescription& description, const std::vector<PlacedNode>& nodes)
       : description_(description), nodes_(nodes) {}
 
-  /// Places of the nodes, each behind those that make what it reads; as the file lists them where it may.
-  /// \throws FileError (malformed) naming the value, and the node where there is one; for a cycle one of its
-  ///         nodes
+  /// Places of the nodes in an order in which each follows those whose results it reads; the file's order is
+  /// kept where possible.
+  /// \throws FileError (malformed) naming the value, and the node if there is one; for a cycle one of its
+  ///                   nodes
   [[nodiscard]] std::vector<std::size_t> sorted() {
     for (const auto& [name, constant] : description_.constants) makers_.emplace(name, before_all);
     for (const nn::InputDescription& input : description_.inputs)
@@ -93,7 +94,7 @@ class ValueOrder {
     return order;
   }
 
-  /// Goes back from any node that waits for others, as its makers do, until one comes again.
+  /// Follows operands back from any waiting node until a node repeats: that node is on a cycle.
   [[noreturn]] void refuse_cycle(const std::vector<std::size_t>& waits_for) const {
     std::size_t i = 0;
     while (waits_for[i] == 0) ++i;
@@ -201,7 +202,8 @@ class GraphReader {
       message.fail_whole("two initialisers " + in_quotes(tensor.name));
   }
 
-  /// Inputs with an initialiser are constants: files before version 4 list all initialisers as inputs.
+  /// Inputs with an initialiser are constants, because files before version 4 list all initialisers as
+  /// inputs.
   void take_inputs() {
     for (const ProtobufMessage& message : inputs_) {
       nn::InputDescription input = read_input(message);
@@ -234,9 +236,9 @@ class GraphReader {
 
 }  // namespace detail
 
-/// A GraphProto: its inputs, outputs, constants and nodes are added to the description. Initialisers and
-/// nodes Constant become constants; nodes are sorted so that each comes after those that it reads. Facts
-/// about values in between, and texts for people, are left out.
+/// Adds the inputs, outputs, constants and nodes of a GraphProto to the description. Initialisers and nodes
+/// Constant become constants. Nodes are sorted so that each follows those whose results it reads. Facts about
+/// values in between, and texts for people, are left out.
 /// Source: onnx.proto, GraphProto.
 ///
 /// \throws FileError as read_node(), read_tensor(), read_input() and ValueOrder::sorted() do; malformed for

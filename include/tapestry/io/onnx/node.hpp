@@ -14,7 +14,7 @@
 
 namespace tapestry::io {
 
-/// A node and where a file has it.
+/// A node and its place in the file.
 struct PlacedNode {
   nn::Node node;
   std::uint64_t position = 0;  ///< byte of the file
@@ -108,10 +108,11 @@ class NodeReader {
 
 }  // namespace detail
 
-/// A NodeProto. An operator of another domain than ONNX's own is named with it: "com.microsoft.Gelu".
+/// A NodeProto. The name of an operator from another domain than ONNX's own begins with the domain:
+/// "com.microsoft.Gelu".
 /// Source: onnx.proto, NodeProto.
 ///
-/// \param message  whose place numbers the node
+/// \param message its place numbers the node
 /// \throws FileError  malformed for a node without operator or output and attributes given twice; as
 ///                    read_attribute()
 [[nodiscard]] inline PlacedNode read_node(const ProtobufMessage& message, ExternalData& external,
@@ -119,9 +120,9 @@ class NodeReader {
   return detail::NodeReader(message, external, records).read();
 }
 
-/// The value that a node Constant stands for.
+/// The value of a node Constant.
 /// Source: ONNX, docs/Operators.md, Constant.
-/// \throws FileError (malformed) unless exactly one of the supported attributes is there
+/// \throws FileError (malformed) unless it has exactly one of the supported attributes
 [[nodiscard]] inline nn::Constant constant_of(PlacedNode& placed, const std::string& path) {
   nn::Node& node = placed.node;
   const auto fail = [&](const std::string& found) {

@@ -14,7 +14,7 @@
 
 namespace tapestry::io {
 
-/// Versions of ONNX's operators that are understood; 7 is that of ONNX 1.2.
+/// Supported versions of ONNX's operators; 7 is that of ONNX 1.2.
 inline constexpr std::int64_t first_opset = 7;
 inline constexpr std::int64_t last_opset = 21;
 
@@ -26,17 +26,16 @@ namespace detail {
 
 /// Reads an ONNX model that is held in memory.
 ///
-/// Nodes of ONNX's own domain, opset 7 to 21, keep the operator's name; others get that of their domain
-/// before it, "com.microsoft.Gelu", so that whoever runs the network can refuse them by name. Initialisers
-/// and nodes Constant become constants, also where a graph lists them as inputs. Tensors may lie in files
-/// beside the model. What concerns training or people alone is left out. Source: onnx.proto and docs/IR.md of
-/// ONNX.
+/// Nodes of ONNX's own domain, opset 7 to 21, keep the operator's name. The name of other operators begins
+/// with their domain, "com.microsoft.Gelu", so that Network refuses them by name. Initialisers and nodes
+/// Constant become constants, even if a graph lists them as inputs. Tensors may be in files beside the model.
+/// Fields for training or for people are left out. Source: onnx.proto and docs/IR.md of ONNX.
 ///
-/// \param path  of the file, for messages, and for finding those beside it
-/// \throws FileError  with the byte and the node or tensor: malformed for what is no ONNX file, is cut or
-///                    breaks its rules, and for what is not supported: other opsets, subgraphs, sparse
-///                    tensors, types as texts and sequences; mismatch for parts that do not fit each other;
-///                    limit beyond `limits`
+/// \param path of the file, for messages and to find the files beside it
+/// \throws FileError  with the byte and the node or tensor: malformed for files that are not ONNX, are cut or
+///                  break its rules, and for unsupported content: other opsets, subgraphs, sparse tensors,
+///                  types such as texts and sequences; mismatch for parts that do not fit each other; limit
+///                  beyond `limits`
 [[nodiscard]] nn::NetworkDescription parse_onnx(std::string_view bytes, const std::string& path,
                                                 const OnnxLimits& limits = {});
 
@@ -45,17 +44,17 @@ namespace detail {
 /// \throws FileError  also as RegularFile does
 [[nodiscard]] nn::NetworkDescription read_onnx(const std::string& path, const OnnxLimits& limits = {});
 
-/// Reads a file of one tensor, as ONNX's test vectors are: a TensorProto.
+/// Reads a file with one TensorProto, such as ONNX's test vectors.
 /// \throws FileError  as read_tensor() and RegularFile do
 [[nodiscard]] nn::Constant read_onnx_tensor(const std::string& path, const OnnxLimits& limits = {});
 
-/// The bytes of an ONNX model of this network, of which parse_onnx() makes the same description; the same
-/// network gives the same bytes. Attributes that are fractions are rounded to single precision, as the format
-/// holds them. Numbers are written as the kinds that a description knows: floats, doubles, integers of 64
-/// bits, truth values; and outputs as floats. HardMish becomes several operators. Models of other kinds,
-/// or of other operators outside the standard, are for our reader only.
+/// The bytes of an ONNX model of this network; parse_onnx() reads the same description from them. The same
+/// network gives the same bytes. Attributes that are fractions are rounded to single precision, which the
+/// format uses. Tensors have the element types of a description: float, double, 64-bit integer, Boolean;
+/// outputs are float. HardMish becomes several operators. Models with other types, or with operators outside
+/// the standard, can be read by Tapestry only.
 ///
-/// \param output_shapes  by name, of outputs whose extents are known; some readers want them
+/// \param output_shapes by name, of outputs with known extents; some readers require them
 [[nodiscard]] std::string onnx_bytes(const nn::NetworkDescription& network,
                                      const std::map<std::string, nn::Shape>& output_shapes = {});
 
@@ -67,17 +66,17 @@ void write_onnx(const std::string& path, const nn::NetworkDescription& network,
 /// New elements of initialisers, by their names.
 using WeightValues = std::map<std::string, std::vector<float>>;
 
-/// The weights of a network as it has them now.
+/// The current weights of a network.
 [[nodiscard]] WeightValues weight_values(const nn::Network<float>& network);
 
-/// The bytes of an ONNX model with other elements in some of its initialisers, everything else as it was,
-/// byte for byte: names, versions, outputs, and texts for people.
+/// The bytes of an ONNX model with new elements in some of its initialisers. Everything else is kept byte for
+/// byte: names, versions, outputs, and texts for people.
 ///
 /// \param bytes  of a model that parse_onnx() reads
 /// \param path   of its file, for messages
-/// \throws FileError  mismatch if an initialiser has its elements in another file, for weights that are no
-///                    initialiser, or one of another number of elements, of another type than FLOAT or with
-///                    elements in pieces; malformed as parse_onnx()
+/// \throws FileError  mismatch if an initialiser has its elements in another file; for weights that are no
+///                  initialiser; for an initialiser of another number of elements, of another type than
+///                  FLOAT, or with its elements in pieces; malformed as parse_onnx()
 [[nodiscard]] std::string with_weights(std::string_view bytes, const std::string& path,
                                        const WeightValues& weights);
 

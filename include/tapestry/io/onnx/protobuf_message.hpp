@@ -21,18 +21,18 @@ struct ProtobufFile {
   std::string_view bytes;
 };
 
-/// One message of a protobuf file, read field by field. protozero's reader trusts its caller to read a field
-/// by its wire type; this one refuses fields of another type and those that pass the end of their message,
-/// with the byte of the file. The file must outlive it.
+/// One message of a protobuf file, read field by field. protozero's reader relies on its caller to read each
+/// field by its wire type. This class refuses fields of another type, and fields that extend beyond their
+/// message, and names the byte of the file. The file must outlive it.
 /// Source: the encoding's description, https://protobuf.dev/programming-guides/encoding.
 class ProtobufMessage {
  public:
-  /// \param place  what the message stands for, for messages: "node 3"
+  /// \param place name of the message in error messages: "node 3"
   ProtobufMessage(const ProtobufFile& file, std::string place)
       : ProtobufMessage(file, std::move(place), file.bytes) {}
 
-  /// Goes on to the next field; false after the last.
-  /// \throws FileError (malformed) if the bytes there are no field, or one that passes the message's end
+  /// Moves to the next field; false after the last.
+  /// \throws FileError (malformed) if the bytes there are no field, or the field extends beyond the message
   [[nodiscard]] bool next() {
     begin_ = offset_of(reader_.data().data());
     const bool is_there = decoded([&] { return reader_.next(); });
@@ -44,7 +44,7 @@ class ProtobufMessage {
     decoded([&] { reader_.skip(); });
   }
 
-  /// Whether the field is bytes with their length: a message, a text or a packed list.
+  /// Whether the field is bytes with a length: a message, a text or a packed list.
   [[nodiscard]] bool holds_bytes() const {
     return reader_.has_wire_type(protozero::pbf_wire_type::length_delimited);
   }
@@ -131,7 +131,7 @@ class ProtobufMessage {
            wire_name(reader_.wire_type()));
   }
 
-  /// Result of the action; protozero's exceptions become ours.
+  /// Result of the action; protozero's exceptions become FileErrors.
   template <class Action>
   std::invoke_result_t<Action> decoded(Action action) const {
     try {
@@ -145,7 +145,7 @@ class ProtobufMessage {
     }
   }
 
-  /// Lengths are compared as the 64 bits that they may have; protozero cuts them to 32.
+  /// Compares lengths as the 64-bit numbers that they may be; protozero cuts them to 32 bits.
   void require_whole_field() const {
     const char* at = reader_.data().data();
     const char* const end = at + reader_.data().size();
@@ -187,19 +187,19 @@ class ProtobufMessage {
   std::uint64_t begin_;  ///< of the current field
 };
 
-/// How much an ONNX model may hold.
+/// Limits on the content of an ONNX model.
 struct OnnxLimits {
   std::uint64_t file_bytes = std::uint64_t(1) << 31U;      ///< what protobuf itself allows
-  std::uint64_t external_bytes = std::uint64_t(1) << 32U;  ///< of the tensors that lie in files beside it
+  std::uint64_t external_bytes = std::uint64_t(1) << 32U;  ///< of all tensors in files beside it
   std::size_t records = std::size_t(1) << 22U;  ///< nodes, their values' names, attributes, tensors
 };
 
-/// Counts what takes more memory than the bytes that it comes from, up to a limit.
+/// Counts records that take more memory than their bytes in the file, up to a limit.
 class OnnxRecords {
  public:
   explicit OnnxRecords(std::size_t most) : most_(most) {}
 
-  /// One more. \throws FileError (limit)
+  /// Counts one more. \throws FileError (limit)
   void count(const ProtobufMessage& message) {
     if (count_ == most_)
       message.fail("too many nodes, names, attributes and tensors", "at most " + std::to_string(most_),

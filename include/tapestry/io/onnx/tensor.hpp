@@ -32,7 +32,7 @@ struct TensorFields {
   OnnxType type = OnnxType::undefined;
   std::uint64_t count = 0;  ///< product of the shape
   std::optional<std::string_view> raw{};
-  std::uint32_t typed_field = 0;  ///< the one that holds elements, 0 if none does
+  std::uint32_t typed_field = 0;  ///< the field that holds elements, 0 if none does
   bool is_external = false;
 
   /// "FLOAT [2, 3]"
@@ -41,7 +41,7 @@ struct TensorFields {
 
 class TensorReader {
  public:
-  /// \param message  a TensorProto; its name, if any, is added to how messages call it
+  /// \param message a TensorProto; its name, if any, is added to its place in error messages
   TensorReader(ProtobufMessage message, ExternalData& external)
       : message_(std::move(message)), external_(external) {}
 
@@ -171,7 +171,7 @@ class TensorReader {
     return read_integers();
   }
 
-  /// Integers are brought into the order of raw_data, so that one conversion serves both.
+  /// Converts integers to the byte order of raw_data, so that one conversion serves both.
   [[nodiscard]] ConstantValues read_integers() {
     const std::size_t bits = facts_of(fields_.type).bits;
     const std::size_t item = bits < 8 ? 1 : bits / 8;
@@ -187,7 +187,7 @@ class TensorReader {
     return values_from_raw(fields_.type, bytes, static_cast<std::size_t>(fields_.count));
   }
 
-  /// The value, which int32_data may hold with its sign cut to 32 bits, as protobuf reads it.
+  /// Checks a value. int32_data may hold it with its sign cut to 32 bits, as protobuf reads it.
   [[nodiscard]] std::int64_t checked(const ProtobufMessage& message, std::int64_t value) const {
     if (facts_of(fields_.type).bits == 64) return value;
     if (fields_.typed_field == int32_data) value = static_cast<std::int32_t>(value);
@@ -225,7 +225,7 @@ class TensorReader {
 }  // namespace detail
 
 /// A TensorProto: extents, type and elements. FLOAT, FLOAT16 and BFLOAT16 become floats, all other types
-/// doubles, INT64 and UINT64 beyond 2^53 rounded to the nearest; any boolean but 0 is true.
+/// doubles. INT64 and UINT64 beyond 2^53 are rounded to the nearest double. Any Boolean but 0 is true.
 /// Source: onnx.proto, TensorProto.
 ///
 /// \throws FileError  malformed for types that are not supported, and elements that do not fit type and

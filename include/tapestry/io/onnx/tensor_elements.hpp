@@ -17,7 +17,7 @@
 
 namespace tapestry::io {
 
-/// Element types by their numbers in a file; those not named here are only known by name.
+/// Element types by their numbers in a file; others are known by name only.
 /// Source: onnx.proto, TensorProto.DataType.
 enum class OnnxType : std::int64_t {
   undefined = 0,
@@ -43,7 +43,7 @@ struct OnnxTypeFacts {
   std::string_view name;
   std::size_t bits = 0;  ///< of an element in raw_data; 0 for a type that is not supported
   nn::ElementType meaning = nn::ElementType::floating;
-  std::uint32_t field = 0;  ///< of TensorProto, that may hold elements instead of raw_data
+  std::uint32_t field = 0;  ///< of TensorProto, which may hold elements in place of raw_data
 };
 
 namespace detail {
@@ -93,7 +93,7 @@ inline constexpr std::array<OnnxTypeFacts, 27> onnx_types{{
 }};
 }  // namespace detail
 
-/// The facts of a type; of an unknown number those of an unsupported one.
+/// The facts of a type; an unknown number has those of an unsupported type.
 [[nodiscard]] constexpr const OnnxTypeFacts& facts_of(OnnxType type) {
   const auto number = static_cast<std::uint64_t>(type);
   return detail::onnx_types[number < detail::onnx_types.size() ? static_cast<std::size_t>(number) : 0];
@@ -112,13 +112,13 @@ inline constexpr const char* supported_onnx_types = "FLOAT, FLOAT16, BFLOAT16, D
 /// True for the types whose elements are read.
 [[nodiscard]] constexpr bool is_supported(OnnxType type) { return facts_of(type).bits != 0; }
 
-/// Bytes of so many elements in raw_data; those of four bits lie two in a byte.
+/// Bytes of so many elements in raw_data; two elements of four bits share a byte.
 [[nodiscard]] constexpr std::uint64_t raw_size(OnnxType type, std::uint64_t count) {
   return (count * facts_of(type).bits + 7) / 8;
 }
 
-/// Product of extents: 0 if one is 0; nothing from 2^48 on, or if those that are not 0 reach that, for that
-/// is more than any file holds.
+/// Product of extents; 0 if one is 0. Nothing if the product of those that are not 0 reaches 2^48, more than
+/// any file holds.
 [[nodiscard]] inline std::optional<std::uint64_t> element_count(std::span<const std::size_t> extents) {
   constexpr std::uint64_t largest = std::uint64_t(1) << 48U;
   std::uint64_t product = 1;
@@ -137,7 +137,7 @@ using ConstantValues = std::variant<std::vector<float>, std::vector<double>>;
 
 namespace detail {
 
-/// A little-endian integer; rounded to the nearest double beyond 2^53.
+/// A little-endian integer, rounded to the nearest double beyond 2^53.
 template <std::integral Integer>
 [[nodiscard]] double double_from_integer(const std::byte* bytes) {
   return static_cast<double>(static_cast<Integer>(little_endian_word<std::make_unsigned_t<Integer>>(bytes)));
@@ -166,7 +166,7 @@ template <auto value_from>
   return values;
 }
 
-/// Element i of four-bit ones: the lower half of a byte comes first.
+/// Element i of four-bit elements; the lower half of a byte comes first.
 [[nodiscard]] inline double four_bits_at(std::span<const std::byte> bytes, std::size_t i, bool is_signed) {
   const auto byte = std::to_integer<unsigned>(bytes[i / 2]);
   const auto bits = static_cast<int>((i % 2 == 0 ? byte : byte >> 4U) & 0xFU);
@@ -175,8 +175,8 @@ template <auto value_from>
 
 }  // namespace detail
 
-/// The elements that lie in raw_data: FLOAT, FLOAT16 and BFLOAT16 exactly as floats, all others as doubles.
-/// INT64 and UINT64 beyond 2^53 are rounded to the nearest double.
+/// The elements in raw_data: FLOAT, FLOAT16 and BFLOAT16 exactly as floats, all others as doubles. INT64 and
+/// UINT64 beyond 2^53 are rounded to the nearest double.
 ///
 /// \param bytes  raw_size(type, count) of them
 [[nodiscard]] inline ConstantValues values_from_raw(OnnxType type, std::span<const std::byte> bytes,
@@ -221,14 +221,14 @@ template <auto value_from>
   return {};
 }
 
-/// The range of an integer that stands for an element in int32_data or uint64_data.
+/// The range of integers that may stand for an element in int32_data or uint64_data.
 struct IntegerRange {
   std::int64_t least = 0;
   std::int64_t largest = 0;
 };
 
-/// The range of a type's integers. 16-bit floats, whose bits are kept as an integer, and pairs of four-bit
-/// elements have one, too; INT64 and UINT64 fill their fields and have none.
+/// The range of a type's integers. 16-bit floats, which are kept as integers of the same bits, and pairs of
+/// four-bit elements have a range, too. INT64 and UINT64 fill their fields and have none.
 [[nodiscard]] constexpr IntegerRange integer_range(OnnxType type) {
   switch (type) {
     case OnnxType::int8:

@@ -16,7 +16,7 @@ namespace tapestry::io {
 
 namespace detail {
 
-/// The name of a ValueInfoProto, which is added to how messages call it.
+/// The name of a ValueInfoProto; it is added to its place in error messages.
 [[nodiscard]] inline std::string read_value_name(ProtobufMessage& value) {
   ProtobufMessage message = value;
   std::string name;
@@ -32,7 +32,7 @@ namespace detail {
   return name;
 }
 
-/// A TensorShapeProto.Dimension; one that is named or left open has no number, or −1 as Paddle writes.
+/// A TensorShapeProto.Dimension. One that has a name or is open has no number, or −1 as Paddle writes.
 [[nodiscard]] inline std::optional<std::size_t> read_extent(ProtobufMessage message) {
   std::optional<std::size_t> extent;
   while (message.next()) {
@@ -130,7 +130,7 @@ inline void read_type(ProtobufMessage message, nn::InputDescription& input) {
   return input;
 }
 
-/// The name in a ValueInfoProto of an output; its type follows from the nodes.
+/// The name in a ValueInfoProto of an output; its type is computed from the nodes.
 /// \throws FileError (malformed)  for a value without a name
 [[nodiscard]] inline std::string read_output(ProtobufMessage value) { return detail::read_value_name(value); }
 

@@ -61,7 +61,8 @@ class DynamicMatcher {
       });
   }
 
-  /// Gives the truth its cheapest candidates, as many as its best overlaps sum up to, at least one.
+  /// Matches the truth with its cheapest candidates. Their number is the sum of its best overlaps, at
+  /// least 1.
   void add(const Target& truth) {
     if (!(truth.box.w > 0 && truth.box.h > 0)) return;
     std::vector<Offer> offers;

@@ -186,7 +186,7 @@ class LayerRecord {
   OperationState<T> state_{};
 };
 
-/// The layer on the tape. \param fixed  operands behind the weights that nothing depends on
+/// The layer on the tape. \param fixed operands behind the weights, without derivatives
 template <std::floating_point T, class... Weights>
 [[nodiscard]] ArrayVariable<T, 4> record_layer(Node node, const std::vector<Array<T, 1>>& fixed,
                                                const ArrayVariable<T, 4>& x, const Weights&... weights) {

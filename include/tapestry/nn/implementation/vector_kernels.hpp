@@ -12,8 +12,8 @@
 
 namespace tapestry::nn {
 
-// At -O2 GCC leaves loops of the kernels rolled that -O3 does not, which costs small networks a tenth of
-// their speed. Builds without optimisation and those under sanitizers stay as they are.
+// At -O2 GCC does not unroll loops of the kernels that -O3 does, which makes small networks a tenth slower.
+// Builds without optimisation and under sanitizers are left alone.
 #if defined(__OPTIMIZE__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
 #define TAPESTRY_OPTIMIZES_KERNELS
 #pragma GCC push_options

@@ -11,8 +11,8 @@
 
 namespace tapestry::nn {
 
-/// How a tensor in row-major order is reduced along some of its axes. Lanes are neighbours that go to results
-/// of their own; each is one value where the last axis is itself reduced.
+/// How a tensor in row-major order is reduced along some of its axes. Lanes are neighbours with one result
+/// each. Where the last axis is itself reduced, a lane is a single value.
 struct AxisReduction {
   LoopNest<2> kept{};     ///< over groups of lanes: places among the values and among the results
   LoopNest<1> reduced{};  ///< over the values of a lane
@@ -85,7 +85,7 @@ template <class Step, std::floating_point T>
 ///
 /// Step has first(), next(sum, value) and join(sum, sum), all in double. Each sum is taken in an order that
 /// the extents alone decide.
-/// \param shifts  what is subtracted from the values of each result, laid out as those; or null
+/// \param shifts  numbers subtracted from the values of each result, laid out like the results; or null
 template <class Step, std::floating_point T, class Finish>
 void reduce(const AxisReduction& plan, const T* from, const T* shifts, const Finish& finish) {
   const std::size_t groups = plan.kept.size(), blocks = block_count(plan.lanes, detail::lane_block);

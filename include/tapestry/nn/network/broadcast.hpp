@@ -14,8 +14,8 @@
 
 namespace tapestry::nn {
 
-/// The extents that two tensors have together: axes are counted from the last, and one of extent 1, or that
-/// is missing, is repeated. Source: onnx.ai, Broadcasting.
+/// The common extents of two tensors. Axes are counted from the last one; an axis of extent 1, or a missing
+/// one, is repeated. Source: onnx.ai, Broadcasting.
 /// \throws ShapeError naming both if they do not go together
 [[nodiscard]] inline Shape broadcast_shape(const Shape& a, const Shape& b) {
   Shape shape(std::max(a.size(), b.size()), 1);

@@ -26,16 +26,16 @@ struct Node {
   std::map<std::string, Attribute> attributes{};
 };
 
-/// A value that a network is given, with its extents; those without a number take their size when the network
-/// is made ready for one.
+/// An input of a network with its extents. Open extents, those without a number, get their size when a
+/// Network is made.
 struct InputDescription {
   std::string name{};
   std::vector<std::optional<std::size_t>> shape{};
   ElementType type = ElementType::floating;
 };
 
-/// A network as read from a file: nodes in an order in which each comes after those that it reads, the values
-/// known beforehand, and the names of inputs and outputs. Network runs it.
+/// A network as read from a file: nodes in an order in which each follows those whose results it reads, the
+/// values known beforehand, and the names of inputs and outputs. Network runs it.
 struct NetworkDescription {
   std::string path{};  ///< of the file, for messages
   std::int64_t opset = 0;
@@ -45,14 +45,14 @@ struct NetworkDescription {
   std::vector<Node> nodes{};
 };
 
-/// How messages call a node: its operator, with its name or that of its first output in quotes; at most 80
+/// Name of a node in messages: its operator, with its name or that of its first output in quotes; at most 80
 /// bytes of each, printable().
 [[nodiscard]] std::string label_of(const Node& node);
 
 /// The node that makes a value; null if none does.
 [[nodiscard]] const Node* maker_of(const NetworkDescription& network, const std::string& value);
 
-/// The description with other outputs, and of its nodes and constants only those that they need.
+/// The description with other outputs, and with only the nodes and constants that they need.
 ///
 /// \param outputs  names of values that the description has
 [[nodiscard]] NetworkDescription pruned(NetworkDescription description, std::vector<std::string> outputs);

@@ -16,7 +16,7 @@ namespace tapestry::nn {
   return stored.size() == 4 ? Shape{stored[0], stored[3], stored[1], stored[2]} : stored;
 }
 
-/// With leading axes of extent 1, so that there are at least four.
+/// Shape with leading axes of extent 1 added, up to four axes.
 [[nodiscard]] inline Shape padded_shape(const Shape& shape) {
   Shape padded(shape.size() < 4 ? 4 - shape.size() : 0, 1);
   padded.insert(padded.end(), shape.begin(), shape.end());
@@ -40,7 +40,7 @@ namespace tapestry::nn {
   return stored;
 }
 
-/// A constant of four axes that is stored channels last, as it is numbered.
+/// A constant of four axes that is stored channels last, in ONNX's order of axes.
 [[nodiscard]] inline Constant from_channels_last(const Constant& stored) {
   const Shape logical = logical_shape(stored.shape);
   const std::size_t channels = logical[1], pixels = logical[2] * logical[3];
@@ -57,7 +57,7 @@ namespace tapestry::nn {
   return constant;
 }
 
-/// Stores a tensor of four axes the other way.
+/// Stores a tensor of four axes in the other layout.
 template <std::floating_point T>
 class LayoutConversion : public Operation<T> {
  public:

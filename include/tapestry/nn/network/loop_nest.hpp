@@ -8,7 +8,7 @@
 
 namespace tapestry::nn {
 
-/// From an element to the next along each axis, in row-major order.
+/// Steps in memory between neighbours along each axis, in row-major order.
 [[nodiscard]] inline std::vector<std::ptrdiff_t> strides_of(const Shape& shape) {
   std::vector<std::ptrdiff_t> strides(shape.size());
   std::ptrdiff_t stride = 1;
@@ -35,7 +35,7 @@ struct LoopNest {
     return count;
   }
 
-  /// Joins loops that walk as one would, and drops those of extent 1; one loop at least stays.
+  /// Joins loops that can run as one, and drops those of extent 1; at least one loop stays.
   void simplify() {
     std::vector<Loop> joined;
     for (const Loop& loop : loops) {
@@ -55,7 +55,7 @@ struct LoopNest {
     loops = std::move(joined);
   }
 
-  /// Where the element of this index lies, with the innermost loop counted first.
+  /// Place of the element with this index; indices count the innermost loop first.
   [[nodiscard]] Places place_of(std::size_t element) const {
     Places place{};
     for (std::size_t l = loops.size(); l-- > 0; element /= loops[l].extent)
@@ -98,8 +98,8 @@ void for_each_run(const LoopNest<Tensors>& nest, const Body& body) {
   if (count > 0) detail::for_each_run(nest, 0, count / nest.loops.back().extent, body);
 }
 
-/// Likewise on several threads, in any order, where there is work for them. Pieces are the same for any
-/// number of threads.
+/// The same on several threads, in any order, if there is enough work. The pieces do not depend on the number
+/// of threads.
 template <std::size_t Tensors, class Body>
 void parallel_for_each_run(const LoopNest<Tensors>& nest, const Body& body) {
   const std::size_t count = nest.size();

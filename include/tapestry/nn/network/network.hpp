@@ -25,7 +25,7 @@ class Network {
   /// \param shapes  extents of inputs, for those that the description leaves open or that are to be others; a
   ///                batch (axis 0) that is left open is 1
   /// \param pictures_channels_last  inputs of four axes are handed over as [N, H, W, C]
-  /// \param simplifies  what runs is simplified() first; results differ in rounding
+  /// \param simplifies  runs the simplified() network; results differ in rounding
   /// \throws FileError (mismatch) naming every operator or attribute that is not supported, or an input whose
   ///         extents are open
   explicit Network(NetworkDescription description, const std::map<std::string, Shape>& shapes = {},
@@ -51,34 +51,34 @@ class Network {
   /// The step that makes a value, for NetworkPass::state(). \throws DomainError if none does
   [[nodiscard]] std::size_t step_of(const std::string& value) const;
 
-  /// Where each weight lies among weights(). A constant of the description is several here, each with an
-  /// adjoint of its own, if it is read in both layouts or if others are computed from it beforehand.
+  /// Position of each weight in weights(). A constant of the description counts several times here, each with
+  /// its own adjoint, if it is read in both layouts or if other constants are computed from it beforehand.
   [[nodiscard]] const std::vector<WeightBlock>& weight_blocks() const { return program_.weights; }
-  /// Values of the constants that training changes, one behind the other.
+  /// Values of the constants that training changes, one after another.
   [[nodiscard]] std::span<const T> weights() const {
     return {program_.constants.data(), program_.weight_count};
   }
-  /// Passes of before keep their results; for an adjoint forward() runs again.
+  /// Earlier passes keep their results; before an adjoint, forward() must run again.
   ///
   /// \throws ShapeError unless there are as many as weights()
   void set_weights(std::span<const T> weights);
 
   /// \param inputs  values of each input, of input_shape(), readable 128 bytes past their end
   /// \param pass    receives the results, and what `mode` keeps
-  /// \param batch   copies of the inputs' extents that lie there one behind the other, at least 1, each with
-  ///                results of its own: the same bits as alone
+  /// \param batch   number of copies of the inputs' extents, one behind the other, at least 1. Each has its
+  ///                own results: the same bits as alone
   void forward(const std::vector<const T*>& inputs, NetworkPass<T>& pass, Mode mode = Mode::inference,
                std::size_t batch = 1) const {
     pass.forward(program_, use_, inputs, mode, engine_, batch);
   }
 
-  /// forward() of one picture, the only input, [1, H, W, C], that changes from call to call within a window:
-  /// the same bits, but what the window does not reach is taken from `kept`, which is filled if it does not
-  /// hold: at first, and when the rest of the picture, the weights, the engine or the mode have changed.
-  /// adjoint() then adds to the input's adjoint within the window only. In Mode::training everything is
-  /// computed, and nothing kept.
+  /// forward() of a single input picture, [1, H, W, C], that changes from call to call only within a window.
+  /// The results are the same bits. Values that the window does not reach are taken from `kept`. `kept` is
+  /// filled when it does not apply: at first, and when the rest of the picture, the weights, the engine or
+  /// the mode have changed. adjoint() then adds to the input's adjoint within the window only. In
+  /// Mode::training everything is computed and nothing is kept.
   ///
-  /// \param window  outside of which the picture stays as it is; may be empty
+  /// \param window  the picture stays as it is outside of it; may be empty
   /// \throws DomainError for a network of other inputs
   void forward_within(const T* picture, const MapWindow& window, KeptValues<T>& kept, NetworkPass<T>& pass,
                       Mode mode = Mode::inference) const;
@@ -95,7 +95,7 @@ class Network {
   /// \param weights_adjoint    of as many values as weights(), from all that reads them, or null
   /// \param outputs_gathered   one an output, null where not wanted, or none: receives the total gradient at
   ///                           an output within the network, from its own adjoint and from later layers.
-  ///                           Needs an input's adjoint
+  ///                           Requires an input's adjoint
   /// \throws DomainError if the pass kept nothing, or for weights unless it was for training
   void adjoint(NetworkPass<T>& pass, const std::vector<const T*>& output_adjoints,
                const std::vector<T*>& inputs_adjoint, T* weights_adjoint = nullptr,
@@ -118,7 +118,7 @@ class Network {
   ProgramUse use_;
   std::size_t input_count_;
   Engine engine_ = Engine::automatic;
-  std::shared_ptr<const void> version_{};  ///< another for other weights
+  std::shared_ptr<const void> version_{};  ///< changes with the weights
 };
 
 extern template class Network<float>;

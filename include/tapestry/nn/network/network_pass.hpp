@@ -21,25 +21,26 @@ class Network;
 template <std::floating_point T>
 class NetworkPass {
  public:
-  /// Values of a result in row-major order, of each of the batch; the pass's own until it is used again.
+  /// Values of a result in row-major order, for each of the batch. The pass owns them, until it is used
+  /// again.
   [[nodiscard]] const T* output(std::size_t i) const { return where_[outputs_.at(i)]; }
   [[nodiscard]] std::size_t output_count() const { return outputs_.size(); }
-  /// Whether it is of forward_within(), so that adjoints are defined within windows only.
+  /// Whether forward_within() filled it, so that adjoints are defined within windows only.
   [[nodiscard]] bool is_within() const { return plan_ != nullptr; }
 
   /// State of a step for the adjoint of the first of the batch; see Network::step_of().
   [[nodiscard]] OperationState<T>& state(std::size_t step) { return states_.at(step * batch_); }
 
-  /// Adds the time of what runs from now on to `times`, which must stay; null measures nothing.
+  /// Adds the time of all later calls to `times`, which must stay; null measures nothing.
   void set_times(PassTimes* times) {
     forward_times_ = times == nullptr ? nullptr : &times->forward;
     adjoint_times_ = times == nullptr ? nullptr : &times->adjoint;
   }
 
-  /// Takes the side of every kink, the signs of leaky units and the choices of max-pooling, from another pass
-  /// over the same network in another precision or by another engine. A forward pass in float flips a few
-  /// signs next to zero, each of which changes the gradient by a step; with the sides of the float pass a
-  /// pass in double is the reference that leaves only rounding.
+  /// Takes the side of every kink (the signs of leaky units and the choices of max-pooling) from another pass
+  /// over the same network, in another precision or by another engine. A forward pass in float flips a few
+  /// signs next to zero, and each flip changes the gradient by a step. A pass in double with the sides of the
+  /// float pass is therefore a reference that differs by rounding only.
   /// \throws DomainError unless both passes are forward()'s for a gradient of as many pictures
   template <class U>
   void take_kinks(const NetworkPass<U>& other) {
@@ -66,7 +67,7 @@ class NetworkPass {
 
   void begin(const Program<T>& program, const std::vector<const T*>& inputs, Mode mode, std::size_t batch);
 
-  /// Elements of a value that a step makes, of all the batch.
+  /// Elements of a value that a step makes, over the whole batch.
   [[nodiscard]] std::size_t size_of_all(const Program<T>& program, std::size_t value) const {
     return batch_ * size_of(program.values[value].shape);
   }
@@ -89,12 +90,12 @@ class NetworkPass {
 
   [[nodiscard]] AdjointReads reads_of(const ProgramStep<T>& step) const;
 
-  /// Values that an adjoint will read are kept until then, and so are results.
+  /// Finds the values to keep: the results, and those that an adjoint will read.
   void find_kept(const Program<T>& program, const ProgramUse& use);
 
   void run(const Program<T>& program, const ProgramUse& use, std::size_t s, Engine engine);
 
-  /// Whether a step's first result takes the memory of its first operand, which nobody else reads any more.
+  /// Whether a step's first result takes over the memory of its first operand, which no later step reads.
   [[nodiscard]] bool takes_over_first(const Program<T>& program, const ProgramUse& use, std::size_t s) const;
 
   void release(const ProgramUse& use, std::size_t value, std::size_t step);
@@ -105,12 +106,12 @@ class NetworkPass {
 
   void seed(const Program<T>& program, std::size_t i, const T* adjoint);
 
-  /// A result whose adjoint is wanted: that of the value that the network goes on with, of which the result
-  /// may be a copy in the other layout.
+  /// A result whose adjoint is wanted. The result may be a copy, in the other layout, of the value that later
+  /// layers read; then it is the adjoint of that value.
   struct Gathered {
     std::size_t value;
     T* goal;
-    const ProgramStep<T>* conversion;  ///< that makes the copy; null if there is none
+    const ProgramStep<T>* conversion;  ///< step that makes the copy; null if there is none
   };
 
   void find_gathered(const Program<T>& program, const std::vector<T*>& outputs_gathered);
@@ -138,12 +139,12 @@ class NetworkPass {
     for (std::size_t n = 0; n < batch_; ++n) body(n, std::size_t(1));
   }
 
-  /// The window of a value that is computed, forward or backward; null: all.
+  /// The window of a value that is computed, forward or backward; null for all of it.
   [[nodiscard]] static const MapWindow* window_of(const MapWindowPlan* plan, std::size_t value) {
     return plan != nullptr && value != no_value && plan->changed[value] ? &*plan->changed[value] : nullptr;
   }
 
-  /// Adds what has been gathered of the picture's adjoint to where it is wanted, within the window.
+  /// Adds the gathered adjoint of the picture to the caller's, within the window.
   void add_within(const Program<T>& program, T* input_adjoint);
 
   Mode mode_ = Mode::inference;

@@ -29,27 +29,27 @@ struct ForwardCall {
   std::span<const TensorView<const T>> inputs;
   std::span<const TensorView<T>> outputs;  ///< not initialised
   OperationState<T>& state;
-  bool keeps;  ///< whether the adjoint will be called
+  bool keeps;  ///< whether adjoint() will be called
   Engine engine;
-  std::size_t batch = 1;  ///< copies, one behind the other, of all operands and results that are not constant
-  const MapWindow* window = nullptr;  ///< of the results: nothing else need be written; null: all
+  std::size_t batch = 1;  ///< copies of all operands and results that are not constant, one behind the other
+  const MapWindow* window = nullptr;  ///< of the results: the rest need not be written; null: all
 };
 
-/// Values of operands and results are there only where Operation::adjoint_reads() lists them, in training
-/// also where weight_adjoint_reads() does; all others are null.
+/// Arguments of Operation::adjoint(). Operands and results have values only where adjoint_reads() lists them,
+/// and in training where weight_adjoint_reads() does; all others are null.
 template <std::floating_point T>
 struct AdjointCall {
   std::span<const TensorView<const T>> inputs;
   std::span<const TensorView<const T>> outputs;
-  std::span<const TensorView<T>> output_adjoints;  ///< null stands for zeros; at least one is there. Nobody
-                                                   ///< reads them afterwards, so they may be overwritten
+  std::span<const TensorView<T>> output_adjoints;  ///< null stands for zeros; at least one has values.
+                                                   ///< They may be overwritten
   std::span<const TensorView<T>> input_adjoints;   ///< null where not wanted
-  std::span<bool> is_fresh;  ///< of input_adjoints: not initialised yet, so to be written, not added to
+  std::span<bool> is_fresh;  ///< of input_adjoints: not initialised, so it must be written, not added to
   OperationState<T>& state;
   Engine engine;
   std::size_t batch = 1;              ///< as in ForwardCall
   const MapWindow* window = nullptr;  ///< of the results, whose adjoints are defined there only; null: all
-  const MapWindow* input_window = nullptr;  ///< of operand 0: nothing else need be written; null: all
+  const MapWindow* input_window = nullptr;  ///< of operand 0: the rest need not be written; null: all
 
   [[nodiscard]] bool wants(std::size_t input) const {
     return input < input_adjoints.size() && input_adjoints[input].is_there();
@@ -63,7 +63,7 @@ struct AdjointCall {
   }
 };
 
-/// Which operands and results an adjoint reads the values of: bit i for the i-th.
+/// Operands and results whose values an adjoint reads: bit i for the i-th.
 struct AdjointReads {
   std::uint64_t inputs = 0;
   std::uint64_t outputs = 0;
@@ -90,30 +90,30 @@ class Operation {
   [[nodiscard]] const std::vector<Result>& results() const { return results_; }
   [[nodiscard]] const Shape& result_shape(std::size_t i = 0) const { return results_[i].shape; }
 
-  /// Takes over constant operands, as packed weights; called again when they have changed. Operands that are
-  /// not constant have no values here.
+  /// Takes over constant operands, for example as packed weights; called again when they have changed.
+  /// Operands that are not constant have no values here.
   virtual void prepare(std::span<const TensorView<const T>> /*constants*/) {}
 
   virtual void forward(const ForwardCall<T>& call) const = 0;
 
-  /// Adds (∂outputs/∂inputs)ᵀ · output_adjoints to the input adjoints that are wanted, of which there is one
-  /// at least, or writes those that are fresh. Operations whose results do not depend smoothly on anything
-  /// leave it out.
+  /// Adds (∂outputs/∂inputs)ᵀ · output_adjoints to the input adjoints that are wanted (at least one is), or
+  /// writes those that are fresh. Operations without a derivative do not override it.
   virtual void adjoint(const AdjointCall<T>& /*call*/) const {}
   [[nodiscard]] virtual AdjointReads adjoint_reads() const { return {}; }
-  /// Values that the adjoint also reads where adjoints of constants are wanted.
+  /// Values that the adjoint also reads if adjoints of constants are wanted.
   [[nodiscard]] virtual AdjointReads weight_adjoint_reads() const { return {}; }
-  /// Whether result 0 depends on this operand with a derivative.
+  /// Whether result 0 has a derivative with respect to this operand.
   [[nodiscard]] virtual bool is_differentiable(std::size_t /*input*/) const { return true; }
   /// Whether a constant operand is a weight that training changes.
   [[nodiscard]] virtual bool is_weight(std::size_t /*input*/) const { return false; }
-  /// Whether it takes calls of several copies of its operands at once; others are called for each copy.
+  /// Whether one call may take several copies of the operands; if not, there is one call a copy.
   [[nodiscard]] virtual bool takes_batches() const { return false; }
-  /// Whether result 0 may lie where operand 0 does, of the same size.
+  /// Whether result 0 may take the memory of operand 0, which has the same size.
   [[nodiscard]] virtual bool works_in_place() const { return false; }
 
-  /// The window of every result, a map, whose bits depend on windows of the operands; with the adjoint, also
-  /// where the results' adjoints are read to compute those of the operands within their windows. None: all.
+  /// The window of every result, a map, whose bits depend on windows of the operands. With the adjoint: also
+  /// the window in which the results' adjoints are read, to compute those of the operands within theirs.
+  /// None: all.
   ///
   /// \param changed  of each operand; empty where it is constant
   [[nodiscard]] virtual std::optional<MapWindow> window_reached(Engine /*engine*/,
@@ -124,8 +124,8 @@ class Operation {
     for (const MapWindow& window : changed) reached = hull(reached, window);
     return reached;
   }
-  /// The window of an operand that is read to compute a window of the results. Only where window_reached()
-  /// is one.
+  /// The window of an operand that is read to compute a window of the results. Only called where
+  /// window_reached() returns a window.
   [[nodiscard]] virtual MapWindow window_read(Engine /*engine*/, std::size_t /*operand*/,
                                               const MapWindow& computed) const {
     return computed;

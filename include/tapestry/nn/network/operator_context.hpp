@@ -18,7 +18,7 @@ namespace tapestry::nn {
 /// Where axis i of an [N, C, H, W] tensor lies when it is stored channels last, [N, H, W, C].
 inline constexpr std::array<std::size_t, 4> stored_axis{0, 3, 1, 2};
 
-/// An operand as those see it who make an operation.
+/// An operand as the maker of an operation sees it.
 struct Operand {
   Shape shape{};  ///< as stored
   ElementType type = ElementType::floating;
@@ -26,16 +26,16 @@ struct Operand {
   bool is_there = false;
 };
 
-/// A node with its operands' extents, input for making an operation. Attributes are read by name; one that
-/// was never read is an error, so that none is overlooked.
+/// A node with the extents of its operands, from which an operation is made. Attributes are read by name. An
+/// attribute that is never read is an error, so that none is overlooked.
 class OperatorContext {
  public:
-  /// \param channels_last  tensors of four axes among the data operands are stored as [N, H, W, C], and so
-  ///                       must the results of four axes be
+  /// \param channels_last  tensors of four axes among the data operands are stored as [N, H, W, C]; so must
+  ///                       be results of four axes
   OperatorContext(const Node& node, std::int64_t opset, std::vector<Operand> operands, bool channels_last)
       : inputs(std::move(operands)), node_(node), opset_(opset), channels_last_(channels_last) {}
 
-  std::vector<Operand> inputs;  ///< in the node's order; those left out are not there
+  std::vector<Operand> inputs;  ///< in the node's order; empty places are dropped
 
   [[nodiscard]] const Node& node() const { return node_; }
   [[nodiscard]] std::int64_t opset() const { return opset_; }
@@ -48,8 +48,8 @@ class OperatorContext {
     if (!has_input(i)) throw DomainError("input " + std::to_string(i) + " is missing");
     return inputs[i];
   }
-  /// Integers of an operand that must be known beforehand, as axes and extents must; out of range ones are
-  /// cut.
+  /// Integers of an operand that must be known beforehand, such as axes and extents. Integers out of range
+  /// are clipped.
   /// \throws DomainError if it is missing, of another type or depends on what the network is given;
   ///         ShapeError for more than no node needs
   [[nodiscard]] std::vector<std::int64_t> integers(std::size_t i) const {
@@ -101,7 +101,7 @@ class OperatorContext {
     return value == nullptr ? std::move(otherwise) : *value;
   }
   [[nodiscard]] const Constant* tensor(const std::string& name) { return find<Constant>(name, "a tensor"); }
-  /// Says that an attribute makes no difference here.
+  /// Marks an attribute as read that makes no difference here.
   void ignore(const std::string& name) { asked_.insert(name); }
 
   /// The place, as stored, of an axis that may count from the end. \throws DomainError outside `rank`

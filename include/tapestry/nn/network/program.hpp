@@ -26,12 +26,12 @@ struct OperationTimes {
   std::size_t passes = 0;
   double seconds = 0;  ///< of whole passes, which do a little between operations
 
-  /// Counts a pass. \returns where its time is to be added
+  /// Counts a pass. \returns the number to which its time is to be added
   [[nodiscard]] double& start_pass() {
     ++passes;
     return seconds;
   }
-  /// Counts a call of the operation that a label begins with. \returns where its time is to be added
+  /// Counts a call of the operation whose name begins this label. \returns the number to add its time to
   [[nodiscard]] double& start_call(const std::string& label) {
     Kind& kind = kinds[label.substr(0, label.find(' '))];
     ++kind.calls;
@@ -54,13 +54,13 @@ struct PassTimes {
   OperationTimes forward{}, adjoint{};
 };
 
-/// Counts a pass and times it until its end of scope; nothing for null.
+/// Counts a pass and times it to the end of the scope; does nothing if `times` is null.
 [[nodiscard]] inline std::optional<ScopedTimer> timed_pass(OperationTimes* times) {
   if (times == nullptr) return std::nullopt;
   return std::optional<ScopedTimer>(std::in_place, times->start_pass());
 }
 
-/// The same of a call of the operation that a label begins with.
+/// Counts and times a call of the operation whose name begins this label, likewise.
 [[nodiscard]] inline std::optional<ScopedTimer> timed_call(OperationTimes* times, const std::string& label) {
   if (times == nullptr) return std::nullopt;
   return std::optional<ScopedTimer>(std::in_place, times->start_call(label));
@@ -109,9 +109,9 @@ struct Program {
 
 /// Dependencies of a program's values, and how long each is needed.
 struct ProgramUse {
-  std::vector<std::size_t> last_use{};  ///< the step that reads a value last; the number of steps for results
-  std::vector<bool> follows_inputs{};   ///< differentiably
-  std::vector<bool> follows_weights{};  ///< or is one: a constant that is a weight of any step
+  std::vector<std::size_t> last_use{};  ///< step that reads a value last; the number of steps for results
+  std::vector<bool> follows_inputs{};   ///< depends differentiably on an input
+  std::vector<bool> follows_weights{};  ///< depends on a weight, or is one
 };
 
 template <std::floating_point T>

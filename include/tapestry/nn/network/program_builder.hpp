@@ -15,8 +15,8 @@
 
 namespace tapestry::nn {
 
-/// Elements that all folded results of a network may have together, beside four for each that its constants
-/// have: 256 MiB in double.
+/// Elements that all folded results of a network may have together, besides four for each element of its
+/// constants: 256 MiB in double.
 inline constexpr std::size_t largest_folded_size = std::size_t(1) << 25U;
 
 /// An operand of a node that is folded.
@@ -31,24 +31,24 @@ namespace detail {
   return {std::move(shape), ElementType::integer, std::move(values)};
 }
 
-/// Whether the operator works on channels last, as its operands of four axes then must lie.
+/// Whether the operator takes its operands of four axes channels last.
 [[nodiscard]] bool lies_last(const Operator<double>& kind, const std::vector<FoldOperand>& operands);
 }  // namespace detail
 
-/// The results of a node all of whose operands are known, computed in double.
+/// The results of a node all of whose operands are known beforehand, computed in double.
 /// \param most  elements that they may have
 /// \throws DomainError or ShapeError if the node is not supported or its results are too large
 [[nodiscard]] std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
                                               const std::vector<FoldOperand>& operands, std::size_t most);
 
-/// Turns a description into a program: what is known beforehand is computed now, each other node becomes an
-/// operation, and tensors of four axes are stored as their readers want them.
+/// Turns a description into a program. Values known beforehand are computed now, every other node becomes an
+/// operation, and tensors of four axes are stored in the order that their readers take.
 template <std::floating_point T>
 class ProgramBuilder {
  public:
   /// \param shapes  of the inputs, in the description's numbering of axes
   /// \param pictures_channels_last  inputs of four axes are handed over as [N, H, W, C]
-  /// \param stores_constants  without, the program cannot run, and only facts() are of use
+  /// \param stores_constants  if false, the program cannot run, and only facts() may be used
   ProgramBuilder(const NetworkDescription& description, const std::map<std::string, Shape>& shapes,
                  bool pictures_channels_last, bool stores_constants = true);
 
@@ -93,7 +93,7 @@ class ProgramBuilder {
     if (i >= count) throw DomainError("result " + std::to_string(i) + " is not supported");
   }
 
-  /// Whether the node's tensors lie channels last.
+  /// Whether the node takes its tensors channels last.
   [[nodiscard]] bool wants_channels_last(const Node& node, const Operator<T>& kind) const;
 
   void make(const Node& node, const Operator<T>& kind);

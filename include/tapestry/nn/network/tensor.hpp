@@ -20,11 +20,11 @@ using Shape = std::vector<std::size_t>;
   return std::accumulate(shape.begin(), shape.end(), std::size_t(1), std::multiplies<>());
 }
 
-/// Elements that a tensor of a network may have, and axes.
+/// Largest number of elements, and of axes, of a network's tensor.
 inline constexpr std::size_t most_elements = std::size_t(1) << 32U;
 inline constexpr std::size_t most_axes = 32;
 
-/// Checks that no product of a tensor's extents wraps, not even of those beside one that is 0.
+/// Checks that no product of a tensor's extents wraps, even if another extent is 0.
 /// \throws ShapeError for more than most_elements or most_axes
 inline void require_room(const Shape& shape) {
   if (shape.size() > most_axes)
@@ -38,12 +38,12 @@ inline void require_room(const Shape& shape) {
   }
 }
 
-/// Meaning of the elements of a tensor. All are computed in one floating type: integers, which are indices
-/// and extents, are exact in it as far as its digits reach (2^24 in float), and truth is 0 or 1.
+/// Meaning of the elements of a tensor. All are computed in one floating type. Integers (indices and extents)
+/// are exact in it as far as its digits reach, 2^24 in float; a Boolean is 0 or 1.
 enum class ElementType { floating, integer, boolean };
 
-/// A tensor whose values are known before a network runs: weights, and what shapes are computed from. Weights
-/// stay in single precision, as files hold them; integers and doubles in double.
+/// A tensor whose values are known before a network runs: weights, and numbers that shapes are computed from.
+/// Weights stay in single precision, as files hold them; integers and doubles are stored in double.
 struct Constant {
   Shape shape{};
   ElementType type = ElementType::floating;

@@ -14,15 +14,14 @@
 
 namespace tapestry::nn {
 
-/// Rows and columns of each value that a pass computes anew when the network's one input, a picture stored
-/// channels last, changes within a window. Values that are no maps of one picture are computed whole.
+/// Rows and columns of each value that a pass must recompute when the network's only input, a picture stored
+/// channels last, changes within a window. Values that are not maps of one picture are recomputed whole.
 struct MapWindowPlan {
-  Engine engine = Engine::automatic;  ///< whose tiles they are
-  MapWindow picture{};                ///< that changes; may be empty
-  /// Everything whose bits depend on the picture's window; the adjoint is not needed anywhere else. None:
-  /// all.
+  Engine engine = Engine::automatic;  ///< engine whose tiles the windows contain
+  MapWindow picture{};                ///< window of the picture that changes; may be empty
+  /// Part of each value whose bits depend on the picture's window; adjoints are needed only there. None: all.
   std::vector<std::optional<MapWindow>> changed{};
-  /// `changed`, and around it what is read to compute what has changed elsewhere. None: all.
+  /// `changed`, and the values around it that are read to compute other changed values. None: all.
   std::vector<std::optional<MapWindow>> read{};
 };
 
@@ -76,7 +75,7 @@ template <std::floating_point T>
   return plan;
 }
 
-/// Share of the multiply-adds of a program that a plan leaves out, from 0 to 1.
+/// Share of a program's multiply-adds that a plan saves, from 0 to 1.
 template <std::floating_point T>
 [[nodiscard]] double share_left_out(const Program<T>& program, const MapWindowPlan& plan) {
   double all = 0, left_out = 0;
@@ -113,15 +112,15 @@ void for_each_outside(const Shape& map, const std::optional<MapWindow>& outer, c
   }
 }
 
-/// Memory of a network about a picture that changes from pass to pass within one window: of each value the
-/// pixels around its own window that are read to compute what has changed. See Network::forward_within().
+/// What a network remembers of a picture that changes from pass to pass within one window: for each value,
+/// the pixels around its own window that are read to compute the changed ones. See Network::forward_within().
 template <std::floating_point T>
 struct KeptValues {
   std::shared_ptr<const MapWindowPlan> plan{};  ///< null: nothing is kept
   std::vector<Buffer<T>> rings{};               ///< of each value; empty where nothing is needed
-  Buffer<T> picture{};                          ///< as it was
-  std::weak_ptr<const void> constants{};        ///< that they were computed with
-  Mode mode = Mode::inference;                  ///< likewise
+  Buffer<T> picture{};                          ///< the picture of the last pass
+  std::weak_ptr<const void> constants{};        ///< constants of the last pass
+  Mode mode = Mode::inference;                  ///< mode of the last pass
 
   [[nodiscard]] std::size_t bytes() const {
     std::size_t count = picture.size();
@@ -148,7 +147,7 @@ struct KeptValues {
     });
   }
 
-  /// Whether a picture is, outside of its window, the one that is kept, bit for bit.
+  /// Whether a picture equals the kept one outside of its window, bit for bit.
   [[nodiscard]] bool is_same_outside(const Shape& map, const T* other) const {
     bool is_same = true;
     for_each_outside(map, std::nullopt, plan->picture, [&](std::size_t first, std::size_t size) {

@@ -16,11 +16,11 @@ namespace tapestry::raster::detail {
 
 /// The integral over all visible parts of the mesh's edges of
 ///   (colour on one side − colour on the other) · (motion of the edge across itself).
-///
 /// Each edge is cut at the borders of pixels and into pieces of at most 1/samples of a pixel; each piece
-/// counts by its middle. Rays just beside it decide which face is seen on either side, so borders, seams,
-/// repeated faces and surfaces that meet in one edge need no rules of their own: where both sides have the
-/// same colour there is no edge. An edge through q_a and q_b appears where m·r = 0, m = q_a × q_b; it moves
+/// counts by its middle. Rays just beside an edge find the face on either side. Borders, seams, repeated
+/// faces and surfaces that meet in one edge therefore need no special rules: if both sides have the same
+/// colour, there is no edge. An edge through q_a and q_b appears where m·r = 0, m = q_a × q_b. It moves
+/// across itself by −(dm·r)/|∂(m·r)/∂(column, row)|, which holds for ends behind the camera, too.
 /// across itself by −(dm·r)/|∂(m·r)/∂(column, row)|, which holds for ends behind the camera, too.
 template <class Colour, class Adjoint>
 class Outlines {

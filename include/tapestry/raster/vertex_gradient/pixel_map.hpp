@@ -128,7 +128,8 @@ class PixelMap {
     }
   }
 
-  /// Adds the pull of the samples from `begin` to `end`: their gain if they had the colour of `reference`.
+  /// Adds the gradient from the samples `begin` to `end`. The gain of a sample is, to first order, the
+  /// decrease of the loss if it takes the colour of `reference`; only gains above 0 count.
   void pull(FlatFace& flat, const Walk& walk, long along, double crossing, long begin, long end,
             long reference, bool is_inside) const {
     const auto& wanted = sample(walk, along, reference, colours_);

@@ -62,7 +62,7 @@ class CocoEntry {
       refuse(key, "a text that is not empty", value);
     return value.get<std::string>();
   }
-  /// A number from −largest, or from 0 on, to largest.
+  /// A number from −largest (or, for an extent, from 0) to largest.
   [[nodiscard]] double number(const char* key, const nlohmann::json& value, bool is_extent) const {
     constexpr double largest = 1e10;
     const double low = is_extent ? 0 : -largest;
@@ -80,7 +80,7 @@ class CocoEntry {
   std::string position_, place_;
 };
 
-/// Where the entry of an id is.
+/// Index of the entry with a given id.
 using IndexOfId = std::map<std::uint64_t, std::size_t>;
 
 class CocoReader {

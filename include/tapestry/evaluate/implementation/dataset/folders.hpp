@@ -56,8 +56,8 @@ std::vector<LabelledObject> parse_yolo_labels(std::string_view text, const std::
 
 namespace tapestry::evaluate::detail {
 
-/// The labels of a picture: beside it, else with the last folder images of its path as labels.
-/// \returns  empty where there are none
+/// The label file of a picture: beside it, or in the path with its last folder `images` replaced by `labels`.
+/// \returns empty if there is no such file
 [[nodiscard]] inline std::string yolo_label_path(const std::string& picture) {
   namespace fs = std::filesystem;
   const fs::path beside = fs::path(picture).replace_extension(".txt");
@@ -71,7 +71,7 @@ namespace tapestry::evaluate::detail {
   return io::is_regular_file(other.string()) ? other.string() : "";
 }
 
-/// Adds the next picture with its labels; none where it has no file of labels.
+/// Adds the next picture with its labels, or without any if it has no label file.
 /// \returns whether it has one
 inline bool add_yolo_picture(Dataset& dataset, const std::string& path, std::size_t class_count) {
   constexpr std::uint64_t largest = std::uint64_t(4) << 20U;
@@ -108,7 +108,7 @@ Dataset read_yolo_folder(const std::string& folder, std::size_t class_count) {
     throw FileError(ErrorKind::mismatch,
                     {from, "", "no pictures", std::string(io::picture_endings) + " files", "none"});
   const auto stem_of = [](const std::string& path) { return fs::path(path).stem(); };
-  const auto twin = std::ranges::adjacent_find(paths, {}, stem_of);  // their order is that of names
+  const auto twin = std::ranges::adjacent_find(paths, {}, stem_of);  // sorted by name
   if (twin != paths.end())
     throw FileError(ErrorKind::mismatch, {*twin, "", "two pictures would have the same labels", "other names",
                                           in_quotes(fs::path(twin[1]).filename().string())});
@@ -146,7 +146,7 @@ Dataset read_darknet_list(const std::string& path, std::size_t class_count) {
 
 namespace tapestry::evaluate::detail {
 
-/// Members of an annotation by name and type.
+/// An element of an annotation whose members are read by name and type.
 class VocElement {
  public:
   VocElement(const XmlElement& element, const std::string& path) : element_(element), path_(path) {}
@@ -186,7 +186,7 @@ class VocElement {
   const std::string& path_;
 };
 
-/// Columns and rows count from 1, and a box has its last ones.
+/// Columns and rows count from 1, and a box includes its last ones.
 inline detect::Box voc_box(const VocElement& bounds) {
   constexpr double largest = 1 << 20;
   const double left = bounds.child("xmin").number(-largest, largest) - 1;

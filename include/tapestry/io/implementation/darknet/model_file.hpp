@@ -85,7 +85,7 @@ bool is_safetensors(const std::string& path) {
 
 namespace tapestry::io::detail {
 
-/// The cfg to use with a converted detector: its own, or the given one, which should be the same.
+/// The cfg to use with a converted detector: its own, or the given one, which should be equal.
 [[nodiscard]] inline detect::NetworkConfig config_for(const DetectorFile& file, const std::string& weights,
                                                       const std::string& cfg,
                                                       std::vector<std::string>& warnings) {

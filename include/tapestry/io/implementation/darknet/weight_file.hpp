@@ -24,7 +24,7 @@ std::string describe(const detect::NetworkConfig& config, const detect::Paramete
          config.name + ":" + std::to_string(config.layers[block.layer].line) + ")";
 }
 
-/// Refuses what is plainly not a Darknet header, and returns the header's bytes that the version implies.
+/// Refuses files that are clearly not Darknet weights, and returns the size of the header for its version.
 [[nodiscard]] inline std::uint64_t check_header(const RegularFile& file,
                                                 std::span<const std::byte> beginning) {
   const auto fail = [&](const std::string& what, const std::string& expected, const std::string& found) {
@@ -105,7 +105,7 @@ inline void check_block(const std::string& path, const detect::NetworkConfig& co
   }
 }
 
-/// Remarks on values that are possible but look like the weights of another cfg.
+/// Adds warnings for values that are possible but look like the weights of another cfg.
 inline void remark_on_block(const detect::NetworkConfig& config, const detect::ParameterBlock& block,
                             std::span<const float> values, std::vector<std::string>& warnings) {
   double largest = 0;

@@ -25,7 +25,7 @@
 
 namespace tapestry::io::detail {
 
-/// Fields of a ModelProto beside its graph.
+/// Reads a ModelProto: its graph and the fields beside it.
 class ModelReader {
  public:
   ModelReader(const ProtobufFile& file, const OnnxLimits& limits)
@@ -83,7 +83,7 @@ class ModelReader {
     }
   }
 
-  /// The highest of several versions counts, as onnx.proto requires for opset_import.
+  /// Of several versions the highest counts, as onnx.proto requires for opset_import.
   void read_opset(ProtobufMessage message) {
     std::string_view domain;
     std::int64_t version = 0;
@@ -99,8 +99,8 @@ class ModelReader {
     if (is_default_domain(domain) && (!opset_ || version > *opset_)) opset_ = version;
   }
 
-  /// A function replaces the operator of its name. One of another domain is refused where a node calls it;
-  /// one of ONNX's own would go unnoticed.
+  /// Refuses functions of ONNX's own domain: a function replaces the operator of its name, and that would go
+  /// unnoticed. A function of another domain is refused where a node calls it.
   void check_function(ProtobufMessage message) {
     std::string_view name;
     std::string_view domain;
@@ -163,12 +163,12 @@ nn::Constant read_onnx_tensor(const std::string& path, const OnnxLimits& limits)
 
 namespace tapestry::io::detail {
 
-/// The elements of an initialiser where its file has them.
+/// The elements of an initialiser within the bytes of its file.
 struct ElementSpan {
   std::string name{};
   OnnxType type = OnnxType::undefined;
   bool is_outside = false;   ///< in a file of its own
-  std::size_t pieces = 0;    ///< in which the elements lie
+  std::size_t pieces = 0;    ///< number of parts that the elements are split into
   std::string_view bytes{};  ///< of the last piece
 };
 
@@ -193,7 +193,7 @@ struct ElementSpan {
   return span;
 }
 
-/// \throws FileError (mismatch) unless so many floats can take the elements' place
+/// \throws FileError (mismatch) unless so many floats can replace the elements
 inline void require_replaceable(const ProtobufMessage& tensor, const ElementSpan& span, std::size_t count) {
   const auto refuse = [&](const std::string& expected, const std::string& found) {
     tensor.fail_whole("weights " + in_quotes(span.name) + " cannot be replaced", expected, found,

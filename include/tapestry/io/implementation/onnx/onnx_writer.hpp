@@ -19,7 +19,7 @@
 
 namespace tapestry::io::detail {
 
-/// Makes the messages of onnx.proto, by the numbers of their fields.
+/// Writes the messages of onnx.proto, by the numbers of their fields.
 class OnnxEncoder {
  public:
   OnnxEncoder(const nn::NetworkDescription& network, const std::map<std::string, nn::Shape>& output_shapes)
@@ -65,7 +65,7 @@ class OnnxEncoder {
 
   using OpenShape = std::vector<std::optional<std::size_t>>;
 
-  /// A ValueInfoProto; without a shape it leaves the extents open.
+  /// A ValueInfoProto; without a shape, the extents stay open.
   [[nodiscard]] static std::string value(const std::string& name, std::int32_t element_type,
                                          const std::optional<OpenShape>& extents) {
     std::string shape, type, tensor, bytes;
@@ -161,7 +161,7 @@ class OnnxEncoder {
     for (std::size_t i = 0; i < size; ++i) bytes += static_cast<char>(word >> (8 * i) & 0xFFU);
   }
 
-  /// The nearest integer of 64 bits to one that was read into double precision, where the largest is 2⁶³.
+  /// The nearest 64-bit integer to one that was read in double precision, in which the largest becomes 2⁶³.
   [[nodiscard]] static std::int64_t integer_of(const std::string& name, double value) {
     if (std::isnan(value)) throw DomainError("write_onnx: the integers of '" + name + "' hold NaN");
     if (value >= 0x1p63) return std::numeric_limits<std::int64_t>::max();

@@ -47,7 +47,7 @@ void NetworkPass<T>::begin(const Program<T>& program, const std::vector<const T*
     if (program.values[v].is_constant()) where_[v] = program.constants.data() + program.values[v].constant;
   for (std::size_t i = 0; i < program.inputs.size(); ++i) where_[program.inputs[i]] = inputs.at(i);
   for (const std::size_t v : outputs_) {
-    if (where_[v] == nullptr || !buffers_[v].empty()) continue;  // a step makes it, or it is copied
+    if (where_[v] == nullptr || !buffers_[v].empty()) continue;  // a step makes it, or it has been copied
     const std::size_t count = size_of(program.values[v].shape);
     buffers_[v] = workspace_.take(batch * count);  // inputs and constants may be gone before the pass
     for (std::size_t n = 0; n < batch; ++n)
@@ -255,7 +255,7 @@ void NetworkPass<T>::call_adjoint(const Program<T>& program, std::size_t s, cons
                                   const std::vector<std::uint8_t>& is_first, std::size_t n, std::size_t batch,
                                   Engine engine) {
   const ProgramStep<T>& step = program.steps[s];
-  const AdjointReads reads = reads_of(step);  // all else is null, though it may be there still
+  const AdjointReads reads = reads_of(step);  // all other operands are null, even if they are still in memory
   std::vector<TensorView<const T>> results;
   std::vector<TensorView<T>> result_adjoints, input_adjoints;
   for (std::size_t i = 0; i < step.outputs.size(); ++i) {
@@ -289,7 +289,7 @@ T* NetworkPass<T>::goal_of(const Program<T>& program, std::size_t value, std::ui
   if (goals_[value] != nullptr) return goals_[value];
   if (adjoints_[value].empty()) {
     adjoints_[value] = workspace_.take(size_of_all(program, value));
-    is_first = 1;  // for the first of the operands that are this value
+    is_first = 1;  // 1 only for the first of the operands with this value
   }
   return adjoints_[value].data();
 }

@@ -39,7 +39,7 @@
 #include <tapestry/nn/network/program_builder.hpp>
 #include <vector>
 
-/// The table of operators.hpp with all that it brings, which takes a compiler long.
+/// The table of operators.hpp. It includes every operator and so takes a compiler long.
 
 namespace tapestry::nn {
 
@@ -121,13 +121,13 @@ namespace tapestry::nn {
 
 namespace detail {
 
-/// Operands as the kernels read them, which may be past the end of one.
+/// Operands as the kernels read them: readable past their ends.
 struct FoldInputs {
   std::vector<Constant> stored;
   std::vector<Buffer<double>> values;
   std::vector<TensorView<const double>> views;
 
-  /// \param first_last  operands that are wanted channels last
+  /// \param first_last  number of leading operands to store channels last
   FoldInputs(const std::vector<FoldOperand>& operands, std::size_t first_last)
       : stored(operands.size()), values(operands.size()), views(operands.size()) {
     for (std::size_t i = 0; i < operands.size(); ++i) {
@@ -139,7 +139,7 @@ struct FoldInputs {
     }
   }
 
-  /// For the maker of the operation.
+  /// The operands as the maker of an operation takes them.
   [[nodiscard]] std::vector<Operand> described(const std::vector<FoldOperand>& operands) const {
     std::vector<Operand> made;
     for (std::size_t i = 0; i < stored.size(); ++i) {

@@ -142,8 +142,8 @@ class BatchNormalization : public Operation<T> {
   bool is_computed_;
 };
 
-/// BatchNormalization with the statistics of the pass's batch, training_mode 1; where the network computes
-/// one of the operands for each channel, with those of each picture of the batch:
+/// BatchNormalization with the statistics of the pass's batch, training_mode 1. Where the network computes
+/// one of the operands of a channel, each picture of the batch has statistics of its own:
 ///
 ///   y = scale · (x − mean(x)) / √(variance(x) + ε) + bias
 ///   running ← momentum · running + (1 − momentum) · batch       results 1 and 2, the same for the whole

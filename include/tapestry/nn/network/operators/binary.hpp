@@ -9,7 +9,8 @@
 
 namespace tapestry::nn {
 
-/// Loops of a function of two numbers, see binary_functions.hpp, where an operand moves along or stays.
+/// Loops of a function of two numbers, see binary_functions.hpp. Each operand is an array or one repeated
+/// number.
 template <std::floating_point T>
 struct BinaryLoops {
   using Loop = void (*)(const T* a, const T* b, T* y, std::size_t count, bool a_moves, bool b_moves);
@@ -18,7 +19,7 @@ struct BinaryLoops {
                            bool b_moves);
   Loop forward = nullptr;
   Partial partial[2] = {nullptr, nullptr};  ///< null where the derivative is `constant`
-  T constant[2] = {0, 0};                   ///< 0 and no `partial`: there is no derivative
+  T constant[2] = {0, 0};                   ///< if 0, and `partial` is null, there is no derivative
 };
 
 namespace detail {
@@ -58,7 +59,7 @@ void binary_partial(const T* a, const T* b, const T* dy, T* to, std::size_t coun
   }
 }
 
-/// The product's, which is a product itself.
+/// Derivative of a product.
 template <int Operand, std::floating_point T>
 void product_partial(const T* a, const T* b, const T* dy, T* to, std::size_t count, bool a_moves,
                      bool b_moves) {
@@ -83,7 +84,7 @@ template <class F, std::floating_point T>
 }
 }  // namespace detail
 
-/// A function of each element of two operands, which are repeated as far as need be.
+/// A function of each element of two operands, which are repeated to a common shape.
 template <std::floating_point T>
 class BinaryOperation : public Operation<T> {
  public:
@@ -117,7 +118,7 @@ class BinaryOperation : public Operation<T> {
         operands_[i].pull_back(dy, loops_.constant[i], call, i);
         continue;
       }
-      const bool is_last = i == 1 || !call.wants(1);  // nobody reads dy later
+      const bool is_last = i == 1 || !call.wants(1);  // later calls do not read dy
       const bool is_direct = operands_[i].is_whole && call.is_fresh[i];
       if (!is_direct && !is_last) call.state.values.resize(call.output_adjoints[0].size());
       T* const to = is_direct ? call.input_adjoints[i].values : is_last ? dy : call.state.values.data();

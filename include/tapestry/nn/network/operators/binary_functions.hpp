@@ -9,7 +9,7 @@
 
 namespace tapestry::nn::binary {
 
-/// Results are integers or truths, or do not change: no derivative.
+/// Functions with integer, Boolean or piecewise constant results: no derivative.
 struct Discrete {
   static constexpr bool is_vector = false;
   static constexpr bool has_derivative = false;
@@ -19,7 +19,7 @@ struct Function {
   static constexpr bool is_vector = false;
   static constexpr bool has_derivative = true;
 };
-/// Defaults of those of them that are computed by vectors.
+/// Defaults for functions of two operands that are computed by vectors.
 struct VectorFunction {
   static constexpr bool is_vector = true;
   static constexpr bool has_derivative = true;

@@ -15,8 +15,8 @@
 
 namespace tapestry::nn {
 
-/// Channels in `groups` groups, one after the other, are taken in turn from each: channel i of group g
-/// becomes channel i · groups + g. Source: Zhang, Zhou, Lin and Sun, "ShuffleNet" (2018), section 3.1.
+/// Takes the channels of `groups` consecutive groups in turn from each group: channel i of group g becomes
+/// channel i · groups + g. Source: Zhang, Zhou, Lin and Sun, "ShuffleNet" (2018), section 3.1.
 template <std::floating_point T>
 class ChannelShuffle : public Operation<T> {
  public:
@@ -61,7 +61,7 @@ class ChannelShuffle : public Operation<T> {
   std::size_t groups_;
 };
 
-/// ChannelShuffle, which is Tapestry's and none of ONNX's: simplified() makes it.
+/// ChannelShuffle, an operator of Tapestry, not of ONNX: simplified() makes it.
 template <std::floating_point T>
 void add_channel_shuffle(OperatorTable<T>& table) {
   table["ChannelShuffle"] = {

@@ -17,7 +17,7 @@
 
 namespace tapestry::nn {
 
-/// Plan of one convolution of a network: everything but its values.
+/// Plan of one convolution of a network: all of it except the values.
 template <std::floating_point T>
 struct ConvolutionPlan {
   ConvolutionShape shape{};
@@ -70,7 +70,7 @@ class Convolution : public Operation<T> {
     const bool keeps_signs = call.keeps && activation.needs_signs();
     const bool fuses_signs = keeps_signs && fuses_bits<T>(plan_.shape);
     if (keeps_signs) call.state.bits.resize(block_count(plan_.out_size(call.batch), 8));
-    if (fuses_signs) end.positive = call.state.bits.data();  // whole bytes a pixel; others are read off below
+    if (fuses_signs) end.positive = call.state.bits.data();  // whole bytes a pixel; others follow below
     if (!keeps_signs || fuses_signs) end.addend = addend;
     end.slope = activation.slope;
     end.curve = activation.curve;
@@ -148,7 +148,7 @@ class Convolution : public Operation<T> {
   [[nodiscard]] bool takes_batches() const override { return plan_.takes_batches; }
 
  private:
-  /// The weights, packed for the occasion if the network computes them.
+  /// The weights, packed for this call if the network computes them.
   class Computed {
    public:
     Computed(const Convolution& owner, std::span<const TensorView<const T>> inputs)
@@ -185,7 +185,7 @@ class Convolution : public Operation<T> {
   void hand_to_addend(const AdjointCall<T>& call, const T* adjoint) const {
     if (!has_addend() || !call.wants(plan_.addend)) return;
     T* const to = call.input_adjoints[plan_.addend].values;
-    // An input that is the addend, too, counts as fresh as operand 0 alone.
+    // Where input and addend are one value, only operand 0 counts as fresh.
     if (to == call.input_adjoints[0].values) static_cast<void>(call.accumulate(0));
     if (call.is_fresh[plan_.addend]) {
       copy(adjoint, to, plan_.out_size(call.batch));
@@ -250,8 +250,8 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// Conv, and FusedConv, which simplified() makes of it and what follows: operands x, addend or nothing,
-/// weights, bias; attributes those of Conv and of FusedActivation, and `adds_first`.
+/// Conv, and FusedConv, which simplified() makes of a Conv and the nodes behind it. Operands of FusedConv: x,
+/// addend or nothing, weights, bias. Attributes: those of Conv and FusedActivation, and `adds_first`.
 template <std::floating_point T>
 void add_convolution(OperatorTable<T>& table) {
   table["Conv"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {

@@ -104,7 +104,8 @@ class ConvolutionTranspose : public Operation<T> {
 
 namespace detail {
 
-/// One axis of the convolution whose adjoint is wanted: `output` is what is given, `input` what comes out.
+/// One axis of the convolution whose adjoint this is: `output` is the extent given, `input` the extent
+/// returned.
 /// \throws ShapeError if nothing would be left
 [[nodiscard]] inline AxisWindow transposed_axis(const KernelAttributes& window, std::size_t axis,
                                                 std::size_t given, std::size_t extra,
@@ -163,8 +164,9 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// ConvTranspose of pictures. Where `output_shape` leaves an odd number of values to cut, auto_pad SAME_UPPER
-/// cuts the smaller half in front, as the standard requires, and everything else the larger one.
+/// ConvTranspose of pictures. If `output_shape` leaves an odd number of values to cut off, auto_pad
+/// SAME_UPPER cuts the smaller half in front, as the standard requires; every other setting cuts the larger
+/// half there.
 template <std::floating_point T>
 void add_convolution_transpose(OperatorTable<T>& table) {
   table["ConvTranspose"] = {LayoutRule::channels_last, 1, false, detail::make_convolution_transpose<T>};

@@ -54,7 +54,7 @@ class ConvolutionWeights {
 
   [[nodiscard]] const ConvolutionShape& shape() const { return shape_; }
 
-  /// From now on these, which must stay where they are, unchanged.
+  /// Sets the weights, which must stay where they are, unchanged.
   void set(const T* weights) {
     weights_ = weights;
     convolution_.reset();
@@ -84,7 +84,7 @@ class ConvolutionWeights {
   mutable std::unique_ptr<std::vector<PackedConvolution<T>>> adjoint_;
 };
 
-/// in_adjoint (+)= the adjoint of a convolution, to out_adjoint.
+/// Adds to in_adjoint the adjoint of a convolution applied to out_adjoint, or writes it where fresh.
 /// \param is_fresh  in_adjoint is not initialised
 /// \param window    of in_adjoint, as convolve() takes it
 template <std::floating_point T>

@@ -16,15 +16,15 @@
 
 namespace tapestry::nn {
 
-/// Which blocks of neighbouring elements of a tensor some indices mean.
+/// Blocks of neighbouring elements of a tensor that some indices select.
 struct IndexPlan {
   LoopNest<2> nest{};                     ///< over the blocks: places among the indices, and in the tensor
-  std::vector<std::ptrdiff_t> strides{};  ///< what each of the indices that belong to a block counts
-  Shape extents{};                        ///< so many there are of that
+  std::vector<std::ptrdiff_t> strides{};  ///< step in the tensor for one unit of each index of a block
+  Shape extents{};                        ///< extent of the axis of each of these indices
   std::size_t block = 1;                  ///< elements of a block
   std::size_t count = 1;                  ///< of blocks
 
-  /// Writes where each block begins. \throws DomainError for an index that is out of range
+  /// Writes where each block begins. \throws DomainError for an index out of range
   template <std::floating_point T>
   void write_places(const T* indices, ElementIndex<T>* places) const {
     const auto step = nest.loops.back().strides;
@@ -39,7 +39,7 @@ struct IndexPlan {
     });
   }
 
-  /// Index i along an axis, for blocks of all that lies behind it.
+  /// One index along an axis; a block is everything behind that axis.
   [[nodiscard]] static IndexPlan of_axis(const Shape& shape, std::size_t axis, std::size_t index_count) {
     IndexPlan plan;
     const std::ptrdiff_t stride = strides_of(shape)[axis];
@@ -53,7 +53,7 @@ struct IndexPlan {
     return plan.finished();
   }
 
-  /// Index i along an axis, for an element each, whose other coordinates are those of the index.
+  /// One index along an axis for each element; its other coordinates are those of the index.
   [[nodiscard]] static IndexPlan of_elements(const Shape& shape, std::size_t axis, const Shape& indices) {
     IndexPlan plan;
     const auto own = strides_of(shape), steps = strides_of(indices);
@@ -71,7 +71,7 @@ struct IndexPlan {
     return plan.finished();
   }
 
-  /// Several indices for the axes behind the first `batch`, for blocks of all that lies behind those.
+  /// Several indices for the axes behind the first `batch`; a block is everything behind those axes.
   [[nodiscard]] static IndexPlan of_tuples(const Shape& shape, std::size_t batch, const Shape& indices) {
     IndexPlan plan;
     const std::size_t size = indices.empty() ? 0 : indices.back();
@@ -108,7 +108,7 @@ struct IndexPlan {
   }
 };
 
-/// Gather, GatherElements and GatherND: the blocks that indices mean, one behind the other.
+/// Gather, GatherElements and GatherND: the blocks that indices select, one behind the other.
 template <std::floating_point T>
 class Gather : public Operation<T> {
  public:
@@ -134,7 +134,7 @@ class Gather : public Operation<T> {
     T* const to = call.accumulate(0);
     const T* from = call.output_adjoints[0].values;
     const ElementIndex<T>* const places = call.state.choices.data();
-    for (std::size_t i = 0; i < plan_.count; ++i)  // a block may be meant more than once
+    for (std::size_t i = 0; i < plan_.count; ++i)  // a block may be selected more than once
       for (std::size_t k = 0; k < plan_.block; ++k) to[static_cast<std::size_t>(places[i]) + k] += *from++;
   }
 

@@ -148,7 +148,7 @@ class Gemm : public Operation<T> {
   return plan;
 }
 
-/// Gemm, whose constant operands are all weights.
+/// Gemm. All its constant operands are weights.
 template <std::floating_point T>
 void add_gemm(OperatorTable<T>& table) {
   table["Gemm"] = {LayoutRule::plain, 3, false,

@@ -31,8 +31,8 @@ class Ramp : public Operation<T> {
   double start_, step_;
 };
 
-/// One value where an index along an axis equals the operand, another one elsewhere; only the latter for
-/// indices out of range.
+/// One value where an index along an axis equals the operand, another one elsewhere. Indices out of range
+/// give the other value everywhere.
 template <std::floating_point T>
 class OneHot : public Operation<T> {
  public:
@@ -128,7 +128,7 @@ class Trilu : public Operation<T> {
 };
 
 namespace detail {
-/// The one number of a constant operand.
+/// The value of a constant operand with one element.
 [[nodiscard]] inline double scalar_of(const OperatorContext& context, std::size_t input) {
   const Constant& constant = context.constant(input);
   if (constant.size() != 1)

@@ -13,7 +13,7 @@
 
 namespace tapestry::nn {
 
-/// How GridSample reads a picture between its pixels and beyond them.
+/// How GridSample reads pictures between pixels and outside.
 /// Source: onnx.ai, Operators.md, GridSample, and PyTorch's grid_sample, which it follows.
 struct GridSampling {
   enum class Mode { nearest, linear, cubic };
@@ -32,7 +32,7 @@ struct GridTaps {
 };
 
 namespace detail {
-/// A coordinate that is turned round at the picture's ends as often as need be.
+/// A coordinate reflected at the picture's ends as often as necessary.
 /// \param slope  is multiplied by the derivative, 1 or −1
 [[nodiscard]] inline double reflected(double x, std::size_t extent, bool align_corners, double& slope) {
   const double low = align_corners ? 0 : -0.5;
@@ -44,7 +44,7 @@ namespace detail {
   return low + (is_turned ? span - rest : rest);
 }
 
-/// Adds the pixel at a whole coordinate, or what padding has there.
+/// Adds the pixel at an integer coordinate, or the padding there.
 inline void add_tap(const GridSampling& rule, std::size_t extent, double place, double weight, double slope,
                     GridTaps& taps) {
   const double last = static_cast<double>(extent) - 1;

@@ -14,8 +14,8 @@
 
 namespace tapestry::nn {
 
-/// The attributes of a window that slides over a picture, for rows and columns: what convolutions and
-/// poolings share. Source: onnx.ai, Operators.md, Conv and MaxPool.
+/// The attributes of a window that slides over a picture, for rows and columns; convolutions and poolings
+/// share them. Source: onnx.ai, Operators.md, Conv and MaxPool.
 struct KernelAttributes {
   enum class AutoPad { notset, same_upper, same_lower, valid };
   using Pair = std::array<std::size_t, 2>;
@@ -42,7 +42,7 @@ struct KernelAttributes {
 }
 
 namespace detail {
-/// Numbers of a window beyond this are taken for nonsense.
+/// Settings of a window beyond this are rejected.
 inline constexpr std::int64_t largest_window = std::int64_t(1) << 20U;
 
 inline void read_extents(OperatorContext& context, const char* name, std::int64_t least, std::size_t count,
@@ -91,7 +91,7 @@ inline void read_extents(OperatorContext& context, const char* name, std::int64_
   return window;
 }
 
-/// Sets the zeros that make an axis of `input` values one of ⌈input / stride⌉ outputs, and returns those.
+/// Sets the zeros for which an axis of `input` values has ⌈input / stride⌉ outputs, and returns that number.
 inline std::size_t pad_same(KernelAttributes& window, std::size_t axis, std::size_t input) {
   const std::size_t stride = window.strides[axis];
   const std::size_t output = (input + stride - 1) / stride;
@@ -130,7 +130,7 @@ inline std::size_t pad_same(KernelAttributes& window, std::size_t axis, std::siz
           static_cast<std::ptrdiff_t>(window.before[axis])};
 }
 
-/// Taps of one output along one axis that lie in the picture, and what the window counts.
+/// Taps of one output along one axis that lie in the picture, and their number with padding.
 struct KernelTaps {
   std::size_t first = 0;  ///< input of the first of them
   std::size_t count = 0;
@@ -171,8 +171,8 @@ struct PoolingPlan {
         body(first + y * rows.spacing * row_size() + x * columns.spacing * channels);
   }
 
-  /// Calls the same where several outputs may reach one input: images side by side, each in reading
-  /// order.
+  /// The same, for bodies where several outputs may write one input: images side by side, the outputs of each
+  /// in reading order.
   template <class Body>
   void for_each_output_in_order(Body body) const {
     parallel_for(images, [&](std::size_t image) {

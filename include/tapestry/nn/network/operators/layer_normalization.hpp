@@ -20,7 +20,7 @@ namespace tapestry::nn {
 template <std::floating_point T>
 class LayerNormalization : public Operation<T> {
  public:
-  /// \param scale, bias  for each element of a row, where its value is
+  /// \param scale, bias  place of its value for each element of a row
   LayerNormalization(const Shape& shape, std::vector<std::size_t> scale, std::vector<std::size_t> bias,
                      double epsilon)
       : Operation<T>({{shape, ElementType::floating}}),
@@ -118,7 +118,7 @@ class LayerNormalization : public Operation<T> {
 };
 
 namespace detail {
-/// Where in an operand, repeated over `shape`, each element's value is.
+/// Place in an operand, repeated over `shape`, of each element's value.
 /// \throws ShapeError if it cannot be repeated so
 [[nodiscard]] inline std::vector<std::size_t> repeated_places(const Shape& shape, const Shape& operand) {
   Shape own = operand;
@@ -185,7 +185,7 @@ class LocalResponseNormalization : public Operation<T> {
     });
   }
 
-  /// ∂L/∂x_i = g_i·d_i^−β − 2αβ/size · x_i · Σ g_j·x_j·d_j^(−β−1), over those j whose neighbour i is.
+  /// ∂L/∂x_i = g_i·d_i^−β − 2αβ/size · x_i · Σ g_j·x_j·d_j^(−β−1), over the j that have i as a neighbour.
   void adjoint(const AdjointCall<T>& call) const override {
     const T* const in = call.inputs[0].values;
     const T* const adjoint = call.output_adjoints[0].values;
@@ -206,7 +206,7 @@ class LocalResponseNormalization : public Operation<T> {
   [[nodiscard]] AdjointReads adjoint_reads() const override { return {1, 0}; }
 
  private:
-  /// Neighbours of channel c, of which an even size has one more behind it.
+  /// Neighbours of channel c. If `size` is even, one more lies behind c than before it.
   [[nodiscard]] std::size_t first(std::size_t c) const {
     const std::size_t before = (numbers_.size - 1) / 2;
     return c > before ? c - before : 0;

@@ -19,7 +19,7 @@ namespace tapestry::nn {
 struct ProductShape {
   std::size_t rows = 1, depth = 1, columns = 1;
 
-  /// The same as a convolution of pixels, each on its own.
+  /// The same as a convolution of single pixels.
   [[nodiscard]] ConvolutionShape convolution() const {
     ConvolutionShape shape;
     shape.rows.input = shape.rows.output = rows;
@@ -29,7 +29,7 @@ struct ProductShape {
   }
 };
 
-/// b of a product, packed; b[k, n] is at b[k · row_step + n · column_step].
+/// Operand b of a product, packed; b[k, n] is at b[k · row_step + n · column_step].
 template <std::floating_point T>
 [[nodiscard]] PackedConvolution<T> pack_matrix(const ProductShape& shape, const T* b, std::size_t row_step,
                                                std::size_t column_step) {
@@ -67,13 +67,13 @@ void transpose_matrix(const T* from, std::size_t rows, std::size_t columns, T* t
     for (std::size_t j = 0; j < columns; ++j) to[j * rows + i] = from[i * columns + j];
 }
 
-/// How the matrices of two stacks of them meet, as NumPy's matmul has it.
+/// How the matrices of two stacks are paired, by the rules of NumPy's matmul.
 struct MatMulPlan {
   ProductShape product{};
   Shape out{};
   std::vector<std::size_t> a{}, b{};  ///< the matrix of each operand that makes each matrix of the result
 
-  /// Whether every matrix of `a`, one after the other, meets the one of `b`: one tall product then.
+  /// Whether all matrices of `a`, in order, are multiplied with one matrix b: then it is one tall product.
   [[nodiscard]] bool shares_b() const {
     if (!std::ranges::all_of(b, [](std::size_t matrix) { return matrix == 0; })) return false;
     for (std::size_t i = 0; i < a.size(); ++i)

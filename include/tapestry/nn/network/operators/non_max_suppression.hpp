@@ -18,8 +18,8 @@ namespace tapestry::nn {
 struct SuppressionSettings {
   bool has_centres = false;  ///< boxes are cx, cy, w, h; else y, x of two opposite corners
   std::size_t most = 0;      ///< boxes of a class of an image
-  double overlap = 0;        ///< boxes that overlap a chosen one by more are left out
-  double score = -std::numeric_limits<double>::infinity();  ///< boxes with no more than that are left out
+  double overlap = 0;        ///< boxes that overlap a chosen one by more than this are left out
+  double score = -std::numeric_limits<double>::infinity();  ///< boxes with a score up to this are left out
 };
 
 /// The boxes that ONNX's NonMaxSuppression chooses, as rows of image, class and box: of each class of each
@@ -71,8 +71,8 @@ template <class Value>
   return rows;
 }
 
-/// NonMaxSuppression. Extents are fixed, so where boxes or scores are computed there are as many rows as
-/// there may be at most, and those that are not needed hold −1.
+/// NonMaxSuppression. Extents are fixed, so if boxes or scores are computed, the result has the largest
+/// possible number of rows; unused rows hold −1.
 template <std::floating_point T>
 class NonMaxSuppression : public Operation<T> {
  public:
@@ -118,7 +118,7 @@ template <std::floating_point T>
                      tapestry::detail::to_text(b) + ", expected [N, B, 4] and [N, K, B]");
   std::size_t rows = b[0] * b[1] * std::min(settings.most, a[1]);
   if (boxes.constant != nullptr && scores.constant != nullptr) {
-    if (a[1] > (std::size_t(1) << 16U))  // each is compared with all others
+    if (a[1] > (std::size_t(1) << 16U))  // each box is compared with all others
       throw ShapeError(std::to_string(a[1]) + " constant boxes are too many");
     const auto value = [](const Constant* constant) {
       return [constant](std::size_t i) { return static_cast<double>(static_cast<T>(constant->at(i))); };

@@ -130,7 +130,8 @@ class TopK : public Operation<T> {
   bool is_largest_;
 };
 
-/// Sums of the elements up to each, or behind each if reversed; without the element itself if exclusive.
+/// Running sums: of the elements up to each one, or behind each one if reversed; without the element itself
+/// if exclusive.
 template <std::floating_point T>
 class CumSum : public Operation<T> {
  public:

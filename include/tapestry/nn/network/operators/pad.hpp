@@ -15,7 +15,7 @@
 namespace tapestry::nn {
 namespace detail {
 
-/// A run of a padded axis that walks along the axis before padding, stands still or walks back.
+/// A run of a padded axis: it follows the axis before padding, repeats one element or runs backwards.
 struct PadRun {
   std::ptrdiff_t to = 0, from = 0, step = 0;
   std::size_t count = 0;
@@ -170,9 +170,13 @@ struct PictureAxes {
   }
 };
 
-/// From a picture with many channels to a large one. Channel of the deep one: (row in the block · block +
-/// column in the block) · channels of the wide one + channel of that; or, if those come first, that channel ·
-/// block² + row in the block · block + column.
+/// From a picture with many channels to a large one. The deep picture's channel is
+///
+///  (row in the block · block + column in the block) · channels of the wide one + channel of the wide one
+///
+/// or, if channels come first,
+///
+///  channel of the wide one · block² + row in the block · block + column in the block
 [[nodiscard]] inline LoopNest<2> depth_space_nest(const PictureAxes& deep, const PictureAxes& wide,
                                                   std::size_t block, bool channels_first) {
   const auto size = static_cast<std::ptrdiff_t>(block);

@@ -13,7 +13,7 @@
 
 namespace tapestry::nn {
 
-/// A tensor's values in the same order, under whatever extents: Identity, Reshape and their like.
+/// A tensor's values in the same order with new extents: Identity, Reshape and the like.
 template <std::floating_point T>
 class PassOn : public Operation<T> {
  public:
@@ -41,7 +41,7 @@ class PassOn : public Operation<T> {
   explicit PassOn(std::vector<typename Operation<T>::Result> results) : Operation<T>(std::move(results)) {}
 };
 
-/// Dropout outside of training, which drops nothing; result 1 is true for each element.
+/// Dropout outside of training, an identity; result 1 is true for each element.
 template <std::floating_point T>
 class Dropout : public PassOn<T> {
  public:
@@ -103,8 +103,8 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// Cast and CastLike. All is computed in one type, so that numbers are not rounded to a smaller type's
-/// digits, nor integers cut to its range; fractions are cut off where integers are wanted.
+/// Cast and CastLike. Everything is computed in one type, so casts round no digits and clip no integers.
+/// Casts to integers cut fractions off.
 template <std::floating_point T>
 void add_cast_operators(OperatorTable<T>& table) {
   const auto cast = [](OperatorContext& context) {

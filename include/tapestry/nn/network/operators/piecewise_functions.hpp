@@ -61,7 +61,8 @@ struct HardSwish : VectorFunction<Reads::input> {
   }
 };
 
-/// 0 below −2, x²/2 + x up to 0, x above, of derivative 0 at −2 and 1 at 0. An operator of ours, for Darknet.
+/// 0 below −2, x²/2 + x up to 0, x above; derivative 0 at −2 and 1 at 0. Tapestry's own operator, for
+/// Darknet.
 struct HardMish : VectorFunction<Reads::input> {
   template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
@@ -211,7 +212,7 @@ struct Sign : Function<Reads::no_derivative> {
   }
 };
 
-/// Towards 0.
+/// Rounds towards 0.
 struct Truncate : Function<Reads::no_derivative> {
   template <std::floating_point T>
   static T value(T x, T, T) {
@@ -219,7 +220,7 @@ struct Truncate : Function<Reads::no_derivative> {
   }
 };
 
-/// Whether x is anything but 0.
+/// 1 unless x is 0.
 struct IsTrue : Function<Reads::no_derivative> {
   template <std::floating_point T>
   static T value(T x, T, T) {

@@ -66,7 +66,7 @@ class PixelUnshuffle : public Operation<T> {
   }
 
  private:
-  /// Calls body(first element of a pixel in, where it goes), rows out side by side.
+  /// Calls body(first element of an input pixel, its place in the result), rows of the result side by side.
   template <class Body>
   void for_each_pixel(Body body) const {
     const Shape& out = this->result_shape();
@@ -86,8 +86,8 @@ class PixelUnshuffle : public Operation<T> {
   PixelBlocks blocks_;
 };
 
-/// PixelUnshuffle, which simplified() makes of Slices that take every second row and column, or so, and a
-/// Concat: attributes `block`, its rows and columns, and `places`, a row and a column each.
+/// PixelUnshuffle, which simplified() makes of a Concat of Slices that take, for example, every second row
+/// and column. Attributes: `block`, its rows and columns, and `places`, a row and a column each.
 template <std::floating_point T>
 void add_pixel_unshuffle(OperatorTable<T>& table) {
   table["PixelUnshuffle"] = {

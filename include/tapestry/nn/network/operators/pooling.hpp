@@ -14,8 +14,8 @@
 
 namespace tapestry::nn {
 
-/// MaxPool and GlobalMaxPool. What lies outside counts as −∞; of equal values the first in reading order
-/// gets the adjoint, and NaN counts as larger than everything.
+/// MaxPool and GlobalMaxPool. Values outside the picture count as −∞. Of equal values, the first in reading
+/// order gets the adjoint. NaN counts as the largest value.
 template <std::floating_point T>
 class MaxPool : public Operation<T> {
  public:
@@ -79,7 +79,7 @@ class MaxPool : public Operation<T> {
         });
   }
 
-  /// First along rows, then along columns of what that gives: fewer comparisons for large windows.
+  /// Pools along rows first, then along columns of the result: fewer comparisons for large windows.
   void pool_by_axis(const T* in, T* out) const {
     static thread_local Buffer<T> kept;
     Buffer<T>& rows = kept;  // this thread's, whichever threads run the tasks
@@ -96,7 +96,7 @@ class MaxPool : public Operation<T> {
     parallel_for(plan_.images * plan_.rows.output, [&](std::size_t task) {
       const KernelTaps& window = plan_.row_windows[task % plan_.rows.output];
       const T* first = rows.data() + (task / plan_.rows.output * plan_.rows.input + window.first) * row_size;
-      // a whole row of pixels as if it were one, with many channels
+      // a whole row of pixels, treated as one pixel with many channels
       kernels<T>().max_pool_pixel(
           {first, window.count, 1, row_size, row_size, 0, 0, out + task * row_size, nullptr});
     });
@@ -120,7 +120,7 @@ class MaxPool : public Operation<T> {
   PoolingPlan plan_;
 };
 
-/// A window that takes in a whole picture. \throws as picture_shape()
+/// A window of the size of the picture. \throws as picture_shape()
 [[nodiscard]] inline PoolingPlan plan_global_pooling(const OperatorContext& context) {
   const Shape& picture = picture_shape(context);
   PoolingPlan plan;
@@ -192,7 +192,8 @@ class AveragePool : public Operation<T> {
   }
 
  private:
-  /// Values that are summed in T before their sum joins others in double, so that pictures may be large.
+  /// Number of values summed in T before their sum is added to others in double, so that pictures may be
+  /// large.
   static constexpr std::size_t most_in_t = 64;
 
   void join(const T* sum, std::vector<double>& total, std::size_t& summed) const {
@@ -211,7 +212,7 @@ class AveragePool : public Operation<T> {
   bool counts_padding_;
 };
 
-/// LpPool and GlobalLpPool: (Σ |x|^p)^(1/p). Where all of a window is 0, so is the derivative.
+/// LpPool and GlobalLpPool: (Σ |x|^p)^(1/p). The derivative is 0 where a whole window is 0.
 template <std::floating_point T>
 class LpPool : public Operation<T> {
  public:

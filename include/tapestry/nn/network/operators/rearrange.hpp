@@ -13,7 +13,7 @@
 
 namespace tapestry::nn {
 
-/// Copies of elements from tensor 0 of a nest to tensor 1, in an order that suits memory.
+/// Copies elements from tensor 0 of a nest to tensor 1, in a cache-friendly order.
 class StridedCopy {
  public:
   StridedCopy() = default;
@@ -29,7 +29,7 @@ class StridedCopy {
     if (is_transposition_) std::rotate(by_rows, by_rows + 1, loops.end() - 1);
   }
 
-  /// to = from, or to += from, at the places that are walked through.
+  /// to = from, or to += from, at all places of the nest.
   template <bool Adds, std::floating_point T>
   void run(const T* from, T* to) const {
     if (is_transposition_) return transpose<Adds>(from, to);
@@ -40,7 +40,7 @@ class StridedCopy {
     if (is_onto_) {
       parallel_for_each_run(nest_, body);
     } else {
-      for_each_run(nest_, body);  // places are added to more than once
+      for_each_run(nest_, body);  // places may be added to more than once
     }
   }
 
@@ -87,7 +87,7 @@ class StridedCopy {
   bool is_transposition_ = false;
 };
 
-/// Boxes of elements that go from operands to results.
+/// A box of elements that goes from an operand to a result.
 struct Piece {
   std::size_t input = 0, output = 0;
   std::ptrdiff_t from = 0, to = 0;  ///< places of the first element
@@ -102,7 +102,7 @@ struct Piece {
   }
 };
 
-/// Whether pieces leave parts of what they are between to others.
+/// Whether pieces cover all of the operands and results.
 struct Coverage {
   bool of_inputs = true;   ///< each element of an operand is copied exactly once
   bool of_outputs = true;  ///< each element of a result is written
@@ -115,7 +115,7 @@ class Rearrange : public Operation<T> {
   using Result = typename Operation<T>::Result;
 
   /// \param data_inputs  operands that pieces come from
-  /// \param fill         what results hold where no piece goes
+  /// \param fill         value of results where no piece goes
   Rearrange(std::vector<Result> results, std::vector<Piece> pieces, Coverage coverage,
             std::size_t data_inputs = 1, T fill = 0)
       : Operation<T>(std::move(results)),

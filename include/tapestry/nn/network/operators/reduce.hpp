@@ -43,8 +43,8 @@ struct SmallestStep {
 
 enum class Reduction { sum, mean, max, min, product, l1, l2, log_sum, log_sum_exp, sum_square };
 
-/// A tensor that is reduced along some axes; sums are taken in double. Of equal extremes the first one gets
-/// the whole adjoint; the derivative of L1 and L2 is 0 at 0, and NaN comes before everything.
+/// A tensor reduced along some axes; sums are taken in double. The first of equal extremes gets the whole
+/// adjoint. The derivative of L1 and L2 is 0 at 0. NaN counts as an extreme of either kind.
 template <std::floating_point T>
 class Reduce : public Operation<T> {
  public:
@@ -172,7 +172,7 @@ class Reduce : public Operation<T> {
     }
   }
 
-  /// ∂y[to]/∂x[from] of the others than sums and means.
+  /// ∂y[to]/∂x[from] for reductions other than sums and means.
   [[nodiscard]] T slope(const T* x, const T* y, std::ptrdiff_t from, std::ptrdiff_t to) const {
     switch (kind_) {
       case Reduction::product:
@@ -224,7 +224,7 @@ template <std::floating_point T>
   std::vector<bool> is_reduced(rank, !has_axes && none_is_all);
   for (std::size_t i = 0; has_axes && i < axes->size(); ++i) is_reduced.at((*axes)[i]) = true;
   keeps_axes = keeps_axes || std::ranges::count(is_reduced, true) == 0;
-  // Axes as the description numbers them, which decide the order of those that stay.
+  // Axes as the description numbers them; they set the order of the axes that stay.
   Shape shape;
   std::vector<std::size_t> places;
   for (std::size_t axis = 0; axis < rank; ++axis) {

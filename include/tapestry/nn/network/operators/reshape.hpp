@@ -47,8 +47,8 @@ namespace detail {
   return context.axis(context.integer("axis", otherwise), shape.size());
 }
 
-/// Extents of Reshape's result: 0 stands for the operand's extent unless allowzero is set, one −1 for what is
-/// left.
+/// Extents of Reshape's result. 0 stands for the operand's extent unless allowzero is set; one −1 stands for
+/// the remaining elements.
 [[nodiscard]] inline Shape reshaped(const Shape& from, const std::vector<std::int64_t>& wanted,
                                     bool allows_zero) {
   Shape shape;
@@ -122,7 +122,7 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// Operators that number the same values in the same order in another way.
+/// Operators that keep the values and their order, and change the axes.
 template <std::floating_point T>
 void add_reshape_operators(OperatorTable<T>& table) {
   table["Reshape"] = {LayoutRule::plain, 1, false, detail::make_reshape<T>};

@@ -104,7 +104,7 @@ class Resize : public Operation<T> {
   [[nodiscard]] bool is_differentiable(std::size_t input) const override { return input == 0; }
 
  private:
-  /// This thread's two tensors between axes.
+  /// The two scratch tensors of this thread.
   static Buffer<T>* scratch() {
     static thread_local Buffer<T> buffers[2];
     return buffers;
@@ -166,7 +166,7 @@ class Resize : public Operation<T> {
   Shape in_;
   std::vector<ResizeTable> tables_;
   T extrapolation_;
-  std::size_t repeat_ = 0;  ///< of rows and columns, if that is all there is to it
+  std::size_t repeat_ = 0;  ///< of each row and column, if nothing else is done; else 0
 };
 
 /// Resize and Upsample in all modes but `antialias`.
@@ -177,7 +177,7 @@ void add_resize(OperatorTable<T>& table) {
     const Operand& x = context.input(0);
     Shape out = x.shape;
     std::vector<ResizeTable> tables;
-    for (std::size_t axis = x.shape.size(); axis-- > 0;) {  // the last first, so that less lies in between
+    for (std::size_t axis = x.shape.size(); axis-- > 0;) {  // last first: smaller tensors between
       for (const ResizeAxis& one : attributes.axes)
         if (one.axis == axis) tables.push_back(resize_table(attributes.rule, one));
       if (!tables.empty() && tables.back().axis == axis) out[axis] = tables.back().output;

@@ -13,7 +13,7 @@
 
 namespace tapestry::nn {
 
-/// How a resized tensor is read off: the attributes of Resize that hold for every axis.
+/// Sampling rule of a resize: the attributes of Resize that hold for every axis.
 /// Source: onnx.ai, Operators.md, Resize.
 struct ResizeRule {
   std::string coordinates = "half_pixel";  ///< coordinate_transformation_mode
@@ -39,7 +39,7 @@ struct ResizeTable {
   std::vector<bool> is_outside{};  ///< of each output, which then has no weights
 
   [[nodiscard]] bool is_identity() const { return input == output && repeat() == 1; }
-  /// k if each input is an output k times over, one behind the other; else 0.
+  /// k if the outputs are the inputs, each k times, one after another; else 0.
   [[nodiscard]] std::size_t repeat() const {
     if (output % input != 0) return 0;
     const std::size_t k = output / input;
@@ -56,7 +56,7 @@ struct ResizeTable {
 };
 
 namespace detail {
-/// Where output i lies among the inputs.
+/// Coordinate of output i among the inputs.
 [[nodiscard]] inline double resize_coordinate(const ResizeRule& rule, const ResizeAxis& axis, std::size_t i) {
   const auto x = static_cast<double>(i), scale = axis.scale;
   const auto input = static_cast<double>(axis.input), output = static_cast<double>(axis.output);
@@ -157,7 +157,7 @@ namespace detail {
   return static_cast<std::size_t>(value);
 }
 
-/// Extents from scales: ⌊extent · scale⌋, in single precision as others compute it.
+/// Extents from scales: ⌊extent · scale⌋, in single precision as in other runtimes.
 inline void apply_scales(const std::vector<double>& scales, std::vector<ResizeAxis>& axes) {
   for (std::size_t k = 0; k < axes.size(); ++k) {
     if (!(scales[k] > 0) || !std::isfinite(scales[k]))
@@ -168,7 +168,7 @@ inline void apply_scales(const std::vector<double>& scales, std::vector<ResizeAx
   }
 }
 
-/// Extents from sizes, of which a policy may take the smallest or largest scale for all.
+/// Extents from sizes. A policy may apply the smallest or the largest scale to all axes.
 inline void apply_sizes(const std::vector<double>& sizes, const std::string& policy,
                         std::vector<ResizeAxis>& axes) {
   std::vector<double> scales;
@@ -205,7 +205,7 @@ inline void apply_sizes(const std::vector<double>& sizes, const std::string& pol
 }
 }  // namespace detail
 
-/// \throws DomainError or ShapeError for what makes no sense or is not supported
+/// \throws DomainError or ShapeError for attributes that are contradictory or not supported
 [[nodiscard]] inline ResizeAttributes resize_attributes(OperatorContext& context) {
   const bool is_early = context.node().operation == "Upsample" || context.opset() < 11;
   ResizeAttributes attributes{detail::resize_rule(context, is_early), {}, 0};

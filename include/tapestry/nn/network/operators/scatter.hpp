@@ -10,11 +10,11 @@
 
 namespace tapestry::nn {
 
-/// Effect of an update on the element that it meets.
+/// How an update changes its element.
 enum class ScatterRule { replace, add, multiply, largest, smallest };
 
-/// ScatterND and ScatterElements: a copy of a tensor with updates of the blocks that indices mean, one after
-/// another. Of equal values the element keeps the adjoint, not the update.
+/// ScatterND and ScatterElements: a copy of a tensor to which updates of the blocks that indices select are
+/// applied one after another. Of equal values the element gets the adjoint, not the update.
 template <std::floating_point T>
 class Scatter : public Operation<T> {
  public:

@@ -41,8 +41,8 @@ struct AxisRuns {
   }
 };
 
-/// e^xᵢ / Σ e^xⱼ along some axes, or the logarithm of that, with the largest x taken off before; sums are
-/// taken in double. NaN where all x are −∞.
+/// e^xᵢ / Σ e^xⱼ along some axes, or its logarithm. The largest x is subtracted first, and sums are taken in
+/// double. NaN where all x are −∞.
 template <std::floating_point T>
 class Softmax : public Operation<T> {
  public:
@@ -62,7 +62,7 @@ class Softmax : public Operation<T> {
     });
   }
 
-  /// y · (dy − Σ y·dy), and of the logarithm dy − e^y · Σ dy.
+  /// Adjoint: y · (dy − Σ y·dy), and dy − e^y · Σ dy for the logarithm.
   void adjoint(const AdjointCall<T>& call) const override {
     const T *const y = call.outputs[0].values, *const dy = call.output_adjoints[0].values;
     T* const dx = call.input_adjoints[0].values;
@@ -174,7 +174,7 @@ class Softmax : public Operation<T> {
 };
 
 namespace detail {
-/// Axes of Softmax and its like: one axis from opset 13 on; before, that axis and all behind it.
+/// Axes of Softmax and the like: one axis from opset 13 on, before that this axis and all behind it.
 [[nodiscard]] inline AxisRuns softmax_runs(OperatorContext& context) {
   const Shape& shape = context.input(0).shape;
   const std::size_t rank = shape.size();

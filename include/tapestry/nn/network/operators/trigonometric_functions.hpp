@@ -4,8 +4,8 @@
 #include <tapestry/nn/network/operators/unary_functions.hpp>
 
 /// \file
-/// Circular and hyperbolic functions and their inverses, under the rules of unary_functions.hpp. Where a
-/// derivative is infinite, at the ends of an inverse's range, so is the slope.
+/// Circular and hyperbolic functions and their inverses, under the rules of unary_functions.hpp. The slope is
+/// infinite where the derivative is: at the ends of an inverse's range.
 
 namespace tapestry::nn::unary {
 

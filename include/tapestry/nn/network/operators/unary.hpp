@@ -82,7 +82,7 @@ class UnaryOperation : public Operation<T> {
   }
 
   void adjoint(const AdjointCall<T>& call) const override {
-    T* const dy = call.output_adjoints[0].values;  // nobody reads it later
+    T* const dy = call.output_adjoints[0].values;  // later calls do not read it
     const T* kept = dy;
     if (loops_.reads == unary::Reads::input) kept = call.inputs[0].values;
     if (loops_.reads == unary::Reads::output) kept = call.outputs[0].values;
@@ -109,7 +109,7 @@ class UnaryOperation : public Operation<T> {
   T a_, b_;
 };
 
-/// Relu and LeakyRelu, whose adjoints need no more than a bit for each element.
+/// Relu and LeakyRelu, whose adjoints need only one bit for each element.
 template <std::floating_point T>
 class Rectifier : public Operation<T> {
  public:
@@ -137,7 +137,7 @@ class Rectifier : public Operation<T> {
   }
 
   void adjoint(const AdjointCall<T>& call) const override {
-    T* const dy = call.output_adjoints[0].values;  // nobody reads it later
+    T* const dy = call.output_adjoints[0].values;  // later calls do not read it
     T* const dx = call.input_adjoints[0].values;
     const bool is_fresh = call.is_fresh[0];
     detail::for_each_block(call.output_adjoints[0].size(), [&](std::size_t begin, std::size_t count) {
@@ -245,8 +245,7 @@ void add_elementary_operators(OperatorTable<T>& table) {
 }
 }  // namespace detail
 
-/// Functions of each element on its own. "Swish" is not ONNX's name for x · σ(x) but Tapestry's, in that
-/// vocabulary.
+/// Functions of each element on its own. "Swish" is Tapestry's name for x · σ(x); ONNX has none.
 template <std::floating_point T>
 void add_unary_operators(OperatorTable<T>& table) {
   using detail::add_unary;

@@ -25,7 +25,7 @@ struct Function {
   static constexpr Reads reads = From;
   static constexpr bool is_vector = false;
 };
-/// Defaults of those of them that are computed by vectors.
+/// Defaults for functions of one operand that are computed by vectors.
 template <Reads From>
 struct VectorFunction {
   static constexpr Reads reads = From;
@@ -45,14 +45,14 @@ template <std::floating_point T>
   return (x < 0 ? e : T(1)) / (1 + e);
 }
 
-/// σ(x) · σ(−x), which from σ(x) alone would lose all digits where that is close to 1.
+/// σ(x) · σ(−x). Computed from σ(x) alone, it would lose all digits where σ(x) is close to 1.
 template <std::floating_point T>
 [[nodiscard, gnu::always_inline]] inline T sigmoid_slope(T x) {
   const T e = vector_exp(-magnitude(x));
   return e / ((1 + e) * (1 + e));
 }
 
-/// terms[I] + terms[I + 1] · r + … + terms[Last] · r^(Last − I), without a loop, so that loops around it are
+/// terms[I] + terms[I + 1] · r + … + terms[Last] · r^(Last − I). Unrolled, so that loops around it become
 /// loops of vectors.
 template <std::size_t I, std::size_t Last, class T, std::size_t Count>
 [[nodiscard, gnu::always_inline]] inline T polynomial(const double (&terms)[Count], T r) {

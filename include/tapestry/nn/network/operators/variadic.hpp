@@ -9,7 +9,7 @@
 
 namespace tapestry::nn {
 
-/// An operation on any number of operands, each of which is repeated as far as need be.
+/// An operation on any number of operands, each repeated to the common shape.
 template <std::floating_point T>
 class Variadic : public Operation<T> {
  public:

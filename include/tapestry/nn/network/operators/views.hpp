@@ -177,7 +177,7 @@ template <std::floating_point T>
   return parts;
 }
 
-/// Puts what belongs to the axes N, C, H and W in the order in which they are stored channels last.
+/// Reorders settings of the axes N, C, H and W to the storage order channels last.
 template <class Value>
 [[nodiscard]] std::vector<Value> in_stored_order(const std::vector<Value>& logical) {
   std::vector<Value> stored(4);
@@ -230,7 +230,7 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// Operators that take, join, turn round and repeat boxes of elements.
+/// Operators that take, join, reverse and repeat boxes of elements.
 template <std::floating_point T>
 void add_view_operators(OperatorTable<T>& table) {
   table["Transpose"] = {LayoutRule::plain, 1, false, detail::make_transpose<T>};

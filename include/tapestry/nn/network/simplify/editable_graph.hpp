@@ -21,8 +21,8 @@ struct ValueFacts {
 /// Facts by the values' names.
 using NetworkFacts = std::map<std::string, ValueFacts>;
 
-/// A description that is being rewritten. Nodes keep their places, in which each comes after those that it
-/// reads; what replaces several stands where the last of them did.
+/// A description that is being rewritten. Nodes keep their places, and each comes after those whose results
+/// it reads. A node that replaces several stands where the last of them was.
 class EditableGraph {
  public:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
@@ -45,7 +45,7 @@ class EditableGraph {
     const auto found = makers_.find(value);
     return found == makers_.end() ? none : found->second;
   }
-  /// The node that alone reads a value, once, where that is no result of the network; or none.
+  /// The only node that reads a value, and reads it once; none if the value is a result of the network.
   [[nodiscard]] std::size_t only_reader(const std::string& value) const {
     const auto found = readers_.find(value);
     return found == readers_.end() || found->second.size() != 1 || is_result(value) ? none
@@ -65,7 +65,7 @@ class EditableGraph {
     const auto found = facts_.find(value);
     return found == facts_.end() ? nullptr : found->second.constant;
   }
-  /// Extents of a value of the original description; of others none.
+  /// Extents of a value of the original description; null for others.
   [[nodiscard]] const Shape* shape(const std::string& value) const {
     if (const Constant* known = constant(value)) return &known->shape;
     const auto found = facts_.find(value);
@@ -76,7 +76,7 @@ class EditableGraph {
     return a != nullptr && b != nullptr && *a == *b;
   }
 
-  /// Whether elements of two values of the original description mean the same.
+  /// Whether two values of the original description have the same element type.
   [[nodiscard]] bool have_same_type(const std::string& one, const std::string& other) const {
     if (!facts_.contains(one) || !facts_.contains(other)) return false;
     const auto type = [this](const std::string& value) {
@@ -93,7 +93,7 @@ class EditableGraph {
     note_uses(i);
   }
   void remove(std::size_t i) { replace(i, Node{}); }
-  /// Everyone who reads `from` reads `to` from now on.
+  /// Makes all readers of `from` read `to`.
   void redirect(const std::string& from, const std::string& to) {
     const std::vector<std::size_t> places = readers(from);
     for (const std::size_t i : places) {
@@ -102,7 +102,7 @@ class EditableGraph {
       note_uses(i);
     }
   }
-  /// A new constant, under a name like this.
+  /// Adds a constant, and returns its name: this one, made unique.
   [[nodiscard]] std::string add_constant(std::string name, Constant constant) {
     while (description_.constants.contains(name) || facts_.contains(name)) name += '\'';
     description_.constants[name] = std::move(constant);
@@ -110,14 +110,14 @@ class EditableGraph {
   }
 
   [[nodiscard]] bool in_float() const { return in_float_; }
-  /// Frees the memory of a constant's values if nobody reads it any more.
+  /// Frees the memory of a constant's values if no node reads it any more.
   void release(const std::string& name) {
     const auto found = description_.constants.find(name);
     if (found != description_.constants.end() && readers(name).empty() && !is_result(name))
       found->second.values = std::vector<float>{};
   }
 
-  /// The description, without nodes and constants that nobody reads.
+  /// The description, without nodes and constants that are not read.
   [[nodiscard]] NetworkDescription finish() && {
     std::erase_if(description_.nodes, [&](const Node& node) {
       return std::ranges::all_of(node.outputs,
@@ -163,7 +163,7 @@ class EditableGraph {
   std::map<std::string, std::vector<std::size_t>> readers_;
 };
 
-/// An attribute that a node states, or what stands for it; nothing of another kind.
+/// An attribute of a node, or its default; nothing if it is of another kind.
 template <class Value>
 [[nodiscard]] Value attribute_of(const Node& node, const std::string& name, Value otherwise) {
   const auto found = node.attributes.find(name);
@@ -172,12 +172,17 @@ template <class Value>
   return value == nullptr ? otherwise : *value;
 }
 
-/// The same network with fewer nodes, whose results differ in rounding alone: copies are left out, batch
-/// normalisations and constants that scale channels go into the weights before them, patterns that stand for
-/// one operation become that (Swish, HardSwish, ChannelShuffle, padded convolutions; InterleaveChannels,
-/// PixelUnshuffle and FlattenPixels, which suit tensors stored channels last), and convolutions do their
-/// activation and the addition behind them (FusedConv). What has become known beforehand is a constant. A
-/// single slope of PRelu that a convolution takes over is a weight no more.
+/// The same network with fewer nodes; its results differ in rounding only:
+///
+/// - copies are left out;
+/// - batch normalisations and constants that scale channels are folded into the weights before them;
+/// - patterns that stand for one operation become that operation: Swish, HardSwish, ChannelShuffle, padded
+///   convolutions, and, for tensors stored channels last, InterleaveChannels, PixelUnshuffle and
+///   FlattenPixels;
+/// - convolutions apply the activation and the addition behind them (FusedConv);
+/// - values that are now known beforehand become constants.
+///
+/// A single slope of PRelu that a convolution takes over is no longer a weight.
 ///
 /// \param facts     of the description's values, at the extents that the network will have
 /// \param in_float  weights that are computed are kept in single precision, for a network in float

@@ -26,8 +26,7 @@ namespace detail {
   return true;
 }
 
-/// The slope of a LeakyRelu, or of a PRelu of `value` that has a single one for all channels; NaN if there is
-/// none.
+/// The slope of a LeakyRelu, or of a PRelu applied to `value` with one slope for all channels; otherwise NaN.
 [[nodiscard]] inline double common_slope(const EditableGraph& graph, const Node& node,
                                          const std::string& value) {
   if (node.operation == "LeakyRelu") return attribute_of(node, "alpha", 0.01);
@@ -68,7 +67,8 @@ namespace detail {
   return true;
 }
 
-/// Adds another tensor of the same extents that is there before the convolution. \returns whether it could
+/// Adds another tensor of the same extents, if it is computed before the convolution. \returns whether it
+/// could
 [[nodiscard]] inline bool take_addend(const EditableGraph& graph, const Node& sum, const std::string& value,
                                       std::size_t convolution, Node& fused) {
   if (sum.operation != "Add" || !fused.inputs[1].empty()) return false;
@@ -81,7 +81,7 @@ namespace detail {
   return true;
 }
 
-/// Lets convolution i do what alone reads it, as far as one can.
+/// Fuses into convolution i the nodes behind it, while each is the only reader of the one before.
 inline void fuse_convolution(EditableGraph& graph, std::size_t i) {
   if (!graph.is(i, "Conv")) return;
   Node fused = graph.node(i);
@@ -108,7 +108,7 @@ inline void fuse_convolution(EditableGraph& graph, std::size_t i) {
 }
 }  // namespace detail
 
-/// Lets convolutions apply the activation behind them and add what is added to them.
+/// Fuses activations and additions into the convolutions before them.
 inline void fuse_convolutions(EditableGraph& graph) {
   for (std::size_t i = 0; i < graph.size(); ++i) detail::fuse_convolution(graph, i);
 }
@@ -189,7 +189,7 @@ template <std::floating_point T, class ChannelOf>
   return {constant.shape, constant.type, std::move(values)};
 }
 
-/// The channel that a weight of a convolution, its transpose or a Gemm makes, by the weight's place.
+/// The output channel of a weight of a convolution, its transpose or a Gemm, by the weight's place.
 class ChannelOfWeight {
  public:
   ChannelOfWeight(const Node& node, const Shape& weights)
@@ -230,7 +230,7 @@ class ChannelOfWeight {
   return values;
 }
 
-/// Whether a node's weights may be changed for it alone.
+/// Whether a scaling can be folded into the node: a Conv, ConvTranspose or Gemm with constant weights.
 [[nodiscard]] inline bool takes_scaling(const EditableGraph& graph, const Node& node) {
   const bool is_kind =
       node.operation == "Conv" || node.operation == "ConvTranspose" || node.operation == "Gemm";
@@ -239,7 +239,7 @@ class ChannelOfWeight {
   return weights != nullptr && weights->size() > 0;
 }
 
-/// Folds what alone reads node i, if that scales channels, into the node's weights. \returns whether it did
+/// Folds the only reader of node i into the node's weights if it scales channels. \returns whether it did
 inline bool fold_scaling(EditableGraph& graph, std::size_t i) {
   if (!takes_scaling(graph, graph.node(i))) return false;
   const std::string value = graph.node(i).outputs[0];

@@ -16,8 +16,8 @@ namespace detail {
   return node.inputs[node.inputs[0] == value ? 1 : 0];
 }
 
-/// x · Sigmoid(x) to Swish and x · HardSigmoid(x) to HardSwish with the numbers of the latter, where i is the
-/// inner function.
+/// Merges x · Sigmoid(x) to Swish, and x · HardSigmoid(x) with the numbers of HardSwish to HardSwish; i is
+/// the inner function.
 inline void merge_gate(EditableGraph& graph, std::size_t i) {
   const bool is_hard = graph.is(i, "HardSigmoid");
   if (!is_hard && !graph.is(i, "Sigmoid")) return;
@@ -37,7 +37,7 @@ inline void merge_gate(EditableGraph& graph, std::size_t i) {
   graph.replace(product, std::move(merged));
 }
 
-/// Reshape to [N, g, C/g, H, W], Transpose of axes 1 and 2, and Reshape back, to ChannelShuffle, where i is
+/// Merges Reshape to [N, g, C/g, H, W], Transpose of axes 1 and 2, and Reshape back to ChannelShuffle; i is
 /// the Transpose.
 inline void merge_shuffle(EditableGraph& graph, std::size_t i) {
   if (!graph.is(i, "Transpose")) return;
@@ -60,11 +60,11 @@ inline void merge_shuffle(EditableGraph& graph, std::size_t i) {
   graph.replace(after, std::move(merged));
 }
 
-/// Zeros that a node Pad puts around rows and columns, [top, left, bottom, right], or nothing if it does
-/// something else.
+/// Zeros that a node Pad puts around rows and columns, [top, left, bottom, right]; empty if it does anything
+/// else.
 [[nodiscard]] inline std::vector<std::int64_t> zeros_of(const EditableGraph& graph, const Node& pad) {
   if (attribute_of(pad, "mode", std::string("constant")) != "constant") return {};
-  if (pad.inputs.size() > 3 && !pad.inputs[3].empty()) return {};  // axes of its own
+  if (pad.inputs.size() > 3 && !pad.inputs[3].empty()) return {};  // it has an operand `axes`
   if (attribute_of(pad, "value", 0.0) != 0) return {};
   if (pad.inputs.size() > 2 && !pad.inputs[2].empty()) {
     const Constant* value = graph.constant(pad.inputs[2]);
@@ -83,8 +83,8 @@ inline void merge_shuffle(EditableGraph& graph, std::size_t i) {
   return {pads[2], pads[3], pads[6], pads[7]};
 }
 
-/// Zeros around a picture to the padding of the convolution or average pooling that alone reads them, where i
-/// is the Pad.
+/// Merges zeros around a picture, the Pad i, into the padding of the convolution or average pooling that is
+/// its only reader.
 inline void merge_pad(EditableGraph& graph, std::size_t i) {
   if (!graph.is(i, "Pad")) return;
   const Node pad = graph.node(i);
@@ -96,7 +96,7 @@ inline void merge_pad(EditableGraph& graph, std::size_t i) {
   if (node.inputs[0] != pad.outputs[0] || (auto_pad != "NOTSET" && auto_pad != "VALID")) return;
   auto pads = attribute_of(node, "pads", std::vector<std::int64_t>(4, 0));
   const bool has_own = std::ranges::any_of(pads, [](std::int64_t count) { return count != 0; });
-  // A pooling that does not count zeros around the picture counts those that were part of it.
+  // A pooling that ignores its own zeros would have counted those of the Pad.
   if (!is_convolution && ((has_own && attribute_of<std::int64_t>(node, "count_include_pad", 0) == 0) ||
                           attribute_of<std::int64_t>(node, "ceil_mode", 0) != 0))
     return;
@@ -113,7 +113,7 @@ inline void merge_pad(EditableGraph& graph, std::size_t i) {
 }
 }  // namespace detail
 
-/// Removes nodes that only pass a value on. Casts from one floating-point type to another are such.
+/// Removes nodes that only copy a value, casts between floating-point types included.
 inline void remove_copies(EditableGraph& graph) {
   for (std::size_t i = 0; i < graph.size(); ++i) {
     const Node node = graph.node(i);
@@ -129,7 +129,7 @@ inline void remove_copies(EditableGraph& graph) {
   }
 }
 
-/// Puts one node in the place of several that stand for one operation.
+/// Replaces groups of nodes that stand for one operation by that operation.
 inline void merge_patterns(EditableGraph& graph) {
   for (std::size_t i = 0; i < graph.size(); ++i) {
     detail::merge_gate(graph, i);

@@ -17,7 +17,7 @@ namespace detail {
   return own == axis || own + static_cast<std::int64_t>(rank) == axis;
 }
 
-/// Concat of two tensors, ChannelShuffle in two groups and perhaps Split to InterleaveChannels, where i is
+/// Merges Concat of two tensors, ChannelShuffle in two groups and possibly Split to InterleaveChannels; i is
 /// the ChannelShuffle.
 inline void merge_interleaving(EditableGraph& graph, std::size_t i) {
   if (!graph.is(i, "ChannelShuffle") || attribute_of<std::int64_t>(graph.node(i), "group", 1) != 2) return;
@@ -47,7 +47,7 @@ inline void merge_interleaving(EditableGraph& graph, std::size_t i) {
   graph.replace(place, std::move(merged));
 }
 
-/// Where a value reads a picture: every step-th row and column from the first on.
+/// Pixels of a picture that a value holds: every step-th row and column from the first on.
 struct GridOfPixels {
   std::string picture{};
   std::array<std::size_t, 2> first{0, 0}, step{1, 1};  ///< rows, columns
@@ -77,7 +77,7 @@ struct GridOfPixels {
   return true;
 }
 
-/// Concat of channels that are grids of pixels of one picture to PixelUnshuffle, where i is the Concat.
+/// Merges a Concat of channels that are grids of pixels of one picture to PixelUnshuffle; i is the Concat.
 inline void merge_focus(EditableGraph& graph, std::size_t i) {
   if (!graph.is(i, "Concat")) return;
   const Node join = graph.node(i);
@@ -108,7 +108,7 @@ inline void merge_focus(EditableGraph& graph, std::size_t i) {
       {join.name, "PixelUnshuffle", {common->picture}, join.outputs, {{"block", block}, {"places", places}}});
 }
 
-/// The picture that a value is [N, C, pixels] of by a Reshape, if nobody else reads the value.
+/// The picture that a Reshape turns into the value [N, C, pixels], if the value has no other reader.
 [[nodiscard]] inline std::optional<std::string> flattened_picture(const EditableGraph& graph,
                                                                   const std::string& value) {
   const std::size_t maker = graph.maker(value);
@@ -120,8 +120,8 @@ inline void merge_focus(EditableGraph& graph, std::size_t i) {
   return *out == expected ? std::optional(picture) : std::nullopt;
 }
 
-/// Transpose of [N, C, pixels] to [N, pixels, C], of pictures that lie so anyway, to FlattenPixels; through a
-/// Concat of pixels, too. Here i is the Transpose.
+/// Merges a Transpose of [N, C, pixels] to [N, pixels, C] to FlattenPixels, for pictures that are stored in
+/// this order anyway; also through a Concat of pixels. i is the Transpose.
 inline void merge_flattening(EditableGraph& graph, std::size_t i) {
   if (!graph.is(i, "Transpose")) return;
   const Node turn = graph.node(i);
@@ -142,7 +142,7 @@ inline void merge_flattening(EditableGraph& graph, std::size_t i) {
     if (!picture) return;
     pictures.push_back(*picture);
   }
-  for (std::size_t k = 0; k < pictures.size(); ++k)  // under the names that the Reshapes gave
+  for (std::size_t k = 0; k < pictures.size(); ++k)  // under the names that the Reshapes used
     graph.replace(graph.maker(joined.inputs[k]),
                   {turn.name, "FlattenPixels", {pictures[k]}, {joined.inputs[k]}, {}});
   graph.remove(join);
@@ -150,7 +150,7 @@ inline void merge_flattening(EditableGraph& graph, std::size_t i) {
 }
 }  // namespace detail
 
-/// Puts operations that suit tensors stored channels last in the place of those that renumber elements.
+/// Replaces operations that renumber elements by operations that suit tensors stored channels last.
 inline void merge_views(EditableGraph& graph) {
   for (std::size_t i = 0; i < graph.size(); ++i) {
     detail::merge_interleaving(graph, i);
