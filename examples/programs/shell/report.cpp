@@ -113,7 +113,7 @@ std::string metrics_csv(const RunReport& report) {
                   row->rate.detected, row->rate.p_at_50, row->rate.interval[0], row->rate.interval[1],
                   row->mean_best_confidence);
     text += line;
-    for (const std::size_t pictures : row->fates.pictures) text += "," + std::to_string(pictures);
+    for (const std::size_t pictures : row->fates.pictures) text.append(",").append(std::to_string(pictures));
     text += "\n";
   }
   return text;

@@ -88,7 +88,7 @@ inline std::string csv_row(const std::string& name, const evaluate::Cell& cell, 
     std::snprintf(text.data(), text.size(), ",,,");
   row += text.data();
   for (std::size_t fate = 1; fate < fates.pictures.size(); ++fate)
-    row += "," + std::to_string(fates.pictures[fate]);
+    row.append(",").append(std::to_string(fates.pictures[fate]));
   return row + "\n";
 }
 
