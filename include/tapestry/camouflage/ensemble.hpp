@@ -51,7 +51,7 @@ class KeptLayers {
 
  private:
   struct Kept {
-    double share = 0;  ///< that its window leaves out
+    double share = 0;  ///< share of the work that its window saves
     std::optional<detect::KeptPicture<T>> picture{};
   };
 
@@ -67,7 +67,7 @@ template <class T>
 struct ShownPictures {
   const ArrayVariable<T, 4>& pictures;    ///< [N, H, W, 3]
   ViewSpan<T> views;                      ///< N
-  const PhotoSession* session = nullptr;  ///< of N shots, if the pictures were photographed
+  const PhotoSession* session = nullptr;  ///< N shots, if the pictures were photographed
   bool is_redrawn = false;                ///< whether they change beyond the views' windows
 };
 

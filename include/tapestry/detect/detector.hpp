@@ -253,7 +253,7 @@ class Detector {
   DetectorDescription kind_;
   std::unique_ptr<Foreign> foreign_;  ///< null if the network is ours
   std::size_t layer_count_ = 0;
-  nn::Network<T> network_;  ///< of a foreign engine the one that makes logits of its outputs
+  nn::Network<T> network_;  ///< for a foreign engine, converts its outputs to logits
   std::size_t height_ = 0, width_ = 0;
   ExportedHeads heads_;
   bool trains_together_ = false;

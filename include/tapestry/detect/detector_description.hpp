@@ -56,7 +56,7 @@ struct DetectorDescription {
   std::vector<std::size_t> strides{};  ///< pixels between cells, of each head in the order of the outputs
   /// Anchors of each head that has some, as Head::anchors.
   std::vector<std::vector<std::array<double, 2>>> anchors{};
-  DecodedOutputs decoded{};  ///< of boxes_and_scores, which has no strides
+  DecodedOutputs decoded{};  ///< only for boxes_and_scores
 
   bool operator==(const DetectorDescription&) const = default;
 };

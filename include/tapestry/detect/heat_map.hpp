@@ -16,7 +16,7 @@ namespace tapestry::detect {
 
 /// The surest candidate of a class.
 struct BestCandidate {
-  std::size_t head = 0;       ///< whose it is
+  std::size_t head = 0;       ///< index of its head
   std::size_t candidate = 0;  ///< anchor · cells + cell within that
   double confidence = 0;  ///< objectness times the probability of the class, or without objectness the latter
 };

@@ -175,7 +175,7 @@ struct Survey {
   Measurement clean;
   std::optional<Measurement> adversarial;
   std::vector<Measurement> controls;
-  AttackSuccess asr;             ///< of the views found in `clean`, those not found in `adversarial`
+  AttackSuccess asr;             ///< share of the views found in `clean` that `adversarial` hides
   std::optional<Effect> effect;  ///< beyond matched noise, where that is among the controls
   std::optional<Effect> effect_beyond_other_run;  ///< where that is among the controls
 };

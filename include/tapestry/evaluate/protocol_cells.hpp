@@ -49,7 +49,7 @@ struct ProtocolOutcomes {
 struct TextureCell {
   DetectionRate rate{};             ///< P@0.5 over the measured frames
   double mean_best_confidence = 0;  ///< over them, 0 without any
-  AttackSuccess success{};  ///< of those found with the clean texture; nothing is hidden for that itself
+  AttackSuccess success{};          ///< relative to the clean texture, for which nothing is hidden
 };
 
 /// Some frames of a protocol.

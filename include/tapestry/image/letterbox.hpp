@@ -22,7 +22,7 @@ enum class FitKind { letterbox, letterbox_top_left, stretch };
 /// A fit, and the colour beside the picture.
 struct Fit {
   FitKind kind = FitKind::letterbox;
-  double fill = 0.5;  ///< of every channel, in [0, 1]; nothing is left for it when the picture is stretched
+  double fill = 0.5;  ///< value of every channel, in [0, 1]; unused for a stretched picture
 
   bool operator==(const Fit&) const = default;
 };

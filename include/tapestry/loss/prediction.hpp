@@ -33,7 +33,7 @@ template <class T>
 struct Predictions {
   const std::vector<detect::Head>& heads;
   LogitsView<T> logits;
-  std::size_t image;                      ///< which of the N
+  std::size_t image;                      ///< index among the N
   std::size_t input_height, input_width;  ///< of the network, pixels
 };
 

@@ -60,8 +60,8 @@ struct OutdoorLight {
 struct PreparedOutdoorLight {
   /// A face prepared for its light.
   struct Face {
-    std::array<geometry::Vector3, 3> normals;  ///< of its corners, on the side that is seen
-    std::size_t side;                          ///< that is seen, see AmbientOcclusion
+    std::array<geometry::Vector3, 3> normals;  ///< normals of its corners, on the visible side
+    std::size_t side;                          ///< the visible side, see AmbientOcclusion
   };
 
   std::array<double, 3> light_colour;

@@ -142,7 +142,7 @@ class ParallelView {
   geometry::Matrix3 axes_{};  ///< of the map: column, row, towards the light
   double per_unit_ = 1;       ///< texels in a unit of the world
   geometry::Vector3 shift_{0, 0, 0};
-  std::vector<std::int32_t> faces_;  ///< that each texel shows, −1 for none
+  std::vector<std::int32_t> faces_;  ///< face that each texel shows, −1 for none
   std::vector<Plane> planes_;
 };
 

@@ -46,7 +46,7 @@ template <std::floating_point T>
       plan.changed[program.inputs[0]] = at_least_a_pixel(picture, map->rows.end, map->columns.end);
   const auto is_computed = [&](std::size_t v) { return v != no_value && !program.values[v].is_constant(); };
   for (const ProgramStep<T>& step : program.steps) {
-    std::vector<Window> operands(step.inputs.size());  // of constants empty
+    std::vector<Window> operands(step.inputs.size());  // empty for constants
     bool has_windows = true;
     for (std::size_t i = 0; i < operands.size(); ++i) {
       if (!is_computed(step.inputs[i])) continue;
@@ -116,7 +116,7 @@ void for_each_outside(const Shape& map, const std::optional<Window>& outer, cons
 template <std::floating_point T>
 struct KeptValues {
   std::shared_ptr<const WindowPlan> plan{};  ///< null: nothing is kept
-  std::vector<Buffer<T>> rings{};            ///< of each value; empty where nothing is needed
+  std::vector<Buffer<T>> rings{};            ///< one for each value; empty if nothing is needed
   Buffer<T> picture{};                       ///< the picture of the last pass
   std::weak_ptr<const void> constants{};     ///< constants of the last pass
   Mode mode = Mode::inference;               ///< mode of the last pass
