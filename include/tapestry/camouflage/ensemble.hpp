@@ -75,8 +75,8 @@ struct ShownPictures {
 template <class T>
 class Ensemble {
  public:
-  /// Adds a detector, in which the car has this class; it counts as much as those before. It must outlive
-  /// this.
+  /// Adds a detector; `class_index` is the car's class in it. It counts as much as the earlier ones, and must
+  /// outlive this object.
   ///
   /// \throws DomainError if the detector has no class of that index, or no raw logits; ShapeError if it takes
   ///         pictures of other extents than the first

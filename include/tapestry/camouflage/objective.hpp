@@ -67,10 +67,10 @@ class Objective {
     printed_texels_ = std::move(used);
   }
 
-  /// Keeps from step to step the parts of the detectors' layers that the car cannot reach, for views where
-  /// that saves at least a share of the products, up to so many bytes for all views and detectors together;
-  /// 0, the default, keeps nothing. Results are the same bits. Steps with a photo session, or of a shape that
-  /// moves, change more and compute everything.
+  /// Keeps, from step to step, the parts of the detectors' layers that the car cannot reach. This is done for
+  /// views where it saves at least a share of the products, up to so many bytes for all views and detectors
+  /// together; 0, the default, keeps nothing. Results are the same bits. Steps with a photo session, or with
+  /// a moving shape, change more and compute everything.
   void keep_layers(std::size_t bytes, double least_share = least_share_kept) {
     ensemble_.keep_layers(bytes, least_share);
   }

@@ -128,7 +128,8 @@ template <std::predicate<std::size_t> Belongs>
                           measured_values(outcomes, outcomes.attention, texture, belongs));
 }
 
-/// Means over each view's pictures with one texture, from the measured frames for which belongs(index) holds.
+/// Means of the pictures of each view with one texture, over the measured frames for which belongs(index)
+/// holds.
 ///
 /// \param values           [frame, texture], of the outcomes
 /// \param texture          its number there

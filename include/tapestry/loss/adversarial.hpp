@@ -28,10 +28,10 @@ namespace tapestry::loss {
 ///            head does it; in the program that is the ultralytics family of detect::DecodeFamily.
 /// max_score  −log(1 − max σ(obj) · p(class) · IoU) over all candidates, see max_score().
 ///
-/// Heads without objectness (decode families distance and decoded) use the score of the target's class as
-/// their objectness: paper and as_coded take it for their objectness term, too, while in the score of a
-/// candidate, by which paper and max_score choose, it counts once. For exclusive classes (YOLOv2) paper and
-/// max_score take the softmax as the probability of a class; as_coded takes the raw logit.
+/// Heads without objectness (decode families distance and decoded) use the score of the target's class in its
+/// place. paper and as_coded use it in their objectness term, too; in the candidate's score, by which paper
+/// and max_score choose, it counts once. For exclusive classes (YOLOv2) paper and max_score take the softmax
+/// as the probability of a class; as_coded takes the raw logit.
 enum class AdversarialLoss { paper, as_coded, max_score };
 
 /// \throws DomainError for any other name than paper, as_coded or max_score

@@ -6,8 +6,8 @@
 
 namespace tapestry::detail {
 
-/// Visits the statements of one piece of a tape, the last one first. The frequent kinds each have their own
-/// code, in which all counts are constants and which goes on while statements are of that kind.
+/// Visits the statements of one piece of a tape, the last one first. Each frequent kind has its own code,
+/// with constant counts, which continues while statements are of that kind.
 ///
 /// \tparam Visitor  has, all of them to be inlined,
 ///   skip(count)           passes so many statements without operands

@@ -107,9 +107,9 @@ template <std::floating_point T>
 /// Source: Wang et al., "Dual Attention Suppression Attack: Generate Adversarial Camouflage in Physical
 /// World" (CVPR 2021), eq. 4 and 5, on the faces that FCA (AAAI 2022) compares with as DAS-full. Faithful:
 /// the loss, in which score and layer are constants as in its published program. Simplified: the map is the
-/// LayerCAM of the attacked detector's surest candidate, over the last layer that all its heads depend on,
-/// and not the Grad-CAM of a classifier, since Grad-CAM shows next to nothing of a detector's score. The
-/// second term is left out: closeness to the edges of a content picture, which is for human eyes.
+/// LayerCAM of the attacked detector's most confident candidate, over the last layer that all its heads
+/// depend on. The Grad-CAM of a classifier is not used, since it shows next to nothing of a detector's score.
+/// The second term is left out: closeness to the edges of a content picture, which is for human eyes.
 template <std::floating_point T>
 [[nodiscard]] Method<T> das_full();
 

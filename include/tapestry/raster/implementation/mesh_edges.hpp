@@ -228,7 +228,7 @@ std::vector<FacePair> crossing_faces(const geometry::Mesh& mesh, const MeshEdges
   parallel_for(found.size(), [&](std::size_t index) {
     const SeenFaces::Band& band = seen.bands()[index];
     std::vector<FacePair>& pairs = found[index];
-    std::size_t most = 4096;  // number kept, some of them several times
+    std::size_t most = 4096;  // pairs before repeated ones are removed
     const auto compare = [&](std::int32_t one, std::int32_t other) {
       const FacePair pair{std::min(one, other), std::max(one, other)};
       if (detail::may_cut(mesh, edges, pair)) pairs.push_back(pair);
