@@ -11,6 +11,15 @@
 #include <tapestry/camouflage/view.hpp>
 #include <utility>
 
+/// \file
+/// The first header of camouflage/: a paint p, optimised so that a detector loses the car.
+///
+///   minimise   mean over views of  adversarial(detector(render(p) over the frame)) + μ · smoothness(p)
+///
+///   ViewStore --> views of a step --> Objective --> gradient --> Adam --> p     (repeated by Training)
+///
+/// Read next: paint.hpp, view.hpp, ensemble.hpp, view_store.hpp, training.hpp; other designs: method/.
+
 namespace tapestry::camouflage {
 
 /// The whole pipeline as one function on the tape:

@@ -20,6 +20,17 @@
 #include <utility>
 #include <vector>
 
+/// \file
+/// The first header of detect/: from a picture to boxes, and from logits back to the picture.
+///
+///   picture --> encoded --> nn::Network --> logits of heads --> boxes, scores --> detections
+///    RGB     InputEncoding                     Head            box_decode      suppression
+///
+/// A head has a grid of cells. Each candidate of a cell has a box, class scores and, in most families, an
+/// objectness, see DecodeFamily. Losses take the raw logits; everything up to these has derivatives.
+///
+/// Read next: head.hpp, input_encoding.hpp, box_decode.hpp, suppression.hpp.
+
 namespace tapestry::detect {
 
 template <std::floating_point T>

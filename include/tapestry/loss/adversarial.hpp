@@ -11,6 +11,18 @@
 #include <tapestry/loss/prediction.hpp>
 #include <vector>
 
+/// \file
+/// The first header of loss/: the terms that optimisations minimise, as a sum Σ weight · term.
+///
+///   of logits, by paint     adversarial.hpp                          hides a car from a detector
+///   of logits, by weights   yolo_training.hpp, yolox_training.hpp    trains a detector
+///   of a heat map           attention.hpp                            scatters a detector's attention
+///   of texels               smoothness.hpp, total_variation.hpp,
+///                           printability.hpp                         keeps a paint printable
+///   of positions            mesh_regularity.hpp                      keeps a mesh regular
+///
+/// Read next: prediction.hpp, responsible.hpp, adversarial_terms.hpp.
+
 namespace tapestry::loss {
 
 /// The loss that is minimised to hide the target from a YOLO detector.
