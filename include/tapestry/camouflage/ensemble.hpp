@@ -31,8 +31,8 @@ class KeptLayers {
  public:
   using Views = ViewSpan<T>;
 
-  /// Kept layers of each view, for detect::forward_within(). Null for views that are not worth it or beyond
-  /// the memory; empty if all are.
+  /// Kept layers of each view, for detect::forward_within(). Null for views that save too little or
+  /// exceed the memory; empty if all views do.
   ///
   /// \param least_share  of a pass's multiply-adds, see Detector::share_kept(); read when a view is new
   [[nodiscard]] std::vector<detect::KeptPicture<T>*> of(const detect::Detector<T>& detector, Views views,

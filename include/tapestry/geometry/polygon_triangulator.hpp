@@ -31,7 +31,7 @@ enum class PolygonShape {
 /// it where an edge leads from them into it.
 class PolygonTriangulator {
  public:
-  /// \param work  corners that may be compared with ears in the life of this object; the default takes
+  /// \param work  most comparisons of corners with ears over the life of this object; the default takes
   ///              some seconds
   explicit PolygonTriangulator(std::uint64_t work = std::uint64_t(1) << 30U) : work_(work) {}
 

@@ -11,8 +11,8 @@ namespace tapestry::detail {
 ///
 /// \tparam Visitor  has, all of them to be inlined,
 ///   skip(count)           passes so many statements without operands
-///   pull(counts, words)   takes the statement before: its counts, constants where they can be, and its words
-///   pull_record()         takes the operation with a pullback before
+///   pull(counts, words)   takes the previous statement: its counts, if possible constants, and its words
+///   pull_record()         takes the previous operation with a pullback
 template <class T, class Visitor>
 class StatementWalk {
  public:
