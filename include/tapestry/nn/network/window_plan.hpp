@@ -111,7 +111,7 @@ void for_each_outside(const Shape& map, const std::optional<Window>& outer, cons
   }
 }
 
-/// What a network remembers of a picture that changes from pass to pass within one window: for each value,
+/// The memory of a network about a picture that changes from pass to pass within one window: for each value,
 /// the pixels around its own window that are read to compute the changed ones. See Network::forward_within().
 template <std::floating_point T>
 struct KeptValues {
