@@ -55,8 +55,8 @@ using FrameLoaders = std::vector<camouflage::ViewStore<float>::Loader>;
 
 FrameLoaders frame_loaders(const std::vector<std::string>& paths, const MaskRule& mask, bool posed);
 
-/// Loaders of the frames to optimise on. Drawn frames use their own masks, or silhouettes if the rule says
-/// so.
+/// Loaders of the frames to optimise on. Drawn frames use their own masks, or silhouettes if the rule
+/// requires these.
 FrameLoaders train_loaders(const FrameLists& lists, const MaskRule& mask);
 
 /// A detector beside the first one.

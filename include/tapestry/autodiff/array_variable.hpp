@@ -92,7 +92,7 @@ class ArrayAdjoint {
   Extents<Rank> extents_;
   std::shared_ptr<ArrayMemory<T>> memory_;
   Lane single_;
-  std::deque<Lane> several_;  // from lane 1 on; what is read of one stays where it is
+  std::deque<Lane> several_;  // lanes from 1 on; elements stay in place
   bool is_detached_ = false;
 };
 

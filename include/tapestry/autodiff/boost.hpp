@@ -74,7 +74,7 @@ namespace boost::numeric::odeint {
 template <class State, class Enabler>
 struct norm_result_type;
 
-/// The norm of a state of variables, by which a controlled stepper chooses its step.
+/// The norm of a state of variables, from which a controlled stepper computes its step.
 template <class State>
 requires tapestry::ScalarExpression<typename State::value_type>
 struct norm_result_type<State, void> {

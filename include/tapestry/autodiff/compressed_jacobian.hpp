@@ -132,7 +132,7 @@ void compressed_forwards(const TapeState<T>& state, std::span<const Variable<T>>
   std::vector<std::size_t> directions(variables.size());
   for (std::size_t first = 0; first < plan.direction_count(); first += width) {
     for (std::size_t j = 0; j < directions.size(); ++j)
-      directions[j] = std::size_t(colour_of[j]) - first;  // of earlier colours it wraps around, beyond width
+      directions[j] = std::size_t(colour_of[j]) - first;  // wraps beyond width for earlier colours
     tangents.sweep(state, variables, directions);
     pattern.visit([&](std::size_t row, std::size_t column, std::size_t e) {
       if (directions[column] < width) values[e] = tangents.of(roots[row], directions[column]);

@@ -148,7 +148,7 @@ class AdjointVectors {
   detail::VectorAdjoints<T, Width> adjoints_;
   detail::Shared<detail::TapeState<T>> state_;
   std::uint32_t generation_ = 0;
-  std::uint64_t sweep_ = 0;  ///< of all of the tape's sweeps of several roots, the last one here
+  std::uint64_t sweep_ = 0;  ///< number of the last sweep here, counted over the tape
 };
 
 /// d roots[i] / d variables[j] at [i · variables.size() + j], eight roots a sweep. A tape that holds arrays

@@ -187,8 +187,8 @@ template <class T, class Pullback, class... Slots>
 /// Records an operation with an array result and its pullback on the active tape.
 ///
 /// The inputs are those that the result depends on: ArrayVariable<T, R>, Variable<T> or a formula of these.
-/// Plain arrays and numbers are allowed, and passive; a std::vector or std::span of one kind is one input of
-/// a run-time number of parts. In the reverse sweep the tape calls
+/// Plain arrays and numbers are allowed, and passive. A std::vector or std::span of inputs is one input, the
+/// number of whose parts is known at run time. In the reverse sweep the tape calls
 ///
 ///  pullback(const Array<T, Rank>& value_adjoint, input_adjoint*...)
 ///

@@ -41,8 +41,7 @@ namespace detail {
 [[nodiscard]] inline std::vector<std::uint32_t> star_colours(const JacobianPattern& pattern) {
   constexpr std::uint32_t none = 0xFFFFFFFFU;
   std::vector<std::uint32_t> colours(pattern.row_count(), none);
-  std::vector<std::size_t>
-      forbidden_for;  // of each colour, the variable, counted from 1, that may not take it
+  std::vector<std::size_t> forbidden_for;  // by colour: 1 + the variable that may not take it
   std::vector<std::size_t> order(colours.size());
   std::iota(order.begin(), order.end(), std::size_t(0));
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {

@@ -11,6 +11,25 @@
 #include <type_traits>
 #include <utility>
 
+/// \file
+/// The first header of autodiff/: derivatives by reverse-mode automatic differentiation.
+///
+/// A program is a list of statements v_k = f_k(v_i, v_j, …). While it runs, the tape stores the partial
+/// derivatives of each statement and the indices of its operands. The reverse sweep begins with the adjoint
+/// v̄ = 1 of the result and goes through the statements backwards. Each adds to its operands' adjoints:
+///
+///   v̄_i += v̄_k · ∂f_k/∂v_i
+///
+///   run       input x  -->  statement 1  -->  statement 2  -->  …  -->  result y
+///   reverse   x̄ = ∂y/∂x  <--  …  <--  statement 2  <--  statement 1  <--  ȳ = 1
+///
+/// One sweep gives the derivatives of one result with respect to all inputs, in a time proportional to that
+/// of the program. An operation on arrays is a single record with a pullback, a function that does the same
+/// for whole arrays.
+///
+/// Read next: variable.hpp, functions.hpp, array_variable.hpp and record.hpp. derivatives.hpp, jacobian.hpp,
+/// checkpoint.hpp and replay.hpp are built on these.
+
 namespace tapestry {
 
 template <class T>

@@ -28,7 +28,7 @@ struct TapeStatistics {
   Row all;                      ///< everything
   std::vector<Row> statements;  ///< scalar statements by their number of operands; inputs have none
   std::vector<Row> operations;  ///< those with a pullback, array inputs included, the most frequent first
-  std::vector<Row> labels;  ///< of each label what was recorded under it, in the order of their beginnings
+  std::vector<Row> labels;      ///< counts of each label, in the order in which labels begin
 
   /// Prints a table; the header `ostream` must be included.
   template <class Character, class Traits>

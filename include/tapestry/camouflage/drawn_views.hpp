@@ -16,8 +16,7 @@ template <std::floating_point T>
 struct DrawnViews {
   std::vector<ArrayVariable<T, 3>> renders{};                   ///< m·O, multiplied by coverage
   std::vector<std::shared_ptr<const Array<T, 2>>> interiors{};  ///< as View::interior, of the renders
-  std::vector<ArrayVariable<T, 3>>
-      pictures{};  ///< I_adv, [H, W, 3], where drawing has laid them over already
+  std::vector<ArrayVariable<T, 3>> pictures{};  ///< I_adv, [H, W, 3], if drawn with the frame already
 };
 
 /// Draws the car as it stands, differentiable by its colours.

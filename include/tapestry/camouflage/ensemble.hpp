@@ -32,8 +32,8 @@ class KeptLayers {
  public:
   using Views = ViewSpan<T>;
 
-  /// Kept layers of each view, for detect::forward_within(). Null for views that are not worth it or beyond
-  /// the memory; empty if all are.
+  /// Kept layers of each view, for detect::forward_within(). Null for views that save too little or
+  /// exceed the memory; empty if all views do.
   ///
   /// \param least_share  of a pass's multiply-adds, see Detector::share_kept(); read when a view is new
   [[nodiscard]] std::vector<detect::KeptPicture<T>*> of(const detect::Detector<T>& detector, Views views,
@@ -52,7 +52,7 @@ class KeptLayers {
 
  private:
   struct Kept {
-    double share = 0;  ///< that its window leaves out
+    double share = 0;  ///< share of the work that its window saves
     std::optional<detect::KeptPicture<T>> picture{};
   };
 
@@ -68,7 +68,7 @@ template <std::floating_point T>
 struct ShownPictures {
   const ArrayVariable<T, 4>& pictures;    ///< [N, H, W, 3]
   ViewSpan<T> views;                      ///< N
-  const PhotoSession* session = nullptr;  ///< of N shots, if the pictures were photographed
+  const PhotoSession* session = nullptr;  ///< N shots, if the pictures were photographed
   bool is_redrawn = false;                ///< whether they change beyond the views' windows
 };
 
@@ -76,8 +76,8 @@ struct ShownPictures {
 template <std::floating_point T>
 class Ensemble {
  public:
-  /// Adds a detector, in which the car has this class; it counts as much as those before. It must outlive
-  /// this.
+  /// Adds a detector; `class_index` is the car's class in it. It counts as much as the earlier ones, and must
+  /// outlive this object.
   ///
   /// \throws DomainError if the detector has no class of that index, or no raw logits; ShapeError if it takes
   ///         pictures of other extents than the first

@@ -12,6 +12,15 @@
 #include <tapestry/camouflage/view.hpp>
 #include <utility>
 
+/// \file
+/// The first header of camouflage/: a paint p, optimised so that a detector loses the car.
+///
+///   minimise   mean over views of  adversarial(detector(render(p) over the frame)) + μ · smoothness(p)
+///
+///   ViewStore --> views of a step --> Objective --> gradient --> Adam --> p     (repeated by Training)
+///
+/// Read next: paint.hpp, view.hpp, ensemble.hpp, view_store.hpp, training.hpp; other designs: method/.
+
 namespace tapestry::camouflage {
 
 /// The whole pipeline as one function on the tape:
@@ -68,10 +77,10 @@ class Objective {
     printed_texels_ = std::move(used);
   }
 
-  /// Keeps from step to step the parts of the detectors' layers that the car cannot reach, for views where
-  /// that saves at least a share of the products, up to so many bytes for all views and detectors together;
-  /// 0, the default, keeps nothing. Results are the same bits. Steps with a photo session, or of a shape that
-  /// moves, change more and compute everything.
+  /// Keeps, from step to step, the parts of the detectors' layers that the car cannot reach. This is done for
+  /// views where it saves at least a share of the products, up to so many bytes for all views and detectors
+  /// together; 0, the default, keeps nothing. Results are the same bits. Steps with a photo session, or with
+  /// a moving shape, change more and compute everything.
   void keep_layers(std::size_t bytes, double least_share = least_share_kept) {
     ensemble_.keep_layers(bytes, least_share);
   }

@@ -20,7 +20,7 @@ struct ObjectiveOptions {
   loss::AdversarialLoss kind = loss::AdversarialLoss::paper;
   loss::AdversarialWeights weights{};  ///< α, β, γ of the paper
   double smoothness = 1;               ///< μ, in units of smoothness_unit
-  double printability = 1;             ///< of the non-printability score, once print_by() has set a printer
+  double printability = 1;             ///< weight of the non-printability score, after print_by()
   std::size_t class_index = 0;         ///< the class that the car should no longer be found as
 };
 

@@ -13,9 +13,9 @@ namespace tapestry::camouflage {
 
 /// Settings for estimating the light of a frame from the car in its photograph.
 struct PhotoLight {
-  std::shared_ptr<const raster::AmbientOcclusion> occlusion{};  ///< of the car; null: all of it sees the sky
-  std::size_t most_points = 8192;                               ///< of the photograph that are used
-  std::size_t shadow_pixels = 512;                              ///< of the car in the view from the sun
+  std::shared_ptr<const raster::AmbientOcclusion> occlusion{};  ///< the car's; null: no part is shaded
+  std::size_t most_points = 8192;                               ///< most points of the photograph to use
+  std::size_t shadow_pixels = 512;               ///< pixels of the car in the view from the sun
   std::optional<std::array<double, 3>> paint{};  ///< the photographed car's, if known, see estimated_light()
 };
 

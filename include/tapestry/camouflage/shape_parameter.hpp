@@ -21,9 +21,9 @@ namespace tapestry::camouflage {
 ///
 /// with w(v) the first position at the same place, so that seams stay closed. p = 0 is the car as it is.
 struct ShapeParameter {
-  raster::PaintedMesh car;                         ///< as it is
-  std::shared_ptr<const raster::MeshEdges> edges;  ///< of it
-  geometry::MeshTopology topology;                 ///< of it, positions at one place being one
+  raster::PaintedMesh car;                         ///< the original car
+  std::shared_ptr<const raster::MeshEdges> edges;  ///< edges of the car
+  geometry::MeshTopology topology;                 ///< topology, with positions at one place as one
   double reach = 0.01;                             ///< greatest offset along an axis, in longest extents
   double stiffness = 1;                            ///< weight of shape_roughness()
 

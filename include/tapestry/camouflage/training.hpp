@@ -24,7 +24,7 @@ namespace tapestry::camouflage {
 struct TrainingOptions {
   std::size_t epochs = 5;
   std::size_t batch = 1;   ///< views a step
-  double worst_share = 1;  ///< of a step's views, the worst that count; see worst_view_weights()
+  double worst_share = 1;  ///< share of a step's views that count; see worst_view_weights()
   std::uint64_t seed = 1;
   optim::AdamSettings adam{};
   image::Conditions conditions{};  ///< conditions of every step's photographs; none: pictures as they are
@@ -34,7 +34,7 @@ struct TrainingOptions {
 /// exchange their results.
 struct SharedSteps {
   std::size_t processes = 1;
-  std::size_t own = 0;  ///< of the processes, from 0
+  std::size_t own = 0;  ///< index of this process, from 0
   /// The values of all processes, one after the other; each calls it at the same time with as many.
   std::function<std::vector<double>(const std::vector<double>&)> gathered;
 };
@@ -110,7 +110,7 @@ class Training {
   /// Terms and gradient that one view adds to a step.
   struct Share {
     ObjectiveTerms terms{};
-    Array<T, 2> slopes{};  ///< by the parameter, or empty where they are not wanted
+    Array<T, 2> slopes{};  ///< derivatives by the parameter; empty if not wanted
 
     [[nodiscard]] std::vector<double> numbers() const;
     static Share of(const double* numbers, const Extents<2>& extents);
@@ -153,7 +153,7 @@ class Training {
     };
     deal(all, {0, 0}, loss_of, [&](std::size_t i, const Share& share) { losses[i] = share.terms.total; });
     if (std::ranges::any_of(losses, [](double loss) { return std::isnan(loss); }))
-      return divisors;  // the step is refused by its terms
+      return divisors;  // the step then fails because of its terms
     const auto weights = worst_view_weights(losses, options_.worst_share);
     std::ranges::transform(weights, divisors.begin(), [](double weight) { return 1 / weight; });
     return divisors;

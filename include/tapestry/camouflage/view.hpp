@@ -22,7 +22,7 @@ namespace tapestry::camouflage {
 /// Inputs of a view's drawing, needed again when its car changes its shape.
 template <std::floating_point T>
 struct Sight {
-  geometry::Camera camera;           ///< that sees the frame in the network's input
+  geometry::Camera camera;           ///< camera of the frame, in the network's input
   raster::Light light;               ///< see io::frame_light()
   Array<T, 2> mask;                  ///< m, [H, W], 1 where the car would show
   std::size_t samples_per_axis = 2;  ///< of a pixel
@@ -48,8 +48,8 @@ struct View {
   /// a camera right there.
   geometry::Orbit orbit{};
   image::ColourSpace space =
-      image::ColourSpace::encoded;                      ///< in which the car is lit and laid over the frame
-  std::shared_ptr<const raster::MipPyramid> pyramid{};  ///< of a filtered atlas, else null
+      image::ColourSpace::encoded;  ///< space in which the car is lit and laid over the frame
+  std::shared_ptr<const raster::MipPyramid> pyramid{};  ///< for a filtered atlas, else null
   /// Light estimated from the photograph, without the shadow and occlusion it was drawn with; null where the
   /// frame's own light was used.
   std::shared_ptr<const raster::EstimatedLight> photo_light{};

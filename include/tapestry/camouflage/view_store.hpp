@@ -38,8 +38,8 @@ class ViewStore {
     std::size_t samples_per_axis = 2;
     std::size_t keep_bytes = std::size_t(4) << 30U;  ///< views beyond it are prepared anew each time
     image::Fit fit{};                                ///< of frames in the network's input
-    std::optional<PhotoLight> photo_light{};         ///< of estimated light; none: the frames' own
-    bool redrawn = false;                            ///< whether views keep their Sight
+    std::optional<PhotoLight> photo_light{};  ///< settings of estimated light; none: the frames' own light
+    bool redrawn = false;                     ///< whether views keep their Sight
   };
 
   /// \param car  must outlive the store

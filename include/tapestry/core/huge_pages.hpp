@@ -6,9 +6,9 @@
 
 namespace tapestry {
 
-/// Advises the system to back memory of many MiB that was not written yet by pages of 2 MiB instead of 4 KiB,
-/// whose first touch costs as much as reading the file that fills them. If the system has no such pages, or
-/// no room for them, nothing changes.
+/// Advises the system to back memory of many MiB that was not written yet by pages of 2 MiB. With pages of 4
+/// KiB, the first access costs as much as reading the file that fills the memory. If the system has no large
+/// pages, or no room for them, nothing changes.
 inline void prefer_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t size) {
 #ifdef MADV_HUGEPAGE
   constexpr std::uintptr_t page = std::uintptr_t(2) << 20U;

@@ -34,7 +34,7 @@ class ClassScores {
   /// \param score_adjoint  takes a class
   template <std::invocable<std::size_t> Adjoint, std::invocable<std::size_t, double> Add>
   void adjoint(Adjoint score_adjoint, Add add) const {
-    double mean = 0;  // of the adjoints, weighted by the scores
+    double mean = 0;  // mean of the adjoints, weighted by the scores
     for (std::size_t k = 0; head_.exclusive_classes && k < head_.classes; ++k)
       mean += score_adjoint(k) * (*this)(k);
     for (std::size_t k = 0; k < head_.classes; ++k) {

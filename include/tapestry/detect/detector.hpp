@@ -20,6 +20,17 @@
 #include <utility>
 #include <vector>
 
+/// \file
+/// The first header of detect/: from a picture to boxes, and from logits back to the picture.
+///
+///   picture --> encoded --> nn::Network --> logits of heads --> boxes, scores --> detections
+///    RGB     InputEncoding                     Head            box_decode      suppression
+///
+/// A head has a grid of cells. Each candidate of a cell has a box, class scores and, in most families, an
+/// objectness, see DecodeFamily. Losses take the raw logits; everything up to these has derivatives.
+///
+/// Read next: head.hpp, input_encoding.hpp, box_decode.hpp, suppression.hpp.
+
 namespace tapestry::detect {
 
 template <std::floating_point T>
@@ -253,7 +264,7 @@ class Detector {
   DetectorDescription kind_;
   std::unique_ptr<Foreign> foreign_;  ///< null if the network is ours
   std::size_t layer_count_ = 0;
-  nn::Network<T> network_;  ///< of a foreign engine the one that makes logits of its outputs
+  nn::Network<T> network_;  ///< for a foreign engine, converts its outputs to logits
   std::size_t height_ = 0, width_ = 0;
   ExportedHeads heads_;
   bool trains_together_ = false;

@@ -56,7 +56,7 @@ struct DetectorDescription {
   std::vector<std::size_t> strides{};  ///< pixels between cells, of each head in the order of the outputs
   /// Anchors of each head that has some, as Head::anchors.
   std::vector<std::vector<std::array<double, 2>>> anchors{};
-  DecodedOutputs decoded{};  ///< of boxes_and_scores, which has no strides
+  DecodedOutputs decoded{};  ///< only for boxes_and_scores
 
   bool operator==(const DetectorDescription&) const = default;
 };
@@ -88,10 +88,10 @@ struct ForeignOutput {
   std::vector<float> values{};
 };
 
-/// Another library, such as OpenCV, ONNX Runtime or TensorRT, that runs a model which our readers do not
-/// read: everything that measures by forward passes takes it as a Detector. Runs the model on one picture,
-/// [3, H, W] of the input's extents, encoded by the description, and returns the output with boxes and,
-/// unless it is the same, the one with scores. Two threads never call it at once.
+/// Another library, such as OpenCV, ONNX Runtime or TensorRT, that runs a model which Tapestry cannot read. A
+/// Detector made of it can do everything that needs only forward passes. The function runs the model on one
+/// picture, [3, H, W] of the input's extents, encoded by the description. It returns the output with boxes
+/// and, if that is another one, the output with scores. Two threads never call it at once.
 using ForeignEngine = std::function<std::vector<ForeignOutput>(const std::vector<float>& picture)>;
 
 }  // namespace tapestry::detect

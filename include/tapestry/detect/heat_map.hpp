@@ -16,7 +16,7 @@ namespace tapestry::detect {
 
 /// The surest candidate of a class.
 struct BestCandidate {
-  std::size_t head = 0;       ///< whose it is
+  std::size_t head = 0;       ///< index of its head
   std::size_t candidate = 0;  ///< anchor · cells + cell within that
   double confidence = 0;  ///< objectness times the probability of the class, or without objectness the latter
 };
@@ -75,8 +75,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] std::optional<double> share_within(const Array<T, 2>& heat, const Array<T, 2>& mask);
 
-/// The adjoint of one candidate's score, which is the sum of the logit of the class and that of objectness: 1
-/// for both, zeros elsewhere.
+/// The adjoint of one candidate's score, the sum of its class logit and its objectness logit: 1 for both, 0
+/// elsewhere.
 ///
 /// \param logits  one [N, channels, H, W] a head, for their extents
 /// \param best    of best_candidate()

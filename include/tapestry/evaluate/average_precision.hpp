@@ -21,7 +21,7 @@ struct PrecisionSummary {
 
 /// Average precision of one class.
 struct ClassPrecision {
-  std::size_t truths = 0;      ///< that count: no crowds, none ignored
+  std::size_t truths = 0;      ///< truths that count: no crowds, none ignored
   std::size_t detections = 0;  ///< all that were given
   PrecisionSummary summary{};
 };

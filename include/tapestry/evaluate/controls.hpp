@@ -37,13 +37,14 @@ inline constexpr std::size_t matched_noise_rounds = 30;
 /// with X the spectrum of the optimised channel and S that of the plane, so that F is nearest to S among all
 /// spectra with the amplitudes and the relative phases of X.
 ///
-/// Exact: each channel of each chart has the same values as before, each as often. Approximate: the power
-/// spectrum, since the last step is that of the values. It is the nearer, the more evenly the colours are
-/// spread and the fuller the chart's bounding box is. Texels outside a chart count as its mean colour, the
-/// spectrum is corrected for them, and the noise fills the whole box before the chart is cut out of it. They
-/// are not reset to the mean in between: a picture is determined by the amplitudes of its spectrum and a
-/// known border (Fienup, Applied Optics 21, 1982), and where more than half of a box was border, the rounds
-/// ended at the optimised texture itself. Joint distributions of channels keep their second moments only.
+/// The values are exact: each channel of each chart has the same values as before, each as often. The power
+/// spectrum is approximate, since the last step imposes the values. It is closer for evenly spread colours
+/// and for charts that fill their bounding boxes. Texels outside a chart count as its mean colour, and the
+/// spectrum is corrected for them. The noise fills the whole box before the chart is cut out of it. The
+/// texels outside are not reset to the mean in between: the amplitudes of a spectrum and a known border
+/// determine a picture (Fienup, Applied Optics 21, 1982), and where more than half of a box was border, the
+/// rounds ended at the optimised texture itself. Joint distributions of channels keep only their second
+/// moments.
 /// Texels of no chart stay as they are.
 ///
 /// Sources: the iterated amplitude adjusted Fourier transform of Schreiber and Schmitz, "Improved surrogate
@@ -69,11 +70,11 @@ struct PatchExtents {
 /// atlas: squares of an eighth of its height; cube: the whole of a face; other kinds: single texels.
 [[nodiscard]] PatchExtents patch_extents(const raster::TextureLayout& layout);
 
-/// The control that keeps the parts of an optimised texture but not their arrangement. In each chart, patches
-/// that lie wholly in it change places in one random cycle, so that none stays where it is. The rest, between
-/// them and the chart's outline, and all of a chart with room for one patch only, is cut into patches of half
-/// the extents, which change places among themselves, and so on down to single texels. Each texel keeps its
-/// colour, somewhere in its chart.
+/// The control that keeps the parts of an optimised texture but not their arrangement. In each chart, the
+/// patches that lie wholly in it change places in one random cycle, so that none stays where it is. The rest
+/// of the chart, or all of it if there is room for one patch only, is cut into patches of half the extents,
+/// which change places among themselves, and so on down to single texels. Each texel's colour stays somewhere
+/// in its chart.
 ///
 /// \param colours  [texel, 3]
 /// \param charts   of the texture, see raster::texture_charts(); no texel in two of them

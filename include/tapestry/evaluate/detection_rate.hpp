@@ -60,7 +60,7 @@ struct DetectionRate {
 /// ASR: share of the views with a found clean target in which the painted one was not found.
 struct AttackSuccess {
   std::size_t views = 0;                     ///< found in clean; 0: there is no rate to report
-  std::size_t hidden = 0;                    ///< of those, not found with the adversarial paint
+  std::size_t hidden = 0;                    ///< number of these not found with the adversarial paint
   double rate = 0;                           ///< hidden / views, 0 without views; a share, not per cent
   std::array<double, 2> interval{0.0, 1.0};  ///< Wilson, 95 %; all of [0, 1] without views
 };

@@ -21,6 +21,20 @@
 #include <tapestry/image/transform/chain.hpp>
 #include <vector>
 
+/// \file
+/// The first header of evaluate/: the effect of a camouflage on a detector, and how certain it is.
+///
+///   found    a box of the car's class overlaps the car with IoU ≥ ½, above a threshold of confidence
+///   P@0.5    share of the pictures in which the car is found
+///   effect   best confidence under a control minus that under the camouflage, mean over the same views
+///
+///   views × textures --> Meter --> Measurement of each texture --> differences with intervals
+///                        one picture                               paired_bootstrap
+///
+/// Noise alone hides cars from weak detectors, so each measurement includes controls, see controls.hpp.
+///
+/// Read next: meter.hpp, detection_rate.hpp, controls.hpp, paired_bootstrap.hpp.
+
 namespace tapestry::evaluate {
 
 /// Photographs of views: some of each view, each under conditions of its own.
@@ -182,7 +196,7 @@ struct Survey {
   Measurement clean;
   std::optional<Measurement> adversarial;
   std::vector<Measurement> controls;
-  AttackSuccess asr;             ///< of the views found in `clean`, those not found in `adversarial`
+  AttackSuccess asr;             ///< share of the views found in `clean` that `adversarial` hides
   std::optional<Effect> effect;  ///< beyond matched noise, where that is among the controls
   std::optional<Effect> effect_beyond_other_run;  ///< where that is among the controls
 };

@@ -115,7 +115,7 @@ struct PhysicalGrid {
 struct PhysicalFrame {
   std::size_t view = 0;                     ///< its number in the grid
   std::size_t surroundings = 0;             ///< where the car stands
-  std::optional<std::size_t> photograph{};  ///< which one of the view; none: the view as it is
+  std::optional<std::size_t> photograph{};  ///< number of the view's photograph; none: the view itself
 };
 
 /// Surroundings × distances: first the photographed views, then the same views as they are.

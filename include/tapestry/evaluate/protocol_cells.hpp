@@ -54,8 +54,8 @@ struct ProtocolOutcomes {
 struct TextureCell {
   DetectionRate rate{};             ///< P@0.5 over the measured frames
   double mean_best_confidence = 0;  ///< over them, 0 without any
-  AttackSuccess success{};  ///< of those found with the clean texture; nothing is hidden for that itself
-  FateCounts fates{};       ///< of the measured frames
+  AttackSuccess success{};          ///< relative to the clean texture, for which nothing is hidden
+  FateCounts fates{};               ///< of the measured frames
 };
 
 /// Some frames of a protocol.
@@ -139,7 +139,8 @@ template <std::predicate<std::size_t> Belongs>
                           measured_values(outcomes, outcomes.attention, texture, belongs));
 }
 
-/// Means over each view's pictures with one texture, from the measured frames for which belongs(index) holds.
+/// Means of the pictures of each view with one texture, over the measured frames for which belongs(index)
+/// holds.
 ///
 /// \param values           [frame, texture], of the outcomes
 /// \param texture          its number there

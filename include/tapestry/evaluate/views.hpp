@@ -32,7 +32,7 @@ struct ProtocolFrame {
   double distance = 1;       ///< from the middle of the car, whose half length is 1
   double elevation_deg = 0;  ///< above the horizon
   double azimuth_deg = 0;    ///< 0 in front of the car, 90 at its left
-  std::size_t row = 0;       ///< of the table
+  std::size_t row = 0;       ///< row of the table
   std::size_t column = 0;
 };
 
@@ -54,7 +54,7 @@ struct ProtocolTable {
   }
 };
 
-inline constexpr std::size_t sector_count = 8;  ///< of 45° each
+inline constexpr std::size_t sector_count = 8;  ///< each of 45°
 
 /// The sector of an azimuth: 45·k ≤ azimuth < 45·(k + 1) degrees, modulo full turns.
 /// \throws DomainError unless the azimuth is finite
@@ -105,7 +105,7 @@ struct ProtocolPicture {
   std::size_t height = 0;  ///< of the network's input, pixels
   std::size_t width = 0;
   std::size_t samples_per_axis = 2;
-  image::Fit fit{};                           ///< of the square picture in it
+  image::Fit fit{};                           ///< fit of the square picture into it
   std::array<double, 3> background{1, 1, 1};  ///< one colour, in [0, 1]; the paper's is white
 };
 

@@ -31,7 +31,7 @@ enum class PolygonShape {
 /// it where an edge leads from them into it.
 class PolygonTriangulator {
  public:
-  /// \param work  corners that may be compared with ears in the life of this object; the default takes
+  /// \param work  most comparisons of corners with ears over the life of this object; the default takes
   ///              some seconds
   explicit PolygonTriangulator(std::uint64_t work = std::uint64_t(1) << 30U) : work_(work) {}
 
@@ -92,11 +92,11 @@ class PolygonTriangulator {
   /// Whether `other` lies inside the ear at `corner`, or on its border with an edge that leads inside.
   [[nodiscard]] bool is_in_the_way(std::size_t other, std::size_t corner, bool loose) const;
 
-  static constexpr std::size_t few_blockers = 64;  // of which a list is as quick
+  static constexpr std::size_t few_blockers = 64;  // for so few, a list is as quick
 
   std::uint64_t work_;
   std::vector<Vector2> points_;
-  PointColumns columns_;  // of all corners, where many block
+  PointColumns columns_;  // all corners, used if many block
   std::vector<std::size_t> before_, next_;
   std::vector<Blocker> blockers_;  // and some that have retired
   std::size_t retired_ = 0;

@@ -23,7 +23,7 @@ enum class FitKind { letterbox, letterbox_top_left, stretch };
 /// A fit, and the colour beside the picture.
 struct Fit {
   FitKind kind = FitKind::letterbox;
-  double fill = 0.5;  ///< of every channel, in [0, 1]; nothing is left for it when the picture is stretched
+  double fill = 0.5;  ///< value of every channel, in [0, 1]; unused for a stretched picture
 
   bool operator==(const Fit&) const = default;
 };
@@ -51,9 +51,8 @@ struct Placement {
 };
 
 /// The placement of a picture of from_height × from_width on a canvas of height × width. The side that does
-/// not fill the canvas is rounded down, for a centred picture to the parity of the canvas, so that the
-/// margins are equal and the centre stays the centre. Source of the idea: Darknet's letterbox_image, which
-/// rounds down only.
+/// not fill the canvas is rounded down. For a centred picture it is rounded down to the parity of the canvas,
+/// so that both margins are equal. Source of the idea: Darknet's letterbox_image, which only rounds down.
 /// \throws DomainError if an extent is 0
 [[nodiscard]] Placement placement(std::size_t from_height, std::size_t from_width, std::size_t height,
                                   std::size_t width, FitKind kind = FitKind::letterbox);

@@ -16,8 +16,8 @@
 ///
 ///   out = premultiplied + (1 − coverage) · background   inside the picture's place,   background beside it.
 ///
-/// In ColourSpace::linear this sum is of light: `premultiplied` is linear, `background` and `out` are encoded
-/// all the same, and where nothing covers it the background stays as it is, bit for bit.
+/// In ColourSpace::linear this is a sum of light. `premultiplied` is then linear, while `background` and
+/// `out` remain encoded. The uncovered background is unchanged, bit for bit.
 ///
 /// Source: Porter and Duff, "Compositing digital images" (1984). With premultiplied = m·O and coverage = m it
 /// is the composite of Wang et al., FCA (AAAI 2022), eq. 6.

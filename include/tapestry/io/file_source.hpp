@@ -14,6 +14,19 @@
 #include <tapestry/core/error.hpp>
 #include <vector>
 
+/// \file
+/// The first header of io/: readers and writers of files, which may be damaged or hostile.
+///
+///   read    path --> RegularFile --> bytes --> parse_…(bytes, name) --> value
+///                    size limit                every count checked before memory is taken
+///   write   value --> bytes --> write_file_atomically() --> path
+///                               the old file or the whole new one
+///
+/// read_…(path) reads a file, parse_…() the same content in memory. A FileError states the path, the line or
+/// byte, what was found and what was expected. Comments state the most memory that a reader takes.
+///
+/// Read next: text_lines.hpp and text_lists.hpp for text, npy.hpp for bytes, atomic_file.hpp for writing.
+
 namespace tapestry::io {
 
 /// Default limit of the bytes that a reader accepts.

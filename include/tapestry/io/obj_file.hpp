@@ -83,7 +83,7 @@ struct ObjLimits {
                         << 24U;  ///< vertices, and alike triangles, texture coordinates, normals
   std::size_t line_bytes = std::size_t(1) << 20U;
   std::uint64_t material_bytes = std::uint64_t(1) << 24U;      ///< all material files together
-  std::uint64_t triangulation_work = std::uint64_t(1) << 30U;  ///< of geometry::PolygonTriangulator
+  std::uint64_t triangulation_work = std::uint64_t(1) << 30U;  ///< limit for geometry::PolygonTriangulator
 };
 
 /// Reads an OBJ held in memory; `path` names it in messages, and its material files lie in the same folder.

@@ -11,6 +11,18 @@
 #include <tapestry/loss/prediction.hpp>
 #include <vector>
 
+/// \file
+/// The first header of loss/: the terms that optimisations minimise, as a sum Σ weight · term.
+///
+///   of logits, by paint     adversarial.hpp                          hides a car from a detector
+///   of logits, by weights   yolo_training.hpp, yolox_training.hpp    trains a detector
+///   of a heat map           attention.hpp                            scatters a detector's attention
+///   of texels               smoothness.hpp, total_variation.hpp,
+///                           printability.hpp                         keeps a paint printable
+///   of positions            mesh_regularity.hpp                      keeps a mesh regular
+///
+/// Read next: prediction.hpp, responsible.hpp, adversarial_terms.hpp.
+
 namespace tapestry::loss {
 
 /// The loss that is minimised to hide the target from a YOLO detector.
@@ -31,10 +43,10 @@ namespace tapestry::loss {
 /// The others ask
 ///            that the target is not found as what it is, and are content with another name for it.
 ///
-/// Heads without objectness (decode families distance and decoded) use the score of the target's class as
-/// their objectness: paper and as_coded take it for their objectness term, too, while in the score of a
-/// candidate, by which paper and max_score choose, it counts once. For exclusive classes (YOLOv2) paper and
-/// max_score take the softmax as the probability of a class; as_coded takes the raw logit.
+/// Heads without objectness (decode families distance and decoded) use the score of the target's class in its
+/// place. paper and as_coded use it in their objectness term, too; in the candidate's score, by which paper
+/// and max_score choose, it counts once. For exclusive classes (YOLOv2) paper and max_score take the softmax
+/// as the probability of a class; as_coded takes the raw logit.
 enum class AdversarialLoss { paper, as_coded, max_score, vanish };
 
 /// \throws DomainError for any other name than paper, as_coded, max_score or vanish

@@ -73,7 +73,7 @@ struct DynamicMatchOptions {
 struct DynamicMatch {
   Candidate candidate{};
   Target truth{};
-  double iou = 0;  ///< of the candidate's box with the truth's, a constant in what is trained
+  double iou = 0;  ///< IoU of the candidate's box and the truth's, treated as constant
 };
 
 /// Per image the candidates that have a truth, in the order of candidates.

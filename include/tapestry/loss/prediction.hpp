@@ -33,7 +33,7 @@ template <std::floating_point T>
 struct Predictions {
   const std::vector<detect::Head>& heads;
   LogitsView<T> logits;
-  std::size_t image;                      ///< which of the N
+  std::size_t image;                      ///< index among the N
   std::size_t input_height, input_width;  ///< of the network, pixels
 };
 
@@ -68,8 +68,8 @@ concept DetectorLike = requires(const D& detector) {
   { detector.input_width() } -> std::convertible_to<std::size_t>;
 };
 
-/// The place of one predicted box. The order of candidates, in which ties go to the first, is by head,
-/// then anchor, then row, then column.
+/// The place of one predicted box. Candidates are ordered by head, then anchor, row and column; of equal ones
+/// the first counts.
 struct Candidate {
   std::size_t head = 0, anchor = 0, row = 0, column = 0;
   bool operator==(const Candidate&) const = default;

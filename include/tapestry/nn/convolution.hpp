@@ -21,7 +21,7 @@ struct ConvolutionTasks {
   std::size_t pixel_count = 0;
   std::size_t rows_per_task = 1;
   std::size_t row_tasks = 1;
-  std::size_t panels = 1;  ///< of all groups
+  std::size_t panels = 1;  ///< panels of all groups together
   std::size_t panels_per_task = 1;
   std::size_t panel_tasks = 1;
 };

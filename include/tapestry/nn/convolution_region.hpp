@@ -12,7 +12,7 @@ namespace tapestry::nn::detail {
 /// The inputs of some output rows, all inside memory: either the picture itself or a copy with its zeros.
 template <std::floating_point T>
 struct ConvolutionRegion {
-  const T* first;  ///< what output (first row, column 0) reads at tap (0, 0), channel 0
+  const T* first;  ///< input of output (first row, column 0) at tap (0, 0), channel 0
   std::size_t row_step;
   std::size_t pixel_step;
 };

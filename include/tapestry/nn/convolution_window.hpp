@@ -25,7 +25,7 @@ struct OutputTile {
   const auto last_tile = static_cast<std::ptrdiff_t>(block_count(axis.output, tile.outputs)) - 1;
   const auto first_place = static_cast<std::ptrdiff_t>(inputs.begin) + axis.padding;
   const auto last_place = static_cast<std::ptrdiff_t>(inputs.end) - 1 + axis.padding;
-  const auto least = first_place - reach + 1;  // of k · step
+  const auto least = first_place - reach + 1;  // smallest k · step
   const auto last = std::clamp(last_place < 0 ? 0 : last_place / step, std::ptrdiff_t(0), last_tile);
   const auto first = std::clamp(least <= 0 ? 0 : (least + step - 1) / step, std::ptrdiff_t(0), last);
   const bool only_last = first_place - first * step >= reach - static_cast<std::ptrdiff_t>(tile.own_of_last);

@@ -55,7 +55,7 @@ void depthwise_outputs(const DepthwiseArguments<T>& a) {
   for (std::size_t x = 0; x < a.out_columns;) {
     const std::ptrdiff_t left = static_cast<std::ptrdiff_t>(x * Stride) - a.column_padding;
     const std::size_t in = static_cast<std::size_t>(left) * a.channel_count;  // used if it lies in the row
-    const std::size_t end = static_cast<std::size_t>(left) + Taps;            // of the first output's taps
+    const std::size_t end = static_cast<std::size_t>(left) + Taps;  // end of the first output's taps
     if (left >= 0 && x + 6 <= a.out_columns && end + 5 * Stride <= a.in_columns) {
       depthwise_tile<T, Taps, Stride, 6>(a, a.in + in, x);
       x += 6;

@@ -37,7 +37,7 @@ template <std::floating_point T>
   const auto vectors_in = static_cast<double>(block_count(shape.in_channels, lanes));
   const auto vectors_out = static_cast<double>(block_count(shape.out_channels, lanes));
   const auto channels = static_cast<double>(shape.in_channels);
-  const double step = pairs ? 0.5 : 1;  // of a reduction, a channel
+  const double step = pairs ? 0.5 : 1;  // cost of a reduction, per channel
   if (!form) {
     const auto products = static_cast<double>(shape.taps() * shape.rows.output * shape.columns.output);
     return 1.15 * step * products * channels * vectors_out;

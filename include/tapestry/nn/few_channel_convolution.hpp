@@ -51,7 +51,7 @@ class FewChannelConvolution {
   void arrange_weights() {
     const std::size_t lanes = kernels<T>().lanes;
     const std::size_t channels = shape_.in_channels;
-    const std::size_t packed_width =  // of the only panel, see panel_lanes()
+    const std::size_t packed_width =  // width of the only panel, see panel_lanes()
         panel_lanes(0, round_up(shape_.out_channels, lanes), lanes);
     weights_.resize(product_step_ * channels);
     weights_.fill_zero();

@@ -47,7 +47,7 @@ struct ReduceArguments {
   std::size_t inner_count;
   T* out;
   std::ptrdiff_t out_row_step;
-  std::size_t lane_count;  ///< of the V · lanes that are stored
+  std::size_t lane_count;  ///< number of the V · lanes to store
   Epilogue<T> end;
 };
 
@@ -161,7 +161,7 @@ template <std::floating_point T>
 struct WinogradOutputArguments {
   const T* sums;  ///< [points (point_step apart), filters]
   std::size_t point_step;
-  std::size_t rows;     ///< of the tile that lie in the picture
+  std::size_t rows;     ///< rows of the tile within the picture
   std::size_t columns;  ///< likewise
   T* out;               ///< the tile's first pixel
   std::size_t row_step;

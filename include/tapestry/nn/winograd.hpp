@@ -65,7 +65,7 @@ class WinogradConvolution {
 
   struct Tile {
     std::size_t image;
-    std::size_t row;  ///< of its first output
+    std::size_t row;  ///< row of its first output
     std::size_t column;
   };
 

@@ -24,9 +24,9 @@ namespace detail {
 struct WinogradPlan {
   WinogradForm form = WinogradForm::f4_taps3;
   WinogradExtents axis = extents_of(form);
-  std::size_t products = 36;  ///< of a tile and a pair of channels
+  std::size_t products = 36;  ///< products for a tile and a pair of channels
   std::size_t tile_rows = 0, tile_columns = 0;
-  std::size_t tiles = 0;            ///< of all images
+  std::size_t tiles = 0;            ///< tiles of all images
   std::size_t tiles_per_range = 0;  ///< tiles that share transformed filters
   std::size_t ranges = 0;
   std::size_t channels_per_block = 0;  ///< of a partial sum; whole vectors

@@ -17,9 +17,10 @@ namespace tapestry::raster {
 /// Looks up an atlas in the levels of its pyramid.
 ///
 /// trilinear: between the two levels around log₂ of the footprint's length in texels; up to one texel the
-/// atlas itself. anisotropic: at the level log₂ of its width, at several places along it, as many as it is
-/// longer than wide, but at most layout.most_lookups; beyond that the places lie farther apart, and coarser
-/// levels fill the gaps. A footprint's length and width are the singular values of the map AtlasSteps.
+/// atlas itself. anisotropic: at the level log₂ of its width, at several places along its length. Their
+/// number is length / width, but at most layout.most_lookups; beyond that the places lie farther apart, and
+/// coarser levels fill the gaps. A footprint's length and width are the singular values of the map
+/// AtlasSteps.
 ///
 /// Source: the rules of OpenGL 4.6, section 8.14.1; places and widths as in EXT_texture_filter_anisotropic.
 class AtlasFilter {

@@ -13,8 +13,8 @@
 
 namespace tapestry::raster {
 
-/// Calls visit(row, column, barycentric) for every texel of the atlas whose centre lies in the face's uv
-/// triangle or within half a texel's diagonal of it, so that bilinear lookups along the chart's border find
+/// Calls visit(row, column, barycentric) for every texel of the atlas whose centre is in the face's uv
+/// triangle, or within half a texel's diagonal of it; bilinear lookups along the chart's border then find
 /// paint. Visits no texel for a face without uv or without area in uv, and none outside the atlas.
 template <class Visit>
 void for_each_atlas_texel(const geometry::Mesh& mesh, const TextureLayout& layout, std::size_t face,

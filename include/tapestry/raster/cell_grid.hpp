@@ -20,7 +20,7 @@ struct CellEntry {
   }
   [[nodiscard]] static std::uint32_t farness_of(double inverse_depth_max) {
     const float least = static_cast<float>(std::clamp(inverse_depth_max, 0.0, 3e38));
-    return ~(std::bit_cast<std::uint32_t>(least) + 1);  // of the next float, which is not less
+    return ~(std::bit_cast<std::uint32_t>(least) + 1);  // the next larger float, which is certainly not less
   }
 
   [[nodiscard]] std::size_t slot() const { return bits & 0xFFFFFFFFU; }

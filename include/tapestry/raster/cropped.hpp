@@ -73,7 +73,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] TextureOperator<T> masked(TextureOperator<T> picture, const Array<T, 2>& mask) {
   require_shape("masked", "mask", mask, {picture.height, picture.width});
-  picture.tiles = nullptr;  // of other weights
+  picture.tiles = nullptr;  // tiles hold other weights
   for (std::size_t pixel = 0; pixel < mask.size(); ++pixel) {
     const T m = mask.data()[pixel];
     picture.coverage.data()[pixel] *= m;

@@ -162,7 +162,7 @@ class SkyBasis {
 /// Result of estimated_light().
 struct EstimatedLight {
   OutdoorLight light;  ///< for paint of reflectance 1; with the shadow of its sun, without occlusion
-  std::array<double, 3> product{0, 0, 0};  ///< of light colour and paint: the observed colour
+  std::array<double, 3> product{0, 0, 0};  ///< light colour times paint: the observed colour
   double error = 0;  ///< mean absolute difference from the photograph, over points and channels
 };
 

@@ -140,7 +140,7 @@ class FaceField {
   }
 
  private:
-  static constexpr double hiding_margin = 1e-9;  // of 1/z, what rounding may cause
+  static constexpr double hiding_margin = 1e-9;  // relative error of 1/z that rounding may cause
 
   struct Found {
     std::uint32_t cell;
@@ -176,11 +176,11 @@ class FaceField {
   const SeenFaces& seen_;
   std::array<double, 2> limits_;
   CellGrid grid_;
-  std::vector<std::uint32_t> place_;  // of each cell: 1 if it has marks, then its place in begin_; and a 0
+  std::vector<std::uint32_t> place_;  // by cell: 1 if it has marks, then its place in begin_; and a 0
   std::vector<std::uint32_t> begin_;
   std::vector<CellEntry> entries_;
   std::vector<Listed> listed_;       // the first stands for all faces that are not listed
-  std::vector<std::uint32_t> slot_;  // of each face, in listed_
+  std::vector<std::uint32_t> slot_;  // place in listed_ of each face
 };
 
 }  // namespace tapestry::raster

@@ -44,7 +44,7 @@ class FragmentRow {
 
   /// Makes room for the fragments of so many pixels, at most `each` in every one.
   void reserve(std::size_t pixels, std::size_t each) {
-    constexpr std::size_t beyond = 8;  // what kernels read and write past the last one
+    constexpr std::size_t beyond = 8;  // elements that kernels access past the last one
     const std::size_t wanted = size_ + pixels * each + beyond;
     if (wanted <= face_.size()) return;
     column_.resize(2 * wanted);

@@ -104,7 +104,7 @@ struct PreparedSmoothLight {
   double directional;
   geometry::Vector3 towards;  ///< the light, of length 1
   std::vector<std::array<geometry::Vector3, 3>>
-      normals;  ///< of each face's corners, on the side that is seen
+      normals;  ///< normals of each face's corners, on the visible side
 
   [[nodiscard]] static constexpr bool agrees(std::size_t, std::size_t) { return false; }
 

@@ -52,7 +52,7 @@ struct LookupBatch {
 /// Rule for choosing lookups.
 struct LookupRule {
   std::array<double, 2> atlas_size;  ///< columns, rows
-  double most_lookups;               ///< of a fragment; 1: trilinear
+  double most_lookups;               ///< most lookups for a fragment; 1: trilinear
   double top_level;
 };
 

@@ -79,11 +79,10 @@ struct MipStep {
 
 /// An atlas with all coarser pictures of it, as a linear map of its texels.
 ///
-/// A texel of a level is the mean of the finer level over its own area, exactly so for odd sizes too; if it
-/// is known which texels faces refer to, the mean is over those only. A texel without any such part takes the
-/// colour of the next coarser level, in the atlas itself, too, so that lookups at a chart's border never meet
-/// a colour that is not the paint's ("push-pull"). Source: Gortler et al., The Lumigraph (SIGGRAPH 1996),
-/// section 3.4.
+/// A texel of a level is the mean of the finer level over its own area, exactly so for odd sizes too. If it
+/// is known which texels faces refer to, the mean is over those only. A texel without such parts takes the
+/// colour of the next coarser level, also in the atlas itself, so that lookups at a chart's border find only
+/// colours of the paint ("push-pull"). Source: Gortler et al., The Lumigraph (SIGGRAPH 1996), section 3.4.
 class MipPyramid {
  public:
   /// The pyramid of an atlas whose texels all count.

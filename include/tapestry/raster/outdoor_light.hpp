@@ -30,10 +30,11 @@ struct AmbientOcclusion {
 ///
 ///   open = ∫ V(ω) · max(0, n·ω) dω / π
 ///
-/// with V the mesh's own visibility, by ParallelView from `directions` directions all around, of which half
-/// are above any side, weighted by their cosines. It is computed at three points of a face, a quarter of the
-/// way from its corners to its middle, and extended to the corners by a linear function. On ground beside a
-/// wall, the error is at most 0.008 with 1024 directions, and 0.03 in the row of faces that touches the wall.
+/// with V the mesh's own visibility, computed by ParallelView for `directions` directions all around; those
+/// above the side, half of them, are weighted by their cosines. It is computed at three points of a face, a
+/// quarter of the way from its corners to its middle, and extended to the corners by a linear function. On
+/// ground beside a wall, the error is at most 0.008 with 1024 directions, and 0.03 in the row of faces that
+/// touches the wall.
 ///
 /// \param directions  1 to 65536
 /// \param pixels      of each of these views
@@ -60,8 +61,8 @@ struct OutdoorLight {
 struct PreparedOutdoorLight {
   /// A face prepared for its light.
   struct Face {
-    std::array<geometry::Vector3, 3> normals;  ///< of its corners, on the side that is seen
-    std::size_t side;                          ///< that is seen, see AmbientOcclusion
+    std::array<geometry::Vector3, 3> normals;  ///< normals of its corners, on the visible side
+    std::size_t side;                          ///< the visible side, see AmbientOcclusion
   };
 
   std::array<double, 3> light_colour;

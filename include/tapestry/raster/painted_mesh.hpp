@@ -9,6 +9,22 @@
 #include <tapestry/raster/texture_layout.hpp>
 #include <vector>
 
+/// \file
+/// The first header of raster/: pictures of meshes, and their derivatives.
+///
+/// A fragment is the part of one face in one pixel. The colour of a pixel, premultiplied with coverage, is
+///
+///   p = Σ over its fragments of  coverage · light · Σ over texels of  weight · texel
+///
+/// For one view this is linear in the texels, p = A·t, so the gradient by the texels is exactly Aᵀ·p̄. With
+/// positions, pose or camera the outlines move as well, see vertex_gradient.hpp.
+///
+///   PaintedMesh, camera --> visibility --> fragments --+--> texture_operator   keeps A for many paints
+///                                                      +--> render_textured    draws once, keeps nothing
+///                                                      +--> render_variable    on the tape, all derivatives
+///
+/// Read next: texture_layout.hpp, visibility.hpp, fragments.hpp, light.hpp, texture_operator.hpp.
+
 namespace tapestry::raster {
 
 /// A mesh and the faces of it that a texture covers; the others keep their material's colour.

@@ -16,12 +16,12 @@ namespace tapestry::raster {
 
 /// A mesh seen from infinitely far along a direction: decides which of its points a distant light reaches.
 ///
-/// Visibility is that of the rasteriser, exact at each texel of a square map around the mesh: the projective
-/// map (X, Y, H) → (X, Y, 1)/(2 + H) takes the parallel rays of the light to rays through a pinhole, planes
-/// to planes, and the height H towards the light to the order of depths. A point is compared with the planes
-/// of the faces in the four texels around it, and the results are weighted bilinearly (percentage-closer
-/// filtering, Reeves, Salesin & Cook 1987). The receiver is taken as the plane of its own face; so a plane
-/// does not shadow itself, however low the light.
+/// Visibility is computed by the rasteriser and exact at each texel of a square map around the mesh. The
+/// projective map (X, Y, H) → (X, Y, 1)/(2 + H) takes the parallel rays of the light to rays through a
+/// pinhole, planes to planes, and keeps the order of the heights H towards the light. A point is compared
+/// with the planes of the faces in the four texels around it, and the results are weighted bilinearly
+/// (percentage-closer filtering, Reeves, Salesin & Cook 1987). The receiver is taken as the plane of its own
+/// face, so a plane does not shadow itself, however low the light is.
 class ParallelView {
  public:
   /// \param mesh     faces with a corner that is not finite are left out
@@ -142,7 +142,7 @@ class ParallelView {
   geometry::Matrix3 axes_{};  ///< of the map: column, row, towards the light
   double per_unit_ = 1;       ///< texels in a unit of the world
   geometry::Vector3 shift_{0, 0, 0};
-  std::vector<std::int32_t> faces_;  ///< that each texel shows, −1 for none
+  std::vector<std::int32_t> faces_;  ///< face that each texel shows, −1 for none
   std::vector<Plane> planes_;
 };
 

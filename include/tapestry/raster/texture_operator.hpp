@@ -153,10 +153,10 @@ void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::si
 
 /// Rasterises a view and keeps the linear map from texture to picture.
 ///
-/// Cubes are looked up at every sample, as Neural Mesh Renderer does; the other kinds once for each face in
-/// each pixel, at the mean of the samples' barycentric coordinates, weighted by their number.
-/// The operator of a filtered atlas takes the texels of its pyramid, see stored_texels().
-/// The result is the same for any number of threads.
+/// Cubes are looked up at every sample, as in Neural Mesh Renderer. Other textures are looked up once for
+/// each face in each pixel: at the mean of the samples' barycentric coordinates, weighted by the number of
+/// samples. The operator of a filtered atlas takes the texels of its pyramid, see stored_texels(). The result
+/// is the same for any number of threads.
 ///
 /// \param light             Unlit, Light (flat), SmoothLight or OutdoorLight, or one with a ClearCoat
 /// \param samples_per_axis  1, 2, 4 or 8: a pixel's coverage is estimated from its square

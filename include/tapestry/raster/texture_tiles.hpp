@@ -22,7 +22,7 @@ struct OperatorBand {
   std::vector<std::uint32_t> entry_counts;
   std::vector<std::uint32_t> texels_of;
   std::vector<T> weights;
-  std::vector<Tap> taps;  // of the pixel under way
+  std::vector<Tap> taps;  // taps of the current pixel
   std::size_t pixel = 0;  // the pixel under way
 
   void reserve(std::size_t pixel_count) {

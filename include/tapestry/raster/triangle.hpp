@@ -44,7 +44,7 @@ struct Tile {
   std::int32_t columns;  ///< samples, at most tile_width; what lies beyond, up to a multiple of 16, is
                          ///< overwritten, too
   std::int32_t* faces;   ///< [rows, columns]
-  std::size_t stride;    ///< of faces
+  std::size_t stride;    ///< step between rows of `faces`
   float* depth;          ///< [rows, tile_width], 1/z, 0 for none
 };
 

@@ -39,7 +39,7 @@ namespace detail {
 /// in raster_kernels.inl.
 class CutSetup {
  public:
-  static constexpr std::size_t most_triangles = 7;  ///< of a face
+  static constexpr std::size_t most_triangles = 7;  ///< of a face after the cuts
 
   CutSetup(const geometry::Camera& camera, std::size_t sample_rows, std::size_t sample_columns,
            FaceCulling culling)

@@ -25,7 +25,7 @@ class ArrayMemory {
  public:
   using Storage = typename Array<T, 1>::storage_type;
 
-  std::size_t lane = 0;  ///< whose adjoints those of the tape's arrays are; see TapeAttachment::select_lane()
+  std::size_t lane = 0;  ///< current lane of adjoints, see TapeAttachment::select_lane()
 
   /// Storage of `size` elements of any value.
   [[nodiscard]] Storage take(std::size_t size) {

@@ -196,8 +196,8 @@ requires detail::ArrayPair<A, B>
   return detail::matmul_of<T>(ArrayVariable<T, 2>(a), ArrayVariable<T, 2>(b));
 }
 
-/// A layer: row n of the result is weight · x[n] + bias, for x [N, I], weight [O, I], bias [O], of which at
-/// least one is an array variable or a formula.
+/// A layer: row n of the result is weight · x[n] + bias, for x [N, I], weight [O, I], bias [O]. At least one
+/// of them is an array variable or a formula.
 /// \throws ShapeError if they do not fit
 template <class X, class W, class B>
 requires(DifferentiableArray<X> || DifferentiableArray<W> || DifferentiableArray<B>)

@@ -9,8 +9,8 @@
 namespace tapestry {
 namespace detail {
 
-// Polygamma functions in long double, so that where terms cancel, near the roots between the poles at
-// 0, −1, −2 …, a result in double keeps its digits down to about 2⁻¹¹ from the root.
+// Polygamma functions in long double. Near the roots between the poles at 0, −1, −2 … terms cancel; in long
+// double, a result in double keeps its digits down to about 2⁻¹¹ from the root.
 
 /// ψ on [1, 2]: (x − r) · p(x − 3/2), r the root and p the polynomial through ψ(x) / (x − r) at 28 Chebyshev
 /// nodes; relative error 4e−22.

@@ -61,7 +61,7 @@ class IndexSets {
   }
 
   std::vector<std::uint32_t> members_;
-  std::vector<std::size_t> begins_{0, 0};  // of sets, and the end
+  std::vector<std::size_t> begins_{0, 0};  // begin of each set, and the end
   std::unordered_multimap<std::uint64_t, Name> names_;
   std::unordered_map<std::uint64_t, Name> pairs_;
 };
@@ -102,7 +102,7 @@ class PendingSets {
     IndexSets::Name set = 0;
     std::uint32_t next = 0;
   };
-  std::vector<std::uint32_t> first_;  // of each statement a node, or 0
+  std::vector<std::uint32_t> first_;  // first node of each statement, or 0
   std::vector<Node> nodes_ = std::vector<Node>(1);
   std::uint32_t free_ = 0;
   std::vector<IndexSets::Name> pending_;
@@ -183,7 +183,7 @@ class JacobianPattern {
  private:
   std::size_t rows_ = 0;
   std::size_t columns_ = 0;
-  std::vector<std::size_t> begins_ = {0};  // of rows, and the end
+  std::vector<std::size_t> begins_ = {0};  // begin of each row, and the end
   std::vector<Index> columns_of_;
 };
 
@@ -206,7 +206,7 @@ struct ColumnColouring {
   });
   constexpr std::uint32_t none = 0xFFFFFFFFU;
   ColumnColouring colouring{std::vector<std::uint32_t>(order.size(), none), 0};
-  std::vector<std::size_t> taken_by;  // of each colour, the last column beside which it was seen, plus one
+  std::vector<std::size_t> taken_by;  // by colour: 1 + the last column with a neighbour of it
   for (const std::size_t column : order) {
     for (const auto row : rows_of.row(column))
       for (const auto neighbour : pattern.row(row))

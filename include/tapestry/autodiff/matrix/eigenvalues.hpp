@@ -42,7 +42,7 @@ template <std::floating_point T>
   using std::abs;
   if (abs(gap) > gap_size) return turn / gap;
   if (abs(turn) <= turn_size) return T(0);
-  if (turn != turn) return turn;  // of an adjoint that is NaN
+  if (turn != turn) return turn;  // the adjoint is NaN
   throw NumericError(std::string(operation) +
                      ": two values are equal, so that their vectors have no derivative");
 }

@@ -11,10 +11,10 @@
 namespace tapestry::detail {
 
 /// A recording prepared for several inputs at once, in the order of ReplayProgram, so that sums have the same
-/// bits. Cheap results are computed twice, because memory is slower: a result that is cheap and read only
-/// within its window of statements has a slot in that window only, each window uses these slots anew, and the
-/// backward pass computes the result again. Where nearly every statement waits for the one before, waiting
-/// takes longer than memory, and all results are kept.
+/// bits. Some results are computed twice, because that is faster than memory. If a result is cheap and read
+/// only within its window of statements, it has a slot in that window only; each window uses these slots
+/// anew, and the backward pass computes the result again. Where nearly every statement waits for the one
+/// before, waiting takes longer than memory, and all results are kept.
 template <class T, std::size_t Lanes>
 class LaneProgram {
  public:

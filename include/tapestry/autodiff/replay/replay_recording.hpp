@@ -24,7 +24,7 @@ struct ReplayArrays {
   const std::uint32_t* operands;
   const T* constants;
   T* partials;
-  bool* refused;  ///< of lanes: whether a comparison has come out otherwise than when recorded
+  bool* refused;  ///< by lane: whether a comparison differs from the recording
 };
 
 template <class T>
@@ -41,7 +41,7 @@ struct ReplayRun {
   std::uint32_t constant;
   std::uint32_t partial;
   bool is_chain = false;   ///< each statement's first operand is the result before its own, and no other is
-  bool is_needed = false;  ///< of lanes: to be computed again on the way backwards
+  bool is_needed = false;  ///< by lane: whether to compute it again in the reverse sweep
 };
 
 /// Functions and counts that all statements of one expression type share.

@@ -97,7 +97,7 @@ struct PullVisitor {
     PullVisitor& visitor_;
     Value last_{};
     Value held_{};
-    Word last_operand_ = 0;  // of no statement
+    Word last_operand_ = 0;  // no operand
     Word held_operand_ = 0;
   };
 };

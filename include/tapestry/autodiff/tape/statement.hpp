@@ -34,7 +34,7 @@ class Link {
 /// The generation of threads without an active tape.
 inline constexpr std::uint32_t no_generation = 0xFFFFFFFFU;
 
-/// Numbers, unique in the program, by which a tape recognises its own variables.
+/// Unique numbers by which a tape recognises its own variables.
 inline std::uint32_t next_generation() {
   static std::uint32_t last = 0;
   std::uint32_t next = 0;  // the mark of passive variables, and no_generation of those without a tape
@@ -42,8 +42,8 @@ inline std::uint32_t next_generation() {
   return next;
 }
 
-/// Distance, in words, at which memory is prefetched before it is read or written: processors predict where a
-/// program that walks through memory in steps of many sizes goes on, but too near for one that walks slowly.
+/// Distance in words at which memory is prefetched before it is read or written. Processors predict the
+/// accesses of a walk in steps of many sizes, but not far enough ahead.
 inline constexpr std::size_t prefetched_words = 1024;
 
 /// Numbers of a statement's operands: of partial derivative 1, of −1, and of any other.

@@ -6,13 +6,13 @@
 
 namespace tapestry::detail {
 
-/// Visits the statements of one piece of a tape, the last one first. The frequent kinds each have their own
-/// code, in which all counts are constants and which goes on while statements are of that kind.
+/// Visits the statements of one piece of a tape, the last one first. Each frequent kind has its own code,
+/// with constant counts, which continues while statements are of that kind.
 ///
 /// \tparam Visitor  has, all of them to be inlined,
 ///   skip(count)           passes so many statements without operands
-///   pull(counts, words)   takes the statement before: its counts, constants where they can be, and its words
-///   pull_record()         takes the operation with a pullback before
+///   pull(counts, words)   takes the previous statement: its counts, if possible constants, and its words
+///   pull_record()         takes the previous operation with a pullback
 template <class T, class Visitor>
 class StatementWalk {
  public:

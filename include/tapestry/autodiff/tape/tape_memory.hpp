@@ -14,11 +14,11 @@ namespace tapestry::detail {
 
 /// Place of a tape's next statement. One without memory has no room.
 struct WriteHead {
-  static constexpr std::size_t usual_words = 64;  ///< of a statement, at most
+  static constexpr std::size_t usual_words = 64;  ///< most words of a usual statement
 
   Word* words = nullptr;
   Word* usual_limit = nullptr;    ///< before it, there is room for a statement of usual_words
-  Link next{};                    ///< that of the next statement
+  Link next{};                    ///< link of the next statement
   std::uintptr_t kinds_base = 0;  ///< the kind of statement i is at kinds_base + i
 
   [[nodiscard]] bool has_usual_room() const noexcept { return words < usual_limit; }
@@ -50,7 +50,7 @@ struct Chunk {
 /// The statements of one piece of the tape, the last one first.
 struct StatementRun {
   const Word* words_end;
-  const StatementKind* kinds;  ///< of the first of them; behind chunk_begin
+  const StatementKind* kinds;  ///< kind of the first of them; behind chunk_begin
   std::uint32_t first_index;
   std::uint32_t end_index;
 };

@@ -26,7 +26,7 @@ inline constinit WriteHead swept_tape{nullptr, nullptr, Link(0, no_generation), 
 struct TapePosition {
   TapeMemory::Place place;
   std::size_t records = 0;
-  std::uint32_t generation = 0;  ///< of the last statement before the place
+  std::uint32_t generation = 0;  ///< generation of the last statement before the place
 };
 
 /// Contents of a tape. They stay at one address while the Tape that owns them is moved.
@@ -194,7 +194,7 @@ class TapeState : public TapeDiagnosis {
   }
 
   ThreadClaim claim;
-  std::uint64_t vector_sweeps = 0;         ///< of several roots, so far
+  std::uint64_t vector_sweeps = 0;         ///< number of sweeps of several roots so far
   TapeAttachment* array_memory = nullptr;  ///< owned: of the arrays on this tape; see arrays/array_memory.hpp
 
  private:

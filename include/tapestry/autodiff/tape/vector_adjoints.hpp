@@ -153,7 +153,7 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
 
   PageMemory memory_;
   PageMemory window_memory_;
-  std::vector<std::uint8_t> is_written_;  // blocks in the memory for all
+  std::vector<std::uint8_t> is_written_;  // by block of memory_
   std::vector<std::uint8_t> is_kept_;
   std::size_t capacity_ = 0;  // blocks
   std::size_t floor_ = 0;     // the first block that comes into the window

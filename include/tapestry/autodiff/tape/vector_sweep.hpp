@@ -45,7 +45,7 @@ class VectorPullbacks {
 
   void skip() { --next_; }
 
-  /// Runs the record before, which is statement `statement`.
+  /// Runs the previous record, the one of this statement.
   void run(std::size_t statement) {
     const HeldRecord<T>& held = records_[--next_];
     inputs_.clear();

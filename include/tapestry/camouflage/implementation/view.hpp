@@ -171,7 +171,7 @@ std::size_t view_bytes(const View<T>& view) {
 
 template <std::floating_point T>
 typename ViewStore<T>::ViewPointer ViewStore<T>::view(std::size_t index) {
-  const Kept& kept = kept_[index];  // which does not change once it is there
+  const Kept& kept = kept_[index];  // does not change once it is set
   if (locked([&] { return kept.view != nullptr; })) return unpacked(kept);
   auto made = make(index);
   keep(index, made);

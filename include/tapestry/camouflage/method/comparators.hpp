@@ -91,11 +91,11 @@ inline constexpr double upc_bound = 35.0 / 255;
 ///
 /// Source: Huang et al., "Universal Physical Camouflage Attacks on Object Detectors" (CVPR 2020),
 /// sections 3.2 and 3.3: patterns on few regions, shared by all views, with a semantic constraint ‖pattern −
-/// picture‖∞ ≤ ε. Faithful: regions, universality, and the bound. Simplified: four regions for eight; foliage
-/// that we draw stands for a photograph; the bound holds by the parameter, see method_colours(), and not by a
-/// projection after each step; there are no proposals of a first stage to attack, and the loss is the
-/// objective's; pictures are transformed where the conditions of a run require it, in the paper at every
-/// step.
+/// picture‖∞ ≤ ε. Faithful: regions, universality, and the bound. Simplified: there are four regions instead
+/// of eight. Drawn foliage replaces a photograph. The parametrisation keeps the bound, see method_colours(),
+/// instead of a projection after each step. Detectors have no first stage whose proposals could be attacked;
+/// the loss is the objective's. Pictures are transformed only if the conditions of a run require it, in the
+/// paper at every step.
 ///
 /// \throws as panel_texels()
 template <std::floating_point T>
@@ -107,9 +107,9 @@ template <std::floating_point T>
 /// Source: Wang et al., "Dual Attention Suppression Attack: Generate Adversarial Camouflage in Physical
 /// World" (CVPR 2021), eq. 4 and 5, on the faces that FCA (AAAI 2022) compares with as DAS-full. Faithful:
 /// the loss, in which score and layer are constants as in its published program. Simplified: the map is the
-/// LayerCAM of the attacked detector's surest candidate, over the last layer that all its heads depend on,
-/// and not the Grad-CAM of a classifier, since Grad-CAM shows next to nothing of a detector's score. The
-/// second term is left out: closeness to the edges of a content picture, which is for human eyes.
+/// LayerCAM of the attacked detector's most confident candidate, over the last layer that all its heads
+/// depend on. The Grad-CAM of a classifier is not used, since it shows next to nothing of a detector's score.
+/// The second term is left out: closeness to the edges of a content picture, which is for human eyes.
 template <std::floating_point T>
 [[nodiscard]] Method<T> das_full();
 

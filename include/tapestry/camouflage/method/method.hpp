@@ -47,8 +47,8 @@ template <std::floating_point T>
 [[nodiscard]] std::vector<std::uint8_t> painted_texels(const Method<T>& method);
 
 /// The first parameter of a method, [row, 3]: each row has that of the first texel it paints, 0 if it paints
-/// none. Within bounds, the start sets where between them a colour begins, 0 in the middle. A shape that is a
-/// parameter, too, begins as it is.
+/// none. Within bounds, the start sets where between them a colour begins, 0 in the middle. If the shape is
+/// a parameter, too, it begins as the car's own shape.
 ///
 /// \param start  [texel, 3], a parameter for every texel
 /// \throws ShapeError unless the method is for as many texels; else as require_sound()
@@ -71,7 +71,7 @@ template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> method_colours(const Method<T>& method,
                                                  const ArrayVariable<T, 2>& parameter);
 
-/// The colours on the tape as a printer makes those that a method paints; printed() of plain numbers.
+/// The colours on the tape, changed by the printer where the method paints; see printed() of plain numbers.
 /// \param colours  as method_colours() returns them
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> printed(const Method<T>& method, const ArrayVariable<T, 2>& colours,

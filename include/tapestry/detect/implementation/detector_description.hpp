@@ -128,7 +128,7 @@ std::string DecodedOutputNodes::rows(const std::string& from, std::int64_t first
 }
 
 std::string DecodedOutputNodes::scores(std::string from) {
-  if (outputs_.score_form == ScoreForm::softmax)  // whose axis is the last one in every opset
+  if (outputs_.score_form == ScoreForm::softmax)  // its axis is the last one in every opset
     from = transposed(node("Softmax", {transposed(from)}, {{"axis", std::int64_t(2)}}));
   if (outputs_.background == Background::none) return from;
   return outputs_.background == Background::first ? rows(from, 1, to_the_end) : rows(from, 0, -1);

@@ -58,7 +58,7 @@ std::vector<std::string> raw_outputs(const nn::NetworkDescription& description) 
 }
 
 std::string common_layer(const nn::NetworkDescription& description, const std::vector<std::string>& outputs) {
-  std::map<std::string, std::size_t> readers;  // of each value, raw outputs that depend on it
+  std::map<std::string, std::size_t> readers;  // number of raw outputs that depend on each value
   for (const std::string& output : outputs) {
     std::set<std::string_view> needed{output};
     for (auto node = description.nodes.rbegin(); node != description.nodes.rend(); ++node) {
@@ -124,7 +124,7 @@ namespace tapestry::detect::detail {
 struct OutputGroup {
   std::size_t height = 0, width = 0;
   std::vector<std::size_t> outputs{};
-  std::size_t channels = 0;  ///< of all of them
+  std::size_t channels = 0;  ///< channels of all outputs together
 };
 
 /// Outputs by grid, finest first.

@@ -111,7 +111,7 @@ class ChartNoise {
   /// each distance than its texels have; X is divided by the share of pairs of places that both lie in the
   /// chart.
   void divide_by_pair_shares() {
-    constexpr double least_share = 0.3;  // of the chart's texels; farther lags have too few pairs
+    constexpr double least_share = 0.3;  // share of the chart's texels; farther lags have too few pairs
     auto& transform = channels_.front().transform;
     image::FourierTransform::Plane inside(height_ * width_, 0);
     for (std::size_t i = 0; i < chart_.texels.size(); ++i) inside[place(i)] = 1;

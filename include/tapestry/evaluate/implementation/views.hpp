@@ -82,7 +82,7 @@ camouflage::View<T> protocol_view(const ProtocolFrame& frame, const raster::Pain
                detail::short_number(frame.elevation_deg) + ", azimuth " +
                detail::short_number(frame.azimuth_deg);
   blank.camera = protocol_camera(frame);
-  blank.image = Array<std::uint8_t, 3>(Extents<3>{1, 1, 3});  // as good as any other square of one colour
+  blank.image = Array<std::uint8_t, 3>(Extents<3>{1, 1, 3});  // any square of one colour will do
   for (std::size_t c = 0; c < 3; ++c)
     blank.image(0, 0, c) =
         static_cast<std::uint8_t>(std::lround(255 * std::clamp(picture.background[c], 0.0, 1.0)));
@@ -139,7 +139,7 @@ namespace tapestry::evaluate::detail {
   for (auto* colour : {&occluder.colour, &occluder.other})
     for (float& channel : *colour) channel = static_cast<float>(random.uniform());
   const std::size_t period = 1 + random.index(1 + std::max(rows, columns) / 4);
-  const std::size_t kind = random.index(6);  // as often plain as textured
+  const std::size_t kind = random.index(6);  // half of them plain, half textured
   if (kind == 3 || kind == 5) occluder.period_x = period;
   if (kind == 4 || kind == 5) occluder.period_y = period;
   return occluder;

@@ -29,7 +29,7 @@ MeshTopology mesh_topology(const Mesh& mesh) {
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
     std::array<std::size_t, 3> corner{};
     for (std::size_t k = 0; k < 3; ++k) {
-      corner[k] = static_cast<std::size_t>(mesh.faces[face][k]);  // of a negative one, beyond any size
+      corner[k] = static_cast<std::size_t>(mesh.faces[face][k]);  // negative ones become huge
       if (corner[k] >= mesh.positions.size())
         throw Error(ErrorKind::mismatch, "mesh_topology: face " + std::to_string(face) +
                                              " refers to position " + std::to_string(mesh.faces[face][k]) +

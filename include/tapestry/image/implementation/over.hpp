@@ -16,7 +16,7 @@
 
 namespace tapestry::image::detail {
 
-/// Adds the part of a picture beside a place, [H, W, C], to another one.
+/// Adds the part of a picture, [H, W, C], outside a place to another picture.
 template <std::floating_point T>
 void add_beside(const PixelWindow& place, const Array<T, 3>& from, Array<T, 3>& to) {
   const auto is_within = [](std::size_t at, std::size_t first, std::size_t count) {

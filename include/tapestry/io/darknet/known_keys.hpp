@@ -115,7 +115,7 @@ inline void add_cfg_warning(std::vector<std::string>& warnings, const std::strin
 inline void check_repeated_options(const std::string& path, SectionReader& reader,
                                    std::vector<std::string>& warnings) {
   NameNumbers keys;
-  std::vector<const CfgOption*> firsts;  // of each key
+  std::vector<const CfgOption*> firsts;  // first option of each key
   for (const CfgOption& option : reader.section().options) {
     const std::size_t number = keys.add(option.key, [&](std::size_t i) { return firsts[i]->key; });
     if (number == firsts.size()) {

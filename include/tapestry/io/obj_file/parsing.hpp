@@ -153,7 +153,7 @@ class ObjFaces {
  private:
   /// A polygon that the mesh holds as the fan around its first corner.
   struct Polygon {
-    std::size_t first;  // of its triangles
+    std::size_t first;  // first of its triangles
     std::size_t corner_count;
     std::size_t line;
   };

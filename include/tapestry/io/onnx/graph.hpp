@@ -133,7 +133,7 @@ class ValueOrder {
 
   const nn::NetworkDescription& description_;
   const std::vector<PlacedNode>& nodes_;
-  std::map<std::string_view, std::size_t> makers_{};  ///< of values, by the place of the node that makes them
+  std::map<std::string_view, std::size_t> makers_{};  ///< place of the node that makes a value
 };
 
 namespace detail {

@@ -184,13 +184,13 @@ class ProtobufMessage {
   protozero::pbf_reader reader_;
   std::string place_;
   std::uint64_t message_begin_;
-  std::uint64_t begin_;  ///< of the current field
+  std::uint64_t begin_;  ///< begin of the current field
 };
 
 /// Limits on the content of an ONNX model.
 struct OnnxLimits {
-  std::uint64_t file_bytes = std::uint64_t(1) << 31U;      ///< what protobuf itself allows
-  std::uint64_t external_bytes = std::uint64_t(1) << 32U;  ///< of all tensors in files beside it
+  std::uint64_t file_bytes = std::uint64_t(1) << 31U;      ///< protobuf's own limit
+  std::uint64_t external_bytes = std::uint64_t(1) << 32U;  ///< bytes of all tensors in files beside it
   std::size_t records = std::size_t(1) << 22U;  ///< nodes, their values' names, attributes, tensors
 };
 

@@ -41,9 +41,9 @@ enum class OnnxType : std::int64_t {
 /// Facts about the elements of one type in a file.
 struct OnnxTypeFacts {
   std::string_view name;
-  std::size_t bits = 0;  ///< of an element in raw_data; 0 for a type that is not supported
+  std::size_t bits = 0;  ///< bits of an element in raw_data; 0 for an unsupported type
   nn::ElementType meaning = nn::ElementType::floating;
-  std::uint32_t field = 0;  ///< of TensorProto, which may hold elements in place of raw_data
+  std::uint32_t field = 0;  ///< field of TensorProto that may replace raw_data
 };
 
 namespace detail {

@@ -14,7 +14,7 @@ namespace tapestry::loss::detail {
 /// heat; neighbours are above, below, left and right.
 struct HeatParts {
   std::vector<std::size_t> part;
-  std::vector<std::size_t> sizes;  ///< of part p at p − 1
+  std::vector<std::size_t> sizes;  ///< size of part p at index p − 1
 
   /// Weight of a place of a part: 1 over the number of parts and H·W + 1 − size.
   [[nodiscard]] double weight(std::size_t place) const {

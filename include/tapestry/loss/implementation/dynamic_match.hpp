@@ -92,7 +92,7 @@ class DynamicMatcher {
     detect::Box cell;
     std::optional<detect::Box> box;   ///< box that it predicts, once computed
     std::vector<double> class_costs;  ///< likewise
-    double cost = 0;                  ///< of the truth that it has
+    double cost = 0;                  ///< cost of its current truth
     const Target* truth = nullptr;
     double iou = 0;
   };

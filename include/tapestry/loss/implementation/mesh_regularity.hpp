@@ -87,7 +87,7 @@ void laplacian_adjoint(const geometry::MeshTopology& topology, const Array<T, 2>
   const double scale = 2 * static_cast<double>(loss_adjoint) / static_cast<double>(topology.vertex_count);
   for (std::size_t v = 0; v < deltas.size(); ++v)
     if (degree[v] > 0) deltas[v] = geometry::scale(deltas[v], scale / degree[v]);
-  for (const auto& [a, b] : topology.edges) {  // of each step b − a
+  for (const auto& [a, b] : topology.edges) {  // for each step b − a
     const auto step_adjoint = geometry::subtract(deltas[a], deltas[b]);
     detail::add_to_row(positions_adjoint, b, step_adjoint);
     detail::add_to_row(positions_adjoint, a, geometry::scale(step_adjoint, -1));

@@ -45,7 +45,7 @@ double score_of(const std::array<double, 3>& colour, const Array<double, 2>& pal
   double nearest = squared_distance(0);
   for (std::size_t k = 1; k < palette.shape(0); ++k) nearest = std::min(nearest, squared_distance(k));
   double shares = 0;
-  std::array<double, 3> mean{};  // of the palette, by how near each colour is
+  std::array<double, 3> mean{};  // mean of the palette, weighted by how near each colour is
   for (std::size_t k = 0; k < palette.shape(0); ++k) {
     const double share = std::exp((nearest - squared_distance(k)) / two_variances);  // 1 for the nearest
     shares += share;

@@ -150,7 +150,7 @@ class LayerRecord {
 
   /// \param goals  where the adjoint of each operand is added, null where it is not wanted
   void adjoint(const Array<T, 4>& result_adjoint, const std::vector<T*>& goals) {
-    Buffer<T> own;  // which the operation may overwrite
+    Buffer<T> own;  // a copy, because the operation may overwrite it
     own.resize(result_adjoint.size());
     std::copy_n(result_adjoint.data(), own.size(), own.data());
     const std::vector<TensorView<const T>> views = inputs(),

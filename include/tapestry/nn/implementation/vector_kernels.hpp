@@ -23,7 +23,7 @@ namespace tapestry::nn {
 #define TAPESTRY_KERNELS <tapestry/nn/vector_kernels.inl>
 #include <tapestry/core/for_each_instruction_set.inl>
 
-#if defined(__x86_64__)  // of processors with instructions for bfloat16, only the kernels on these
+#if defined(__x86_64__)  // the last set: only its bfloat16 kernels are used
 #if defined(__clang__)
 #pragma clang attribute push( \
     __attribute__((target("avx512f,avx512dq,avx512vl,avx512bw,avx512bf16,avx2,fma"))), apply_to = function)

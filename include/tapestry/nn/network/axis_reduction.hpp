@@ -18,7 +18,7 @@ struct AxisReduction {
   LoopNest<1> reduced{};  ///< over the values of a lane
   std::size_t lanes = 1;
   std::ptrdiff_t lane_step = 0;  ///< from a lane's result to the next
-  std::size_t count = 1;         ///< of values that go to one result
+  std::size_t count = 1;         ///< number of values that go to one result
 
   AxisReduction() = default;
   /// \param to_strides  of the results, for the axes that stay
@@ -39,7 +39,7 @@ struct AxisReduction {
     reduced.simplify();
     kept.simplify();
     if (!has_lanes) return;
-    lanes = kept.loops.back().extent;  // of stride 1, as it ends in the last axis
+    lanes = kept.loops.back().extent;  // stride 1, because it ends in the last axis
     lane_step = kept.loops.back().strides[1];
     kept.loops.pop_back();
     kept.simplify();

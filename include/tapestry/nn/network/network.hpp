@@ -15,6 +15,20 @@
 #include <utility>
 #include <vector>
 
+/// \file
+/// The first header of nn/network/: networks of ONNX's operators, forward and backward.
+///
+///   forward   v_k = f_k(v_i, …)                 for each node, in order
+///   adjoint   v̄_i += (∂f_k/∂v_i)ᵀ · v̄_k         for each node, in reverse order
+///
+///   NetworkDescription --> simplified() --> Program -----------> NetworkPass
+///   nodes by name          fewer nodes      at fixed extents     values and adjoints of one run
+///
+/// Each node becomes an Operation with forward() and adjoint(); its kernels are in nn/.
+///
+/// Read next: description.hpp, operation.hpp, a small operator such as operators/pass_on.hpp, program.hpp,
+/// network_pass.hpp.
+
 namespace tapestry::nn {
 
 /// A network at fixed extents: forward, and backward to its inputs and its weights. Results are the same bits

@@ -155,11 +155,11 @@ class NetworkPass {
   OperationTimes* forward_times_ = nullptr;  ///< null if nothing is measured
   OperationTimes* adjoint_times_ = nullptr;
   std::vector<std::size_t> outputs_;
-  std::vector<Buffer<T>> buffers_;  ///< of each value that a step makes
+  std::vector<Buffer<T>> buffers_;  ///< one for each value that a step makes
   std::vector<const T*> where_;     ///< each value, constants and inputs included
   std::vector<bool> is_kept_;
-  std::vector<OperationState<T>> states_;  ///< of each step, for each of the batch
-  std::vector<Buffer<T>> adjoints_;        ///< of each value, while they are gathered
+  std::vector<OperationState<T>> states_;  ///< one for each step and each of the batch
+  std::vector<Buffer<T>> adjoints_;        ///< one for each value, while it is gathered
   std::vector<T*> goals_;                  ///< where adjoints of inputs and weights go
   std::vector<Gathered> gathered_;         ///< results whose adjoints are wanted
   bool wants_inputs_ = false;

@@ -44,11 +44,11 @@ struct AdjointCall {
   std::span<const TensorView<T>> output_adjoints;  ///< null stands for zeros; at least one has values.
                                                    ///< They may be overwritten
   std::span<const TensorView<T>> input_adjoints;   ///< null where not wanted
-  std::span<bool> is_fresh;  ///< of input_adjoints: not initialised, so it must be written, not added to
+  std::span<bool> is_fresh;  ///< whether an input_adjoint is uninitialised: write it, do not add
   OperationState<T>& state;
   Engine engine;
-  std::size_t batch = 1;              ///< as in ForwardCall
-  const MapWindow* window = nullptr;  ///< of the results, whose adjoints are defined there only; null: all
+  std::size_t batch = 1;                    ///< as in ForwardCall
+  const MapWindow* window = nullptr;        ///< window of the results with defined adjoints; null: all
   const MapWindow* input_window = nullptr;  ///< of operand 0: the rest need not be written; null: all
 
   [[nodiscard]] bool wants(std::size_t input) const {

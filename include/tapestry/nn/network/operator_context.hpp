@@ -22,7 +22,7 @@ inline constexpr std::array<std::size_t, 4> stored_axis{0, 3, 1, 2};
 struct Operand {
   Shape shape{};  ///< as stored
   ElementType type = ElementType::floating;
-  const Constant* constant = nullptr;  ///< its values, laid out as stored, if they are known beforehand
+  const Constant* constant = nullptr;  ///< its values in storage order, if known beforehand
   bool is_there = false;
 };
 

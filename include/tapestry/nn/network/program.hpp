@@ -22,9 +22,9 @@ struct OperationTimes {
     std::size_t calls = 0;
     double seconds = 0;
   };
-  std::map<std::string, Kind> kinds{};  ///< by the operator's name; `layout` where axes are put in order
+  std::map<std::string, Kind> kinds{};  ///< by the operator's name; `layout` for changes of layout
   std::size_t passes = 0;
-  double seconds = 0;  ///< of whole passes, which do a little between operations
+  double seconds = 0;  ///< time of whole passes, including work between operations
 
   /// Counts a pass. \returns the number to which its time is to be added
   [[nodiscard]] double& start_pass() {
@@ -72,7 +72,7 @@ inline constexpr std::size_t no_value = std::numeric_limits<std::size_t>::max();
 struct ProgramValue {
   Shape shape{};  ///< as stored
   ElementType type = ElementType::floating;
-  bool channels_last = false;       ///< of four axes, stored as [N, H, W, C]
+  bool channels_last = false;       ///< four axes are stored as [N, H, W, C]
   std::size_t constant = no_value;  ///< where its values begin among the constants, if it is one
   std::string name{};
 
@@ -100,7 +100,7 @@ template <std::floating_point T>
 struct Program {
   std::vector<ProgramValue> values{};
   std::vector<ProgramStep<T>> steps{};
-  std::vector<T> constants{};  ///< that steps read: the weights' values, those of others, a few zeros
+  std::vector<T> constants{};  ///< read by steps: weights, other constants, a few zeros
   std::size_t weight_count = 0;
   std::vector<std::size_t> inputs{};
   std::vector<std::size_t> outputs{};

@@ -46,7 +46,7 @@ template <std::floating_point T>
       plan.changed[program.inputs[0]] = at_least_a_pixel(picture, map->rows.end, map->columns.end);
   const auto is_computed = [&](std::size_t v) { return v != no_value && !program.values[v].is_constant(); };
   for (const ProgramStep<T>& step : program.steps) {
-    std::vector<MapWindow> operands(step.inputs.size());  // of constants empty
+    std::vector<MapWindow> operands(step.inputs.size());  // empty for constants
     bool has_windows = true;
     for (std::size_t i = 0; i < operands.size(); ++i) {
       if (!is_computed(step.inputs[i])) continue;
@@ -112,12 +112,12 @@ void for_each_outside(const Shape& map, const std::optional<MapWindow>& outer, c
   }
 }
 
-/// What a network remembers of a picture that changes from pass to pass within one window: for each value,
+/// The memory of a network about a picture that changes from pass to pass within one window: for each value,
 /// the pixels around its own window that are read to compute the changed ones. See Network::forward_within().
 template <std::floating_point T>
 struct KeptValues {
   std::shared_ptr<const MapWindowPlan> plan{};  ///< null: nothing is kept
-  std::vector<Buffer<T>> rings{};               ///< of each value; empty where nothing is needed
+  std::vector<Buffer<T>> rings{};               ///< one for each value; empty if nothing is needed
   Buffer<T> picture{};                          ///< the picture of the last pass
   std::weak_ptr<const void> constants{};        ///< constants of the last pass
   Mode mode = Mode::inference;                  ///< mode of the last pass

@@ -93,7 +93,7 @@ inline constexpr double lowest_sun = 0.1;
 struct ColourFit {
   std::array<double, 3> colour{0, 0, 0};
   std::vector<double> distance{};  ///< Euclidean
-  double error = 0;                ///< mean absolute, over points and channels
+  double error = 0;                ///< mean absolute error over points and channels
 };
 
 [[nodiscard]] inline ColourFit fit_colour(const std::vector<LitPoint>& points,

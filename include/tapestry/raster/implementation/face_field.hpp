@@ -70,7 +70,7 @@ bool FaceField::has_marks(const CellGrid::Range& range) const {
 }
 
 void FaceField::list_face(std::size_t face, Block& block) const {
-  constexpr double pad = 1e-4, rounding = 1.2e-7;  // of the box, which is in float
+  constexpr double pad = 1e-4, rounding = 1.2e-7;  // margins for the box, which is in float
   const FacesInView::Box box = faces_.box(face);
   std::array<double, 2> low, high;
   for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -87,7 +87,7 @@ void FaceField::list_face(std::size_t face, Block& block) const {
   const double depth = std::min({corners[0][2], corners[1][2], corners[2][2]});
   const double most = std::min((1 + 1e-9) / std::max(depth, 0.0), limits_[1]);  // 1/z
   const double reach = grid_.side() / 2 + pad;
-  std::array<double, 3> change;  // of each weight between a cell's middle and its corners
+  std::array<double, 3> change;  // largest change of each weight within a cell
   for (std::size_t k = 0; k < 3; ++k) change[k] = reach * (std::abs(w[k].a) + std::abs(w[k].b));
   const Affine inverse_depth = weights.inverse_depth();
   const double depth_change = reach * (std::abs(inverse_depth.a) + std::abs(inverse_depth.b));

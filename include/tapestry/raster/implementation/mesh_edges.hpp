@@ -110,7 +110,7 @@ inline void gather_edges(const geometry::Mesh& mesh, MeshEdges& edges) {
   edges.half_edges.reserve(sides.size());
   std::size_t first = 0;
   for (std::size_t low = 0; low < mesh.positions.size(); ++low) {
-    const std::size_t last = next[low];  // by now the end of its run
+    const std::size_t last = next[low];  // now the end of its run
     std::sort(sides.begin() + static_cast<std::ptrdiff_t>(first),
               sides.begin() + static_cast<std::ptrdiff_t>(last), [](const FaceSide& a, const FaceSide& b) {
                 return std::tie(a.high, a.half_edge.face, a.half_edge.corner) <
@@ -228,7 +228,7 @@ std::vector<FacePair> crossing_faces(const geometry::Mesh& mesh, const MeshEdges
   parallel_for(found.size(), [&](std::size_t index) {
     const SeenFaces::Band& band = seen.bands()[index];
     std::vector<FacePair>& pairs = found[index];
-    std::size_t most = 4096;  // which are kept, each maybe several times
+    std::size_t most = 4096;  // pairs before repeated ones are removed
     const auto compare = [&](std::int32_t one, std::int32_t other) {
       const FacePair pair{std::min(one, other), std::max(one, other)};
       if (detail::may_cut(mesh, edges, pair)) pairs.push_back(pair);

@@ -164,7 +164,7 @@ struct TurningNormal {
 
   const geometry::Corners& corners;
   geometry::Vector3 first{}, second{};  ///< from corner 0 to the others
-  geometry::Vector3 normal{};           ///< of the winding; times `side` on the side that is seen
+  geometry::Vector3 normal{};           ///< normal by the winding; times `side`, that of the visible side
   double size = 0;                      ///< twice the area
   double side = 1;
 };

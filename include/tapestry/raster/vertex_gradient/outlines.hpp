@@ -63,7 +63,7 @@ class Outlines {
   /// The face that a ray beside an edge meets.
   struct Side {
     std::int32_t face = -1;
-    std::int32_t half_edge = -1;  // of the edge, when the face has it; index into `own`
+    std::int32_t half_edge = -1;  // index into `own` if the face has the edge
   };
 
   /// Derivatives of a half-edge with respect to its two ends, in the order of the line's.
@@ -72,15 +72,15 @@ class Outlines {
   /// A face that has the edge.
   struct OwnFace {
     Affine inverse_depth{};
-    std::array<bool, 2> is_on_side{};  ///< of m·r < 0 and of m·r > 0
+    std::array<bool, 2> is_on_side{};  ///< on the side m·r < 0, and on the side m·r > 0
     EndsAdjoint sum{};
   };
 
   /// Memory for one edge at a time.
   struct Workspace {
     std::vector<OwnFace> own;
-    std::uint32_t cell;               // of the piece before
-    std::span<const CellEntry> near;  // what may lie along the edge there
+    std::uint32_t cell;               // cell of the previous piece
+    std::span<const CellEntry> near;  // faces that may lie along the edge in this cell
     std::vector<CellEntry> kept;
   };
 

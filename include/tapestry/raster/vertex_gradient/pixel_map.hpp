@@ -15,12 +15,12 @@
 
 namespace tapestry::raster::detail {
 
-/// Neural Mesh Renderer's gradient of positions. For every edge of every face, along each row and column that
-/// crosses it, each pixel that would gain if the edge moved to it pulls the edge, by its gain over its
-/// distance. It is not the derivative of any picture. Source: Kato, Ushiku, Harada, "Neural 3D Mesh Renderer"
-/// (CVPR 2018), section 3, and its program's rules: pixels outside the face count to the border of the
-/// picture, only where the pixel inside the edge shows the face; pixels inside count to the face's other
-/// side; only gains count.
+/// Neural Mesh Renderer's gradient of positions; it is not the derivative of any picture. Every edge of every
+/// face is followed along each row and column that crosses it. Each pixel there whose loss would fall if the
+/// edge moved to it adds its gain, divided by its distance from the edge. Source: Kato, Ushiku, Harada,
+/// "Neural 3D Mesh Renderer" (CVPR 2018), section 3, and its program's rules: pixels outside the face count
+/// up to the border of the picture, only where the pixel inside the edge shows the face; pixels inside count
+/// up to the face's other side; only gains count.
 class PixelMap {
  public:
   /// \param colours   [rows · columns] of the samples; `buffer` has one sample a pixel

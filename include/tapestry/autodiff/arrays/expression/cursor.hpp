@@ -28,7 +28,8 @@ struct Standing {};
 ///                                  and what it was made of; reader.push(that, i, g) hands g back to the
 ///                                  leaves
 ///  backward(first, count)          adds what was handed back to the leaves' adjoints
-/// Readers are plain pointers and numbers, so that a loop over a block keeps in registers both them and all
+///
+/// Readers are plain pointers and numbers, so that a loop over a block keeps them in registers, with all
 /// values between the leaves and the root of the expression.
 template <class Node>
 class Cursor;

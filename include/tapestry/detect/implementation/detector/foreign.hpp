@@ -73,7 +73,7 @@ template <std::floating_point T>
     if (kind.head != HeadKind::boxes_and_scores) throw;
     const auto outputs = nn::pruned(network, {kind.decoded.boxes, kind.decoded.scores});
     nn::ProgramBuilder<T> builder(outputs, inputs, false, false);
-    static_cast<void>(builder.build());  // throws what is wrong with the file's own nodes
+    static_cast<void>(builder.build());  // throws the errors of the file's own nodes
     const auto facts = builder.facts();
     require_decodable(network.path, kind.decoded, facts.at(kind.decoded.boxes).shape,
                       facts.at(kind.decoded.scores).shape);

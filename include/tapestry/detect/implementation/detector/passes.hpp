@@ -86,7 +86,7 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
   const std::size_t each = mode == Mode::training && trains_together_ ? pass.images : 1;
   const std::size_t count = pass.images / each;
   const std::size_t lanes = pass.times == nullptr ? detail::lanes_for(network_, count) : 1;
-  pass.graph.resize(mode == Mode::inference ? lanes : count);  // whose memory serves one image after another
+  pass.graph.resize(mode == Mode::inference ? lanes : count);  // each lane serves image after image
   pass.inputs.resize(pass.graph.size());
   pass.logits.resize(logits_count());
   for (std::size_t h = 0; h < pass.logits.size(); ++h) {
@@ -197,7 +197,7 @@ auto Detector<T>::output_adjoints(const Pass<T>& pass, std::size_t n,
       const T* const first = at(piece, *adjoint, n * each + k);
       joined.insert(joined.end(), first, first + piece.size);
     }
-    adjoints.of_outputs[piece.output] = joined.data();  // which a move of `joined` leaves where it is
+    adjoints.of_outputs[piece.output] = joined.data();  // stays in place when `joined` is moved
   }
   return adjoints;
 }

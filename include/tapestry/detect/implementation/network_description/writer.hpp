@@ -54,7 +54,7 @@ class DescriptionWriter {
   }
 
   nn::NetworkDescription network{};
-  std::size_t layer_ = 0;  ///< that is being described
+  std::size_t layer_ = 0;  ///< index of the layer being described
 };
 
 }  // namespace tapestry::detect::detail

@@ -218,7 +218,7 @@ TransformationChain draw_chain(const Conditions& conditions, Random random, bool
   if (conditions.noise > 0) chain.emplace_back(noise);
   const double contrast = 1 + either_way(random, conditions.contrast);
   const double saturation = 1 + either_way(random, conditions.contrast);
-  if (conditions.contrast > 0 || conditions.noise > 0)  // which cuts to 0 … 1 what noise has left
+  if (conditions.contrast > 0 || conditions.noise > 0)  // also clips noisy values to 0 … 1
     chain.emplace_back(contrast_and_saturation(contrast, saturation));
   const double quality = random.uniform(conditions.worst_quality, 96);
   if (conditions.worst_quality > 0)

@@ -83,7 +83,7 @@ class ModelReader {
     }
   }
 
-  /// Of several versions the highest counts, as onnx.proto requires for opset_import.
+  /// Reads an operator set. Of several versions the highest counts, as onnx.proto requires.
   void read_opset(ProtobufMessage message) {
     std::string_view domain;
     std::int64_t version = 0;

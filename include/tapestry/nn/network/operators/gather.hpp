@@ -22,7 +22,7 @@ struct IndexPlan {
   std::vector<std::ptrdiff_t> strides{};  ///< step in the tensor for one unit of each index of a block
   Shape extents{};                        ///< extent of the axis of each of these indices
   std::size_t block = 1;                  ///< elements of a block
-  std::size_t count = 1;                  ///< of blocks
+  std::size_t count = 1;                  ///< number of blocks
 
   /// Writes where each block begins. \throws DomainError for an index out of range
   template <std::floating_point T>

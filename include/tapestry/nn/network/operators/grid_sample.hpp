@@ -28,7 +28,7 @@ struct GridTaps {
   std::size_t count = 0;
   std::size_t index[4] = {};
   double weight[4] = {};
-  double slope[4] = {};  ///< of the weight, by the grid's coordinate
+  double slope[4] = {};  ///< derivative of the weight by the coordinate
 };
 
 namespace detail {
@@ -85,7 +85,7 @@ inline void cubic_slopes(double a, double t, double* slopes) {
     taps.weight[0] = taps.slope[0] = x;
     return taps;
   }
-  x = std::clamp(x, -1e9, 1e9);  // as far out as any
+  x = std::clamp(x, -1e9, 1e9);  // farther out makes no difference
   const double first = std::floor(x), t = x - first;
   if (rule.mode == Mode::nearest) {
     add_tap(rule, extent, std::nearbyint(x), 1, 0, taps);

@@ -80,7 +80,7 @@ class GroupNormalization : public Operation<T> {
 
   [[nodiscard]] std::size_t group_size() const { return extents_.channels / groups_ * extents_.pixels; }
 
-  /// Calls body(element, channel) for those of one group of one image.
+  /// Calls body(element, channel) for the elements of one group of one image.
   template <class Body>
   void for_each(std::size_t task, Body body) const {
     const std::size_t image = task / groups_, channels = extents_.channels / groups_;

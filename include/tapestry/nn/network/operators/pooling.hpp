@@ -137,7 +137,7 @@ class MaxPool : public Operation<T> {
 template <std::floating_point T>
 void add_max_pool(OperatorTable<T>& table) {
   table["MaxPool"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
-                        context.ignore("storage_order");  // of Indices
+                        context.ignore("storage_order");  // concerns only Indices
                         return std::make_unique<MaxPool<T>>(plan_pooling(context, false));
                       }};
   table["GlobalMaxPool"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {

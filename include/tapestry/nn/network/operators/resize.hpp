@@ -141,7 +141,7 @@ class Resize : public Operation<T> {
                                   T* in_adjoint) {
     const std::size_t inner = inner_of(shape, table.axis);
     const std::size_t outer = size_of(shape) / inner / table.input;
-    constexpr std::size_t slice = 1024;  // of the inner values, which are independent of one another
+    constexpr std::size_t slice = 1024;  // of the inner values, which are independent
     const std::size_t slices = block_count(inner, slice);
     parallel_for(outer * slices, [&](std::size_t task) {
       const BlockRange range = block_range(task % slices, inner, slice);

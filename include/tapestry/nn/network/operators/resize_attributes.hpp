@@ -28,7 +28,7 @@ struct ResizeAxis {
   std::size_t axis = 0;  ///< as stored
   std::size_t input = 1, output = 1;
   double scale = 1;
-  double start = 0, end = 1;  ///< of tf_crop_and_resize, as parts of the axis
+  double start = 0, end = 1;  ///< range of tf_crop_and_resize, as shares of the axis
 };
 
 /// Output i is Σ weight[i · taps + t] · input[index[i · taps + t]] over t < taps.
@@ -36,7 +36,7 @@ struct ResizeTable {
   std::size_t axis = 0, input = 1, output = 1, taps = 1;
   std::vector<std::size_t> index{};
   std::vector<double> weight{};
-  std::vector<bool> is_outside{};  ///< of each output, which then has no weights
+  std::vector<bool> is_outside{};  ///< whether an output lies outside and has no weights
 
   [[nodiscard]] bool is_identity() const { return input == output && repeat() == 1; }
   /// k if the outputs are the inputs, each k times, one after another; else 0.

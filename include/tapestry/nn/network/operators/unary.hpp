@@ -156,7 +156,7 @@ class Rectifier : public Operation<T> {
 
 namespace detail {
 struct UnaryParameter {
-  const char* name = nullptr;  ///< of the attribute, or null
+  const char* name = nullptr;  ///< the attribute's name, or null
   double otherwise = 0;
 };
 
