@@ -42,9 +42,8 @@ struct AveragePrecision {
 /// keep the order of pictures and, within a picture, of its list; no other order matters. The same bits for
 /// any number of threads.
 /// Source: Lin et al., "Microsoft COCO: Common Objects in Context" (ECCV 2014), and the metrics of
-/// cocodataset.org/#detection-eval. As in COCO's program, recalls are compared with multiples of 0.01 in
-/// double precision, so rounding decides if a recall equals one of them.
-/// 0.01, so that rounding decides about one that is met exactly.
+/// cocodataset.org, detection evaluation. As in COCO's program, recalls are compared with multiples of 0.01
+/// in double precision, so rounding decides if a recall equals one of them.
 ///
 /// \param class_count  of the classes looked for; a class without truths has no value and is in no mean
 /// \throws DomainError for a class that is not below class_count, for a box or an area that is not finite or

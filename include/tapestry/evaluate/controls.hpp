@@ -98,6 +98,7 @@ struct Control {
 
 /// The control that an attack's effect is stated against.
 inline constexpr const char* matched_noise_name = "matched noise";
+/// The control of patches in other places.
 inline constexpr const char* shuffled_patches_name = "shuffled";
 /// Another camouflage, measured among the controls.
 inline constexpr const char* other_run_name = "other run";

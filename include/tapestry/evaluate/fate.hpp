@@ -23,6 +23,7 @@ namespace tapestry::evaluate {
 ///     lost       none of these: no box covers the car
 enum class Fate : std::uint8_t { found, related, renamed, misplaced, lost };
 
+/// Names of the fates, in the order of Fate.
 inline constexpr std::array fate_names{"found", "related", "renamed", "misplaced", "lost"};
 
 /// What became of a target in one picture.
@@ -55,6 +56,7 @@ struct FateCounts {
   [[nodiscard]] std::vector<std::size_t> commonest_names(std::size_t most) const;
 };
 
+/// Counts the fates of several pictures.
 [[nodiscard]] FateCounts fate_counts(const std::vector<ViewOutcome>& outcomes);
 
 }  // namespace tapestry::evaluate

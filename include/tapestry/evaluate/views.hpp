@@ -124,6 +124,7 @@ template <std::floating_point T>
 
 /// Groups of the hidden share of a car.
 enum class OcclusionGroup : std::uint8_t { small, middle, large };
+/// Names of the groups, in the order of OcclusionGroup.
 inline constexpr std::array<const char*, 3> occlusion_group_names{"small", "middle", "large"};
 
 /// Small: at most 30 %. Large: at least 70 %. Middle: between them.

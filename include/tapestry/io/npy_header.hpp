@@ -17,6 +17,7 @@ namespace tapestry::io {
 /// Element types of .npy files that Tapestry reads, named as NumPy names them without the byte order.
 enum class DType { b1, u1, u2, u4, u8, i1, i2, i4, i8, f4, f8 };
 
+/// Name of a type, such as "f4".
 [[nodiscard]] constexpr std::string_view type_name(DType type) {
   constexpr std::array<std::string_view, 11> names{"b1", "u1", "u2", "u4", "u8", "i1",
                                                    "i2", "i4", "i8", "f4", "f8"};

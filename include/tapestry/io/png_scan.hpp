@@ -14,9 +14,10 @@
 
 namespace tapestry::io {
 
+/// Longest side, most pixels and most bytes of a PNG file.
 inline constexpr std::size_t png_side_limit = 16384;
-inline constexpr std::uint64_t png_pixel_limit = std::uint64_t(1) << 26U;
-inline constexpr std::uint64_t png_file_limit = std::uint64_t(1) << 30U;
+inline constexpr std::uint64_t png_pixel_limit = std::uint64_t(1) << 26U;  ///< see png_side_limit
+inline constexpr std::uint64_t png_file_limit = std::uint64_t(1) << 30U;   ///< see png_side_limit
 
 /// Content of the first chunk of a PNG file, and the place of its palette.
 struct PngHeader {

@@ -121,6 +121,7 @@ struct DetectorMetadata {
 [[nodiscard]] DetectorMetadata parse_detector_metadata(const std::map<std::string, std::string>& fields,
                                                        const std::string& path);
 
+/// Most bytes of a header.
 inline constexpr std::uint64_t largest_safetensors_header = std::uint64_t(16) << 20U;
 
 namespace detail {

@@ -161,6 +161,7 @@ struct PreparedSmoothLight {
   return sums;
 }
 
+/// Prepares nothing: the surface is not lit.
 [[nodiscard]] inline PreparedUnlit prepare(const geometry::Mesh&, const geometry::Camera&, const Unlit&) {
   return {};
 }

@@ -192,10 +192,12 @@ template <std::floating_point T, LightModel Model = Light>
 }
 
 // With other lights, such as a user's own, it is compiled where it is used.
+/// \cond
 extern template decltype(texture_operator<float, Light>) texture_operator<float, Light>;
 extern template decltype(texture_operator<double, Light>) texture_operator<double, Light>;
 extern template decltype(texture_operator<float, Unlit>) texture_operator<float, Unlit>;
 extern template decltype(texture_operator<double, Unlit>) texture_operator<double, Unlit>;
+/// \endcond
 
 /// The picture of a texture.
 ///

@@ -27,7 +27,7 @@ inline constexpr std::int32_t depth_group = 16;  ///< samples side by side that 
 
 /// Samples of a tile along each axis; a tile's faces and depths fill 16 KiB.
 inline constexpr std::size_t tile_width = 64;
-inline constexpr std::size_t tile_height = 32;
+inline constexpr std::size_t tile_height = 32;  ///< see tile_width
 
 /// Tiles that a triangle's box touches, ends included.
 struct TileRange {

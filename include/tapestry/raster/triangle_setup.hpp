@@ -20,6 +20,7 @@ struct SampleRange {
   std::int32_t last;
 };
 
+/// Samples along one axis whose centres may lie in a triangle with these coordinates.
 [[nodiscard]] inline SampleRange sample_range(const std::array<std::int32_t, 3>& coordinate,
                                               std::size_t sample_count) {
   const std::int32_t low = std::min(std::min(coordinate[0], coordinate[1]), coordinate[2]);

@@ -95,8 +95,9 @@ inline bool usable(const geometry::Vector3& point) {
 }
 }  // namespace detail
 
+/// Corners are snapped to multiples of 2^-subpixel_bits of a sample.
 inline constexpr std::int32_t subpixel_bits = 8;
-inline constexpr std::int32_t subpixel_steps = 1 << subpixel_bits;
+inline constexpr std::int32_t subpixel_steps = 1 << subpixel_bits;  ///< of a sample
 
 /// A position on the grid of samples. Members other than `outside` are valid only where no plane of
 /// ViewClip::needs_cut is crossed.

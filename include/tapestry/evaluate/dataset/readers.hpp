@@ -71,9 +71,9 @@ struct VocAnnotation {
   std::vector<std::string> class_names{};  ///< one an object
 };
 
-/// Reads the labels of one picture in Pascal VOC's form. Of <annotation> it reads <filename>, <size> with
-/// <width> and <height>, and each <object> with <name>, <bndbox> of <xmin>, <ymin>, <xmax>, <ymax>, and, if
-/// present, <difficult>, 0 or 1. Other elements are ignored.
+/// Reads the labels of one picture in Pascal VOC's form. Of `annotation` it reads `filename`, `size` with
+/// `width` and `height`, and each `object` with `name`, `bndbox` of `xmin`, `ymin`, `xmax`, `ymax`, and, if
+/// present, `difficult`, 0 or 1. Other elements are ignored.
 ///
 /// Columns and rows count from 1, and the box includes its edge pixels, so it spans xmin − 1 to xmax. Source:
 /// Everingham et al., the development kit of the Visual Object Classes challenge 2012.

@@ -16,6 +16,7 @@ namespace tapestry::io {
 
 /// Supported versions of ONNX's operators; 7 is that of ONNX 1.2.
 inline constexpr std::int64_t first_opset = 7;
+/// The last supported version.
 inline constexpr std::int64_t last_opset = 21;
 
 namespace detail {

@@ -21,7 +21,6 @@ namespace tapestry::raster::detail {
 /// faces and surfaces that meet in one edge therefore need no special rules: if both sides have the same
 /// colour, there is no edge. An edge through q_a and q_b appears where m·r = 0, m = q_a × q_b. It moves
 /// across itself by −(dm·r)/|∂(m·r)/∂(column, row)|, which holds for ends behind the camera, too.
-/// across itself by −(dm·r)/|∂(m·r)/∂(column, row)|, which holds for ends behind the camera, too.
 template <class Colour, class Adjoint>
 class Outlines {
  public:
