@@ -256,7 +256,7 @@ TEST_CASE("the difference of two rates has Newcombe's interval", "[evaluate][pai
 TEST_CASE("the interval of two rates' difference holds the truth as often as it says",
           "[evaluate][paired_bootstrap]") {
   const std::size_t trials = 3000;
-  for (const std::size_t views : {20, 80, 400})
+  for (const std::size_t views : {20U, 80U, 400U})
     for (const auto& [both, first_alone, second_alone] :
          {std::array{0.05, 0.3, 0.02}, std::array{0.4, 0.2, 0.1}, std::array{0.1, 0.8, 0.01}}) {
       std::size_t covered = 0;

@@ -1,7 +1,6 @@
 #pragma once
 #include <array>
 #include <cmath>
-#include <concepts>
 #include <cstddef>
 #include <tapestry/geometry/transform.hpp>
 
@@ -10,14 +9,14 @@ namespace detail {
 
 /// sin θ/θ, (1 − cos θ)/θ² and (θ − sin θ)/θ³, by their series Σ (−θ²)ᵏ/(2k + n)!, n = 1, 2, 3, where the
 /// closed forms would cancel: below θ = ½ eight terms leave less than 1e-18.
-template <std::floating_point T>
-[[nodiscard]] std::array<T, 3> rotation_factors(const T& squared_angle) {
+template <class Scalar>
+[[nodiscard]] std::array<Scalar, 3> rotation_factors(const Scalar& squared_angle) {
   using std::cos, std::sin, std::sqrt;
-  std::array<T, 3> factors{};
-  if (squared_angle < T(0.25)) {
+  std::array<Scalar, 3> factors{};
+  if (squared_angle < Scalar(0.25)) {
     for (std::size_t n = 0; n < 3; ++n) {
       double factorial = n == 2 ? 6 : static_cast<double>(n + 1);
-      T power(1);
+      Scalar power(1);
       for (std::size_t k = 0; k < 8; ++k) {
         factors[n] = factors[n] + power / factorial;
         const auto next = static_cast<double>(2 * k + n + 2);
@@ -27,17 +26,17 @@ template <std::floating_point T>
     }
     return factors;
   }
-  const T angle = sqrt(squared_angle);
-  const T half = sin(angle / 2) / angle;
+  const Scalar angle = sqrt(squared_angle);
+  const Scalar half = sin(angle / 2) / angle;
   return {sin(angle) / angle, 2 * half * half, (angle - sin(angle)) / (angle * squared_angle)};
 }
 
 /// 1 + b·[w]× + c·[w]×², where [w]×² = w·wᵀ − θ²·1.
-template <std::floating_point T>
-[[nodiscard]] std::array<std::array<T, 3>, 3> cross_polynomial(const std::array<T, 3>& w, const T& b,
-                                                               const T& c) {
-  const T squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
-  std::array<std::array<T, 3>, 3> m;
+template <class Scalar>
+[[nodiscard]] std::array<std::array<Scalar, 3>, 3> cross_polynomial(const std::array<Scalar, 3>& w,
+                                                                    const Scalar& b, const Scalar& c) {
+  const Scalar squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+  std::array<std::array<Scalar, 3>, 3> m;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) m[i][j] = c * w[i] * w[j];
     m[i][i] = m[i][i] + 1 - c * squared;
@@ -53,9 +52,9 @@ template <std::floating_point T>
 /// The rotation about w by |w| radians (Rodrigues), smooth for every w, 0 and |w| = π among them:
 ///   exp([w]×) = 1 + sin θ/θ · [w]× + (1 − cos θ)/θ² · [w]×².
 /// For any scalar with sin, cos and sqrt.
-template <std::floating_point T>
-[[nodiscard]] std::array<std::array<T, 3>, 3> exponential_map(const std::array<T, 3>& w) {
-  const auto factors = detail::rotation_factors(T(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]));
+template <class Scalar>
+[[nodiscard]] std::array<std::array<Scalar, 3>, 3> exponential_map(const std::array<Scalar, 3>& w) {
+  const auto factors = detail::rotation_factors(Scalar(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]));
   return detail::cross_polynomial(w, factors[0], factors[1]);
 }
 
