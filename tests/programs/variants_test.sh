@@ -9,8 +9,8 @@ cp "$sources"/examples/assets/frames/test/01[0-7].npz own/train
 common="--frames own --epochs 2 --batch 2 --texels 16 --size 128 --mesh $sources/examples/assets/car_sedan.obj --material body"
 export SEEDS="1 2"
 number='-?[0-9]+\.[0-9]{3}'
-for_seed="\| [0-9.]+ % \| $number \| $number \| $number \[$number, $number\] \| $number \[$number, $number\] \|"
-for_all="\| \| $number \($number to $number\) \| $number \($number to $number\) \| $number \($number to $number\) \| $number \($number to $number\) \|"
+for_seed="\| [0-9.]+ % \| [0-9]+ \| [0-9]+ \| $number \| $number \| $number \[$number, $number\] \| $number \[$number, $number\] \|"
+for_all="\| \| \| \| $number \($number to $number\) \| $number \($number to $number\) \| $number \($number to $number\) \| $number \($number to $number\) \|"
 
 expect_exit 0 "losses" bash "$experiments/losses.sh" losses "$common"
 expect_file losses/variants.md
@@ -30,6 +30,8 @@ expect_exit 7 "the same table with other options" bash "$experiments/losses.sh" 
 export SEEDS=1
 expect_exit 0 "first textures" bash "$experiments/initialisation.sh" starts "$common"
 [ "$(grep -cE '^\| (random|zero|own) \| 1 ' starts/variants.md)" = 3 ] && pass || fail "the rows of first textures"
+ROWS="8 16" expect_exit 0 "resolutions" bash "$experiments/resolution.sh" rows "${common/--texels 16 /}"
+[ "$(grep -cE '^\| (8|16) \| 1 \| .* - \|$' rows/variants.md)" = 2 ] && pass || fail "the rows of resolutions: $(cat rows/variants.md)"
 expect_exit 0 "methods" bash "$experiments/methods.sh" methods "$common"
 for name in fca planar_patch camou upc das das_full rauca mesh_adv random solid; do
   [ "$(grep -cE "^\| $name \| 1 $for_seed$" methods/variants.md)" = 1 ] && pass || fail "$name: $(cat methods/variants.md)"
