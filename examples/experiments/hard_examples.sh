@@ -39,7 +39,7 @@ measure() { # FOLDER RUN FRAMES
 }
 
 # The frame is the last field of photographs.csv, in quotes where it needs them.
-frame='function frame(row) { sub(/^[^,]*,[^,]*,[^,]*,[^,]*,[^,]*,/, "", row)
+frame='function frame(row) { sub(/^[^,]*,[^,]*,[^,]*,[^,]*,[^,]*,[^,]*,[^,]*,/, "", row)
   if (row ~ /^"/) { row = substr(row, 2, length(row) - 2); gsub(/""/, "\"", row) } return row }'
 
 measure "$output/train" "$run" "$frames/train"
