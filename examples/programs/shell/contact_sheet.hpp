@@ -9,6 +9,11 @@
 
 namespace tapestry::shell {
 
+/// Whether the picture at `index` is one of `shown` evenly spread ones among `pictures`.
+inline bool is_shown(std::size_t index, std::size_t shown, std::size_t pictures) {
+  return (index + 1) * shown / pictures > index * shown / pictures;
+}
+
 /// Columns of a sheet of so many pictures.
 inline std::size_t sheet_columns(std::size_t pictures) { return pictures > 12 ? 8 : 3; }
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "class_name.hpp"
 #include "detector_inputs.hpp"
 #include "drawn_boxes.hpp"
 #include "settings.hpp"
@@ -43,11 +44,6 @@ inline std::vector<detect::Detection> cut_at_picture(std::vector<detect::Detecti
       box = detect::clipped(box, picture);
   }
   return detections;
-}
-
-/// The name of a class, or its number where there is none.
-inline std::string class_name(std::size_t class_index, const std::vector<std::string>& names) {
-  return class_index < names.size() ? names[class_index] : std::to_string(class_index);
 }
 
 /// A picture with boxes in the colours of their classes, each with name and score.

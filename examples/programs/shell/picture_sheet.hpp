@@ -45,7 +45,7 @@ class PictureSheet {
         side_(sheet_columns(shown_) > 3 ? 320 : 640) {}
 
   [[nodiscard]] bool shows(std::size_t index) const {
-    return shown_ > 0 && (index + 1) * shown_ / pictures_ > index * shown_ / pictures_;
+    return shown_ > 0 && is_shown(index, shown_, pictures_);
   }
   [[nodiscard]] std::size_t side() const { return side_; }
 

@@ -9,45 +9,45 @@
 #include <tapestry/evaluate/measurement.hpp>
 #include <vector>
 
+#include "class_name.hpp"
 #include "run_folder.hpp"
 #include "verbosity.hpp"
 
 namespace tapestry::shell {
 
-namespace {
-
-std::string class_name(const evaluate::Measurement& measurement, std::size_t index) {
-  return index < measurement.class_names.size() ? measurement.class_names[index]
-                                                : "class " + std::to_string(index);
+std::string new_names_text(const evaluate::FateCounts& fates, const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::size_t k : fates.commonest_names(3)) {
+    if (!text.empty()) text += ", ";
+    text += class_name(k, names, "class ") + " " + std::to_string(fates.renamed_to[k]);
+  }
+  return text;
 }
 
-/// Pictures of each fate, and of each new name.
-Json json_of_fates(const evaluate::Measurement& measurement) {
-  const evaluate::FateCounts& fates = measurement.fates;
-  Json json = Json::object(), names = Json::object();
+Json json_of(const evaluate::FateCounts& fates) {
+  Json json = Json::object();
   for (std::size_t i = 0; i < fates.pictures.size(); ++i) json[evaluate::fate_names[i]] = fates.pictures[i];
+  return json;
+}
+
+namespace {
+
+/// Pictures of each fate, and of each new name.
+Json json_with_names(const evaluate::FateCounts& fates, const std::vector<std::string>& class_names) {
+  Json json = json_of(fates), names = Json::object();
   for (const std::size_t k : fates.commonest_names(fates.renamed_to.size()))
-    names[class_name(measurement, k)] = fates.renamed_to[k];
+    names[class_name(k, class_names, "class ")] = fates.renamed_to[k];
   json["renamed_to"] = names;
   return json;
 }
 
 }  // namespace
 
-std::string new_names_text(const evaluate::Measurement& measurement) {
-  std::string text;
-  for (const std::size_t k : measurement.fates.commonest_names(3)) {
-    if (!text.empty()) text += ", ";
-    text += class_name(measurement, k) + " " + std::to_string(measurement.fates.renamed_to[k]);
-  }
-  return text;
-}
-
 Json json_of(const evaluate::Measurement& measurement) {
   return {{"views", measurement.rate.views / measurement.draws},
           {"pictures", measurement.rate.views},
           {"detected", measurement.rate.detected},
-          {"fates", json_of_fates(measurement)},
+          {"fates", json_with_names(measurement.fates, measurement.class_names)},
           {"p_at_50", measurement.rate.p_at_50},
           {"interval", measurement.rate.interval},
           {"mean_best_confidence", measurement.mean_best_confidence}};
@@ -138,14 +138,15 @@ std::string effect_note(const evaluate::Effect& effect) {
 
 namespace {
 
-/// What became of the car where it is not found, as a line of the table; nothing where it always is.
+/// A line of the table with the fates of a car that is not always found; empty for one that is.
 std::string fates_line(const evaluate::Measurement& row) {
   using evaluate::Fate;
   if (row.fates.of(Fate::found) == row.fates.all()) return {};
   std::string text(16, ' ');
   text += "else related " + std::to_string(row.fates.of(Fate::related)) + ", renamed " +
           std::to_string(row.fates.of(Fate::renamed));
-  if (const std::string names = new_names_text(row); !names.empty()) text += " (" + names + ")";
+  if (const std::string names = new_names_text(row.fates, row.class_names); !names.empty())
+    text += " (" + names + ")";
   return text + ", misplaced " + std::to_string(row.fates.of(Fate::misplaced)) + ", lost " +
          std::to_string(row.fates.of(Fate::lost)) + "\n";
 }

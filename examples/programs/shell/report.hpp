@@ -25,7 +25,10 @@ struct RunReport {
 Json json_of(const evaluate::Measurement& measurement);
 
 /// The commonest names of the renamed with their pictures: "umbrella 45, kite 12, truck 4".
-std::string new_names_text(const evaluate::Measurement& measurement);
+std::string new_names_text(const evaluate::FateCounts& fates, const std::vector<std::string>& names);
+
+/// Pictures of each fate.
+Json json_of(const evaluate::FateCounts& fates);
 
 /// An effect; ends of intervals that are infinite become null.
 Json json_of(const evaluate::Effect& effect);

@@ -128,8 +128,7 @@ constexpr std::size_t most_of_a_car = 1'500'000;
 /// Index of a view's first picture among `shown` evenly spread ones, or −1 if none of them is there.
 std::ptrdiff_t picture_of_view(std::size_t view, std::size_t draws, std::size_t pictures, std::size_t shown) {
   for (std::size_t k = view * draws; k < (view + 1) * draws; ++k)
-    if ((k + 1) * shown / pictures > k * shown / pictures)
-      return static_cast<std::ptrdiff_t>(k * shown / pictures);
+    if (is_shown(k, shown, pictures)) return static_cast<std::ptrdiff_t>(k * shown / pictures);
   return -1;
 }
 

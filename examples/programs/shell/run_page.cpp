@@ -26,7 +26,7 @@ WordTable table_of(const RunReport& report) {
        "misplaced", "lost"}};
   for (const auto* row : rows_of(report)) {
     const auto pictures = [&](evaluate::Fate fate) { return std::to_string(row->fates.of(fate)); };
-    const std::string names = new_names_text(*row);
+    const std::string names = new_names_text(row->fates, row->class_names);
     table.rows.push_back({row->name,
                           std::to_string(row->rate.detected) + " of " + std::to_string(row->rate.views),
                           percent_text(row->rate.p_at_50),

@@ -74,10 +74,7 @@ class SurveyWatch {
     std::size_t most;      ///< of them on the sheet
     std::size_t seen;
 
-    bool takes_next() {
-      const std::size_t before = seen++ * most / pictures;
-      return seen * most / pictures > before;
-    }
+    bool takes_next() { return is_shown(seen++, most, pictures); }
   };
 
   const evaluate::Meter<float>& meter_;

@@ -1,8 +1,10 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
 #include <initializer_list>
+#include <iterator>
 #include <span>
 #include <string>
 #include <tapestry/autodiff/functions.hpp>
@@ -156,24 +158,66 @@ template <std::floating_point T = double, class Function>
   return result;
 }
 
+/// f(x) and its first derivatives.
+template <class T>
+struct DenseJacobian {
+  std::size_t rows = 0;     ///< results of f
+  std::size_t columns = 0;  ///< inputs of f
+  std::vector<T> entries;   ///< d f[i] / d x[j] at [i · columns + j]
+  std::vector<T> values;    ///< f(x), [rows]
+
+  /// d f[i] / d x[j]
+  [[nodiscard]] const T& operator()(std::size_t i, std::size_t j) const { return entries[i * columns + j]; }
+};
+
+namespace detail {
+/// Results of a function and columns of a Jacobian that one call with duals computes.
+inline constexpr std::size_t columns_a_call = 8;
+
+/// Results of a function, a range or one number, in its scalar type S.
+template <class S, class Found>
+[[nodiscard]] std::vector<S> results_of(const Found& found) {
+  if constexpr (std::convertible_to<const Found&, S>)
+    return {S(found)};
+  else
+    return std::vector<S>(std::begin(found), std::end(found));
+}
+
+/// Calls f with duals, columns_a_call columns a call and at least once.
+/// \throws DomainError if f returns another number of results from one call to the next
+template <std::floating_point T, class Function>
+[[nodiscard]] DenseJacobian<T> jacobian_by_duals(const Function& f, std::span<const T> x) {
+  using D = Dual<T, columns_a_call, Function>;
+  DenseJacobian<T> result;
+  result.columns = x.size();
+  std::size_t first = 0;
+  do {
+    const std::size_t count = std::min(columns_a_call, x.size() - first);
+    std::vector<D> inputs(x.begin(), x.end());
+    for (std::size_t k = 0; k < count; ++k) inputs[first + k] = D::input(x[first + k], k);
+    const std::vector<D> found = results_of<D>(f(std::span<const D>(inputs)));
+    if (first == 0) {
+      result.rows = found.size();
+      result.values.resize(result.rows);
+      result.entries.resize(result.rows * x.size());
+    }
+    require_as_many("jacobian", "the result in a later call", found.size(), result.rows);
+    for (std::size_t i = 0; i < result.rows; ++i) {
+      result.values[i] = found[i].value();
+      for (std::size_t k = 0; k < count; ++k) result.entries[i * x.size() + first + k] = found[i].tangent(k);
+    }
+    first += columns_a_call;
+  } while (first < x.size());
+  return result;
+}
+}  // namespace detail
+
 /// The Jacobian at x of f: span<const S> → range of S, row by row: [outputs · inputs]. Forward mode, eight
 /// columns a call: for functions of no more inputs than outputs.
+/// \throws DomainError if f returns another number of results from one call to the next
 template <std::floating_point T = double, class Function>
 [[nodiscard]] std::vector<T> forward_jacobian(const Function& f, Point<std::type_identity_t<T>> x) {
-  constexpr std::size_t width = 8;
-  using D = Dual<T, width, Function>;
-  std::vector<T> result;
-  for (std::size_t first = 0; first < x.size(); first += width) {
-    std::vector<D> inputs(x.begin(), x.end());
-    for (std::size_t k = 0; k < width && first + k < x.size(); ++k)
-      inputs[first + k] = D::input(x[first + k], k);
-    const auto outputs = f(std::span<const D>(inputs));
-    result.resize(outputs.size() * x.size());
-    for (std::size_t row = 0; row < outputs.size(); ++row)
-      for (std::size_t k = 0; k < width && first + k < x.size(); ++k)
-        result[row * x.size() + first + k] = outputs[row].tangent(k);
-  }
-  return result;
+  return detail::jacobian_by_duals<T>(f, x).entries;
 }
 
 }  // namespace tapestry

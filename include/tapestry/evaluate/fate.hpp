@@ -14,7 +14,7 @@
 /// from a picture in which no box covers the car. As Bolya et al., TIDE (ECCV 2020), separate kinds of error.
 namespace tapestry::evaluate {
 
-/// In this order of precedence: the first that holds for some detection.
+/// Fate of a car in a picture: the first in this order that holds for some detection.
 ///
 ///     found      the target's class,               IoU ≥ .5
 ///     related    a class like it, see related_classes(), IoU ≥ .5
@@ -26,7 +26,7 @@ enum class Fate : std::uint8_t { found, related, renamed, misplaced, lost };
 /// Names of the fates, in the order of Fate.
 inline constexpr std::array fate_names{"found", "related", "renamed", "misplaced", "lost"};
 
-/// What became of a target in one picture.
+/// Fate of a target in one picture, and the box that decides it.
 struct ViewOutcome {
   Fate fate = Fate::lost;
   std::size_t class_index = 0;  ///< of the surest detection that decides; meaningless for lost

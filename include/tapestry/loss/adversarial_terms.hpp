@@ -120,7 +120,7 @@ template <std::floating_point T>
 void max_score_adjoint(const Predictions<T>& predictions, const Target& target, double loss_adjoint,
                        const LogitsAdjoint<T>& logits_adjoint);
 
-/// What asks that nothing at all is found over the target, whatever its name: a soft maximum of max_score()
+/// Loss that is 0 only if no box of any class is found over the target: a soft maximum of max_score()
 /// over all classes k,
 ///
 ///     log(1 + Σ_k m_k / (1 − m_k)),   m_k = 1 − e^(−max_score of class k),

@@ -59,12 +59,9 @@ struct ProtocolResult {
   std::vector<std::pair<std::string, std::string>>
       pictures{};  ///< descriptions, and the bytes of their PNG files
 
-  /// A class of the detector that looked at a section.
-  [[nodiscard]] std::string class_name(std::size_t section, std::size_t index) const {
-    if (!class_names.empty())
-      if (const auto& names = class_names[std::min(section, class_names.size() - 1)]; index < names.size())
-        return names[index];
-    return "class " + std::to_string(index);
+  /// Names of the classes of the detector that looked at a section.
+  [[nodiscard]] const std::vector<std::string>& names_of(std::size_t section) const {
+    return class_names.at(std::min(section, class_names.size() - 1));
   }
 
   [[nodiscard]] bool is_bare(std::size_t texture) const { return has_bare && texture + 1 == textures.size(); }

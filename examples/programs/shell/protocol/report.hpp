@@ -101,8 +101,7 @@ inline Json cell_json(const evaluate::Cell& cell, const ProtocolResult& result) 
                     {"p_at_50", rate.views > 0 ? Json(rate.p_at_50) : Json()},
                     {"interval", rate.interval},
                     {"mean_best_confidence", confidence}};
-    for (std::size_t i = 0; i < fates.pictures.size(); ++i)
-      texture["fates"][evaluate::fate_names[i]] = fates.pictures[i];
+    texture["fates"] = json_of(fates);
     if (result.is_attack(k))
       texture["attack_success"] = {{"views", success.views},
                                    {"hidden", success.hidden},

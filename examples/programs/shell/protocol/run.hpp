@@ -197,7 +197,9 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
                     outcomes.best_confidence(frame, k), outcomes.attention(frame, k));
       const auto fate = static_cast<evaluate::Fate>(outcomes.fate(frame, k));
       const std::string named =
-          fate == evaluate::Fate::lost ? "" : csv_field(result.class_name(column, outcomes.named(frame, k)));
+          fate == evaluate::Fate::lost
+              ? ""
+              : csv_field(class_name(outcomes.named(frame, k), result.names_of(column), "class "));
       text += protocol.table.columns[column] + "," + result.textures[k] + numbers.data() +
               evaluate::fate_names[outcomes.fate(frame, k)] + "," + named + "," +
               csv_field(inputs.photographs[frame % inputs.photographs.size()]) + "\n";

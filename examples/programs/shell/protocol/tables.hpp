@@ -8,6 +8,7 @@
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <vector>
 
+#include "../report.hpp"
 #include "../word_table.hpp"
 #include "drawing.hpp"
 #include "protocol.hpp"
@@ -100,7 +101,7 @@ inline WordTable summary_table(const Protocol& protocol, const ProtocolResult& r
   return table;
 }
 
-/// What became of the car with each texture: found, called something else, or lost.
+/// Frames of each fate with each texture: found, called something else, or lost.
 inline WordTable fates_table(const ProtocolResult& result, std::size_t section) {
   const auto& [name, cell, effect, sweep, attention, car_share] = result.sections[section];
   WordTable table{"what the car is to the detector, frames: " + name, {"texture"}};
@@ -110,11 +111,7 @@ inline WordTable fates_table(const ProtocolResult& result, std::size_t section) 
     const evaluate::FateCounts& fates = cell.textures[k].fates;
     std::vector<std::string> words{result.textures[k]};
     for (const std::size_t frames : fates.pictures) words.push_back(std::to_string(frames));
-    std::string names;
-    for (const std::size_t index : fates.commonest_names(3)) {
-      if (!names.empty()) names += ", ";
-      names += result.class_name(section, index) + " " + std::to_string(fates.renamed_to[index]);
-    }
+    const std::string names = new_names_text(fates, result.names_of(section));
     words.push_back(names.empty() ? "-" : names);
     table.rows.push_back(words);
   }

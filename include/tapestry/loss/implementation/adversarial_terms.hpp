@@ -2,11 +2,14 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <limits>
+#include <optional>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/loss/adversarial_terms.hpp>
 #include <tapestry/loss/overlap.hpp>
 #include <tapestry/loss/responsible.hpp>
+#include <vector>
 
 namespace tapestry::loss::detail {
 
@@ -115,25 +118,22 @@ double miss(const Predictions<T>& predictions, const Responsible& best, const Ta
                                                     : value;  // NaN stays
 }
 
-}  // namespace tapestry::loss::detail
-
-namespace tapestry::loss {
-
+/// max_score() of the candidate that finds the target best.
 template <std::floating_point T>
-double max_score(const Predictions<T>& predictions, const Target& target) {
-  const auto best = responsible(predictions, target);
+double score_loss(const Predictions<T>& predictions, const std::optional<Responsible>& best,
+                  const Target& target) {
   if (!best) return 0;
   const double score = best->score();
-  return score < 0.5 ? -std::log1p(-score) : -std::log(detail::miss(predictions, *best, target));
+  return score < 0.5 ? -std::log1p(-score) : -std::log(miss(predictions, *best, target));
 }
 
+/// Adds loss_adjoint times the derivative of score_loss().
 template <std::floating_point T>
-void max_score_adjoint(const Predictions<T>& predictions, const Target& target, double loss_adjoint,
-                       const LogitsAdjoint<T>& logits_adjoint) {
-  const auto best = responsible(predictions, target);
+void score_loss_adjoint(const Predictions<T>& predictions, const std::optional<Responsible>& best,
+                        const Target& target, double loss_adjoint, const LogitsAdjoint<T>& logits_adjoint) {
   if (!best) return;
   const auto& head = predictions.heads[best->candidate.head];
-  const double missed = detail::miss(predictions, *best, target);
+  const double missed = miss(predictions, *best, target);
   const auto slope = [&](double at, double others) {
     return loss_adjoint * (logistic_slope(at) * others / missed);
   };
@@ -149,33 +149,38 @@ void max_score_adjoint(const Predictions<T>& predictions, const Target& target, 
                       logits_adjoint);
   detect::Box box_adjoint{0, 0, 0, 0};
   const double scale = best->confidence / std::max(missed, std::numeric_limits<double>::epsilon() / 2);
-  detail::add(box_adjoint, best->overlap.gradient, loss_adjoint * scale);
+  add(box_adjoint, best->overlap.gradient, loss_adjoint * scale);
   decoded_box_adjoint(predictions, best->candidate, box_adjoint, logits_adjoint);
 }
 
-}  // namespace tapestry::loss
+/// The best candidate for a class, and max_score() of it.
+struct BestOfClass {
+  std::optional<Responsible> best;
+  double loss;
+};
 
-namespace tapestry::loss::detail {
-
-/// max_score() of every class that some head has.
+/// One for every class that all heads have.
 template <std::floating_point T>
-std::vector<double> score_of_each_class(const Predictions<T>& predictions, const detect::Box& box) {
+std::vector<BestOfClass> best_of_each_class(const Predictions<T>& predictions, const detect::Box& box) {
   std::size_t classes = predictions.heads.empty() ? 0 : predictions.heads.front().classes;
   for (const auto& head : predictions.heads) classes = std::min(classes, head.classes);
-  std::vector<double> losses(classes);
-  for (std::size_t k = 0; k < classes; ++k) losses[k] = max_score(predictions, {k, box});
-  return losses;
+  std::vector<BestOfClass> all(classes);
+  for (std::size_t k = 0; k < classes; ++k) {
+    all[k].best = responsible(predictions, {k, box});
+    all[k].loss = score_loss(predictions, all[k].best, {k, box});
+  }
+  return all;
 }
 
-/// log(1 + Σ (e^l − 1)), which neither overflows nor cancels.
-[[nodiscard]] inline double log_of_odds(const std::vector<double>& losses) {
+/// log(1 + Σ (e^l − 1)) of the classes' losses l, which neither overflows nor cancels.
+[[nodiscard]] inline double log_of_odds(const std::vector<BestOfClass>& classes) {
   double largest = 0, sum = 0;
-  for (const double loss : losses) largest = loss > largest || std::isnan(loss) ? loss : largest;
+  for (const auto& [best, loss] : classes) largest = loss > largest || std::isnan(loss) ? loss : largest;
   if (!(largest > 1)) {
-    for (const double loss : losses) sum += std::expm1(loss);
+    for (const auto& [best, loss] : classes) sum += std::expm1(loss);
     return std::log1p(sum);
   }
-  for (const double loss : losses) sum += std::exp(loss - largest) - std::exp(-largest);
+  for (const auto& [best, loss] : classes) sum += std::exp(loss - largest) - std::exp(-largest);
   return largest + std::log(sum + std::exp(-largest));
 }
 
@@ -184,18 +189,31 @@ std::vector<double> score_of_each_class(const Predictions<T>& predictions, const
 namespace tapestry::loss {
 
 template <std::floating_point T>
+double max_score(const Predictions<T>& predictions, const Target& target) {
+  return detail::score_loss(predictions, responsible(predictions, target), target);
+}
+
+template <std::floating_point T>
+void max_score_adjoint(const Predictions<T>& predictions, const Target& target, double loss_adjoint,
+                       const LogitsAdjoint<T>& logits_adjoint) {
+  detail::score_loss_adjoint(predictions, responsible(predictions, target), target, loss_adjoint,
+                             logits_adjoint);
+}
+
+template <std::floating_point T>
 double vanish(const Predictions<T>& predictions, const detect::Box& box) {
-  return detail::log_of_odds(detail::score_of_each_class(predictions, box));
+  return detail::log_of_odds(detail::best_of_each_class(predictions, box));
 }
 
 template <std::floating_point T>
 void vanish_adjoint(const Predictions<T>& predictions, const detect::Box& box, double loss_adjoint,
                     const LogitsAdjoint<T>& logits_adjoint) {
-  const std::vector<double> losses = detail::score_of_each_class(predictions, box);
-  const double together = detail::log_of_odds(losses);
-  for (std::size_t k = 0; k < losses.size(); ++k)
-    if (losses[k] != 0)
-      max_score_adjoint(predictions, {k, box}, loss_adjoint * std::exp(losses[k] - together), logits_adjoint);
+  const auto classes = detail::best_of_each_class(predictions, box);
+  const double together = detail::log_of_odds(classes);
+  for (std::size_t k = 0; k < classes.size(); ++k)
+    if (classes[k].loss != 0)
+      detail::score_loss_adjoint(predictions, classes[k].best, {k, box},
+                                 loss_adjoint * std::exp(classes[k].loss - together), logits_adjoint);
 }
 
 }  // namespace tapestry::loss

@@ -114,7 +114,7 @@ class OutlineSearch {
 
   [[nodiscard]] const SeenPoints& points() const { return points_; }
 
-  /// In the order of pixels; of each first the pair along the row.
+  /// Crossings in the order of pixels; for each the pair along the row comes first.
   [[nodiscard]] std::vector<OutlineCrossing> crossings() const {
     std::vector<std::vector<OutlineCrossing>> of_row(pixels_.height);
     parallel_for(pixels_.height, [&](std::size_t row) {
