@@ -12,13 +12,13 @@ namespace tapestry::shell {
 inline constexpr const char* list_style =
     R"(#views th { cursor: pointer } #views th[aria-sort=ascending]::after { content: " \2191" }
 #views th[aria-sort=descending]::after { content: " \2193" }
-#views tr.chosen { background: var(--shade) } #views tbody tr { cursor: pointer } .lost { color: #b35900 }
+#views tr.chosen { background: var(--shade) } #views tbody tr { cursor: pointer } .missed { color: #b35900 }
 .list { max-height: 30em; overflow: auto } .list table { font-size: 13px; margin: 0 }
 .list td, .list th { padding-right: .6em } .list td:first-child, .list th:first-child { min-width: 3em }
 .list th { position: sticky; top: 0; background: var(--paper); z-index: 1 }
 .list th:first-child, .list td:first-child { position: sticky; left: 0; background: var(--paper) }
 .list th:first-child { z-index: 2 } .list tr.chosen td:first-child { background: var(--shade) }
-@media (prefers-color-scheme: dark) { .lost { color: #ffa657 } }
+@media (prefers-color-scheme: dark) { .missed { color: #ffa657 } }
 @media print { .hands { display: none } .list { max-height: none } body { max-width: none } }
 )";
 
@@ -51,7 +51,7 @@ function listViews() {
   const places = ['azimuth', 'elevation', 'distance', 'hidden'], digits = [1, 1, 2, 0], unit = ['\u00b0', '\u00b0', '', ' %'];
   const titles = ['view', ...places, ...data.textures], first = 1 + places.length;
   let column = data.textures.indexOf(data.sorted) + first, sign = -1;
-  for (const texture of data.textures) only.append(new Option('lost in ' + texture, texture));
+  for (const texture of data.textures) only.append(new Option('not found in ' + texture, texture));
   titles.forEach((title, i) => {
     const th = make('th', title);
     th.scope = 'col'; th.tabIndex = 0;
@@ -71,8 +71,8 @@ function listViews() {
       row.append(make('td', view.name + (view.picture < 0 && data.below ? ' (no picture)' : '')));
       view.place.forEach((value, i) => row.append(make('td', value.toFixed(digits[i]) + unit[i])));
       view.scores.forEach(([best, found]) => {
-        const cell = make('td', best.toFixed(3) + (found === 1 ? '' : found === 0 ? ' lost' : ' ' + found.toFixed(2)));
-        if (found < 1) cell.className = 'lost';
+        const cell = make('td', best.toFixed(3) + (found === 1 ? '' : found === 0 ? ' not found' : ' ' + found.toFixed(2)));
+        if (found < 1) cell.className = 'missed';
         row.append(cell);
       });
       row.onclick = () => { choose(view); for (const r of body.rows) r.classList.toggle('chosen', r === row); };

@@ -62,8 +62,10 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
       "Found: a box of class " + request.detector.class_name + ", confidence above " +
       number(request.detector.confidence) + ", after suppression at IoU " + number(request.detector.nms) +
       ", that overlaps the box around the car's silhouette by IoU >= 0.5; the best confidence is that of the "
-      "surest such box, however low. Attack success counts the frames that are found in clean and not with "
-      "the texture; where none is found in clean it is not defined (-). Brackets: 95 % by Wilson.");
+      "surest such box, however low, before suppression. Else the frame is related (such a box is of another "
+      "vehicle), renamed (of any other class), misplaced (a box of the class overlaps it by 0.1 to 0.5) or "
+      "lost: no box covers it. Attack success counts the frames that are found in clean and not with the "
+      "texture; where none is found in clean it is not defined (-). Brackets: 95 % by Wilson.");
   if (result.has_camouflage)
     notes.push_back(
         "Effect: the same frames with matched noise and with the camouflage; brackets: 95 % by "
