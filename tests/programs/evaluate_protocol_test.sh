@@ -9,16 +9,6 @@ mkdir frames && cp "$assets"/frames/test/00[0-3].npz frames
 expect_exit 0 "a camouflage" "$programs/camouflage" --frames frames --texels 8 --epochs 1 --output run
 small=(--run run --quick --controls matched --size 128 --background 0.5 0.5 0.5)
 
-# expect_same_report PROTOCOL FOLDER FOLDER: every file but what it cost.
-expect_same_report() {
-  local file each=frames.csv
-  [ "$1" != digital ] || each=photographs.csv
-  for file in "$1".{csv,json,md,svg,html} "$each" outcomes.npz settings.json; do
-    expect_file "$2/$file"
-    expect_same "$2/$file" "$3/$file"
-  done
-}
-
 expect_exit 0 "views, two threads" "$evaluate" --protocol views "${small[@]}" --threads 2 --output two
 grep -Eq '^views: frame 432 of 432, each with 4 textures, 0 s left' command.err && pass || fail "no word on how far it is"
 grep -q 'worst cell: ' command.out && pass || fail "no worst cell"
@@ -54,30 +44,6 @@ awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) column[$i] = i; next }
 expect_exit 0 "one thread" "$evaluate" --protocol views "${small[@]}" --threads 1 --output one
 expect_same_report views one two
 
-# kill_until_measured FOLDER OPTION...: killed three times some moment after it has saved something, and started again.
-kill_until_measured() {
-  local folder=$1 kills=0 code=137 process
-  shift
-  RANDOM=5
-  while [ "$code" -eq 137 ] && [ "$kills" -lt 40 ]; do
-    touch started
-    "$evaluate" "$@" --output "$folder" >/dev/null 2>killed.err &
-    process=$!
-    if [ "$kills" -lt 3 ]; then
-      for _ in $(seq 3000); do
-        [ "$folder/outcomes.npz" -nt started ] && break
-        sleep 0.005
-      done
-      sleep "0.0$((RANDOM % 7 * kills))"
-      kill -KILL "$process" 2>/dev/null
-    fi
-    wait "$process" 2>/dev/null
-    code=$?
-    [ "$code" -eq 137 ] && kills=$((kills + 1))
-  done
-  [ "$code" -eq 0 ] && pass || fail "a measurement after a kill ended with $code: $(cat killed.err)"
-  echo "killed $kills times"
-}
 kill_until_measured killed --protocol occlusion "${small[@]}" # (F01)
 expect_exit 0 "occlusion at one go" "$evaluate" --protocol occlusion "${small[@]}" --output whole
 expect_same_report occlusion killed whole

@@ -71,8 +71,30 @@ row() { sed -n "s/^$1,//p" "$2/metrics.csv" | cut -d, -f1-6; }
 sed '/^f/i usemtl body' front.obj >body.obj
 expect_exit 4 "a shape of another mesh" "$programs/evaluate" --run mesh_adv --mesh body.obj
 expect_error_line 'mesh_adv/texture.npz: the shape does not fit the car'
-expect_exit 4 "a protocol of a moved shape" "$programs/evaluate" --run mesh_adv --protocol occlusion --quick
-expect_error_line 'mesh_adv/texture.npz: --protocol draws the car as it is'
+expect_exit 4 "a shape of another mesh in a protocol" "$programs/evaluate" --run mesh_adv --mesh body.obj --protocol views
+expect_error_line 'mesh_adv/texture.npz: the shape does not fit the car'
+
+# Protocols draw the camouflage and its controls on the moved car, clean and unpainted pictures on the original one.
+expect_exit 0 "photographs of a moved car" "$programs/evaluate" --run mesh_adv --protocol digital --output mesh_adv-digital
+awk -F , 'NR == FNR { if (FNR > 1) { found[$1] = $3; sure[$1] = $7 } next } FNR > 1 { rows++
+    if (!($3 in found) || found[$3] != $7 || (sure[$3] - $11) ^ 2 > 1e-12) exit 1 } END { exit rows != 12 }' \
+  mesh_adv/metrics.csv mesh_adv-digital/digital.csv && pass || fail "digital.csv differs from the run's own metrics"
+for protocol in physical attention occlusion; do
+  quickly=(--protocol "$protocol" --quick --size 128)
+  expect_exit 0 "$protocol of a moved car" "$programs/evaluate" --run mesh_adv "${quickly[@]}" --threads 2 --output "moved_$protocol"
+  for file in command.out "moved_$protocol/$protocol".{md,json,html}; do
+    grep -q 'on the car in the shape that the run has optimised' "$file" && pass || fail "$file does not name the shape"
+  done
+  expect_exit 0 "$protocol of the original car" "$programs/evaluate" --run two --filter bilinear "${quickly[@]}" --output "own_$protocol"
+  grep -q 'optimised shape' command.out && fail "a car that has not moved has another shape" || pass
+  of_texture() { grep -E "^([^,]*,){2}($1)," "$2_$protocol/$protocol.csv"; }
+  [ "$(of_texture 'clean|photo|no car' moved)" = "$(of_texture 'clean|photo|no car' own)" ] && pass || fail "$protocol: clean has moved"
+  [ "$(of_texture 'white|grey|red' moved)" != "$(of_texture 'white|grey|red' own)" ] && pass || fail "$protocol: controls have not moved"
+done
+expect_exit 0 "occlusion of a moved car, one thread" "$programs/evaluate" --run mesh_adv "${quickly[@]}" --threads 1 --output moved1
+expect_same_report occlusion moved1 moved_occlusion
+kill_until_measured moved2 --run mesh_adv "${quickly[@]}"
+expect_same_report occlusion moved2 moved_occlusion
 expect_exit 2 "a filter that knows no positions" "$camouflage" --method mesh_adv --output none
 expect_error_line '--method mesh_adv moves the mesh, .*needs --filter bilinear and --light frame'
 expect_exit 2 "light that knows no positions" "$camouflage" --method mesh_adv --filter bilinear --light photo --output none

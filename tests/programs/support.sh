@@ -72,6 +72,40 @@ kill_until_done() {
   done
   echo "killed $kills times"
 }
+# kill_until_measured FOLDER OPTION...: evaluate, killed three times some moment after it has saved something, and started
+# again.
+kill_until_measured() {
+  local folder=$1 kills=0 code=137 process
+  shift
+  RANDOM=5
+  while [ "$code" -eq 137 ] && [ "$kills" -lt 40 ]; do
+    touch started
+    "$programs/evaluate" "$@" --output "$folder" >/dev/null 2>killed.err &
+    process=$!
+    if [ "$kills" -lt 3 ]; then
+      for _ in $(seq 3000); do
+        [ "$folder/outcomes.npz" -nt started ] && break
+        sleep 0.005
+      done
+      sleep "0.0$((RANDOM % 7 * kills))"
+      kill -KILL "$process" 2>/dev/null
+    fi
+    wait "$process" 2>/dev/null
+    code=$?
+    [ "$code" -eq 137 ] && kills=$((kills + 1))
+  done
+  [ "$code" -eq 0 ] && pass || fail "a measurement after a kill ended with $code: $(cat killed.err)"
+  echo "killed $kills times"
+}
+# expect_same_report PROTOCOL FOLDER FOLDER: every file but what it cost.
+expect_same_report() {
+  local file each=frames.csv
+  [ "$1" != digital ] || each=photographs.csv
+  for file in "$1".{csv,json,md,svg,html} "$each" outcomes.npz settings.json; do
+    expect_file "$2/$file"
+    expect_same "$2/$file" "$3/$file"
+  done
+}
 finish() {
   echo "$passes passed, $failures failed"
   [ "$failures" -eq 0 ]

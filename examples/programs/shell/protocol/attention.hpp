@@ -63,13 +63,13 @@ inline Bitmap attention_sheet(std::size_t column, const Protocol& protocol, cons
     if (protocol.frames[frame].column == column && outcomes.state_of(frame) == evaluate::FrameState::measured)
       measured.push_back(frame);
   const std::size_t columns = std::min(most, measured.size());
-  std::vector<camouflage::View<float>> views;
+  std::vector<FrameViews> frames;
   for (std::size_t i = 0; i < columns; ++i)
-    views.push_back(source.view(measured[(2 * i + 1) * measured.size() / (2 * columns)]));
+    frames.push_back(source.views(measured[(2 * i + 1) * measured.size() / (2 * columns)]));
   std::vector<Bitmap> pictures;
   for (const std::size_t texture : result.shown_textures())
-    for (const auto& view : views) {
-      const auto picture = picture_with(view, textures[texture].paint);
+    for (const auto& views : frames) {
+      const auto picture = picture_with(views.of(textures, texture), textures[texture].paint);
       const auto shown = image::from_bytes<float>(
           heated(picture, heat_of_input(picture, detector.detector, detector.class_index, heat_map)));
       const std::size_t longer = std::max(shown.shape(0), shown.shape(1));

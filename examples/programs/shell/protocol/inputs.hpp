@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <tapestry/camouflage/paint.hpp>
+#include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/geometry/pose.hpp>
@@ -16,7 +17,6 @@
 
 #include "../inputs.hpp"
 #include "../program.hpp"
-#include "../reshaped_views.hpp"
 #include "../run_folder.hpp"
 #include "../run_inputs.hpp"
 #include "../run_manifest.hpp"
@@ -43,6 +43,7 @@ namespace detail {
 struct ProtocolInputs {
   std::vector<FurtherDetector> detectors{};  ///< that of --weights first
   Car car{};
+  std::optional<raster::PaintedMesh> reshaped{};        ///< the car in the run's shape, see reshaped_car()
   bool posed = false;                                   ///< of the photographs, see FrameLists
   std::vector<std::string> photographs{};               ///< paths; none if only the car is rendered
   std::optional<camouflage::PhotoLight> photo_light{};  ///< rule that estimates the light, if any
@@ -126,15 +127,22 @@ inline std::vector<evaluate::Control<float>> textures_of(const raster::PaintedMe
       {"clean", camouflage::without_paint(camouflage::own_colours<float>(car))}};
   if (request.run.empty()) return textures;
   auto paint = camouflage::read_paint(request.run + "/texture.npz", textures.front().paint.colours.shape(0));
-  if (camouflage::read_offsets(request.run + "/texture.npz", car.mesh.positions.size()).size() > 0)
-    throw FileError(ErrorKind::mismatch, {request.run + "/texture.npz", "",
-                                          "--protocol draws the car as it is, and this run has moved its "
-                                          "shape; measure it without --protocol"});
   auto controls = request.settings.controls == "all" ? evaluate::make_controls(car, paint, request.seed)
                                                      : evaluate::matched_controls(car, paint, request.seed);
   textures.push_back({"adversarial", std::move(paint)});
   for (auto& control : controls) textures.push_back(std::move(control));
   return textures;
+}
+
+/// The car in the shape that the run has optimised; nothing if the run has left the shape as it is.
+/// Offsets are in lengths of the car: a normalised one is moved within the scale of the original, and is not
+/// normalised again.
+inline std::optional<raster::PaintedMesh> reshaped_car(const raster::PaintedMesh& car,
+                                                       const ProtocolRequest& request) {
+  if (request.run.empty()) return std::nullopt;
+  const auto offsets = camouflage::read_offsets(request.run + "/texture.npz", car.mesh.positions.size());
+  if (offsets.size() == 0) return std::nullopt;
+  return camouflage::reshaped(car, offsets);
 }
 
 inline ProtocolSubject subject_of(const ProtocolRequest& request, const ProtocolInputs& inputs) {

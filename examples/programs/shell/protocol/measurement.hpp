@@ -94,9 +94,28 @@ inline void share_outcomes(evaluate::ProtocolOutcomes& outcomes) {
   share(outcomes.car_share);
 }
 
+/// Views of one frame: of the original car, and of the car in the run's shape if the run has moved it.
+struct FrameViews {
+  camouflage::View<float> original;
+  std::optional<camouflage::View<float>> reshaped{};
+
+  /// Whether something of the car shows, in each of its shapes.
+  [[nodiscard]] bool show_car() const {
+    return original.visible_pixels > 0 && (!reshaped || reshaped->visible_pixels > 0);
+  }
+  /// The view to draw a texture in: the reshaped car for the camouflage and its controls, the original one
+  /// for the clean texture and for unpainted pictures.
+  /// \param textures  the clean one first; unpainted ones have no texels
+  [[nodiscard]] const camouflage::View<float>& of(const std::vector<evaluate::Control<float>>& textures,
+                                                  std::size_t texture) const {
+    const bool is_original = !reshaped || texture == 0 || textures[texture].paint.colours.size() == 0;
+    return is_original ? original : *reshaped;
+  }
+};
+
 /// Source of a protocol's frames, and the detectors that measure them.
 struct ProtocolSource {
-  std::function<camouflage::View<float>(std::size_t frame)> view;
+  std::function<FrameViews(std::size_t frame)> views;
   std::function<evaluate::Meter<float>&(std::size_t frame)> meter;
   /// Share of the attention that lies on the car; empty where it is not measured.
   std::function<double(const Array<float, 3>& picture, const camouflage::View<float>&, std::size_t frame)>
@@ -110,9 +129,9 @@ inline Array<float, 3> picture_with(const camouflage::View<float>& view,
 }
 
 /// Measures the frames of a protocol one after another. Each frame is measured with all textures, one a
-/// thread, and results are saved about once a second. Only one view is in memory. With several ranks each
-/// takes the next frame, then all exchange results, so that every rank has all outcomes, the same for any
-/// number of ranks.
+/// thread, and results are saved about once a second. Only one frame's views are in memory. With several
+/// ranks each takes the next frame, then all exchange results, so that every rank has all outcomes, the same
+/// for any number of ranks.
 class ProtocolMeasurement {
  public:
   /// \param textures  the clean one first. For one without texels the picture is only the background. They
@@ -140,7 +159,7 @@ class ProtocolMeasurement {
       const auto frames = std::span(pending).subspan(first, std::min(ranks.count(), pending.size() - first));
       if (ranks.index() < frames.size()) {
         const std::size_t frame = frames[ranks.index()];
-        const bool is_measured = measure(frame, view_of(frame, source), source);
+        const bool is_measured = measure(frame, views_of(frame, source), source);
         outcomes_.state(frame) =
             static_cast<std::uint8_t>(is_measured ? FrameState::measured : FrameState::left_out);
       }
@@ -164,29 +183,31 @@ class ProtocolMeasurement {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// The view of a frame; the last view if it is the same.
-  const camouflage::View<float>& view_of(std::size_t frame, const ProtocolSource& source) {
+  /// The views of a frame; the last views if they are the same.
+  const FrameViews& views_of(std::size_t frame, const ProtocolSource& source) {
     const std::size_t number = protocol_.view_of ? protocol_.view_of(frame) : frame;
-    if (!view_ || view_number_ != number) view_ = source.view(frame);
+    if (!views_ || view_number_ != number) views_ = source.views(frame);
     view_number_ = number;
-    return *view_;
+    return *views_;
   }
   static double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
   }
 
-  bool measure(std::size_t frame, const camouflage::View<float>& view, const ProtocolSource& source) {
-    if (view.visible_pixels == 0) return false;
+  /// The original car determines the change to a frame, and the car's share of it.
+  bool measure(std::size_t frame, const FrameViews& views, const ProtocolSource& source) {
+    if (!views.show_car()) return false;
     std::optional<FrameChange> change;
     if (protocol_.change) {
-      change = protocol_.change(view, frame);
+      change = protocol_.change(views.original, frame);
       if (!change) return false;
       outcomes_.hidden_share(frame) = change->hidden_share;
     }
-    outcomes_.car_share(frame) = car_share_of(view);
+    outcomes_.car_share(frame) = car_share_of(views.original);
     auto& meter = source.meter(frame);
     parallel_for(textures_.size(), [&](std::size_t k) {
       const auto& paint = textures_[k].paint;
+      const auto& view = views.of(textures_, k);
       auto [picture, target] = protocol_.photograph
                                    ? protocol_.photograph(view, frame, paint)
                                    : evaluate::Photograph<float>{picture_with(view, paint), view.target};
@@ -250,8 +271,8 @@ class ProtocolMeasurement {
   std::string path_;
   evaluate::ProtocolOutcomes outcomes_;
   std::size_t frames_done_ = 0;
-  std::optional<camouflage::View<float>> view_{};
-  std::size_t view_number_ = 0;  ///< of view_
+  std::optional<FrameViews> views_{};
+  std::size_t view_number_ = 0;  ///< of views_
   ProgressLine progress_;
 };
 

@@ -12,9 +12,23 @@
 
 namespace tapestry::shell::detail {
 
+/// Note on a run that has moved the car's shape.
+inline std::string note_on_shape(const Protocol& protocol) {
+  std::string note =
+      "Shape: the camouflage and its controls are on the car in the shape that the run has optimised, clean "
+      "is the original car. The effect beyond matched noise is that of the texture alone; clean against "
+      "matched noise shows the effect of shape and noise together. A found box must overlap the car as it is "
+      "drawn.";
+  if (protocol.on_photographs || protocol.street)
+    note += " A frame's mask cuts the moved car off where the original one ends.";
+  return note + (protocol.change
+                     ? " Hidden shares, and the car's share of a picture, are those of the original car."
+                     : " The car's share of a picture is that of the original car.");
+}
+
 /// Notes on the frames that were measured.
 inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const ProtocolResult& result,
-                                                const ProtocolRequest& request) {
+                                                const ProtocolRequest& request, bool is_reshaped) {
   const auto number = evaluate::detail::short_number;
   std::size_t measured = 0, left_out = 0;
   for (const auto& section : result.sections) {
@@ -25,6 +39,7 @@ inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const 
       "Measured: " + std::to_string(measured) + " of " + std::to_string(protocol.frames.size()) + " frames" +
       (left_out > 0
            ? "; " + std::to_string(left_out) + " are left out, for nothing of the car shows in them" +
+                 (is_reshaped ? " in the original or in the optimised shape" : "") +
                  (protocol.change ? ", or too little to hide the share" : "")
            : "") +
       (protocol.on_photographs && result.sections.size() > 1
@@ -37,6 +52,7 @@ inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const 
                                                   " photographs; intervals are wider."
                                             : "--quick: fewer views than the paper's; intervals are wider.");
   notes.insert(notes.end(), protocol.notes.begin(), protocol.notes.end());
+  if (is_reshaped) notes.push_back(note_on_shape(protocol));
   if (!protocol.on_photographs)
     notes.push_back(
         "Distances are from the car's middle, in units of which its half length is 1; half of the field of "
@@ -54,7 +70,7 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
                                          const ProtocolRequest& request, const ProtocolInputs& inputs) {
   const auto number = evaluate::detail::short_number;
   const auto& background = request.settings.background;
-  auto notes = notes_on_frames(protocol, result, request);
+  auto notes = notes_on_frames(protocol, result, request, inputs.reshaped.has_value());
   if (!inputs.changed.empty())
     notes.push_back("Inputs have changed since the run: " + text_of(inputs.changed) + ".");
   notes.push_back(

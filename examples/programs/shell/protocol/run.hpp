@@ -27,6 +27,7 @@
 #include "protocols.hpp"
 #include "report.hpp"
 #include "result.hpp"
+#include "source.hpp"
 
 namespace tapestry::shell {
 
@@ -136,54 +137,6 @@ inline void tell_cost(const std::string& folder, double seconds, const ProtocolM
                                                  {"threads", thread_count()}}));
 }
 
-inline evaluate::ProtocolPicture picture_of(const ProtocolRequest& request,
-                                            const detect::Detector<float>& detector) {
-  const auto& background = request.settings.background;
-  return {detector.input_height(),
-          detector.input_width(),
-          request.scene.samples,
-          detector.fit(),
-          {background[0], background[1], background[2]}};
-}
-
-/// A photograph as a detector takes it, or a render. All arguments must outlive the result.
-inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest& request,
-                                const ProtocolInputs& inputs, std::vector<evaluate::Meter<float>>& meters) {
-  ProtocolSource source;
-  if (protocol.maps_attention)
-    source.attention = [&, heat_map = heat_map_by_name(request.settings.heat_map_kind)](
-                           const auto& picture, const auto& view, std::size_t frame) {
-      return attention_share(picture, view, inputs.detectors[protocol.frames[frame].column], heat_map);
-    };
-  source.meter = [&](std::size_t frame) -> evaluate::Meter<float>& {
-    return meters[protocol.on_photographs ? protocol.frames[frame].column : 0];
-  };
-  if (protocol.on_photographs)
-    source.view = [&](std::size_t frame) {
-      const auto& detector = inputs.detectors[protocol.frames[frame].column].detector;
-      const auto& path = inputs.photographs[frame % inputs.photographs.size()];
-      return camouflage::make_view<float>(load_frame(path, inputs.mask, inputs.posed), inputs.car.painted,
-                                          detector.input_height(), detector.input_width(),
-                                          request.scene.samples, detector.fit(), inputs.photo_light);
-    };
-  else if (protocol.street)
-    source.view = [&, vehicle = scenes::stand_on_ground(inputs.car.painted.mesh, inputs.car.painted.painted,
-                                                        street_car_length_m)](std::size_t frame) {
-      const auto& detector = inputs.detectors.front().detector;
-      const std::size_t height = detector.input_height(), width = detector.input_width();
-      auto street = protocol.street(vehicle, frame, std::max(height, width));
-      street.camera = scenes::camera_of_mesh(vehicle, *street.camera);
-      return camouflage::make_view<float>(street, inputs.car.painted, height, width, request.scene.samples,
-                                          detector.fit());
-    };
-  else
-    source.view = [&](std::size_t frame) {
-      return evaluate::protocol_view<float>(protocol.frames[frame], inputs.car.painted,
-                                            picture_of(request, inputs.detectors.front().detector));
-    };
-  return source;
-}
-
 /// A row for each photograph, detector and texture.
 inline std::string photographs_csv(const Protocol& protocol, const ProtocolInputs& inputs,
                                    const ProtocolResult& result, const evaluate::ProtocolOutcomes& outcomes) {
@@ -284,6 +237,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
                                 .make(request.settings, request.seed, detail::subject_of(request, inputs));
   auto textures = detail::textures_of(inputs.car.painted, request);
   if (!protocol.bare_name.empty()) textures.push_back({protocol.bare_name, {}});
+  inputs.reshaped = detail::reshaped_car(inputs.car.painted, request);
   auto meters = detail::meters_of(inputs, request);
   const Json settings = detail::settings_of(request, inputs);
   if (protocol.on_photographs && !request.run.empty())

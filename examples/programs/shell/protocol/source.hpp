@@ -1,0 +1,93 @@
+#pragma once
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <tapestry/camouflage/view.hpp>
+#include <tapestry/evaluate/meter.hpp>
+#include <tapestry/evaluate/views.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
+#include <vector>
+
+#include "../../../scenes/vehicle.hpp"
+#include "../heat_map_picture.hpp"
+#include "../inputs.hpp"
+#include "attention.hpp"
+#include "inputs.hpp"
+#include "measurement.hpp"
+#include "physical.hpp"
+#include "protocol.hpp"
+
+namespace tapestry::shell::detail {
+
+inline evaluate::ProtocolPicture picture_of(const ProtocolRequest& request,
+                                            const detect::Detector<float>& detector) {
+  const auto& background = request.settings.background;
+  return {detector.input_height(),
+          detector.input_width(),
+          request.scene.samples,
+          detector.fit(),
+          {background[0], background[1], background[2]}};
+}
+
+/// One view of the original car, and one of the reshaped car where there is one.
+template <std::invocable<const raster::PaintedMesh&> ViewOf>
+FrameViews views_of_shapes(const ProtocolInputs& inputs, ViewOf view_of) {
+  FrameViews views{view_of(inputs.car.painted), std::nullopt};
+  if (inputs.reshaped) views.reshaped = view_of(*inputs.reshaped);
+  return views;
+}
+
+/// The source of the frames' views. A photograph or street is the same for both shapes of the car: its
+/// camera, and its mask, which cuts off what lies beyond the original car.
+inline std::function<FrameViews(std::size_t frame)> views_source(const Protocol& protocol,
+                                                                 const ProtocolRequest& request,
+                                                                 const ProtocolInputs& inputs) {
+  const std::size_t samples = request.scene.samples;
+  if (protocol.on_photographs)
+    return [&, samples](std::size_t frame) {
+      const auto& detector = inputs.detectors[protocol.frames[frame].column].detector;
+      const auto photograph =
+          load_frame(inputs.photographs[frame % inputs.photographs.size()], inputs.mask, inputs.posed);
+      return views_of_shapes(inputs, [&](const raster::PaintedMesh& car) {
+        return camouflage::make_view<float>(photograph, car, detector.input_height(), detector.input_width(),
+                                            samples, detector.fit(), inputs.photo_light);
+      });
+    };
+  const auto& detector = inputs.detectors.front().detector;
+  const std::size_t height = detector.input_height(), width = detector.input_width();
+  if (protocol.street)
+    return [&, samples, height, width,
+            vehicle = scenes::stand_on_ground(inputs.car.painted.mesh, inputs.car.painted.painted,
+                                              street_car_length_m)](std::size_t frame) {
+      auto street = protocol.street(vehicle, frame, std::max(height, width));
+      street.camera = scenes::camera_of_mesh(vehicle, *street.camera);
+      return views_of_shapes(inputs, [&](const raster::PaintedMesh& car) {
+        return camouflage::make_view<float>(street, car, height, width, samples, detector.fit());
+      });
+    };
+  return [&](std::size_t frame) {
+    return views_of_shapes(inputs, [&](const raster::PaintedMesh& car) {
+      return evaluate::protocol_view<float>(protocol.frames[frame], car, picture_of(request, detector));
+    });
+  };
+}
+
+/// A photograph as a detector takes it, or a render. All arguments must outlive the result.
+inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest& request,
+                                const ProtocolInputs& inputs, std::vector<evaluate::Meter<float>>& meters) {
+  ProtocolSource source;
+  source.views = views_source(protocol, request, inputs);
+  source.meter = [&](std::size_t frame) -> evaluate::Meter<float>& {
+    return meters[protocol.on_photographs ? protocol.frames[frame].column : 0];
+  };
+  if (protocol.maps_attention)
+    source.attention = [&, heat_map = heat_map_by_name(request.settings.heat_map_kind)](
+                           const auto& picture, const auto& view, std::size_t frame) {
+      return attention_share(picture, view, inputs.detectors[protocol.frames[frame].column], heat_map);
+    };
+  return source;
+}
+
+}  // namespace tapestry::shell::detail
