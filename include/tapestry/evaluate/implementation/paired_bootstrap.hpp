@@ -63,15 +63,20 @@ inline std::array<double, 2> bca_interval(const std::vector<double>& resampled, 
           quantile(resampled, corrected_probability(z, bias, acceleration))};
 }
 
+/// \throws DomainError for no resamples or a level not in (0, 1)
+inline void require_settings(const std::string& operation, const BootstrapSettings& settings) {
+  if (settings.resamples == 0) throw DomainError(operation + ": resamples is 0, expected at least 1");
+  if (!(settings.level > 0 && settings.level < 1))
+    throw DomainError(operation + ": level is " + std::to_string(settings.level) + ", not in (0, 1)");
+}
+
 /// \throws ShapeError, DomainError, NumericError as paired_bootstrap()
 inline void require_pairs(const std::string& operation, const std::vector<double>& first,
                           const std::vector<double>& second, const BootstrapSettings& settings) {
   if (first.size() != second.size())
     throw ShapeError(operation + ": second has " + std::to_string(second.size()) + " numbers, expected " +
                      std::to_string(first.size()));
-  if (settings.resamples == 0) throw DomainError(operation + ": resamples is 0, expected at least 1");
-  if (!(settings.level > 0 && settings.level < 1))
-    throw DomainError(operation + ": level is " + std::to_string(settings.level) + ", not in (0, 1)");
+  require_settings(operation, settings);
   for (std::size_t i = 0; i < first.size(); ++i)
     if (!std::isfinite(first[i]) || !std::isfinite(second[i]) || !std::isfinite(first[i] - second[i]))
       throw NumericError(operation + ": pair " + std::to_string(i) + " has a number that is not finite");

@@ -1,0 +1,48 @@
+#pragma once
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/compiled.hpp>
+#include <tapestry/evaluate/paired_bootstrap.hpp>
+
+namespace tapestry::evaluate {
+namespace detail {
+
+/// The quantile of Student's t distribution, by Simpson's rule and Newton's method, to nine digits.
+/// \param p        in [½, 1)
+/// \param degrees  of freedom, ν, at least 1
+[[nodiscard]] double student_quantile(double p, double degrees);
+
+}  // namespace detail
+
+/// The mean difference over draws and views, with an interval for other draws and other views. A draw is one
+/// noise of a control, or one seed of an optimisation; each is measured in the same views.
+///
+///     [m − c·√(f·(m − l)² + z²·b), m + c·√(f·(u − m)² + z²·b)],   c = t(ν) / z,   f = R / (R − 1),
+///     a = MS_views / (R·D),   b = max(0, MS_draws − MS_interaction) / (R·D),
+///     w = min(1, MS_draws / (R·D) / (a + b)),   1/ν = w / (D − 1) + (1 − w) / (R − 1)
+///
+/// for the mean m of D draws in R views. [l, u] is paired_bootstrap()'s interval of the views' means over
+/// draws, with its skewness; a holds the interaction, too. b is the part that other draws add to the variance
+/// of m, by the mean squares of two crossed levels (Searle, Casella, McCulloch, "Variance components", Wiley
+/// 1992). Distances from the mean add in quadrature, each end with its own, as by Zou and Donner
+/// ("Construction of confidence limits about effect measures", Statistics in Medicine 27, 2008). z and t(ν)
+/// are quantiles of the normal and of Student's distribution; with f they correct a bootstrap of few views
+/// (Hesterberg, "What teachers should know about the bootstrap", The American Statistician 69, 2015). An end
+/// of the bootstrap on the other side of m counts as m.
+///
+/// ν differs from Satterthwaite's (Biometrics Bulletin 2, 1946), which has w² and (1 − w)²: w is as uncertain
+/// as b, and where three draws make most of the variance, that interval holds the truth in 92 % only. With w
+/// normal effects in many views have 94 to 96 %. In 2000 simulations a model, intervals of 95 % held it in 93
+/// to 97.5 %: 20, 80 and 400 views, skewed and bounded; 3, 5 and 20 draws, whose effects went from none to
+/// ten standard errors of the views; an interaction from none to the spread of the views. Exceptions are 20
+/// views: 90 % where few of them are far from 0 (one draw has 88 %), 98 % where most are 0. Two draws have 90
+/// to 98 %.
+///
+/// \param differences  [draw, view]
+/// \returns  pairs counts views; with one draw exactly paired_bootstrap()'s result, without f and t; with
+///           fewer than two views an interval from −∞ to ∞
+/// \throws ShapeError without a draw; NumericError for a number that is not finite, or whose square is not;
+///         DomainError for no resamples or a level not in (0, 1)
+[[nodiscard]] PairedDifference two_level_difference(const Array<double, 2>& differences,
+                                                    const BootstrapSettings& settings = {});
+
+}  // namespace tapestry::evaluate
