@@ -1,6 +1,8 @@
 #include <tapestry/evaluate/protocol_cells.hpp>
 
+#include <algorithm>
 #include <tapestry/core/random.hpp>
+#include <vector>
 
 #include "../support/catch.hpp"
 
@@ -128,6 +130,76 @@ TEST_CASE("a view that was photographed twice counts once in intervals", "[evalu
   CHECK(effect.best_confidence.interval[0] == Approx(of_first.best_confidence.interval[0]));
   CHECK_THROWS_WITH(evaluate::effect_of(outcomes, "control", 2, 1, twice, 3),
                     "view_means: 40 pictures are not 3 of each view");
+}
+
+TEST_CASE("draws of a control are further pictures of a view", "[evaluate][cells]") {
+  // Clean, the camouflage, three draws of noise; two frames. Found: clean in both, the camouflage in none,
+  // the noise in one draw of the first frame and in three of the second.
+  evaluate::ProtocolOutcomes outcomes(2, 5);
+  outcomes.draws = {1, 1, 3};
+  const double confidence[2][5] = {{0.9, 0.1, 0.2, 0.3, 0.1}, {0.8, 0.2, 0.4, 0.6, 0.1}};
+  const int found[2][5] = {{1, 0, 0, 1, 0}, {1, 0, 1, 1, 1}};
+  for (std::size_t i = 0; i < 2; ++i) {
+    outcomes.state(i) = static_cast<std::uint8_t>(FrameState::measured);
+    for (std::size_t k = 0; k < 5; ++k) {
+      outcomes.best_confidence(i, k) = outcomes.found_confidence(i, k) = confidence[i][k];
+      outcomes.found(i, k) = static_cast<std::uint8_t>(found[i][k]);
+      outcomes.fate(i, k) =
+          static_cast<std::uint8_t>(found[i][k] == 1 ? evaluate::Fate::found : evaluate::Fate::lost);
+    }
+  }
+  const auto all = [](std::size_t) { return true; };
+  CHECK(outcomes.texture_count() == 3);
+  CHECK(outcomes.first_column(2) == 2);
+  CHECK(evaluate::measured_values(outcomes, outcomes.best_confidence, 2, all) ==
+        std::vector<double>{0.2, 0.3, 0.1, 0.4, 0.6, 0.1});
+  const auto cell = evaluate::cell_of(outcomes, all);
+  REQUIRE(cell.textures.size() == 3);
+  CHECK(cell.textures[2].rate.detected == 4);
+  CHECK(cell.textures[2].rate.views == 6);
+  CHECK(cell.textures[2].rate.interval == evaluate::wilson_interval(4, 6, 3));
+  CHECK(cell.textures[2].mean_best_confidence == Approx(1.7 / 6));
+  CHECK(cell.textures[2].success.hidden == 2);
+  CHECK(cell.textures[2].success.views == 6);
+  CHECK(cell.textures[2].fates.of(evaluate::Fate::lost) == 2);
+  const auto differences = evaluate::confidence_differences(outcomes, 2, 1, all);
+  const double expected[3][2] = {{0.1, 0.2}, {0.2, 0.4}, {0, -0.1}};
+  for (std::size_t draw = 0; draw < 3; ++draw)
+    for (std::size_t view = 0; view < 2; ++view)
+      CHECK(differences(draw, view) == Approx(expected[draw][view]).margin(1e-15));
+  const auto effect = evaluate::effect_of(outcomes, "noise", 2, 1, all);
+  CHECK(effect.best_confidence.mean == Approx(0.8 / 6));
+  CHECK(effect.best_confidence.interval == evaluate::two_level_difference(differences).interval);
+  CHECK(effect.p_at_50.mean == Approx(4.0 / 6));
+  CHECK(effect.draws == 3);
+  CHECK(effect.draws_at_most == 1);
+  CHECK(evaluate::sweep_of(outcomes, 2, {0.25}, all)[0].detected == 3);
+  CHECK_THROWS_WITH(evaluate::effect_of(outcomes, "noise", 1, 2, all),
+                    "effect_of: a texture of several draws");
+  outcomes.draws = {1, 1, 4};
+  CHECK_THROWS_WITH(evaluate::cell_of(outcomes, all), "measured_values: draws up to column 6 of 5");
+}
+
+TEST_CASE("draws that are all the same give the figures of one", "[evaluate][cells]") {
+  const auto one = random_outcomes(60, 3);
+  evaluate::ProtocolOutcomes several(60, 5);
+  several.state = one.state;
+  several.draws = {1, 1, 3};
+  for (std::size_t i = 0; i < 60; ++i)
+    for (std::size_t k = 0; k < 5; ++k) {
+      several.found(i, k) = one.found(i, std::min<std::size_t>(k, 2));
+      several.best_confidence(i, k) = one.best_confidence(i, std::min<std::size_t>(k, 2));
+    }
+  const auto all = [](std::size_t) { return true; };
+  const auto of_one = evaluate::cell_of(one, all), of_several = evaluate::cell_of(several, all);
+  CHECK(of_several.textures[2].rate.p_at_50 == Approx(of_one.textures[2].rate.p_at_50));
+  const auto effect = evaluate::effect_of(several, "noise", 2, 1, all),
+             effect_of_one = evaluate::effect_of(one, "noise", 2, 1, all);
+  CHECK(effect.best_confidence.mean == Approx(effect_of_one.best_confidence.mean));
+  for (const std::size_t end : {0U, 1U}) {
+    CHECK(of_several.textures[2].rate.interval[end] == Approx(of_one.textures[2].rate.interval[end]));
+    CHECK(effect.p_at_50.interval[end] == Approx(effect_of_one.p_at_50.interval[end]));
+  }
 }
 
 TEST_CASE("what is kept of an effect is a ratio over the views of both", "[evaluate][cells]") {

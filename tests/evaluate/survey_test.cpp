@@ -76,6 +76,16 @@ TEST_CASE("the controls of a camouflage are matched noise and shuffled patches o
     }
   CHECK_THROWS_AS(evaluate::matched_controls<float>(car, {test::random_array<float>({texels - 1, 3}, 9)}, 3),
                   tapestry::ShapeError);
+  const auto drawn = evaluate::matched_controls(car, paint, 3, 3);  // three draws, and the patches
+  REQUIRE(drawn.size() == 4);
+  CHECK(drawn[0].paint == controls[0].paint);
+  CHECK(drawn[3].paint == controls[1].paint);
+  for (const std::size_t i : {1U, 2U}) {
+    CHECK(drawn[i].name == "matched noise");
+    CHECK((drawn[i].paint.colours != drawn[i - 1].paint.colours));
+    for (const auto& chart : tapestry::raster::texture_charts(car))
+      CHECK(test::sorted_values(drawn[i].paint.colours, chart, 0) == test::sorted_values(colours, chart, 0));
+  }
 }
 
 TEST_CASE("controls of a camouflage of parts cover these parts, each piece for itself",

@@ -134,6 +134,23 @@ expect_error_line '^error: --further-weights: .*detector.weights is neither an .
 expect_exit 7 "other photographs" "$evaluate" "${photographs[@]}" --output digital
 expect_error_line '--quick \(was true, now false\)'
 
+expect_exit 0 "draws of noise" "$evaluate" "${photographs[@]:0:6}" --quick --controls matched --noise-draws 3 --output drawn
+grep -q '^  matched noise *[0-9]* of 60 ' command.out && grep -q 'draws that leave no more' command.out && grep -qE ' [0-3] of 3$' command.out &&
+  pass || fail "no three draws: $(grep -m 1 'matched noise' command.out)"
+for name in 'matched noise' 'matched noise 2' 'matched noise 3'; do
+  [ "$(grep -c "^detector,$name," drawn/photographs.csv)" -eq 20 ] && pass || fail "photographs.csv of $name"
+done
+grep '^detector,matched noise,' digital/photographs.csv >one.csv
+grep '^detector,matched noise,' drawn/photographs.csv >first.csv
+expect_same one.csv first.csv  # the first draw is that without the option
+grep -q '^clean & .*\\\\$' drawn/digital.tex && pass || fail "no LaTeX: $(head -n 9 drawn/digital.tex)"
+expect_exit 7 "another number of draws" "$evaluate" "${photographs[@]:0:6}" --quick --controls matched --noise-draws 2 --output drawn
+expect_error_line '--noise-draws \(was 3, now 2\)'
+expect_exit 2 "no draws" "$evaluate" "${photographs[@]:0:6}" --noise-draws 0
+expect_error_line '^error: --noise-draws takes 1 to 1000'
+expect_exit 2 "draws without a protocol" "$evaluate" --clean-only --noise-draws 2
+expect_error_line '^error: --noise-draws needs --protocol'
+
 expect_exit 0 "attention" "$evaluate" --protocol attention "${photographs[@]:2}" --controls matched --quick --output attention # of .onnx, see real_frames_test.sh
 [ "$(grep -c '^attention on the car' command.out)" -eq 2 ] && pass || fail "not a table for each detector"
 awk -F , 'NR > 1 && !($5 >= 0 && $5 <= 1) { exit 1 }' attention/photographs.csv && pass || fail "photographs.csv"

@@ -57,10 +57,15 @@ Json json_of(const evaluate::Effect& effect) {
   const auto json = [](const evaluate::PairedDifference& difference) {
     return Json{{"difference", difference.mean}, {"interval", difference.interval}};
   };
-  return {{"beyond", effect.control},
-          {"views", effect.best_confidence.pairs},
-          {"mean_best_confidence", json(effect.best_confidence)},
-          {"p_at_50", json(effect.p_at_50)}};
+  Json all = {{"beyond", effect.control},
+              {"views", effect.best_confidence.pairs},
+              {"mean_best_confidence", json(effect.best_confidence)},
+              {"p_at_50", json(effect.p_at_50)}};
+  if (effect.draws > 1) {
+    all["draws"] = effect.draws;
+    all["draws_at_most"] = effect.draws_at_most;
+  }
+  return all;
 }
 
 Json metrics_json(const RunReport& report) {

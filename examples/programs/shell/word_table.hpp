@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "protocol/drawing.hpp"
@@ -63,6 +64,32 @@ inline std::string html_of(const WordTable& table) {
   text += "</thead><tbody>\n";
   for (const auto& row : table.rows) add(row, "td");
   return text + "</tbody></table></div></figure>\n";
+}
+
+/// Text for LaTeX, with special characters escaped.
+inline std::string latex_escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text)
+    out += c == '\\'                                                 ? "\\textbackslash{}"
+           : c == '~' || c == '^'                                    ? std::string("\\") + c + "{}"
+           : c == '<' || c == '>'                                    ? std::string("$") + c + "$"
+           : std::string_view("%&#_${}").find(c) < std::string::npos ? std::string("\\") + c
+                                                                     : std::string(1, c);
+  return out;
+}
+
+/// A table environment with booktabs' rules.
+inline std::string latex_of(const WordTable& table) {
+  std::string text = "\\begin{table}\n\\centering\n\\caption{" + latex_escaped(table.title) +
+                     "}\n\\begin{tabular}{l" + std::string(table.header.size() - 1, 'r') + "}\n\\toprule\n";
+  const auto add = [&](const std::vector<std::string>& row) {
+    for (std::size_t i = 0; i < row.size(); ++i) text += (i == 0 ? "" : " & ") + latex_escaped(row[i]);
+    text += " \\\\\n";
+  };
+  add(table.header);
+  text += "\\midrule\n";
+  for (const auto& row : table.rows) add(row);
+  return text + "\\bottomrule\n\\end{tabular}\n\\end{table}\n\n";
 }
 
 }  // namespace tapestry::shell

@@ -109,10 +109,12 @@ inline constexpr const char* other_run_name = "other run";
 /// of the car, so do its controls: each connected piece of a part is a chart of its own, and the rest stays
 /// the car's own. Copies of one picture are not copies in the noise. The same for the same seed.
 ///
+/// \param noise_draws  of matched noise, under one name, one after another; the first does not depend on it
 /// \throws ShapeError unless the paint is of the car's texels; as raster::texture_charts(), matched_noise()
 template <std::floating_point T>
 [[nodiscard]] std::vector<Control<T>> matched_controls(const raster::PaintedMesh& car,
-                                                       const camouflage::Paint<T>& paint, std::uint64_t seed);
+                                                       const camouflage::Paint<T>& paint, std::uint64_t seed,
+                                                       std::size_t noise_draws = 1);
 
 /// Controls that do not depend on a camouflage: random noise and six solid colours all over the car; the same
 /// for the same seed.
@@ -122,6 +124,7 @@ template <std::floating_point T>
 /// All controls of a camouflage: the matched ones, then the plain ones; parameters as for matched_controls().
 template <std::floating_point T>
 [[nodiscard]] std::vector<Control<T>> make_controls(const raster::PaintedMesh& car,
-                                                    const camouflage::Paint<T>& paint, std::uint64_t seed);
+                                                    const camouflage::Paint<T>& paint, std::uint64_t seed,
+                                                    std::size_t noise_draws = 1);
 
 }  // namespace tapestry::evaluate

@@ -150,11 +150,13 @@ template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit
 }
 
 /// Effect of a camouflage beyond a control: the control's figures minus its own, over the same views. The
-/// intervals are those of the views; another draw of a random control moves the means as well.
+/// intervals are those of the views and, where a control has several draws, of these.
 struct Effect {
   std::string control;                 ///< its name
   PairedDifference best_confidence{};  ///< of the means of best_confidence()
   PairedDifference p_at_50{};          ///< of the shares of views in which the car is found
+  std::size_t draws = 1;               ///< of the control, measured in the same views
+  std::size_t draws_at_most = 0;       ///< those that leave no more confidence than the camouflage
 };
 
 namespace detail {

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <tapestry/core/array.hpp>
@@ -9,46 +10,12 @@
 #include <tapestry/evaluate/fate.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
+#include <tapestry/evaluate/protocol_outcomes.hpp>
+#include <tapestry/evaluate/two_level_difference.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <vector>
 
 namespace tapestry::evaluate {
-
-/// Progress of a protocol's frame.
-enum class FrameState : std::uint8_t {
-  pending = 0,
-  measured = 1,
-  left_out = 2,  ///< nothing of the car shows, or the protocol's change cannot be made to it
-};
-
-/// Outcomes of a detector on every picture of a protocol: each frame with each texture, the clean one first.
-struct ProtocolOutcomes {
-  Array<std::uint8_t, 1> state;       ///< [frame], a FrameState
-  Array<std::uint8_t, 2> found;       ///< [frame, texture], 0 or 1
-  Array<std::uint8_t, 2> fate;        ///< [frame, texture], a Fate
-  Array<std::uint16_t, 2> named;      ///< [frame, texture], class of the box that decides it; 0 for lost
-  Array<double, 2> best_confidence;   ///< [frame, texture], see best_confidence()
-  Array<double, 2> found_confidence;  ///< [frame, texture], see ViewResult
-  Array<double, 2> attention;         ///< [frame, texture], share of a heat map on the car; 0 without maps
-  Array<double, 1> hidden_share;      ///< [frame], of the car's silhouette, 0 where nothing is laid over it
-  Array<double, 1> car_share;         ///< [frame], of the picture, that the car covers
-
-  ProtocolOutcomes() = default;
-  ProtocolOutcomes(std::size_t frames, std::size_t textures)
-      : state(zeros<std::uint8_t, 1>({frames})),
-        found(zeros<std::uint8_t, 2>({frames, textures})),
-        fate(zeros<std::uint8_t, 2>({frames, textures})),
-        named(zeros<std::uint16_t, 2>({frames, textures})),
-        best_confidence(zeros<double, 2>({frames, textures})),
-        found_confidence(zeros<double, 2>({frames, textures})),
-        attention(zeros<double, 2>({frames, textures})),
-        hidden_share(zeros<double, 1>({frames})),
-        car_share(zeros<double, 1>({frames})) {}
-
-  [[nodiscard]] std::size_t frame_count() const { return found.shape(0); }
-  [[nodiscard]] std::size_t texture_count() const { return found.shape(1); }
-  [[nodiscard]] FrameState state_of(std::size_t frame) const { return static_cast<FrameState>(state(frame)); }
-};
 
 /// Results of one texture over the frames of a cell.
 struct TextureCell {
@@ -66,67 +33,89 @@ struct Cell {
   std::vector<TextureCell> textures{};  ///< in the order of the outcomes
 };
 
+namespace detail {
+
+/// Whether the car is found, for each picture of one texture as measured_values() orders them.
+/// \param times  copies of each entry
+template <std::predicate<std::size_t> Belongs>
+[[nodiscard]] std::vector<bool> found_in(const ProtocolOutcomes& outcomes, std::size_t texture,
+                                         Belongs belongs, std::size_t times = 1) {
+  std::vector<bool> found;
+  for (const double value : measured_values(outcomes, outcomes.found, texture, belongs))
+    found.insert(found.end(), times, value != 0);
+  return found;
+}
+
+/// Fates of the pictures of one texture, in the order of found_in().
+template <std::predicate<std::size_t> Belongs>
+[[nodiscard]] std::vector<ViewOutcome> fates_in(const ProtocolOutcomes& outcomes, std::size_t texture,
+                                                Belongs belongs) {
+  const auto fates = measured_values(outcomes, outcomes.fate, texture, belongs),
+             names = measured_values(outcomes, outcomes.named, texture, belongs);
+  std::vector<ViewOutcome> all;
+  for (std::size_t i = 0; i < fates.size(); ++i)
+    all.push_back({static_cast<Fate>(fates[i]), static_cast<std::size_t>(names[i])});
+  return all;
+}
+
+/// Mean of the numbers; 0 without any.
+[[nodiscard]] inline double mean_of(const std::vector<double>& numbers) {
+  return numbers.empty()
+             ? 0
+             : std::accumulate(numbers.begin(), numbers.end(), 0.0) / static_cast<double>(numbers.size());
+}
+
+}  // namespace detail
+
 /// The cell of the frames for which belongs(index) holds; frames that are pending count nowhere.
-/// \param pictures_a_view  as for detection_rate()
+/// \param pictures_a_view  as for detection_rate(); the draws of a texture are further pictures of a view
 /// \throws ShapeError if the arrays of the outcomes differ in their extents, or there is no texture
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] Cell cell_of(const ProtocolOutcomes& outcomes, Belongs belongs,
                            std::size_t pictures_a_view = 1) {
-  const std::size_t frames = outcomes.frame_count(), textures = outcomes.texture_count();
-  require_shape("cell_of", "state", outcomes.state, {frames});
-  require_shape("cell_of", "fate", outcomes.fate, {frames, textures});
-  require_shape("cell_of", "named", outcomes.named, {frames, textures});
-  require_shape("cell_of", "best_confidence", outcomes.best_confidence, {frames, textures});
-  require_shape("cell_of", "hidden_share", outcomes.hidden_share, {frames});
-  if (textures == 0) throw ShapeError("cell_of: outcomes of no texture");
+  if (outcomes.texture_count() == 0) throw ShapeError("cell_of: outcomes of no texture");
+  require_shape("cell_of", "state", outcomes.state, {outcomes.frame_count()});
+  require_shape("cell_of", "hidden_share", outcomes.hidden_share, {outcomes.frame_count()});
   Cell cell;
-  std::vector<std::vector<bool>> found(textures);
-  std::vector<std::vector<ViewOutcome>> fates(textures);
-  std::vector<double> confidence(textures, 0.0);
-  double hidden = 0;
-  for (std::size_t frame = 0; frame < frames; ++frame) {
+  std::vector<double> hidden;
+  for (std::size_t frame = 0; frame < outcomes.frame_count(); ++frame) {
     if (outcomes.state_of(frame) == FrameState::pending || !belongs(frame)) continue;
-    if (outcomes.state_of(frame) != FrameState::measured) {
+    if (outcomes.state_of(frame) == FrameState::measured)
+      hidden.push_back(outcomes.hidden_share(frame));
+    else
       ++cell.left_out;
-      continue;
-    }
-    ++cell.measured;
-    hidden += outcomes.hidden_share(frame);
-    for (std::size_t k = 0; k < textures; ++k) {
-      found[k].push_back(outcomes.found(frame, k) != 0);
-      fates[k].push_back({static_cast<Fate>(outcomes.fate(frame, k)), outcomes.named(frame, k)});
-      confidence[k] += outcomes.best_confidence(frame, k);
-    }
   }
-  const auto mean = [&](double sum) {
-    return cell.measured > 0 ? sum / static_cast<double>(cell.measured) : 0.0;
-  };
-  cell.mean_hidden_share = mean(hidden);
-  for (std::size_t k = 0; k < textures; ++k)
-    cell.textures.push_back({detection_rate(found[k], pictures_a_view), mean(confidence[k]),
-                             attack_success_rate(found[0], found[k], pictures_a_view),
-                             fate_counts(fates[k])});
+  cell.measured = hidden.size();
+  cell.mean_hidden_share = detail::mean_of(hidden);
+  for (std::size_t k = 0; k < outcomes.texture_count(); ++k) {
+    const std::size_t draws = outcomes.draws_of(k), pictures = pictures_a_view * draws;
+    const auto found = detail::found_in(outcomes, k, belongs);
+    cell.textures.push_back(
+        {detection_rate(found, pictures),
+         detail::mean_of(measured_values(outcomes, outcomes.best_confidence, k, belongs)),
+         attack_success_rate(detail::found_in(outcomes, 0, belongs, draws), found, pictures),
+         fate_counts(detail::fates_in(outcomes, k, belongs))});
+  }
   return cell;
 }
 
-/// Values of one texture, one for each measured frame for which belongs(index) holds.
+/// Means of the pictures of each view with one texture, over the measured frames for which belongs(index)
+/// holds.
 ///
-/// \param values   of the outcomes, [frame, texture]
-/// \param texture  its number in them
-/// \throws ShapeError if values are not of the outcomes' extents, or there is no such texture
-template <class Value, std::predicate<std::size_t> Belongs>
-[[nodiscard]] std::vector<double> measured_values(const ProtocolOutcomes& outcomes,
-                                                  const Array<Value, 2>& values, std::size_t texture,
-                                                  Belongs belongs) {
-  require_shape("measured_values", "values", values, {outcomes.frame_count(), outcomes.texture_count()});
-  if (texture >= outcomes.texture_count())
-    throw ShapeError("measured_values: texture " + std::to_string(texture) + " of " +
-                     std::to_string(outcomes.texture_count()));
-  std::vector<double> numbers;
-  for (std::size_t frame = 0; frame < outcomes.frame_count(); ++frame)
-    if (outcomes.state_of(frame) == FrameState::measured && belongs(frame))
-      numbers.push_back(static_cast<double>(values(frame, texture)));
-  return numbers;
+/// \param values           [frame, column], of the outcomes
+/// \param texture          its number there
+/// \param pictures_a_view  measured frames that follow one another and count as one
+/// \throws ShapeError as measured_values(), or if a view lacks some of its pictures
+template <class Values, std::predicate<std::size_t> Belongs>
+[[nodiscard]] std::vector<double> view_means(const ProtocolOutcomes& outcomes, const Values& values,
+                                             std::size_t texture, Belongs belongs,
+                                             std::size_t pictures_a_view = 1) {
+  const auto pictures = measured_values(outcomes, values, texture, belongs);
+  const std::size_t draws = outcomes.draws_of(texture);
+  if (pictures_a_view == 0 || pictures.size() / draws % pictures_a_view != 0)
+    throw ShapeError("view_means: " + std::to_string(pictures.size() / draws) + " pictures are not " +
+                     std::to_string(pictures_a_view) + " of each view");
+  return detail::means_of_views(pictures, pictures_a_view * draws);
 }
 
 /// Attention that a texture draws away from the car: the share of heat maps on the car with the clean texture
@@ -135,46 +124,53 @@ template <class Value, std::predicate<std::size_t> Belongs>
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] PairedDifference attention_lost(const ProtocolOutcomes& outcomes, std::size_t texture,
                                               Belongs belongs) {
-  return paired_bootstrap(measured_values(outcomes, outcomes.attention, 0, belongs),
-                          measured_values(outcomes, outcomes.attention, texture, belongs));
+  return paired_bootstrap(view_means(outcomes, outcomes.attention, 0, belongs),
+                          view_means(outcomes, outcomes.attention, texture, belongs));
 }
 
-/// Means of the pictures of each view with one texture, over the measured frames for which belongs(index)
-/// holds.
+/// Differences of best confidence between the draws of a control and a texture, [draw, view], over the
+/// measured frames for which belongs(index) holds.
 ///
-/// \param values           [frame, texture], of the outcomes
-/// \param texture          its number there
-/// \param pictures_a_view  measured frames that follow one another and count as one
-/// \throws ShapeError if the arrays of the outcomes differ in their extents, there is no such texture, or a
-///         view lacks some of its pictures
-template <class Values, std::predicate<std::size_t> Belongs>
-[[nodiscard]] std::vector<double> view_means(const ProtocolOutcomes& outcomes, const Values& values,
-                                             std::size_t texture, Belongs belongs,
-                                             std::size_t pictures_a_view = 1) {
-  const auto pictures = measured_values(outcomes, values, texture, belongs);
-  if (pictures_a_view == 0 || pictures.size() % pictures_a_view != 0)
-    throw ShapeError("view_means: " + std::to_string(pictures.size()) + " pictures are not " +
-                     std::to_string(pictures_a_view) + " of each view");
-  return detail::means_of_views(pictures, pictures_a_view);
-}
-
-/// Effect of a texture beyond a control in the measured frames for which belongs(index) holds; computed as by
-/// effect_beyond().
-///
-/// \param control, texture   their numbers in the outcomes
+/// \param control, texture  their numbers in the outcomes; the texture's own draws are averaged
 /// \throws ShapeError as view_means()
+template <std::predicate<std::size_t> Belongs>
+[[nodiscard]] Array<double, 2> confidence_differences(const ProtocolOutcomes& outcomes, std::size_t control,
+                                                      std::size_t texture, Belongs belongs,
+                                                      std::size_t pictures_a_view = 1) {
+  const auto means = view_means(outcomes, outcomes.best_confidence, texture, belongs, pictures_a_view);
+  const auto pictures = measured_values(outcomes, outcomes.best_confidence, control, belongs);
+  const std::size_t draws = outcomes.draws_of(control);
+  auto differences = zeros<double, 2>({draws, means.size()});
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    differences(i % draws, i / (draws * pictures_a_view)) +=
+        pictures[i] / static_cast<double>(pictures_a_view);
+  for (std::size_t draw = 0; draw < draws; ++draw)
+    for (std::size_t view = 0; view < means.size(); ++view) differences(draw, view) -= means[view];
+  return differences;
+}
+
+/// Effect of a texture beyond a control in the measured frames for which belongs(index) holds: computed as by
+/// effect_beyond() for a control of one draw, else over the draws and the views.
+///
+/// \param control, texture   their numbers in the outcomes; the texture has one draw
+/// \throws ShapeError as view_means(), or for another number of draws
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] Effect effect_of(const ProtocolOutcomes& outcomes, const std::string& name, std::size_t control,
                                std::size_t texture, Belongs belongs, std::size_t pictures_a_view = 1) {
-  const auto means = [&](std::size_t k) {
-    return view_means(outcomes, outcomes.best_confidence, k, belongs, pictures_a_view);
-  };
-  const auto found = [&](std::size_t k) {
-    const auto values = measured_values(outcomes, outcomes.found, k, belongs);
-    return std::vector<bool>(values.begin(), values.end());
-  };
-  return {name, paired_bootstrap(means(control), means(texture)),
-          rate_difference(found(control), found(texture), pictures_a_view)};
+  const auto differences = confidence_differences(outcomes, control, texture, belongs, pictures_a_view);
+  const std::size_t draws = differences.shape(0), views = differences.shape(1);
+  if (outcomes.draws_of(texture) != 1) throw ShapeError("effect_of: a texture of several draws");
+  Effect effect{
+      name, two_level_difference(differences),
+      rate_difference(detail::found_in(outcomes, control, belongs),
+                      detail::found_in(outcomes, texture, belongs, draws), pictures_a_view * draws)};
+  effect.draws = draws;
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    double sum = 0;
+    for (std::size_t view = 0; view < views; ++view) sum += differences(draw, view);
+    effect.draws_at_most += sum <= 0 ? 1U : 0U;
+  }
+  return effect;
 }
 
 /// The effect of a texture beyond a control on mean best confidence in some frames, as a share of that in
@@ -216,7 +212,7 @@ template <std::predicate<std::size_t> Belongs>
   for (const double threshold : thresholds) {
     std::vector<bool> found;
     for (const double confidence : confidences) found.push_back(confidence > threshold);
-    rates.push_back(detection_rate(found, pictures_a_view));
+    rates.push_back(detection_rate(found, pictures_a_view * outcomes.draws_of(texture)));
   }
   return rates;
 }

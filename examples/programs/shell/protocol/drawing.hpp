@@ -50,10 +50,12 @@ inline std::string fixed(double value, int digits) {
   std::snprintf(text.data(), text.size(), "%.*f", digits, value);
   return text.data();
 }
-inline std::string coordinate(double value) {
-  const std::string text = fixed(value, 2);
-  return text == "-0.00" ? "0.00" : text;
+/// The same without the sign of a zero.
+inline std::string rounded(double value, int digits) {
+  const std::string text = fixed(value, digits);
+  return text.find_first_not_of("-0.") == std::string::npos ? fixed(0, digits) : text;
 }
+inline std::string coordinate(double value) { return rounded(value, 2); }
 }  // namespace detail
 
 /// Text for a page or a drawing, with special characters escaped.

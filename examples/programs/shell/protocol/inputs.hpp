@@ -121,14 +121,17 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
   inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
 }
 
+/// The textures to measure: clean, the camouflage and its controls; several draws of one side by side.
 inline std::vector<evaluate::Control<float>> textures_of(const raster::PaintedMesh& car,
                                                          const ProtocolRequest& request) {
   std::vector<evaluate::Control<float>> textures{
       {"clean", camouflage::without_paint(camouflage::own_colours<float>(car))}};
   if (request.run.empty()) return textures;
   auto paint = camouflage::read_paint(request.run + "/texture.npz", textures.front().paint.colours.shape(0));
-  auto controls = request.settings.controls == "all" ? evaluate::make_controls(car, paint, request.seed)
-                                                     : evaluate::matched_controls(car, paint, request.seed);
+  const std::size_t draws = request.settings.noise_draws;
+  auto controls = request.settings.controls == "all"
+                      ? evaluate::make_controls(car, paint, request.seed, draws)
+                      : evaluate::matched_controls(car, paint, request.seed, draws);
   textures.push_back({"adversarial", std::move(paint)});
   for (auto& control : controls) textures.push_back(std::move(control));
   return textures;
@@ -145,14 +148,22 @@ inline std::optional<raster::PaintedMesh> reshaped_car(const raster::PaintedMesh
   return camouflage::reshaped(car, offsets);
 }
 
-inline ProtocolSubject subject_of(const ProtocolRequest& request, const ProtocolInputs& inputs) {
-  ProtocolSubject subject{{detector_name(request.detector.weights)}, inputs.photographs.size()};
-  for (const auto& path : request.settings.further_weights) {
+/// \param weights  files of the detectors
+inline ProtocolSubject subject_of(const std::vector<std::string>& weights, std::size_t photographs) {
+  ProtocolSubject subject{{}, photographs};
+  for (const auto& path : weights) {
     std::string name = detector_name(path);
     while (std::ranges::count(subject.detectors, name) > 0) name += "'";
     subject.detectors.push_back(name);
   }
   return subject;
+}
+
+inline ProtocolSubject subject_of(const ProtocolRequest& request, const ProtocolInputs& inputs) {
+  std::vector<std::string> weights{request.detector.weights};
+  weights.insert(weights.end(), request.settings.further_weights.begin(),
+                 request.settings.further_weights.end());
+  return subject_of(weights, inputs.photographs.size());
 }
 
 }  // namespace detail

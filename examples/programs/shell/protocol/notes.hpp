@@ -65,6 +65,28 @@ inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const 
   return notes;
 }
 
+/// Notes on the effects and their intervals.
+inline std::vector<std::string> notes_on_effects(const ProtocolResult& result,
+                                                 const ProtocolRequest& request) {
+  std::vector<std::string> notes{
+      "Effect: the same frames with matched noise and with the camouflage; brackets: 95 % by "
+      "paired bootstrap (BCa, " +
+      std::to_string(evaluate::BootstrapSettings{}.resamples) +
+      " resamples) over frames, those of P@0.5 by Newcombe's method for paired shares."};
+  if (request.settings.noise_draws > 1)
+    notes.push_back(
+        "Matched noise: " + std::to_string(request.settings.noise_draws) +
+        " draws, each measured in every frame. Its rows count the frames of all draws, a frame once in their "
+        "intervals. Intervals of effects on best confidence are over frames and draws, the draws' part by "
+        "Student's t; those of P@0.5 are over frames alone.");
+  const auto has_few = [](const auto& section) {
+    return section.cell.measured > 0 && section.cell.measured < 20;
+  };
+  if (std::ranges::any_of(result.sections, has_few))
+    notes.push_back("Intervals by bootstrap of fewer than 20 frames are too narrow.");
+  return notes;
+}
+
 /// Notes under every table.
 inline std::vector<std::string> notes_of(const Protocol& protocol, const ProtocolResult& result,
                                          const ProtocolRequest& request, const ProtocolInputs& inputs) {
@@ -83,16 +105,7 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
       "lost: no box covers it. Attack success counts the frames that are found in clean and not with the "
       "texture; where none is found in clean it is not defined (-). Brackets: 95 % by Wilson.");
   if (result.has_camouflage)
-    notes.push_back(
-        "Effect: the same frames with matched noise and with the camouflage; brackets: 95 % by "
-        "paired bootstrap (BCa, " +
-        std::to_string(evaluate::BootstrapSettings{}.resamples) +
-        " resamples) over frames, those of P@0.5 by Newcombe's method for paired shares.");
-  const auto has_few = [](const auto& section) {
-    return section.cell.measured > 0 && section.cell.measured < 20;
-  };
-  if (result.has_camouflage && std::ranges::any_of(result.sections, has_few))
-    notes.push_back("Intervals by bootstrap of fewer than 20 frames are too narrow.");
+    for (const auto& note : notes_on_effects(result, request)) notes.push_back(note);
   std::string input = "Input";
   for (const auto& [detector, class_index] : inputs.detectors)
     input += (input == "Input" ? " " : ", ") + std::to_string(detector.input_width()) + "x" +

@@ -72,6 +72,13 @@ inline std::string protocol_markdown(const Protocol& protocol, const ProtocolRes
   return text + "- Every cell with every texture: " + protocol.name + ".csv.\n";
 }
 
+/// The tables for a paper, which needs the package booktabs.
+inline std::string protocol_latex(const Protocol& protocol, const ProtocolResult& result) {
+  std::string text;
+  for (const auto& table : all_tables(protocol, result)) text += latex_of(table);
+  return text;
+}
+
 namespace detail {
 inline std::string csv_row(const std::string& name, const evaluate::Cell& cell, const ProtocolResult& result,
                            std::size_t k) {

@@ -49,7 +49,10 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
     options["background"] = request.settings.background;
   options["quick"] = request.settings.quick;
   options["clean-only"] = request.run.empty();
-  if (!request.run.empty()) options["controls"] = request.settings.controls;
+  if (!request.run.empty()) {
+    options["controls"] = request.settings.controls;
+    options["noise-draws"] = request.settings.noise_draws;
+  }
   options["seed"] = request.seed;
   auto paths = input_paths(request.scene, inputs.car, request.detector, {});
   if (on_photographs && request.scene.mask == "file")
@@ -112,12 +115,16 @@ inline void write_report(const std::string& folder, const Protocol& protocol, co
   ViewList shown;
   if (!protocol.on_photographs) {
     frames = measured_frames(protocol, result, outcomes);
-    shown = frames.list(result.shown_textures());
+    std::vector<std::size_t> columns;
+    for (const std::size_t texture : result.shown_textures())
+      columns.push_back(outcomes.first_column(texture));
+    shown = frames.list(columns);
     write_text(folder + "/frames.csv", views_csv(frames.list()));
   }
   write_text(stem + ".csv", protocol_csv(protocol, result));
   write_text(stem + ".json", report_text(protocol_json(protocol, result, notes, settings)));
   write_text(stem + ".md", protocol_markdown(protocol, result, notes));
+  write_text(stem + ".tex", protocol_latex(protocol, result));
   write_text(stem + ".svg", figure_svg(protocol.figure(protocol, result)));
   write_text(stem + ".html", protocol_html(protocol, result, notes, shown));
 }
@@ -141,10 +148,11 @@ inline void tell_cost(const std::string& folder, double seconds, const ProtocolM
 inline std::string photographs_csv(const Protocol& protocol, const ProtocolInputs& inputs,
                                    const ProtocolResult& result, const evaluate::ProtocolOutcomes& outcomes) {
   std::string text = "detector,texture,found,best_confidence,attention,fate,named,frame\n";
+  const auto textures = column_names(result, outcomes);
   for (std::size_t frame = 0; frame < protocol.frames.size(); ++frame) {
     if (outcomes.state_of(frame) != evaluate::FrameState::measured) continue;
     const std::size_t column = protocol.frames[frame].column;
-    for (std::size_t k = 0; k < result.textures.size(); ++k) {
+    for (std::size_t k = 0; k < textures.size(); ++k) {
       std::array<char, 64> numbers{};
       std::snprintf(numbers.data(), numbers.size(), ",%d,%.9g,%.9g,", outcomes.found(frame, k),
                     outcomes.best_confidence(frame, k), outcomes.attention(frame, k));
@@ -153,7 +161,7 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
           fate == evaluate::Fate::lost
               ? ""
               : csv_field(class_name(outcomes.named(frame, k), result.names_of(column), "class "));
-      text += protocol.table.columns[column] + "," + result.textures[k] + numbers.data() +
+      text += protocol.table.columns[column] + "," + textures[k] + numbers.data() +
               evaluate::fate_names[outcomes.fate(frame, k)] + "," + named + "," +
               csv_field(inputs.photographs[frame % inputs.photographs.size()]) + "\n";
     }
@@ -171,14 +179,16 @@ struct ProtocolFolder {
   std::optional<RunFolder> claim{};
   evaluate::ProtocolOutcomes outcomes;
 
-  ProtocolFolder(std::string path, const Json& settings, std::size_t frames, std::size_t textures)
-      : folder(std::move(path)), outcomes(frames, textures) {
+  ProtocolFolder(std::string path, const Json& settings, std::size_t frames,
+                 const std::vector<evaluate::Control<float>>& textures)
+      : folder(std::move(path)), outcomes(frames, textures.size()) {
     if (!folder.empty()) {
       claim.emplace(folder, !is_there(folder, ErrorKind::write));
       settle_folder(folder, settings);
       if (is_there(outcomes_path(), ErrorKind::malformed))
-        outcomes = read_outcomes(outcomes_path(), frames, textures);
+        outcomes = read_outcomes(outcomes_path(), frames, textures.size());
     }
+    outcomes.draws = draws_of(textures);
     share_outcomes(outcomes);
   }
   [[nodiscard]] std::string outcomes_path() const { return folder.empty() ? "" : folder + "/outcomes.npz"; }
@@ -223,9 +233,9 @@ inline void add_attention(const std::string& folder, const Protocol& protocol,
 
 }  // namespace detail
 
-/// Measures a protocol, prints its table and writes NAME.csv, .json, .md, .svg and .html; for renders also
-/// frames.csv, and for photographs photographs.csv. After an interruption the same command continues. Under
-/// mpirun the frames are divided among the ranks; the files are the same for any number of them.
+/// Measures a protocol, prints its table and writes NAME.csv, .json, .md, .tex, .svg and .html; for renders
+/// also frames.csv, and for photographs photographs.csv. After an interruption the same command continues.
+/// Under mpirun the frames are divided among the ranks; the files are the same for any number of them.
 ///
 /// \returns  the exit code
 inline int evaluate_protocol(ProtocolRequest request) {
@@ -244,7 +254,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
     request.trained_on = detail::trained_on(request.run, inputs.photographs, settings["inputs"]);
   const bool is_first = Ranks::all().is_first();
   const std::string folder = is_first ? request.output : "";
-  detail::ProtocolFolder run(folder, settings, protocol.frames.size(), textures.size());
+  detail::ProtocolFolder run(folder, settings, protocol.frames.size(), textures);
   const ProtocolSource source = detail::source_of(protocol, request, inputs, meters);
   ProtocolMeasurement measurement(protocol, textures, run.outcomes_path(), std::move(run.outcomes));
   if (!detail::has_measured(measurement, source, protocol, folder)) return StopSignal::exit_code();

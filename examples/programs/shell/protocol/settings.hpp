@@ -8,10 +8,14 @@
 
 namespace tapestry::shell {
 
+/// Draws of matched noise that --noise-draws allows.
+inline constexpr std::size_t most_noise_draws = 1000;
+
 /// The paper's measurement to repeat, and its settings.
 struct ProtocolSettings {
   std::string protocol;  ///< its name; empty: none
   std::string controls = "all";
+  std::size_t noise_draws = 1;
   std::vector<double> background{1, 1, 1};
   std::vector<std::string> further_weights;
   std::string heat_map_kind = "layer_cam";
@@ -23,6 +27,10 @@ inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& p
   app.add_option("--protocol", s.protocol, "measure a table of the FCA paper: " + protocols);
   app.add_option("--controls", s.controls,
                  "of --protocol: all, or matched for matched noise and shuffled patches alone")
+      ->capture_default_str();
+  app.add_option("--noise-draws", s.noise_draws,
+                 "of --protocol: draws of matched noise, whose spread widens the intervals of effects")
+      ->type_name("N")
       ->capture_default_str();
   app.add_option("--background", s.background,
                  "of protocols that render the car alone: colour behind it, three numbers from 0 to 1")
@@ -46,7 +54,7 @@ inline void require_protocol_options(const CLI::App& app, const ProtocolSettings
     for (const char* option : options) list.require(app.get_option(option)->count() == 0, option + why);
   };
   if (s.protocol.empty())
-    refuse({"--controls", "--background", "--quick", "--further-weights", "--heat-map-kind"},
+    refuse({"--controls", "--noise-draws", "--background", "--quick", "--further-weights", "--heat-map-kind"},
            " needs --protocol");
   else
     refuse({"--scenes", "--sweep", "--conditions", "--draws", "--against"}, " has no part in --protocol");
@@ -57,7 +65,7 @@ inline void require_protocol_options(const CLI::App& app, const ProtocolSettings
   if (!s.protocol.empty() && !on_photographs)
     refuse({"--frames", "--mask", "--segmenter", "--light", "--further-weights"},
            " has no part in --protocol " + s.protocol);
-  if (clean_only) refuse({"--controls"}, " has no part in --clean-only");
+  if (clean_only) refuse({"--controls", "--noise-draws"}, " has no part in --clean-only");
 }
 
 inline void require_sound(const ProtocolSettings& s, const std::vector<std::string>& protocols,
@@ -65,6 +73,8 @@ inline void require_sound(const ProtocolSettings& s, const std::vector<std::stri
   if (s.protocol.empty()) return;
   list.require_choice("--protocol", s.protocol, protocols);
   list.require_choice("--controls", s.controls, {"all", "matched"});
+  list.require(s.noise_draws >= 1 && s.noise_draws <= most_noise_draws,
+               "--noise-draws takes 1 to " + std::to_string(most_noise_draws));
   for (const double channel : s.background)
     list.require(channel >= 0 && channel <= 1, "--background takes numbers from 0 to 1");
 }

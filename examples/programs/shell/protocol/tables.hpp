@@ -37,7 +37,7 @@ WordTable grid_table(const Protocol& protocol, const ProtocolResult& result, con
 }
 
 inline std::string interval_text(const std::array<double, 2>& interval) {
-  return "[" + detail::fixed(100 * interval[0], 1) + ", " + detail::fixed(100 * interval[1], 1) + "]";
+  return "[" + detail::rounded(100 * interval[0], 1) + ", " + detail::rounded(100 * interval[1], 1) + "]";
 }
 
 /// A share and the counts it was computed from.
@@ -122,15 +122,21 @@ inline WordTable fates_table(const ProtocolResult& result, std::size_t section) 
 inline WordTable effect_table(const ProtocolResult& result) {
   WordTable table{"effect beyond matched noise (its figure minus the camouflage's)",
                   {"", "mean best confidence", "95 %", "P@0.5, points", "95 %"}};
+  const auto has_draws = [](const auto& section) { return section.effect && section.effect->draws > 1; };
+  const bool with_rank = std::ranges::any_of(result.sections, has_draws);
+  if (with_rank) table.header.emplace_back("draws that leave no more");
   for (const auto& section : result.sections) {
     if (!section.effect || section.effect->best_confidence.pairs == 0) continue;
-    const auto& [control, confidence, rate] = *section.effect;
+    const auto& [control, confidence, rate, draws, draws_at_most] = *section.effect;
     const auto interval = [](const std::array<double, 2>& ends, double unit, int digits) {
-      return "[" + detail::fixed(unit * ends[0], digits) + ", " + detail::fixed(unit * ends[1], digits) + "]";
+      return "[" + detail::rounded(unit * ends[0], digits) + ", " + detail::rounded(unit * ends[1], digits) +
+             "]";
     };
     table.rows.push_back({section.name, detail::fixed(confidence.mean, 3),
                           interval(confidence.interval, 1, 3), detail::fixed(100 * rate.mean, 1),
                           interval(rate.interval, 100, 1)});
+    if (with_rank)
+      table.rows.back().push_back(std::to_string(draws_at_most) + " of " + std::to_string(draws));
   }
   return table;
 }

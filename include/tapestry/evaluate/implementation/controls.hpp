@@ -138,16 +138,22 @@ template decltype(shuffled_patches<double>) shuffled_patches<double>;
 
 template <std::floating_point T>
 std::vector<Control<T>> matched_controls(const raster::PaintedMesh& car, const camouflage::Paint<T>& paint,
-                                         std::uint64_t seed) {
+                                         std::uint64_t seed, std::size_t noise_draws) {
   const auto& [colours, painted] = paint;
   camouflage::require_sound("matched_controls", paint);
   require_shape("matched_controls", "colours", colours, {car.layout.texel_count(car.mesh), 3});
   const auto charts = raster::painted_charts(raster::texture_charts(car), painted);
-  auto noise = matched_noise(colours, charts, Random(seed).fork(0x6D617463686564ULL));
+  const Random of_noise = Random(seed).fork(0x6D617463686564ULL);
+  std::vector<Control<T>> controls;
+  for (std::size_t draw = 0; draw < noise_draws; ++draw)
+    controls.push_back(
+        {matched_noise_name,
+         {matched_noise(colours, charts, draw == 0 ? of_noise : of_noise.fork(0x64726177ULL + draw)),
+          painted}});
   auto shuffled =
       shuffled_patches(colours, charts, patch_extents(car.layout), Random(seed).fork(0x73687566666C65ULL));
-  return {{matched_noise_name, {std::move(noise), painted}},
-          {shuffled_patches_name, {std::move(shuffled), painted}}};
+  controls.push_back({shuffled_patches_name, {std::move(shuffled), painted}});
+  return controls;
 }
 
 template <std::floating_point T>
@@ -165,8 +171,8 @@ std::vector<Control<T>> plain_controls(std::size_t texel_count, std::uint64_t se
 
 template <std::floating_point T>
 std::vector<Control<T>> make_controls(const raster::PaintedMesh& car, const camouflage::Paint<T>& paint,
-                                      std::uint64_t seed) {
-  auto controls = matched_controls(car, paint, seed);
+                                      std::uint64_t seed, std::size_t noise_draws) {
+  auto controls = matched_controls(car, paint, seed, noise_draws);
   for (auto& control : plain_controls<T>(paint.colours.shape(0), seed))
     controls.push_back(std::move(control));
   return controls;
