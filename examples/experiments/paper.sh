@@ -1,0 +1,184 @@
+#!/usr/bin/env bash
+# Every table of the FCA paper and its figure of attention, and an eighth: effect against resolution. What is there is not
+# done again, so that an interrupted command goes on, and ends with the same files.
+#
+#   paper.sh OUTPUT [--quick] [--tables "1 8"]
+#
+# OUTPUT    folder for everything; OUTPUT/tables/index.html is a page over all tables, with CSV, JSON, Markdown, LaTeX and SVG
+# --quick   one seed, 5 draws of noise, few steps, frames and views: a first look
+# --tables  only these: 1 methods, 2 photographed, 3 views, 4 occlusion, 5 hard examples, 6 terms of the loss, 7 first
+#           textures, 8 resolution, attention
+# Paths must have no spaces. In the environment: COMMON (options of camouflage: mesh, detector), FRAMES (folder with train and
+# test; else streets are drawn with the mesh, of LENGTH metres), FURTHER (weights of further detectors that measure, too), BEST
+# (options of our best camouflage), SEEDS ("1 2 3"), DRAWS of matched noise (20), EPOCHS, LAUNCH ("mpirun -n 4 --bind-to none").
+set -euo pipefail
+[ $# -ge 1 ] && [ "${1:0:1}" != - ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
+output=$1 quick=() tables="1 2 3 4 5 6 7 8 attention"
+command_line="paper.sh $*"
+shift
+while [ $# -gt 0 ]; do
+  case $1 in
+    --quick) quick=(--quick) ;;
+    --tables) tables=${2:?--tables needs a list}; shift ;;
+    *) echo "error: $1 is not an option of paper.sh" >&2; exit 2 ;;
+  esac
+  shift
+done
+if [ ${#quick[@]} -gt 0 ]; then
+  train=200 test=20 epochs=8 seeds_default=1 draws=5
+else
+  train=800 test=80 epochs=20 seeds_default="1 2 3" draws=20
+fi
+read -ra common <<<"${COMMON:-}"
+read -ra further <<<"${FURTHER:-}"
+read -ra best <<<"${BEST:---texels 16 --conditions camera}"
+read -ra seeds <<<"${SEEDS:-$seeds_default}"
+draws=${DRAWS:-$draws}
+source "$(dirname "$0")/steps.sh"
+settle "$(printf '%s; ' "${quick[*]}" "${COMMON:-}" "${FRAMES:-}" "${FURTHER:-}" "${best[*]}" "${EPOCHS:-$epochs} passes, $draws draws")"
+
+# Options of COMMON that say which mesh stands in the streets, and those that further detectors share.
+mesh=() shared=()
+for ((i = 0; i < ${#common[@]}; i++)); do
+  case ${common[i]} in
+    --mesh | --faces | --up | --forward) mesh+=("${common[i]}" "${common[i + 1]}") ;;
+    --names | --class | --size | --confidence | --nms | --precision) shared+=("${common[i]}" "${common[i + 1]}") ;;
+  esac
+done
+frames=${FRAMES:-$output/frames}
+if [ -z "${FRAMES:-}" ] && [ ! -e "$output/frames.done" ]; then
+  rm -rf "$frames"
+  "$programs/make_dataset" "${mesh[@]}" ${LENGTH:+--length "$LENGTH"} --train "$train" --test "$test" --seed 1 --output "$frames" \
+    >"$output/frames.txt"
+  touch "$output/frames.done"
+fi
+common+=(--epochs "${EPOCHS:-$epochs}")
+filter=(--filter anisotropic) # of every measurement, though mesh_adv is optimised with another
+[[ " ${COMMON:-} " != *" --filter "* ]] || filter=()
+as_photographed=(--light frame "${filter[@]}") # though rauca is optimised in another light
+
+declare -A options=([fca]="" [mesh_adv]="--method mesh_adv --filter bilinear" [camou]="--method camou" [upc]="--method upc"
+  [das]="--method das" [das_full]="--method das_full" [best]="${best[*]}" [planar_patch]="--method planar_patch"
+  [random]="--method random" [solid]="--method solid" [rauca]="--method rauca --light photo"
+  [conditions]="--conditions physical"
+  [cls]="--loss paper --iou-weight 0 --objectness-weight 0 --smoothness-weight 0"
+  [obj]="--loss paper --iou-weight 0 --class-weight 0 --smoothness-weight 0"
+  [iou]="--loss paper --objectness-weight 0 --class-weight 0 --smoothness-weight 0"
+  [cls+obj]="--loss paper --iou-weight 0 --smoothness-weight 0" [all]="--loss paper --smoothness-weight 0"
+  [all+smooth]="--loss paper" [vanish]="--loss vanish" [random_start]="--start random" [own_start]="--start own")
+for texels in 8 16 32 128; do options[rows_$texels]="--texels $texels"; done
+
+# Optimises a camouflage of the list above, and measures it in photographs.
+photographs() { # [LABEL:]NAME
+  local name=${1##*:} own
+  read -ra own <<<"${options[$name]}"
+  optimise "$name" --frames "$frames" "${own[@]}"
+  measure_photographs "$name" digital "${as_photographed[@]}"
+}
+table_of_photographs() { # NAME TITLE ROW...
+  local rows=() name
+  for name in "${@:3}"; do
+    photographs "$name"
+    rows+=("$(row digital "$name")")
+  done
+  tabulate "$1" "$2" "${rows[@]}"
+}
+
+# Measures a camouflage by a protocol on renders, once with each detector.
+measure_renders() { # NAME PROTOCOL
+  local seed weights background=(--background 0.5 0.5 0.5)
+  [ "$2" != physical ] || background=()
+  for seed in "${seeds[@]}"; do
+    measure "$2" "$1-$seed" "$output/runs/$1-$seed" --controls matched "${background[@]}" "${filter[@]}"
+    for weights in "${further[@]}"; do
+      measure "$2" "$1-$seed-$(basename "${weights%.*}")" "$output/runs/$1-$seed" --controls matched "${background[@]}" "${filter[@]}" \
+        --weights "$weights" "${shared[@]}"
+    done
+  done
+}
+table_of_renders() { # NAME TITLE PROTOCOL ROW...
+  local rows=() name weights suffixes=("")
+  for weights in "${further[@]}"; do suffixes+=("-$(basename "${weights%.*}")"); done
+  for name in "${@:4}"; do
+    photographs "$name"
+    measure_renders "$name" "$3"
+    rows+=("$(row "$3" "$name" "${suffixes[@]}")")
+  done
+  tabulate "$1" "$2" "${rows[@]}"
+}
+
+table_1() { table_of_photographs 1-methods "Table 1: methods, as they are" fca mesh_adv camou upc das das_full best rauca planar_patch random solid; }
+table_2() { table_of_renders 2-physical "Table 2: printed and photographed, simulated" physical fca mesh_adv camou upc das das_full best conditions; }
+table_3() { table_of_renders 3-views "Table 3: from all around, near and far" views fca best; }
+table_4() { table_of_renders 4-occlusion "Table 4: partly hidden" occlusion fca best; }
+table_6() { table_of_photographs 6-losses "Table 6: terms of the loss" cls obj iou cls+obj all all+smooth max_score:fca vanish; }
+table_7() { table_of_photographs 7-starts "Table 7: first textures" "the car's own:own_start" random:random_start "zero (grey):fca"; }
+table_8() { table_of_photographs 8-resolution "Table 8: effect against resolution, rows of the atlas" 8:rows_8 16:rows_16 32:rows_32 64:fca 128:rows_128; }
+table_attention() {
+  local rows=() name
+  for name in fca das_full best; do
+    photographs "$name"
+    measure_photographs "$name" attention "${as_photographed[@]}"
+    rows+=("$(row attention "$name")")
+  done
+  tabulate 9-attention "What detectors look at" "${rows[@]}"
+}
+
+# Hard examples: the camouflage is optimised further on those frames of its training in which a detector still finds it, and
+# as a control on as many others.
+table_5() {
+  local seed detector names=() rows name
+  photographs fca
+  for seed in "${seeds[@]}"; do
+    measure digital "fca-$seed-train" "$output/runs/fca-$seed" --controls matched ${further[@]:+--further-weights "${further[@]}"} \
+      "${as_photographed[@]}" --frames "$frames/train"
+  done
+  for detector in $(awk -F , 'NR > 1 && !seen[$1]++ { print $1 }' "$output/measured/digital-fca-${seeds[0]}-train/photographs.csv"); do
+    for seed in "${seeds[@]}"; do
+      if ! further_frames "$detector" "$seed"; then
+        echo "$detector finds the camouflage of seed $seed in none or all of the frames that it was optimised on: no row in table 5"
+        continue 2
+      fi
+    done
+    for name in "hard_$detector" "others_$detector"; do
+      for seed in "${seeds[@]}"; do further_run "$name" "$seed"; done
+      names+=("$name")
+    done
+  done
+  rows=("$(row digital fca)")
+  for name in "${names[@]}"; do
+    measure_photographs "$name" digital "${as_photographed[@]}"
+    rows+=("$(row digital "$name")")
+  done
+  tabulate 5-hard "Table 5: optimised further on hard examples of each detector" "${rows[@]}"
+}
+# Two folders of frames to optimise on: those in which the detector finds the camouflage, and at most as many others.
+further_frames() { # DETECTOR SEED
+  local csv=$output/measured/digital-fca-$2-train/photographs.csv folder path name found
+  for name in hard others; do
+    folder=$output/frames-${name}_$1-$2
+    [ ! -e "$folder/done" ] || continue
+    rm -rf "$folder"
+    mkdir -p "$folder/train"
+    [ $name = hard ] && found=1 || found=0
+    awk -F , -v detector="$1" '$1 == detector && $2 == "adversarial" { path = $0; for (k = 0; k < 7; k++) sub(/^[^,]*,/, "", path)
+      gsub(/^"|"$/, "", path); print $3, path }' "$csv" >"$folder/all.txt"
+    awk -v found=$found -v seed="$2" '$1 == found { path[++n] = $2 } $1 == 1 { most++ }
+      END { srand(seed); for (i = 1; i <= n && i <= most; i++) { j = i + int(rand() * (n - i + 1)); t = path[i]; path[i] = path[j]; path[j] = t; print path[i] } }' \
+      "$folder/all.txt" | sort >"$folder/list.txt"
+    [ -s "$folder/list.txt" ] || return 1
+    while read -r path; do ln "$path" "$folder/train/" 2>/dev/null || cp "$path" "$folder/train/"; done <"$folder/list.txt"
+    ln -s "$(cd "$frames/test" && pwd)" "$folder/test"
+    touch "$folder/done"
+  done
+}
+further_run() { # NAME SEED
+  local seeds=("$2")
+  optimise "$1" --frames "$output/frames-$1-$2" --start "$output/runs/fca-$2/texture.npz"
+}
+
+for table in $tables; do
+  declare -F "table_$table" >/dev/null || { echo "error: there is no table $table" >&2; exit 2; }
+done
+for table in $tables; do "table_$table"; done
+echo "page over all tables: $output/tables/index.html"

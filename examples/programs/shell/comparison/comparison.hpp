@@ -1,0 +1,265 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/evaluate/protocol_cells.hpp>
+#include <tapestry/evaluate/two_level_difference.hpp>
+#include <utility>
+#include <vector>
+
+#include "measured_folder.hpp"
+
+namespace tapestry::shell {
+
+/// Results of one texture in the pictures of all seeds.
+struct ComparedTexture {
+  evaluate::DetectionRate rate{};
+  double mean_best_confidence = 0;  ///< mean over the seeds
+  evaluate::FateCounts fates{};
+  std::vector<evaluate::DetectionRate> sweep{};  ///< at swept_thresholds
+  double attention = 0;                          ///< share of heat maps on the car, where they were made
+};
+
+/// Results of one row with one detector, over all seeds.
+struct ComparedCell {
+  std::size_t seeds = 0, draws = 0, views = 0;
+  ComparedTexture camouflage{}, noise{};
+  evaluate::AttackSuccess success{};
+  evaluate::Effect effect{};
+  std::optional<evaluate::PairedRatio> kept{};  ///< of the effect in the protocol's second part
+  Array<double, 2> confidence{};                ///< best, with the camouflage, [seed, view]
+};
+
+/// One line of a comparison: a camouflage, optimised once for each seed.
+struct ComparedRow {
+  std::string name;
+  std::vector<std::string> folders{};                ///< of the measurements
+  std::vector<std::string> runs{};                   ///< of the camouflages, without repeats
+  std::vector<std::optional<ComparedCell>> cells{};  ///< by column; none where it was not measured
+};
+
+/// Camouflages beside each other, each measured with the same detectors in the same frames.
+struct Comparison {
+  std::vector<std::string> columns{};  ///< detectors, and parts of a protocol
+  bool maps_attention = false;
+  std::vector<std::pair<std::string, std::vector<std::optional<ComparedTexture>>>>
+      plain{};  ///< untouched and clean pictures, by column
+  std::vector<ComparedRow> rows{};
+};
+
+namespace detail {
+
+/// Measurements of one column, one for each seed.
+struct ColumnMeasurements {
+  std::string name;
+  std::vector<std::pair<const MeasuredFolder*, MeasuredPart>> seeds;
+  std::optional<MeasuredPart> whole{};  ///< part without a condition, that the seeds' is compared with
+};
+
+/// The columns of some folders in order of appearance.
+inline std::vector<ColumnMeasurements> columns_of(const std::vector<MeasuredFolder>& folders) {
+  std::vector<ColumnMeasurements> columns;
+  for (const auto& folder : folders) {
+    const auto parts = measured_parts(folder.protocol);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const std::string name = folder.protocol.on_photographs ? parts[i].name
+                               : parts.size() == 1            ? folder.detector
+                                                              : folder.detector + ", " + parts[i].name;
+      auto column = std::ranges::find(columns, name, &ColumnMeasurements::name);
+      if (column == columns.end()) {
+        columns.push_back({name, {}});
+        column = columns.end() - 1;
+        if (folder.protocol.parts.size() == 2 && i == 0) column->whole = parts[1];
+      }
+      column->seeds.emplace_back(&folder, parts[i]);
+    }
+  }
+  return columns;
+}
+
+/// Appends one vector to another.
+template <class Value>
+void append(std::vector<Value>& all, const std::vector<Value>& more) {
+  all.insert(all.end(), more.begin(), more.end());
+}
+
+/// Results of a texture over all seeds of a column.
+inline ComparedTexture compared_texture(const ColumnMeasurements& column, std::size_t texture) {
+  ComparedTexture compared;
+  std::vector<bool> found;
+  std::vector<evaluate::ViewOutcome> fates;
+  std::vector<double> confidence, attention, found_confidence;
+  std::size_t pictures = 0;
+  for (const auto& [folder, part] : column.seeds) {
+    const auto& outcomes = folder->outcomes;
+    const auto values = [&](const auto& array) {
+      return evaluate::measured_values(outcomes, array, texture, part.belongs);
+    };
+    append(found, evaluate::detail::found_in(outcomes, texture, part.belongs));
+    append(confidence, values(outcomes.best_confidence));
+    append(found_confidence, values(outcomes.found_confidence));
+    append(attention, values(outcomes.attention));
+    append(fates, evaluate::detail::fates_in(outcomes, texture, part.belongs));
+    pictures += part.pictures_a_view * outcomes.draws_of(texture);
+  }
+  compared.rate = evaluate::detection_rate(found, pictures);
+  compared.fates = evaluate::fate_counts(fates);
+  compared.mean_best_confidence = evaluate::detail::mean_of(confidence);
+  compared.attention = evaluate::detail::mean_of(attention);
+  for (const double threshold : swept_thresholds) {
+    std::vector<bool> above;
+    for (const double value : found_confidence) above.push_back(value > threshold);
+    compared.sweep.push_back(evaluate::detection_rate(above, pictures));
+  }
+  return compared;
+}
+
+/// Differences of best confidence between matched noise and the camouflage: of one seed [draw, view], of
+/// several [seed, view], each the mean over its draws.
+inline Array<double, 2> compared_differences(const ColumnMeasurements& column,
+                                             const std::optional<MeasuredPart>& whole = {}) {
+  std::vector<Array<double, 2>> of_seeds;
+  for (const auto& [folder, own_part] : column.seeds) {
+    const MeasuredPart& part = whole ? *whole : own_part;
+    of_seeds.push_back(
+        evaluate::confidence_differences(folder->outcomes, 2, 1, part.belongs, part.pictures_a_view));
+  }
+  if (of_seeds.size() == 1) return of_seeds.front();
+  auto all = zeros<double, 2>({of_seeds.size(), of_seeds.front().shape(1)});
+  for (std::size_t seed = 0; seed < of_seeds.size(); ++seed)
+    for (std::size_t draw = 0; draw < of_seeds[seed].shape(0); ++draw)
+      for (std::size_t view = 0; view < all.shape(1); ++view)
+        all(seed, view) += of_seeds[seed](draw, view) / static_cast<double>(of_seeds[seed].shape(0));
+  return all;
+}
+
+/// Best confidence with the camouflage, the mean of each view's pictures: [seed, view].
+inline Array<double, 2> compared_confidence(const ColumnMeasurements& column) {
+  Array<double, 2> all{};
+  for (std::size_t seed = 0; seed < column.seeds.size(); ++seed) {
+    const auto& [folder, part] = column.seeds[seed];
+    const auto means = evaluate::view_means(folder->outcomes, folder->outcomes.best_confidence, 1,
+                                            part.belongs, part.pictures_a_view);
+    if (seed == 0) all = zeros<double, 2>({column.seeds.size(), means.size()});
+    for (std::size_t view = 0; view < means.size(); ++view) all(seed, view) = means[view];
+  }
+  return all;
+}
+
+/// Means over the rows of an array.
+inline std::vector<double> column_means(const Array<double, 2>& values) {
+  std::vector<double> means(values.shape(1));
+  for (std::size_t row = 0; row < values.shape(0); ++row)
+    for (std::size_t column = 0; column < means.size(); ++column)
+      means[column] += values(row, column) / static_cast<double>(values.shape(0));
+  return means;
+}
+
+/// The effect in the column's part as a share of that in the whole; nothing where that is not above 0.
+inline std::optional<evaluate::PairedRatio> compared_kept(const ColumnMeasurements& column) {
+  if (!column.whole) return std::nullopt;
+  const auto part = column_means(compared_differences(column)),
+             whole = column_means(compared_differences(column, column.whole));
+  const std::vector<double> none(whole.size(), 0.0);
+  if (part.size() != whole.size() || whole.empty() ||
+      !(evaluate::paired_bootstrap(whole, none).interval[0] > 0))
+    return std::nullopt;
+  return evaluate::paired_ratio(part, whole);
+}
+
+inline ComparedCell compared_cell(const ColumnMeasurements& column) {
+  ComparedCell cell;
+  cell.seeds = column.seeds.size();
+  cell.camouflage = compared_texture(column, 1);
+  cell.noise = compared_texture(column, 2);
+  std::vector<bool> clean, painted, painted_by_draw, noise;
+  std::size_t pictures = 0;
+  for (const auto& [folder, part] : column.seeds) {
+    const auto& outcomes = folder->outcomes;
+    const auto found = [&](std::size_t texture, std::size_t times = 1) {
+      return evaluate::detail::found_in(outcomes, texture, part.belongs, times);
+    };
+    cell.draws = outcomes.draws_of(2);
+    pictures += part.pictures_a_view;
+    append(clean, found(0));
+    append(painted, found(1));
+    append(painted_by_draw, found(1, cell.draws));
+    append(noise, found(2));
+  }
+  cell.success = evaluate::attack_success_rate(clean, painted, pictures);
+  const auto differences = compared_differences(column);
+  cell.views = differences.shape(1);
+  cell.effect = {evaluate::matched_noise_name, evaluate::two_level_difference(differences),
+                 evaluate::rate_difference(noise, painted_by_draw, pictures * cell.draws)};
+  cell.kept = compared_kept(column);
+  cell.confidence = compared_confidence(column);
+  return cell;
+}
+
+/// \throws Error (mismatch) unless the seeds of a column were measured in the same frames, with as many draws
+inline void require_alike(const std::string& row, const ColumnMeasurements& column) {
+  const auto& first = *column.seeds.front().first;
+  for (const auto& [folder, part] : column.seeds)
+    if (folder->outcomes.state.storage() != first.outcomes.state.storage() ||
+        folder->outcomes.draws != first.outcomes.draws || folder->protocol.name != first.protocol.name)
+      throw Error(ErrorKind::mismatch, row + ": " + folder->path + " and " + first.path +
+                                           " were not measured in the same frames with the same draws");
+}
+
+}  // namespace detail
+
+namespace detail {
+
+/// Adds a column's results for untouched and clean pictures, those of its first seed, where it has none yet.
+inline void add_plain(Comparison& comparison, const ColumnMeasurements& column, std::size_t index) {
+  const MeasuredFolder& folder = *column.seeds.front().first;
+  if (comparison.plain.empty())
+    for (const std::string& name : {folder.protocol.bare_name, folder.textures.front()})
+      if (!name.empty()) comparison.plain.push_back({name, {}});
+  for (auto& [name, cells] : comparison.plain) {
+    cells.resize(comparison.columns.size());
+    const auto texture = std::ranges::find(folder.textures, name);
+    if (!cells[index] && texture != folder.textures.end())
+      cells[index] = compared_texture({column.name, {column.seeds.front()}},
+                                      static_cast<std::size_t>(texture - folder.textures.begin()));
+  }
+}
+
+}  // namespace detail
+
+/// Adds a row of measured folders, those of its seeds, of one or several detectors.
+/// \throws Error (mismatch) if a folder has no camouflage, or the folders do not fit each other or the rows
+inline void add_row(Comparison& comparison, const std::string& name,
+                    const std::vector<MeasuredFolder>& folders) {
+  ComparedRow row{name};
+  for (const auto& folder : folders) {
+    if (!folder.has_camouflage())
+      throw Error(ErrorKind::mismatch, folder.path + ": a measurement without a camouflage");
+    row.folders.push_back(folder.path);
+    if (std::ranges::count(row.runs, folder.run) == 0) row.runs.push_back(folder.run);
+    comparison.maps_attention = comparison.maps_attention || folder.protocol.maps_attention;
+  }
+  for (const auto& column : detail::columns_of(folders)) {
+    detail::require_alike(name, column);
+    auto place = std::ranges::find(comparison.columns, column.name);
+    if (place == comparison.columns.end())
+      place = comparison.columns.insert(comparison.columns.end(), column.name);
+    const auto index = static_cast<std::size_t>(place - comparison.columns.begin());
+    row.cells.resize(comparison.columns.size());
+    row.cells[index] = detail::compared_cell(column);
+    for (const auto& other : comparison.rows)
+      if (index < other.cells.size() && other.cells[index] &&
+          other.cells[index]->views != row.cells[index]->views)
+        throw Error(ErrorKind::mismatch, name + ": measured in " + std::to_string(row.cells[index]->views) +
+                                             " views, " + other.name + " in " +
+                                             std::to_string(other.cells[index]->views));
+    detail::add_plain(comparison, column, index);
+  }
+  comparison.rows.push_back(std::move(row));
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,281 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "../csv.hpp"
+#include "../protocol/drawing.hpp"
+#include "../protocol/tables.hpp"
+#include "../report.hpp"
+#include "../run_folder.hpp"
+#include "../word_table.hpp"
+#include "comparison.hpp"
+
+namespace tapestry::shell {
+
+namespace detail {
+
+inline std::string percent_text(double share, const std::array<double, 2>& interval) {
+  return fixed(100 * share, 1) + " " + interval_text(interval);
+}
+
+inline std::string rate_text(const evaluate::DetectionRate& rate) {
+  return percent_text(rate.p_at_50, rate.interval);
+}
+
+/// Shares of the fates in per cent, in their order.
+inline std::string fates_text(const evaluate::FateCounts& fates) {
+  std::string text;
+  for (const std::size_t pictures : fates.pictures)
+    text +=
+        (text.empty() ? "" : " / ") + fixed(100 * static_cast<double>(pictures) /
+                                                static_cast<double>(std::max<std::size_t>(1, fates.all())),
+                                            0);
+  return text;
+}
+
+inline std::string effect_text(const evaluate::PairedDifference& difference) {
+  const auto& [low, high] = difference.interval;
+  return rounded(difference.mean, 3) + " [" + rounded(low, 3) + ", " + rounded(high, 3) + "]";
+}
+
+/// A table of rows by columns.
+/// \param of_plain  returns the words for untouched and clean pictures; null: no rows of these
+inline WordTable comparison_table(const Comparison& comparison, const std::string& title,
+                                  const std::function<std::string(const ComparedTexture&)>& of_plain,
+                                  const std::function<std::string(const ComparedCell&)>& of_cell) {
+  WordTable table{title, {""}};
+  table.header.insert(table.header.end(), comparison.columns.begin(), comparison.columns.end());
+  const auto add = [&](const std::string& name, const auto& cells, const auto& words_of) {
+    std::vector<std::string> words{name};
+    for (std::size_t i = 0; i < comparison.columns.size(); ++i)
+      words.push_back(i < cells.size() && cells[i] ? words_of(*cells[i]) : "-");
+    table.rows.push_back(words);
+  };
+  if (of_plain)
+    for (const auto& [name, cells] : comparison.plain) add(name, cells, of_plain);
+  for (const auto& row : comparison.rows) add(row.name, row.cells, of_cell);
+  return table;
+}
+
+inline std::vector<WordTable> effect_tables(const Comparison& comparison) {
+  std::vector<WordTable> tables{
+      comparison_table(comparison, "effect beyond matched noise, mean best confidence, 95 %", {},
+                       [](const auto& cell) { return effect_text(cell.effect.best_confidence); }),
+      comparison_table(comparison, "effect beyond matched noise, P@0.5 in points, 95 %", {},
+                       [](const auto& cell) {
+                         return percent_text(cell.effect.p_at_50.mean, cell.effect.p_at_50.interval);
+                       })};
+  const auto has_kept = [](const ComparedRow& row) {
+    return std::ranges::any_of(row.cells, [](const auto& cell) { return cell && cell->kept; });
+  };
+  if (std::ranges::any_of(comparison.rows, has_kept))
+    tables.push_back(
+        comparison_table(comparison, "effect kept when photographed, %, 95 %", {}, [](const auto& cell) {
+          return cell.kept ? percent_text(cell.kept->ratio, cell.kept->interval) : std::string("-");
+        }));
+  return tables;
+}
+
+/// Differences between the first row and each row, paired by view and, with as many seeds, by seed.
+inline WordTable beyond_first_table(const Comparison& comparison) {
+  const ComparedRow& first = comparison.rows.front();
+  WordTable table{"mean best confidence of " + first.name + " minus that of the row, 95 %", {""}};
+  table.header.insert(table.header.end(), comparison.columns.begin(), comparison.columns.end());
+  for (std::size_t i = 1; i < comparison.rows.size(); ++i) {
+    const ComparedRow& row = comparison.rows[i];
+    table.rows.push_back({row.name});
+    for (std::size_t column = 0; column < comparison.columns.size(); ++column) {
+      const bool has_both = column < first.cells.size() && column < row.cells.size() && first.cells[column] &&
+                            row.cells[column] && first.cells[column]->seeds == row.cells[column]->seeds;
+      if (has_both) {
+        auto differences = first.cells[column]->confidence;
+        for (std::size_t k = 0; k < differences.size(); ++k)
+          differences.data()[k] -= row.cells[column]->confidence.data()[k];
+        table.rows.back().push_back(effect_text(evaluate::two_level_difference(differences)));
+      } else {
+        table.rows.back().emplace_back("-");
+      }
+    }
+  }
+  return table;
+}
+
+inline WordTable attention_of_rows(const Comparison& comparison) {
+  const auto percent = [](double share) { return fixed(100 * share, 1); };
+  return comparison_table(
+      comparison, "attention on the car, % of the heat map: camouflage / matched noise",
+      [=](const auto& texture) { return percent(texture.attention); },
+      [=](const auto& cell) {
+        return percent(cell.camouflage.attention) + " / " + percent(cell.noise.attention);
+      });
+}
+
+}  // namespace detail
+
+/// The tables of a comparison, one figure each.
+inline std::vector<WordTable> comparison_tables(const Comparison& comparison) {
+  using detail::fixed;
+  const auto table = [&](const std::string& title, const auto& of_plain, const auto& of_cell) {
+    return detail::comparison_table(comparison, title, of_plain, of_cell);
+  };
+  std::vector<WordTable> tables;
+  if (comparison.maps_attention) tables.push_back(detail::attention_of_rows(comparison));
+  tables.push_back(table(
+      "pictures in which the car is found, % (P@0.5), 95 %",
+      [](const auto& texture) { return detail::rate_text(texture.rate); },
+      [](const auto& cell) { return detail::rate_text(cell.camouflage.rate); }));
+  tables.push_back(table("the same with matched noise", nullptr,
+                         [](const auto& cell) { return detail::rate_text(cell.noise.rate); }));
+  tables.push_back(table(
+      "mean best confidence: camouflage / matched noise",
+      [](const auto& texture) { return fixed(texture.mean_best_confidence, 3); },
+      [](const auto& cell) {
+        return fixed(cell.camouflage.mean_best_confidence, 3) + " / " +
+               fixed(cell.noise.mean_best_confidence, 3);
+      }));
+  for (auto& effects : detail::effect_tables(comparison)) tables.push_back(std::move(effects));
+  if (comparison.rows.size() > 1) tables.push_back(detail::beyond_first_table(comparison));
+  tables.push_back(
+      table("attack success, % of the pictures found in clean, 95 %", nullptr, [](const auto& cell) {
+        return cell.success.views == 0 ? std::string("-")
+                                       : detail::percent_text(cell.success.rate, cell.success.interval);
+      }));
+  tables.push_back(table(
+      "pictures, %: found / related / renamed / misplaced / lost",
+      [](const auto& texture) { return detail::fates_text(texture.fates); },
+      [](const auto& cell) { return detail::fates_text(cell.camouflage.fates); }));
+  tables.push_back(table("the same with matched noise", nullptr,
+                         [](const auto& cell) { return detail::fates_text(cell.noise.fates); }));
+  tables.push_back(table(
+      "found at a confidence above .05, %: camouflage / matched noise",
+      [](const auto& texture) { return fixed(100 * texture.sweep.front().p_at_50, 1); },
+      [](const auto& cell) {
+        return fixed(100 * cell.camouflage.sweep.front().p_at_50, 1) + " / " +
+               fixed(100 * cell.noise.sweep.front().p_at_50, 1);
+      }));
+  return tables;
+}
+
+namespace detail {
+
+/// Fields of a texture, in the order of comparison_csv().
+inline std::string csv_fields(const ComparedTexture& texture) {
+  std::string text;
+  std::array<char, 200> numbers{};
+  std::snprintf(numbers.data(), numbers.size(), ",%zu,%zu,%.9g,%.9g,%.9g,%.9g", texture.rate.views,
+                texture.rate.detected, texture.rate.p_at_50, texture.rate.interval[0],
+                texture.rate.interval[1], texture.mean_best_confidence);
+  text += numbers.data();
+  for (std::size_t fate = 1; fate < texture.fates.pictures.size(); ++fate)
+    text += "," + std::to_string(texture.fates.pictures[fate]);
+  for (const auto& rate : texture.sweep) {
+    std::snprintf(numbers.data(), numbers.size(), ",%.9g", rate.p_at_50);
+    text += numbers.data();
+  }
+  std::snprintf(numbers.data(), numbers.size(), ",%.9g", texture.attention);
+  return text + numbers.data();
+}
+
+inline std::string csv_fields(const ComparedCell& cell) {
+  std::array<char, 400> numbers{};
+  const auto& [control, confidence, rate, draws, draws_at_most] = cell.effect;
+  std::snprintf(numbers.data(), numbers.size(), ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%zu,%zu,%.9g,%.9g,%.9g",
+                confidence.mean, confidence.interval[0], confidence.interval[1], rate.mean, rate.interval[0],
+                rate.interval[1], cell.success.views, cell.success.hidden, cell.success.rate,
+                cell.success.interval[0], cell.success.interval[1]);
+  std::string text = numbers.data();
+  if (cell.kept)
+    std::snprintf(numbers.data(), numbers.size(), ",%.9g,%.9g,%.9g", cell.kept->ratio, cell.kept->interval[0],
+                  cell.kept->interval[1]);
+  return text + (cell.kept ? numbers.data() : ",,,");
+}
+
+inline std::string csv_header() {
+  std::string header =
+      "row,measured_with,texture,seeds,draws,pictures,detected,p_at_50,p_at_50_low,p_at_50_high,"
+      "mean_best_confidence,related,renamed,misplaced,lost";
+  for (const double threshold : swept_thresholds)
+    header += ",p_at_50_above_" + evaluate::detail::short_number(threshold);
+  return header +
+         ",attention,effect,effect_low,effect_high,effect_p_at_50,effect_p_at_50_low,"
+         "effect_p_at_50_high,detected_in_clean,hidden,asr,asr_low,asr_high,kept,kept_low,kept_high\n";
+}
+
+}  // namespace detail
+
+/// A line for each row, detector and texture: untouched, clean, the camouflage and its matched noise. Effects
+/// stand in the camouflage's.
+inline std::string comparison_csv(const Comparison& comparison) {
+  const std::string none(14, ',');
+  std::string text = detail::csv_header();
+  const auto begin = [&](const std::string& row, std::size_t column, const std::string& texture,
+                         std::size_t seeds, std::size_t draws) {
+    return csv_field(row) + "," + csv_field(comparison.columns[column]) + "," + texture + "," +
+           std::to_string(seeds) + "," + std::to_string(draws);
+  };
+  for (const auto& [name, cells] : comparison.plain)
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      if (cells[i]) text += begin(name, i, name, 1, 1) + detail::csv_fields(*cells[i]) + none + "\n";
+  for (const auto& row : comparison.rows)
+    for (std::size_t i = 0; i < row.cells.size(); ++i) {
+      if (!row.cells[i]) continue;
+      const ComparedCell& cell = *row.cells[i];
+      text += begin(row.name, i, "adversarial", cell.seeds, 1) + detail::csv_fields(cell.camouflage) +
+              detail::csv_fields(cell) + "\n";
+      text += begin(row.name, i, evaluate::matched_noise_name, cell.seeds, cell.draws) +
+              detail::csv_fields(cell.noise) + none + "\n";
+    }
+  return text;
+}
+
+namespace detail {
+
+/// One column: for each row the mean best confidence with the camouflage and with its noise, and its effect.
+inline Panel comparison_panel(const Comparison& comparison, std::size_t column) {
+  constexpr double left = 130, right = 400, top = 34, row_height = 34;
+  const double bottom = top + row_height * static_cast<double>(comparison.rows.size());
+  const auto x = [=](double share) { return left + share * (right - left); };
+  std::string svg = svg_text(14, 18, "title", comparison.columns[column]);
+  for (int tick = 0; tick <= 4; ++tick) {
+    svg += svg_line(x(tick / 4.0), top, x(tick / 4.0), bottom, tick == 0 ? "ink" : "grid");
+    svg += svg_text(x(tick / 4.0), bottom + 16, "muted middle", fixed(tick / 4.0, 2));
+  }
+  for (const auto& [name, cells] : comparison.plain)
+    if (name == "clean" && column < cells.size() && cells[column])
+      svg += svg_line(x(cells[column]->mean_best_confidence), top, x(cells[column]->mean_best_confidence),
+                      bottom, "ink");
+  for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
+    const auto& row = comparison.rows[i];
+    const double middle = top + row_height * (static_cast<double>(i) + 0.5);
+    svg += svg_text(left - 8, middle + 4, "end", row.name);
+    if (column >= row.cells.size() || !row.cells[column]) continue;
+    const ComparedCell& cell = *row.cells[column];
+    const double painted = cell.camouflage.mean_best_confidence, noise = cell.noise.mean_best_confidence;
+    svg += svg_rectangle(left, middle - 13, x(noise) - left, 12, "class=\"third\"");
+    svg += svg_rectangle(left, middle + 1, x(painted) - left, 12, "class=\"second\"");
+    svg += svg_text(right + 10, middle + 4, "", effect_text(cell.effect.best_confidence));
+  }
+  return {580, bottom + 26, svg};
+}
+
+}  // namespace detail
+
+/// Mean best confidence of every row, a panel for each column.
+inline Figure comparison_figure(const Comparison& comparison, const std::string& title) {
+  Figure figure{title, {}, {580, 44, ""}, 2};
+  for (std::size_t column = 0; column < comparison.columns.size(); ++column)
+    figure.panels.push_back(detail::comparison_panel(comparison, column));
+  figure.legend.svg =
+      svg_rectangle(14, 8, 12, 12, "class=\"second\"") + svg_text(32, 18, "", "camouflage") +
+      svg_rectangle(120, 8, 12, 12, "class=\"third\"") + svg_text(138, 18, "", "its matched noise") +
+      svg_text(14, 38, "muted", "mean best confidence; the line is the clean car's; right: effect, 95 %");
+  return figure;
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,90 @@
+// Puts measurements of several camouflages beside each other, in one table.
+#include <cstddef>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "shell/comparison/comparison.hpp"
+#include "shell/comparison/comparison_page.hpp"
+#include "shell/comparison/comparison_report.hpp"
+#include "shell/comparison/measured_folder.hpp"
+#include "shell/program.hpp"
+#include "shell/run_folder.hpp"
+
+namespace {
+using namespace tapestry;
+using namespace tapestry::shell;
+
+struct Options {
+  std::string output;
+  ComparisonWords words{"table", "Camouflages beside each other"};
+  std::vector<std::string> rows;
+};
+
+void describe(CLI::App& app, Options& options) {
+  app.add_option("rows", options.rows,
+                 "NAME=FOLDER,FOLDER...: a row of the table, with the folders that evaluate --protocol has "
+                 "written, one for each seed or detector")
+      ->required();
+  app.add_option("--output", options.output,
+                 "folder for NAME.csv, .json, .md, .tex and .svg, and index.html, a page over all tables "
+                 "there")
+      ->required();
+  app.add_option("--name", options.words.name, "name of the files")->capture_default_str();
+  app.add_option("--title", options.words.title, "title of the table")->capture_default_str();
+  app.add_option("--note", options.words.notes, "sentences under the table");
+  app.add_option("--command", options.words.command, "command that makes the table, to be shown with it");
+}
+
+std::vector<MeasuredFolder> folders_of(const std::string& row, std::size_t equals) {
+  std::vector<MeasuredFolder> folders;
+  for (std::size_t begin = equals + 1; begin <= row.size();) {
+    const std::size_t end = std::min(row.find(',', begin), row.size());
+    folders.push_back(read_measured_folder(row.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return folders;
+}
+
+/// Notes on how the figures were computed.
+std::vector<std::string> notes_of(const Comparison& comparison) {
+  std::size_t seeds = 0, draws = 0;
+  for (const auto& row : comparison.rows)
+    for (const auto& cell : row.cells)
+      if (cell) seeds = std::max(seeds, cell->seeds), draws = std::max(draws, cell->draws);
+  return {"A row is one camouflage, optimised with up to " + std::to_string(seeds) +
+              (seeds == 1 ? " seed" : " seeds") +
+              "; its matched noise has its colours and its spectrum, in " + std::to_string(draws) +
+              (draws == 1 ? " draw" : " draws") +
+              " for each seed. Counts are over all pictures of all seeds and draws.",
+          "Effect: matched noise minus camouflage, in the same views. Its interval is over views and, where "
+          "there are several, seeds, else draws (two levels); that of P@0.5 is over views alone, by "
+          "Newcombe's method for paired shares. Intervals of shares: Wilson, a view counted once."};
+}
+
+int run(Options options) {
+  Comparison comparison;
+  for (const auto& row : options.rows) {
+    const std::size_t equals = row.find('=');
+    if (equals == 0 || equals == std::string::npos)
+      throw Error(ErrorKind::usage, row + ": expected NAME=FOLDER,FOLDER...");
+    add_row(comparison, row.substr(0, equals), folders_of(row, equals));
+  }
+  for (const auto& note : notes_of(comparison)) options.words.notes.push_back(note);
+  for (const auto& table : comparison_tables(comparison)) std::cout << text_of(table) << '\n';
+  make_writable_folder(options.output);
+  write_comparison(options.output, comparison, options.words);
+  std::cout << "table: " << options.output << "/index.html\n";
+  return 0;
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  auto app = command_line(
+      "Puts measurements of several camouflages beside each other: how often each detector finds the car, "
+      "what it takes it for, and the effect of each camouflage beyond its matched noise, over all seeds.");
+  describe(app, options);
+  app.footer("  tabulate --output tables --name loss paper=paper-1,paper-2 vanish=vanish-1,vanish-2");
+  return run_program(app, argc, argv, [&] { return run(options); });
+}

@@ -1,0 +1,114 @@
+#!/usr/bin/env bash
+# The scripts of examples/experiments from the outside: every table of the paper from one command, and variants.
+source "$(dirname "$0")/support.sh"
+experiments=$sources/examples/experiments assets=$sources/examples/assets
+[ "$programs" = "$sources/build/release/examples" ] && [ -x "$programs/tabulate" ] || exit 77
+mkdir -p own/train own/test
+cp "$assets"/frames/test/00[0-3].npz own/test
+cp "$assets"/frames/test/01[0-7].npz own/train
+expect_exit 0 "a second detector" "$programs/convert_weights" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" \
+  --output second.safetensors
+export COMMON="--batch 2 --size 128 --mesh $assets/car_sedan.obj --material body --names $assets/detector.names"
+export FRAMES=$PWD/own FURTHER=$PWD/second.safetensors EPOCHS=1 SEEDS=1 DRAWS=2 BEST="--conditions camera"
+
+# paper_in FOLDER ARGUMENTS...: the command in a folder of its own, so that the paths in its files are the same.
+paper_in() { (mkdir -p "$1" && cd "$1" && bash "$experiments/paper.sh" out "${@:2}"); }
+expect_exit 0 "every table" paper_in whole --quick
+for table in 1-methods 2-physical 3-views 4-occlusion 6-losses 7-starts 8-resolution 9-attention; do
+  for kind in csv json md tex svg; do expect_file "whole/out/tables/$table.$kind"; done
+  grep -q "id=\"$table\"" whole/out/tables/index.html && pass || fail "the page has no $table"
+done
+tables=whole/out/tables
+for name in fca mesh_adv camou upc das das_full best rauca planar_patch random solid; do
+  [ "$(grep -cE "^$name,(detector|second),(adversarial|matched noise)," $tables/1-methods.csv)" = 4 ] && pass || fail "$name in table 1"
+done
+grep -q '^| fca | [0-9.]* \[[0-9.]*, [0-9.]*\] | [0-9.]* \[[0-9.]*, [0-9.]*\] |$' $tables/1-methods.md && pass || fail "$(head -n 12 $tables/1-methods.md)"
+grep -q '^fca & .* \\\\$' $tables/1-methods.tex && grep -q 'toprule' $tables/1-methods.tex && grep -q 'found, \\% (P@0.5)' $tables/1-methods.tex &&
+  pass || fail "$(head -n 9 $tables/1-methods.tex)"
+grep -q 'effect kept when photographed' $tables/2-physical.md && pass || fail "no share that is kept"
+grep -q '^| fca | [0-9.]* / [0-9.]* |' $tables/9-attention.md && pass || fail "no attention"
+[ "$(grep -cE '^(8|16|32|64|128),detector,adversarial,1,' $tables/8-resolution.csv)" = 5 ] && pass || fail "the rows of resolutions"
+# The two files hold the same detector: each figure twice.
+for table in 1-methods 3-views; do
+  awk -F , '$2 != "detector"' $tables/$table.csv | sed 's/,second,/,detector,/' >second.csv
+  awk -F , '$2 != "second"' $tables/$table.csv >first.csv
+  expect_same first.csv second.csv
+done
+# Links lead somewhere.
+(cd $tables && grep -oE '(href|src)="[^"#:]*"' index.html | sed 's/^[^"]*"//;s/"$//' | sort -u |
+  while read -r path; do [ -e "$path" ] || echo "no $path"; done) >lost.txt
+[ ! -s lost.txt ] && pass || fail "links that lead nowhere: $(head -n 3 lost.txt)"
+
+# The figures of a row are those of its measurement.
+awk -F , 'NR == FNR { if ($2 == "detector" && $3 == "adversarial") { found = $7; sure = $11 } next }
+  $1 == "fca" && $2 == "detector" && $3 == "adversarial" { exit !($7 == found && $11 == sure) }' \
+  whole/out/measured/digital-fca-1/digital.csv $tables/1-methods.csv && pass || fail "other figures than those measured"
+grep -q '"draws": 2' whole/out/measured/digital-fca-1/digital.json && pass || fail "not two draws of noise"
+effect=$(sed -nE 's/.*"difference": ([-0-9.e]+),$/\1/p' whole/out/measured/digital-fca-1/digital.json | head -n 1)
+awk -F , -v effect="$effect" '$1 == "fca" && $2 == "detector" && $3 == "adversarial" { exit ($22 - effect) ^ 2 > 1e-15 }' $tables/1-methods.csv &&
+  pass || fail "the effect is not $effect"
+
+# Hard examples: those in which the detector finds the car, and as many others where there are some.
+if [ -e whole/out/tables/5-hard.csv ]; then
+  found=$(grep -c '^detector,adversarial,1,' whole/out/measured/digital-fca-1-train/photographs.csv)
+  [ "$(ls whole/out/frames-hard_detector-1/train | wc -l)" = "$found" ] && pass || fail "not the frames in which it is found"
+  cmp -s whole/out/runs/hard_detector-1/texture.npz whole/out/runs/fca-1/texture.npz && fail "nothing was optimised further" || pass
+else
+  grep -q 'no row in table 5' command.out && pass || fail "neither hard examples nor a word why not"
+fi
+
+# Killed again and again, and with one thread: the same files.
+for kill in 1 2 3 4 5 6 7 8 9 10; do
+  LAUNCH="timeout -s KILL $((kill % 3 + 1))" paper_in killed --quick --tables "1 8" >/dev/null 2>&1 || true
+done
+LAUNCH="taskset -c 0" expect_exit 0 "after ten kills" paper_in killed --quick --tables "1 8"
+for table in 1-methods 8-resolution; do
+  for kind in csv md tex svg json; do
+    grep -v 'paper.sh' "$tables/$table.$kind" >whole.part
+    grep -v 'paper.sh' "killed/out/tables/$table.$kind" >killed.part
+    expect_same whole.part killed.part
+  done
+done
+EPOCHS=2 expect_exit 7 "another number of passes" paper_in whole --quick
+expect_exit 2 "a table that there is not" paper_in whole --quick --tables 12
+expect_exit 2 "too little said" bash "$experiments/paper.sh"
+
+# Variants over two seeds.
+expect_exit 0 "variants" env -u FURTHER SEEDS="1 2" PROTOCOL=digital bash "$experiments/variants.sh" variants "$COMMON --frames own --epochs 1" \
+  first= second="--loss vanish"
+[ "$(grep -cE '^(first|second),detector,adversarial,2,1,8,' variants/tables/variants.csv)" = 2 ] && pass || fail "$(cat variants/tables/variants.csv)"
+grep -q 'mean best confidence of first minus' variants/tables/variants.md && pass || fail "no comparison with the first"
+cp variants/tables/variants.md before.md
+rm -r variants/measured/digital-second-2 variants/tables
+expect_exit 0 "what was interrupted goes on" env -u FURTHER SEEDS="1 2" PROTOCOL=digital bash "$experiments/variants.sh" variants "$COMMON --frames own --epochs 1" \
+  first= second="--loss vanish"
+expect_same variants/tables/variants.md before.md
+expect_exit 7 "the same table with other options" env -u FURTHER SEEDS="1 2" bash "$experiments/variants.sh" variants "$COMMON --frames own --epochs 2" first=
+expect_exit 2 "too few words" bash "$experiments/variants.sh" none
+
+# tabulate itself.
+measured=whole/out/measured
+expect_exit 2 "a row without a name" "$programs/tabulate" --output none "=$measured/digital-fca-1"
+expect_error_line '^error: =.*: expected NAME=FOLDER'
+expect_exit 3 "a folder that is none" "$programs/tabulate" --output none row=absent
+expect_error_line 'absent/settings.json: '
+expect_exit 4 "seeds in other frames" "$programs/tabulate" --output none "row=$measured/digital-fca-1,$measured/digital-fca-1-train"
+expect_error_line 'were not measured in the same frames'
+expect_exit 4 "rows in other frames" "$programs/tabulate" --output none "row=$measured/digital-fca-1" "other=$measured/digital-fca-1-train"
+expect_error_line 'other: measured in 8 views, row in 4'
+expect_exit 0 "the plain car" "$programs/evaluate" --protocol digital --clean-only --quick --frames own --size 128 --output plain
+expect_exit 4 "a measurement without a camouflage" "$programs/tabulate" --output none row=plain
+cp -r $measured/digital-fca-1 torn
+printf '{"program": "evaluate"}' >torn/settings.json
+expect_exit 3 "settings that are none" "$programs/tabulate" --output none row=torn
+expect_error_line 'torn/settings.json: no options of a measurement'
+[ -e none ] && fail "a refused table left a folder behind" || pass
+
+# A texture to begin with.
+start=(--frames own --batch 2 --size 128)
+expect_exit 3 "none there" "$programs/camouflage" "${start[@]}" --start none.npz --output none
+expect_exit 2 "no first texture of that name" "$programs/camouflage" "${start[@]}" --start none --output none
+expect_error_line "--start is 'none'; expected one of random, zero, own"
+expect_exit 4 "that of another car" "$programs/camouflage" --texels 8 "${start[@]}" --start whole/out/runs/fca-1/texture.npz --output none
+expect_error_line 'texture.npz: the texture does not fit the car'
+finish
