@@ -32,6 +32,8 @@ struct ComparedCell {
   evaluate::Effect effect{};
   std::optional<evaluate::PairedRatio> kept{};  ///< of the effect in the protocol's second part
   Array<double, 2> confidence{};                ///< best, with the camouflage, [seed, view]
+  /// Mean best confidence of the first row minus this, where that has as many seeds.
+  std::optional<evaluate::PairedDifference> beyond_first{};
 };
 
 /// One line of a comparison: a camouflage, optimised once for each seed.
@@ -214,6 +216,25 @@ inline void require_alike(const std::string& row, const ColumnMeasurements& colu
 
 namespace detail {
 
+/// \returns  nothing where a row was not measured in this column, or in another number of seeds
+inline std::optional<evaluate::PairedDifference> difference_to(const ComparedRow& first,
+                                                               const ComparedCell& cell, std::size_t column) {
+  if (column >= first.cells.size() || !first.cells[column] || first.cells[column]->seeds != cell.seeds)
+    return std::nullopt;
+  auto differences = first.cells[column]->confidence;
+  for (std::size_t i = 0; i < differences.size(); ++i) differences.data()[i] -= cell.confidence.data()[i];
+  return evaluate::two_level_difference(differences);
+}
+
+/// \throws Error (mismatch) unless a row was measured in as many views as the others
+inline void require_same_views(const Comparison& comparison, const std::string& name,
+                               const ComparedCell& cell, std::size_t column) {
+  for (const auto& other : comparison.rows)
+    if (column < other.cells.size() && other.cells[column] && other.cells[column]->views != cell.views)
+      throw Error(ErrorKind::mismatch, name + ": measured in " + std::to_string(cell.views) + " views, " +
+                                           other.name + " in " + std::to_string(other.cells[column]->views));
+}
+
 /// Adds a column's results for untouched and clean pictures, those of its first seed, where it has none yet.
 inline void add_plain(Comparison& comparison, const ColumnMeasurements& column, std::size_t index) {
   const MeasuredFolder& folder = *column.seeds.front().first;
@@ -251,12 +272,10 @@ inline void add_row(Comparison& comparison, const std::string& name,
     const auto index = static_cast<std::size_t>(place - comparison.columns.begin());
     row.cells.resize(comparison.columns.size());
     row.cells[index] = detail::compared_cell(column);
-    for (const auto& other : comparison.rows)
-      if (index < other.cells.size() && other.cells[index] &&
-          other.cells[index]->views != row.cells[index]->views)
-        throw Error(ErrorKind::mismatch, name + ": measured in " + std::to_string(row.cells[index]->views) +
-                                             " views, " + other.name + " in " +
-                                             std::to_string(other.cells[index]->views));
+    detail::require_same_views(comparison, name, *row.cells[index], index);
+    if (!comparison.rows.empty())
+      row.cells[index]->beyond_first =
+          detail::difference_to(comparison.rows.front(), *row.cells[index], index);
     detail::add_plain(comparison, column, index);
   }
   comparison.rows.push_back(std::move(row));

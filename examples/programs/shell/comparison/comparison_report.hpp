@@ -82,30 +82,6 @@ inline std::vector<WordTable> effect_tables(const Comparison& comparison) {
   return tables;
 }
 
-/// Differences between the first row and each row, paired by view and, with as many seeds, by seed.
-inline WordTable beyond_first_table(const Comparison& comparison) {
-  const ComparedRow& first = comparison.rows.front();
-  WordTable table{"mean best confidence of " + first.name + " minus that of the row, 95 %", {""}};
-  table.header.insert(table.header.end(), comparison.columns.begin(), comparison.columns.end());
-  for (std::size_t i = 1; i < comparison.rows.size(); ++i) {
-    const ComparedRow& row = comparison.rows[i];
-    table.rows.push_back({row.name});
-    for (std::size_t column = 0; column < comparison.columns.size(); ++column) {
-      const bool has_both = column < first.cells.size() && column < row.cells.size() && first.cells[column] &&
-                            row.cells[column] && first.cells[column]->seeds == row.cells[column]->seeds;
-      if (has_both) {
-        auto differences = first.cells[column]->confidence;
-        for (std::size_t k = 0; k < differences.size(); ++k)
-          differences.data()[k] -= row.cells[column]->confidence.data()[k];
-        table.rows.back().push_back(effect_text(evaluate::two_level_difference(differences)));
-      } else {
-        table.rows.back().emplace_back("-");
-      }
-    }
-  }
-  return table;
-}
-
 inline WordTable attention_of_rows(const Comparison& comparison) {
   const auto percent = [](double share) { return fixed(100 * share, 1); };
   return comparison_table(
@@ -140,7 +116,12 @@ inline std::vector<WordTable> comparison_tables(const Comparison& comparison) {
                fixed(cell.noise.mean_best_confidence, 3);
       }));
   for (auto& effects : detail::effect_tables(comparison)) tables.push_back(std::move(effects));
-  if (comparison.rows.size() > 1) tables.push_back(detail::beyond_first_table(comparison));
+  if (comparison.rows.size() > 1)
+    tables.push_back(
+        table("mean best confidence of " + comparison.rows.front().name + " minus that of the row, 95 %",
+              nullptr, [](const auto& cell) {
+                return cell.beyond_first ? detail::effect_text(*cell.beyond_first) : std::string("-");
+              }));
   tables.push_back(
       table("attack success, % of the pictures found in clean, 95 %", nullptr, [](const auto& cell) {
         return cell.success.views == 0 ? std::string("-")
@@ -190,10 +171,15 @@ inline std::string csv_fields(const ComparedCell& cell) {
                 rate.interval[1], cell.success.views, cell.success.hidden, cell.success.rate,
                 cell.success.interval[0], cell.success.interval[1]);
   std::string text = numbers.data();
-  if (cell.kept)
-    std::snprintf(numbers.data(), numbers.size(), ",%.9g,%.9g,%.9g", cell.kept->ratio, cell.kept->interval[0],
-                  cell.kept->interval[1]);
-  return text + (cell.kept ? numbers.data() : ",,,");
+  const auto add = [&](bool is_there, double mean, const std::array<double, 2>& interval) {
+    std::snprintf(numbers.data(), numbers.size(), ",%.9g,%.9g,%.9g", mean, interval[0], interval[1]);
+    text += is_there ? numbers.data() : ",,,";
+  };
+  const auto kept = cell.kept.value_or(evaluate::PairedRatio{});
+  const auto beyond_first = cell.beyond_first.value_or(evaluate::PairedDifference{});
+  add(cell.kept.has_value(), kept.ratio, kept.interval);
+  add(cell.beyond_first.has_value(), beyond_first.mean, beyond_first.interval);
+  return text;
 }
 
 inline std::string csv_header() {
@@ -204,7 +190,9 @@ inline std::string csv_header() {
     header += ",p_at_50_above_" + evaluate::detail::short_number(threshold);
   return header +
          ",attention,effect,effect_low,effect_high,effect_p_at_50,effect_p_at_50_low,"
-         "effect_p_at_50_high,detected_in_clean,hidden,asr,asr_low,asr_high,kept,kept_low,kept_high\n";
+         "effect_p_at_50_high,detected_in_clean,hidden,asr,asr_low,asr_high,kept,kept_low,kept_high,first_"
+         "minus,first_minus_low,"
+         "first_minus_high\n";
 }
 
 }  // namespace detail
@@ -212,7 +200,7 @@ inline std::string csv_header() {
 /// A line for each row, detector and texture: untouched, clean, the camouflage and its matched noise. Effects
 /// stand in the camouflage's.
 inline std::string comparison_csv(const Comparison& comparison) {
-  const std::string none(14, ',');
+  const std::string none(17, ',');
   std::string text = detail::csv_header();
   const auto begin = [&](const std::string& row, std::size_t column, const std::string& texture,
                          std::size_t seeds, std::size_t draws) {
