@@ -42,6 +42,7 @@ struct ComparedRow {
   std::vector<std::string> folders{};                ///< of the measurements
   std::vector<std::string> runs{};                   ///< of the camouflages, without repeats
   std::vector<std::optional<ComparedCell>> cells{};  ///< by column; none where it was not measured
+  std::vector<std::string> frames{};                 ///< SHA-256 of the photographs
 };
 
 /// Camouflages beside each other, each measured with the same detectors in the same frames.
@@ -207,7 +208,8 @@ inline void require_alike(const std::string& row, const ColumnMeasurements& colu
   const auto& first = *column.seeds.front().first;
   for (const auto& [folder, part] : column.seeds)
     if (folder->outcomes.state.storage() != first.outcomes.state.storage() ||
-        folder->outcomes.draws != first.outcomes.draws || folder->protocol.name != first.protocol.name)
+        folder->frames != first.frames || folder->outcomes.draws != first.outcomes.draws ||
+        folder->protocol.name != first.protocol.name)
       throw Error(ErrorKind::mismatch, row + ": " + folder->path + " and " + first.path +
                                            " were not measured in the same frames with the same draws");
 }
@@ -226,13 +228,18 @@ inline std::optional<evaluate::PairedDifference> difference_to(const ComparedRow
   return evaluate::two_level_difference(differences);
 }
 
-/// \throws Error (mismatch) unless a row was measured in as many views as the others
-inline void require_same_views(const Comparison& comparison, const std::string& name,
-                               const ComparedCell& cell, std::size_t column) {
-  for (const auto& other : comparison.rows)
+/// \throws Error (mismatch) unless a row was measured in the same photographs, or as many views, as the
+/// others
+inline void require_same_views(const Comparison& comparison, const ComparedRow& row, const ComparedCell& cell,
+                               std::size_t column) {
+  for (const auto& other : comparison.rows) {
+    if (other.frames != row.frames)
+      throw Error(ErrorKind::mismatch,
+                  row.name + " and " + other.name + " were measured in other photographs");
     if (column < other.cells.size() && other.cells[column] && other.cells[column]->views != cell.views)
-      throw Error(ErrorKind::mismatch, name + ": measured in " + std::to_string(cell.views) + " views, " +
+      throw Error(ErrorKind::mismatch, row.name + ": measured in " + std::to_string(cell.views) + " views, " +
                                            other.name + " in " + std::to_string(other.cells[column]->views));
+  }
 }
 
 /// Adds a column's results for untouched and clean pictures, those of its first seed, where it has none yet.
@@ -257,6 +264,7 @@ inline void add_plain(Comparison& comparison, const ColumnMeasurements& column, 
 inline void add_row(Comparison& comparison, const std::string& name,
                     const std::vector<MeasuredFolder>& folders) {
   ComparedRow row{name};
+  row.frames = folders.front().frames;
   for (const auto& folder : folders) {
     if (!folder.has_camouflage())
       throw Error(ErrorKind::mismatch, folder.path + ": a measurement without a camouflage");
@@ -272,7 +280,7 @@ inline void add_row(Comparison& comparison, const std::string& name,
     const auto index = static_cast<std::size_t>(place - comparison.columns.begin());
     row.cells.resize(comparison.columns.size());
     row.cells[index] = detail::compared_cell(column);
-    detail::require_same_views(comparison, name, *row.cells[index], index);
+    detail::require_same_views(comparison, row, *row.cells[index], index);
     if (!comparison.rows.empty())
       row.cells[index]->beyond_first =
           detail::difference_to(comparison.rows.front(), *row.cells[index], index);

@@ -25,6 +25,7 @@ struct MeasuredFolder {
   std::vector<std::string> textures;  ///< names, as in ProtocolResult
   std::string run;                    ///< folder of the camouflage; empty without one
   std::string detector{};             ///< name of the first
+  std::vector<std::string> frames{};  ///< SHA-256 of each photograph; none of renders
 
   [[nodiscard]] bool has_camouflage() const { return !run.empty(); }
 };
@@ -48,6 +49,7 @@ struct SavedMeasurement {
   std::uint64_t seed = 1;
   std::vector<std::string> weights{};  ///< of every detector, the run's own first
   std::string run{};
+  std::vector<std::string> frames{};  ///< SHA-256
 };
 
 inline SavedMeasurement read_saved_measurement(const std::string& path) {
@@ -63,9 +65,13 @@ inline SavedMeasurement read_saved_measurement(const std::string& path) {
   if (options.contains("further-weights"))
     for (auto& weights : member_of<std::vector<std::string>>(options, "further-weights", path))
       saved.weights.push_back(std::move(weights));
-  for (const Json& input : member_of<Json>(json, "inputs", path))
-    if (const fs::path file = member_of<std::string>(input, "path", path); file.filename() == "texture.npz")
+  for (const Json& input : member_of<Json>(json, "inputs", path)) {
+    const fs::path file = member_of<std::string>(input, "path", path);
+    if (file.filename() == "texture.npz")
       saved.run = file.parent_path().string();
+    else if (file.extension() == ".npz")
+      saved.frames.push_back(member_of<std::string>(input, "sha256", path));
+  }
   return saved;
 }
 
@@ -90,6 +96,7 @@ inline MeasuredFolder read_measured_folder(const std::string& folder) {
     measured.outcomes.draws[static_cast<std::size_t>(noise - measured.textures.begin())] += extra_draws;
   const auto subject = detail::subject_of(saved.weights, frames / saved.weights.size());
   measured.detector = subject.detectors.front();
+  measured.frames = saved.frames;
   measured.protocol = protocol_by_name(saved.settings.protocol).make(saved.settings, saved.seed, subject);
   if (measured.protocol.frames.size() != frames)
     throw FileError(ErrorKind::mismatch,
