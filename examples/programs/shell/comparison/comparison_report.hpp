@@ -92,54 +92,62 @@ inline WordTable attention_of_rows(const Comparison& comparison) {
       });
 }
 
+/// How often the car is found, and how surely.
+inline std::vector<WordTable> rate_tables(const Comparison& comparison) {
+  return {comparison_table(
+              comparison, "pictures in which the car is found, % (P@0.5), 95 %",
+              [](const auto& texture) { return rate_text(texture.rate); },
+              [](const auto& cell) { return rate_text(cell.camouflage.rate); }),
+          comparison_table(comparison, "the same with matched noise", {},
+                           [](const auto& cell) { return rate_text(cell.noise.rate); }),
+          comparison_table(
+              comparison, "mean best confidence: camouflage / matched noise",
+              [](const auto& texture) { return fixed(texture.mean_best_confidence, 3); },
+              [](const auto& cell) {
+                return fixed(cell.camouflage.mean_best_confidence, 3) + " / " +
+                       fixed(cell.noise.mean_best_confidence, 3);
+              })};
+}
+
+/// What the detector takes the car for.
+inline std::vector<WordTable> fate_tables(const Comparison& comparison) {
+  return {comparison_table(comparison, "attack success, % of the pictures found in clean, 95 %", {},
+                           [](const auto& cell) {
+                             return cell.success.views == 0
+                                        ? std::string("-")
+                                        : percent_text(cell.success.rate, cell.success.interval);
+                           }),
+          comparison_table(
+              comparison, "pictures, %: found / related / renamed / misplaced / lost",
+              [](const auto& texture) { return fates_text(texture.fates); },
+              [](const auto& cell) { return fates_text(cell.camouflage.fates); }),
+          comparison_table(comparison, "the same with matched noise", {},
+                           [](const auto& cell) { return fates_text(cell.noise.fates); }),
+          comparison_table(
+              comparison, "found at a confidence above .05, %: camouflage / matched noise",
+              [](const auto& texture) { return fixed(100 * texture.sweep.front().p_at_50, 1); },
+              [](const auto& cell) {
+                return fixed(100 * cell.camouflage.sweep.front().p_at_50, 1) + " / " +
+                       fixed(100 * cell.noise.sweep.front().p_at_50, 1);
+              })};
+}
+
 }  // namespace detail
 
 /// The tables of a comparison, one figure each.
 inline std::vector<WordTable> comparison_tables(const Comparison& comparison) {
-  using detail::fixed;
-  const auto table = [&](const std::string& title, const auto& of_plain, const auto& of_cell) {
-    return detail::comparison_table(comparison, title, of_plain, of_cell);
-  };
   std::vector<WordTable> tables;
   if (comparison.maps_attention) tables.push_back(detail::attention_of_rows(comparison));
-  tables.push_back(table(
-      "pictures in which the car is found, % (P@0.5), 95 %",
-      [](const auto& texture) { return detail::rate_text(texture.rate); },
-      [](const auto& cell) { return detail::rate_text(cell.camouflage.rate); }));
-  tables.push_back(table("the same with matched noise", nullptr,
-                         [](const auto& cell) { return detail::rate_text(cell.noise.rate); }));
-  tables.push_back(table(
-      "mean best confidence: camouflage / matched noise",
-      [](const auto& texture) { return fixed(texture.mean_best_confidence, 3); },
-      [](const auto& cell) {
-        return fixed(cell.camouflage.mean_best_confidence, 3) + " / " +
-               fixed(cell.noise.mean_best_confidence, 3);
-      }));
-  for (auto& effects : detail::effect_tables(comparison)) tables.push_back(std::move(effects));
+  detail::append(tables, detail::rate_tables(comparison));
+  detail::append(tables, detail::effect_tables(comparison));
   if (comparison.rows.size() > 1)
-    tables.push_back(
-        table("mean best confidence of " + comparison.rows.front().name + " minus that of the row, 95 %",
-              nullptr, [](const auto& cell) {
-                return cell.beyond_first ? detail::effect_text(*cell.beyond_first) : std::string("-");
-              }));
-  tables.push_back(
-      table("attack success, % of the pictures found in clean, 95 %", nullptr, [](const auto& cell) {
-        return cell.success.views == 0 ? std::string("-")
-                                       : detail::percent_text(cell.success.rate, cell.success.interval);
-      }));
-  tables.push_back(table(
-      "pictures, %: found / related / renamed / misplaced / lost",
-      [](const auto& texture) { return detail::fates_text(texture.fates); },
-      [](const auto& cell) { return detail::fates_text(cell.camouflage.fates); }));
-  tables.push_back(table("the same with matched noise", nullptr,
-                         [](const auto& cell) { return detail::fates_text(cell.noise.fates); }));
-  tables.push_back(table(
-      "found at a confidence above .05, %: camouflage / matched noise",
-      [](const auto& texture) { return fixed(100 * texture.sweep.front().p_at_50, 1); },
-      [](const auto& cell) {
-        return fixed(100 * cell.camouflage.sweep.front().p_at_50, 1) + " / " +
-               fixed(100 * cell.noise.sweep.front().p_at_50, 1);
-      }));
+    tables.push_back(detail::comparison_table(
+        comparison,
+        "mean best confidence of " + comparison.rows.front().name + " minus that of the row, 95 %", {},
+        [](const auto& cell) {
+          return cell.beyond_first ? detail::effect_text(*cell.beyond_first) : std::string("-");
+        }));
+  detail::append(tables, detail::fate_tables(comparison));
   return tables;
 }
 
