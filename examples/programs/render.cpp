@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <span>
 #include <string>
+#include <string_view>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/image/colour_space.hpp>
@@ -26,6 +28,7 @@
 #include "shell/mesh_inputs.hpp"
 #include "shell/mesh_views.hpp"
 #include "shell/own_texture.hpp"
+#include "shell/panel_sheets.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
 
@@ -63,6 +66,9 @@ struct Options {
   int threads = 0;
   std::string output = "render.png";
   std::string exported;
+  std::string panels;
+  std::string paper = papers[0].name;
+  double panel_scale = 1, length = 0;
 };
 
 void describe_scene(CLI::App& app, Options& o) {
@@ -147,6 +153,20 @@ void describe(CLI::App& app, Options& o) {
                  "also write the painted mesh: NAME.glb, or NAME.obj with NAME.mtl and NAME.png");
 }
 
+void describe_panels(CLI::App& app, Options& o) {
+  app.option_defaults()->group("Print");
+  app.add_option(
+      "--panels", o.panels,
+      "PDF to write: the texture's charts on painted faces at true size, to print, cut out and put "
+      "on the car");
+  app.add_option("--length", o.length, "metres of the longest side of the mesh; 0: its units are metres")
+      ->capture_default_str();
+  app.add_option("--panel-scale", o.panel_scale, "1: full size, 0.0556: a model of 1:18")
+      ->capture_default_str();
+  app.add_option("--paper", o.paper, "a4, a3, a0 or letter; larger panels are cut into tiles")
+      ->capture_default_str();
+}
+
 void require_colour(const char* option, const std::vector<double>& colour, ProblemList& list) {
   for (const double channel : colour)
     list.require(channel >= 0 && channel <= 1, std::string(option) + " takes numbers from 0 to 1");
@@ -192,6 +212,17 @@ void require_sound_files(const Options& o, ProblemList& list) {
   if (is_obj && !o.texture.empty()) require_exported_files(o, inputs, true, list);
 }
 
+void require_sound_panels(const Options& o, ProblemList& list) {
+  list.require_choice("--paper", o.paper, names_of(papers));
+  list.require(o.panel_scale > 0 && o.panel_scale <= 10, "--panel-scale must be above 0 and at most 10");
+  list.require(o.length >= 0 && o.length <= 20, "--length lies in 0 to 20 metres");
+  if (o.panels.empty()) return;
+  list.require(o.panels.ends_with(".pdf"), "--panels takes a name that ends with .pdf");
+  list.require_kept("--panels", o.panels, {o.mesh, o.texture, o.faces, o.frame});
+  list.require(o.length > 0 || (!o.normalise && o.frame.empty()),
+               "--panels of a mesh in the simulator's units needs --length");
+}
+
 void require_sound_light(const Options& o, ProblemList& list) {
   list.require_choice("--light", o.lighting, {"none", "flat", "smooth"});
   list.require_choice("--colour-space", o.colour_space, names_of(image::colour_spaces));
@@ -209,6 +240,7 @@ void require_sound(const Options& o) {
   ProblemList list;
   require_axes(o.axes, list);
   require_sound_files(o, list);
+  require_sound_panels(o, list);
   require_sound_light(o, list);
   list.require_choice("--view", o.view, mesh_view_names());
   list.require_choice("--filter", o.filter, names_of(raster::texture_filters));
@@ -285,6 +317,7 @@ void require_kept(const Options& o, const io::LoadedMesh& loaded) {
     if (!material.texture.empty()) inputs.push_back(material.texture);
   ProblemList list;
   list.require_kept("--output", o.output, inputs);
+  list.require_kept("--panels", o.panels, inputs);
   const bool has_texture = inputs.size() > loaded.material_files.size() && o.colour.empty();
   if (o.exported.ends_with(".obj")) require_exported_files(o, inputs, has_texture, list);
   list.throw_first();
@@ -437,6 +470,67 @@ void export_scene(const std::string& path, const PaintedScene& scene) {
   (is_glb ? io::write_glb : io::write_obj)(path, mesh);
 }
 
+/// The pixel nearest to the mean place of some; at least one.
+std::size_t middle_of(const std::vector<std::size_t>& pixels, std::size_t width) {
+  double x = 0, y = 0;
+  for (const std::size_t pixel : pixels) {
+    x += static_cast<double>(pixel % width) / static_cast<double>(pixels.size());
+    y += static_cast<double>(pixel / width) / static_cast<double>(pixels.size());
+  }
+  return *std::ranges::min_element(pixels, {}, [&](std::size_t pixel) {
+    return std::hypot(static_cast<double>(pixel % width) - x, static_cast<double>(pixel / width) - y);
+  });
+}
+
+/// \throws FileError (mismatch) unless the mesh is as long as a car, and has a texture
+PanelSettings panel_settings(const Options& o, const PaintedScene& scene) {
+  if (scene.layout.kind != raster::TextureKind::atlas)
+    throw FileError(ErrorKind::mismatch, {o.mesh, "", "no texture of its own; --panels needs --texture"});
+  PanelSettings settings{o.panels, std::filesystem::path(o.mesh).filename().string()};
+  settings.paper = *std::ranges::find(papers, o.paper, [](const Paper& paper) { return name_of(paper); });
+  settings.scale = o.panel_scale;
+  const double longest = 2 * geometry::bounds_of(scene.mesh.positions).half_length();
+  if (o.length > 0) settings.metres_per_unit = o.length / longest;
+  const double metres = longest * settings.metres_per_unit;
+  if (!(longest > 0 && metres >= 1 && metres <= 20))
+    throw FileError(ErrorKind::mismatch, {o.mesh, "",
+                                          "the mesh is " + std::to_string(longest > 0 ? metres : 0) +
+                                              " m long, expected 1 to 20; --length sets its metres"});
+  return settings;
+}
+
+/// The car from one side, with the numbers of the panels where most of each shows.
+CarView car_view(const PaintedScene& scene, const std::vector<std::int32_t>& panel_of_face, double azimuth) {
+  const PictureSettings picture{400, 720, 2, {1, 1, 1}};
+  const auto orbit = orbit_settings(Options{}, scene.mesh, picture);
+  const auto camera = orbit.camera(azimuth, 20, 0.62 * orbit.whole_distance());
+  CarView view{image::to_bytes(mesh_view("colour", scene, camera, picture))};
+  const auto buffer = raster::visibility(scene.mesh, camera, picture.height, picture.width, 1);
+  std::map<std::int32_t, std::vector<std::size_t>> pixels;
+  for (const auto& fragment : raster::fragments(buffer, scene.mesh, camera))
+    if (const auto panel = panel_of_face[static_cast<std::size_t>(fragment.face)]; panel >= 0)
+      pixels[panel].push_back(fragment.pixel);
+  for (auto& [panel, seen] : pixels) {
+    if (seen.size() < 300) continue;  // hidden, or too small for a number
+    const std::size_t middle = middle_of(seen, picture.width);
+    view.labels.push_back(
+        {static_cast<std::size_t>(panel),
+         (static_cast<double>(middle % picture.width) + 0.5) / static_cast<double>(picture.width),
+         (static_cast<double>(middle / picture.width) + 0.5) / static_cast<double>(picture.height)});
+  }
+  return view;
+}
+
+/// \returns a description of the file written
+std::string write_panels(const Options& o, const PaintedScene& scene) {
+  PanelSheets sheets(scene, panel_settings(o, scene));
+  const auto panel_of_face = sheets.panel_of_faces(scene.mesh.faces.size());
+  const std::string file =
+      sheets.drawn({car_view(scene, panel_of_face, 40), car_view(scene, panel_of_face, 220)});
+  io::write_file_atomically(o.panels, std::string_view(file));
+  return sheets.summary();
+}
+
 /// \returns a description of the files written
 std::string write_view(const Options& o, const PaintedScene& scene, const Shots& shots,
                        const PictureSettings& picture) {
@@ -465,6 +559,8 @@ int run(Options& o) {
   const Shots shots = shots_of(o, scene, frame, picture);
   remove_parts_beside(o.output);
   if (!o.exported.empty()) remove_parts_beside(o.exported);
+  if (!o.panels.empty()) remove_parts_beside(o.panels);
+  if (!o.panels.empty()) remark(o.panels + ": " + write_panels(o, scene));
   const std::string written = write_view(o, scene, shots, picture);
   if (!o.exported.empty()) export_scene(o.exported, scene);
   remark(o.output + ": " + written + " of " + std::to_string(scene.mesh.faces.size()) + " faces");
@@ -476,8 +572,10 @@ int main(int argc, char** argv) {
   Options options;
   auto app = command_line("Draws a mesh, painted or in its own colours: one picture, or a turntable.");
   describe(app, options);
+  describe_panels(app, options);
   app.footer(
       "  render --azimuth 30 --output car.png\n"
-      "  render --mesh car.obj --turntable 8 --output sheet.png");
+      "  render --mesh car.obj --turntable 8 --output sheet.png\n"
+      "  render --mesh car.obj --texture run/texture.png --panels panels.pdf");
   return run_program(app, argc, argv, [&] { return run(options); });
 }

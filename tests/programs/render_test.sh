@@ -114,6 +114,42 @@ expect_exit 0 "the export" "$render" --mesh red.obj --size 96 --output two.png
 expect_same one.png two.png
 expect_exit 0 "export of a colour as glTF" "$render" --size 96 --colour 1 0 0 --export red.glb --output one.png
 
+# Panels to print. The square of 1 m has its uv in a square; a window of A4 is 19 x 25.9 cm, and tiles share 1 cm, so that
+# 99 cm take 99 / 18 columns and 99 / 24.9 rows: 6 x 4 sheets after the index. Its scale is the same everywhere.
+printf 'v 0 -0.5 -0.5\nv 0 0.5 -0.5\nv 0 0.5 0.5\nv 0 -0.5 0.5\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n' >sheet.obj
+panels() { expect_exit 0 "panels: $*" "$render" --size 8 --texture car.png --output one.png "$@"; }
+shows() { grep -aqF -- "$2" "$1" && pass || fail "$1 does not show '$2'"; }
+panels --mesh sheet.obj --panels square.pdf
+grep -q '^square.pdf: 1 panel on 24 sheets$' command.out && pass || fail "panels: $(cat command.out)"
+[ "$(grep -ac '/MediaBox \[ 0 0 595.276 841.890 \]' square.pdf)" = 25 ] && pass || fail "not 25 pages of A4"
+shows square.pdf '(1: 100.0 x 100.0 cm, 24 sheets)'
+shows square.pdf '(stretch 1 to 1)'
+shows square.pdf '(panel 1, tile 9 of 24, row 2 column 3, scale 1)'
+# The lower right tile begins 90 cm from the left and ends at the bottom: 10 cm wide, 100 - 3 * 24.9 cm high.
+shows square.pdf 'q 283.465 0 0 717.165 28.346 '
+ruler=$(grep -a ' w 28.346 39.685 m .* 39.685 l S$' square.pdf | sort -u | awk '{ printf "%.2f", $6 - $3 }')
+[ "$ruler" = 141.73 ] && pass || fail "the ruler is $ruler points long"
+# The table of the file names the place of every object.
+broken=0 entry=0
+start=$(tail -n 2 square.pdf | head -n 1)
+while read -r place _ kind; do
+  entry=$((entry + 1))
+  [ "$kind" = n ] || continue
+  [ "$(tail -c +$((10#$place + 1)) square.pdf | head -c 16 | head -n 1 | tr -d '\0')" = "$((entry - 1)) 0 obj" ] || broken=1
+done < <(tail -c +$((start + 1)) square.pdf | sed -n '3,/trailer/p' | sed '$d')
+[ "$broken" = 0 ] && [ "$entry" -gt 80 ] && pass || fail "$entry objects, or their places are wrong"
+panels --mesh sheet.obj --panels again.pdf --threads 1
+expect_same square.pdf again.pdf
+# 1 m at 1 : 18 fits a sheet of any size.
+panels --mesh sheet.obj --panels small.pdf --panel-scale 0.0556 --paper letter
+grep -q '^small.pdf: 1 panel on 1 sheet$' command.out && pass || fail "panels: $(cat command.out)"
+shows small.pdf '(1: 5.6 x 5.6 cm, 1 sheet)'
+shows small.pdf '/MediaBox [ 0 0 612.000 792.000 ]'
+panels --mesh sheet.obj --panels long.pdf --length 2 --paper a0  # 199 / 81.1 columns, 199 / 114.1 rows
+grep -q '^long.pdf: 1 panel on 6 sheets$' command.out && pass || fail "panels: $(cat command.out)"
+panels --material body --panels car.pdf --panel-scale 0.0556
+grep -q '^car.pdf: 7 panels on 7 sheets' command.out && pass || fail "panels of the car: $(cat command.out)"
+
 refused() { # refused CODE PATTERN OPTIONS...
   local code=$1 pattern=$2
   shift 2
@@ -126,6 +162,18 @@ for words in "--size 0" "--size 20000" "--samples 3" "--view deep" "--filter cub
   # shellcheck disable=SC2086  # several words on purpose
   refused 2 "${words% *}|${words%% *}|distance" $words
 done
+paint=(--mesh sheet.obj --texture car.png)
+refused 2 '--paper is .b9.; expected one of a4, a3, a0, letter' "${paint[@]}" --panels no.pdf --paper b9
+for scale in 0 -1 nan 11; do refused 2 'panel-scale' "${paint[@]}" --panels no.pdf --panel-scale "$scale"; done
+refused 2 '--length' "${paint[@]}" --panels no.pdf --length -1
+refused 2 'ends with .pdf' "${paint[@]}" --panels no.png
+refused 2 'needs --length' "${paint[@]}" --panels no.pdf --normalise
+refused 4 'needs --texture' --mesh sheet.obj --panels no.pdf
+refused 4 'no painted part is as large as 2 cm' "${paint[@]}" --panels no.pdf --panel-scale 0.01
+refused 8 'more than 5000 sheets' "${paint[@]}" --panels no.pdf --length 20 --panel-scale 10
+sed 's/0\.5/50/g' sheet.obj >centimetres.obj
+refused 4 'is 100.000000 m long, expected 1 to 20; --length' --mesh centimetres.obj --texture car.png --panels no.pdf
+[ -e no.pdf ] && fail "a refused command left sheets behind" || pass
 refused 2 'cannot be given together' --material body --faces faces.txt
 refused 2 'no rotation' --pose 1 0 0 0 0 1 0 0 0 0 2 0
 refused 2 'leave out' --pose 0 1 0 0 0 0 -1 0.7 -1 0 0 10 --distance 3

@@ -1,0 +1,224 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <utility>
+#include <vector>
+
+#include "mesh_views.hpp"
+#include "paint_panels.hpp"
+#include "panel_drawing.hpp"
+#include "pdf_file.hpp"
+#include "print_sheet.hpp"
+
+/// \file
+/// The paint of a car as sheets to print: an index, and each panel at true size in tiles that fit the paper.
+
+namespace tapestry::shell {
+
+/// What the sheets show.
+struct PanelSettings {
+  std::string path;  ///< of the file
+  std::string car;   ///< its name
+  Paper paper = papers[0];
+  double scale = 1;  ///< 1: full size
+  double metres_per_unit = 1;
+};
+
+/// A picture of the car for the index, and where panels show in it.
+struct CarView {
+  struct Label {
+    std::size_t panel;   ///< from 0
+    double right, down;  ///< shares of the picture
+  };
+  Bitmap picture;
+  std::vector<Label> labels{};
+};
+
+namespace detail {
+inline constexpr double least_panel_cm = 2;
+
+/// A panel and its tiles that show paint, by row and column from 0.
+struct PlannedPanel {
+  const PaintPanel* panel;
+  double width_cm, height_cm;
+  TileGrid grid;
+  std::vector<std::array<std::size_t, 2>> tiles{};
+};
+}  // namespace detail
+
+/// Lays out and draws the sheets.
+class PanelSheets {
+ public:
+  /// \param scene  with an atlas
+  /// \throws Error (limit) for more than 5000 sheets, (mismatch) if no panel is as large as 2 cm
+  PanelSheets(const PaintedScene& scene, const PanelSettings& settings)
+      : settings_(settings),
+        cm_by_m_(100 * settings.scale),
+        found_(paint_panels(scene, settings.metres_per_unit)),
+        drawing_(scene, file_, settings.path) {
+    for (const PaintPanel& panel : found_.panels) plan(panel);
+    if (planned_.empty())
+      throw Error(ErrorKind::mismatch,
+                  "--panels: no painted part is as large as 2 cm; --length sets the "
+                  "metres of the mesh, --panel-scale those of the print");
+  }
+
+  /// The panel of each face of the mesh from 0, −1 for none.
+  [[nodiscard]] std::vector<std::int32_t> panel_of_faces(std::size_t face_count) const {
+    std::vector<std::int32_t> panels(face_count, -1);
+    for (std::size_t i = 0; i < planned_.size(); ++i)
+      for (const std::size_t face : planned_[i].panel->faces) panels[face] = static_cast<std::int32_t>(i);
+    return panels;
+  }
+
+  /// The bytes of the file; called once.
+  std::string drawn(const std::vector<CarView>& views) {
+    add_index(views);
+    for (std::size_t i = 0; i < planned_.size(); ++i)
+      for (std::size_t tile = 0; tile < planned_[i].tiles.size(); ++tile) add_tile(i, tile);
+    return file_.bytes();
+  }
+
+  /// One line on what the file holds.
+  [[nodiscard]] std::string summary() const {
+    std::string text = formatted("%zu panel%s on %zu sheet%s", planned_.size(),
+                                 planned_.size() == 1 ? "" : "s", sheets_, sheets_ == 1 ? "" : "s");
+    if (small_ > 0) text += formatted(", %zu smaller than 2 cm left out", small_);
+    if (found_.flat_faces > 0)
+      text += formatted(", %zu faces without area in the texture left out", found_.flat_faces);
+    return text;
+  }
+
+ private:
+  void plan(const PaintPanel& panel) {
+    detail::PlannedPanel planned{&panel, panel.width_m * cm_by_m_, panel.height_m * cm_by_m_, {}};
+    if (planned.width_cm < detail::least_panel_cm && planned.height_cm < detail::least_panel_cm) {
+      ++small_;
+      return;
+    }
+    const Paper& paper = settings_.paper;
+    planned.grid = tile_grid(planned.width_cm, planned.height_cm, paper.width, paper.height);
+    const auto lying = tile_grid(planned.width_cm, planned.height_cm, paper.height, paper.width);
+    if (lying.columns * lying.rows < planned.grid.columns * planned.grid.rows) planned.grid = lying;
+    constexpr double most = 5000;
+    if (planned.grid.columns * planned.grid.rows + static_cast<double>(sheets_) > most)
+      throw Error(ErrorKind::limit,
+                  formatted("--panels takes more than %.0f sheets; a panel is %.0f x %.0f cm", most,
+                            planned.width_cm, planned.height_cm));
+    for (std::size_t row = 0; row < static_cast<std::size_t>(planned.grid.rows); ++row)
+      for (std::size_t column = 0; column < static_cast<std::size_t>(planned.grid.columns); ++column)
+        if (drawing_.is_painted(panel, part_of(planned, {row, column})))
+          planned.tiles.push_back({row, column});
+    sheets_ += planned.tiles.size();
+    planned_.push_back(std::move(planned));
+  }
+
+  /// The part of a panel on a tile: the tile's window, without what lies beyond the panel.
+  [[nodiscard]] PanelPart part_of(const detail::PlannedPanel& planned,
+                                  const std::array<std::size_t, 2>& tile) const {
+    const PageBox window = planned.grid.window();
+    const double left = static_cast<double>(tile[1]) * (window.width - overlap_cm);
+    const double top = planned.height_cm - static_cast<double>(tile[0]) * (window.height - overlap_cm);
+    const double right = std::min(left + window.width, planned.width_cm);
+    const double bottom = std::max(top - window.height, 0.0);
+    return {left / cm_by_m_, bottom / cm_by_m_, (right - left) / cm_by_m_, (top - bottom) / cm_by_m_};
+  }
+
+  void add_tile(std::size_t index, std::size_t number) {
+    const detail::PlannedPanel& planned = planned_[index];
+    const auto& tile = planned.tiles[number];
+    PdfPage page(planned.grid.paper_width, planned.grid.paper_height);
+    const PageBox window = planned.grid.window();
+    const PanelPart part = part_of(planned, tile);
+    const double bottom = window.bottom + window.height - part.height * cm_by_m_;
+    constexpr double finest = 0.0127, coarsest = 0.1;  // 200 dots an inch, and steps that the eye overlooks
+    drawing_.draw(page, *planned.panel, part, {window.left, bottom}, cm_by_m_,
+                  std::clamp(drawing_.pixel_m(*planned.panel) * cm_by_m_, finest, coarsest));
+    draw_marks(page, planned.grid, tile);
+    page.text({window.left + 0.3, 2.0}, 9,
+              formatted("panel %zu, tile %zu of %zu, row %zu column %zu, scale %.4g", index + 1, number + 1,
+                        planned.tiles.size(), tile[0] + 1, tile[1] + 1, settings_.scale));
+    draw_ruler(page);
+    draw_colours(page);
+    file_.add(std::move(page));
+  }
+
+  void add_index(const std::vector<CarView>& views) {
+    constexpr double cell_width = 4.75, cell_height = 4.4, margin = margin_cm;
+    const Paper& paper = settings_.paper;
+    PdfPage page(paper.width, paper.height);
+    double top = paper.height - margin - 0.4;
+    page.text({margin, top}, 12, settings_.car);
+    page.text({margin, top -= 0.6}, 9,
+              summary() + formatted("; scale %.4g, seen from outside", settings_.scale));
+    page.text(
+        {margin, top -= 0.5}, 7,
+        "Print at 100 %, and check that the ruler of a sheet is 5 cm long. Cut tiles at the outer marks; the "
+        "edge of the next tile lies at the inner marks.");
+    page.text({margin, top -= 0.35}, 7,
+              "Stretch: lengths on the car over lengths on the panel, for 98 % of its area.");
+    top -= 0.3;
+    top -= draw_views(page, views, top);
+    const auto columns = static_cast<std::size_t>((paper.width - 2 * margin) / cell_width);
+    for (std::size_t i = 0, column = 0; i < planned_.size(); ++i) {
+      if (column == 0 && top - cell_height < margin) {
+        file_.add(std::exchange(page, PdfPage(paper.width, paper.height)));
+        top = paper.height - margin;
+      }
+      draw_cell(page, i, {margin + cell_width * static_cast<double>(column), top - cell_height});
+      column = (column + 1) % columns;
+      if (column == 0) top -= cell_height;
+    }
+    file_.add(std::move(page));
+  }
+
+  void draw_cell(PdfPage& page, std::size_t index, const PagePoint& corner) {
+    constexpr double width = 4.3, height = 2.9;
+    const auto& [panel, width_cm, height_cm, grid, tiles] = planned_[index];
+    const double cm_by_m = std::min(width / panel->width_m, height / panel->height_m);
+    drawing_.draw(page, *panel, {0, 0, panel->width_m, panel->height_m}, {corner[0], corner[1] + 1.1},
+                  cm_by_m, width / 300);
+    page.text({corner[0], corner[1] + 0.7}, 8,
+              formatted("%zu: %.1f x %.1f cm, %zu sheet%s", index + 1, width_cm, height_cm, tiles.size(),
+                        tiles.size() == 1 ? "" : "s"));
+    page.text({corner[0], corner[1] + 0.35}, 7,
+              formatted("stretch %.3g to %.3g", panel->stretch[0], panel->stretch[1]));
+  }
+
+  /// \returns the height that the views take
+  double draw_views(PdfPage& page, const std::vector<CarView>& views, double top) {
+    const double width = (page.box().width - 2 * margin_cm) / static_cast<double>(views.size());
+    double most = 0;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const Bitmap& picture = views[i].picture;
+      const double height =
+          width * static_cast<double>(picture.shape(0)) / static_cast<double>(picture.shape(1));
+      const double left = margin_cm + width * static_cast<double>(i);
+      page.picture({left, top - height, width, height}, file_.add_picture(settings_.path, picture));
+      for (const auto& [panel, right, down] : views[i].labels) {
+        const std::string number = std::to_string(panel + 1);
+        const double digits = 0.16 * static_cast<double>(number.size());
+        const PagePoint middle{left + right * width, top - down * height};
+        page.area({middle[0] - digits / 2 - 0.05, middle[1] - 0.16, digits + 0.1, 0.32}, {1, 1, 1});
+        page.text({middle[0] - digits / 2, middle[1] - 0.1}, 8, number);
+      }
+      most = std::max(most, height);
+    }
+    return most;
+  }
+
+  PanelSettings settings_;
+  double cm_by_m_;
+  PaintPanels found_;
+  PdfFile file_;
+  PanelDrawing drawing_;
+  std::vector<detail::PlannedPanel> planned_;
+  std::size_t sheets_ = 0, small_ = 0;
+};
+
+}  // namespace tapestry::shell
