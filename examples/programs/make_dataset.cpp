@@ -1,10 +1,12 @@
 // Puts any car into street scenes or photographs: frames to optimise on and frames held out.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
+#include <sstream>
 #include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
@@ -20,8 +22,11 @@
 #include "../scenes/photograph.hpp"
 #include "../scenes/vehicle.hpp"
 #include "shell/command_line.hpp"
+#include "shell/dataset_preview.hpp"
 #include "shell/mesh_axes.hpp"
 #include "shell/mesh_inputs.hpp"
+#include "shell/own_texture.hpp"
+#include "shell/photographs.hpp"
 #include "shell/program.hpp"
 #include "shell/run_folder.hpp"
 #include "shell/run_manifest.hpp"
@@ -43,15 +48,18 @@ struct Options {
   std::pair<double, double> elevation{3, 35};
   std::vector<double> distance;
   std::pair<double, double> fov{50, 60};
+  bool is_fov_given = false;
   double occluded = 0.25;
   std::string backgrounds;
   double camera_height = 1.5;
   double camera_pitch = 0;
   std::uint64_t seed = 1;
+  bool check = false;
 };
 
 void describe_car(CLI::App& app, Options& options) {
-  app.add_option("--mesh", options.mesh, "OBJ file of the car; the bundled sedan when left out");
+  app.add_option("--mesh", options.mesh,
+                 "OBJ file of the car, with its own texture (map_Kd); the bundled sedan when left out");
   app.add_option("--up", options.axes.up, up_help)->capture_default_str();
   app.add_option("--forward", options.axes.forward, forward_help)->capture_default_str();
   app.add_option("--material", options.material, "materials whose faces take the car's colour");
@@ -84,7 +92,10 @@ void describe_views(CLI::App& app, Options& options) {
          "least and largest distance of the camera, metres; left out, the car is .25 to .75 of the picture")
       ->expected(2)
       ->check(CLI::Range(2.0, 200.0));
-  app.add_option("--fov", options.fov, "least and largest horizontal field of view, degrees")
+  app.add_option(
+         "--fov", options.fov,
+         "least and largest horizontal field of view, degrees; left out, by a photograph's EXIF, else "
+         "50 to 60")
       ->capture_default_str()
       ->check(CLI::Range(5.0, 120.0));
   app.add_option("--occluded", options.occluded, "share of frames with an object in front of the car")
@@ -111,6 +122,7 @@ void describe(CLI::App& app, Options& options) {
   describe_car(app, options);
   describe_views(app, options);
   app.add_option("--seed", options.seed, "of the scenes")->capture_default_str();
+  app.add_flag("--check", options.check, "only write preview.png, a sheet of twelve of the frames");
 }
 
 void require_ranges(const Options& options) {
@@ -134,7 +146,8 @@ scenes::Vehicle load_vehicle(const Options& options, std::vector<std::string>& i
   inputs.insert(inputs.end(), loaded.material_files.begin(), loaded.material_files.end());
   if (!options.faces.empty()) inputs.push_back(options.faces);
   auto warnings = loaded.warnings;
-  warn_about_textures(options.mesh, loaded.mesh, warnings);
+  auto own = own_texture(options.mesh, loaded.mesh, warnings);
+  if (own) inputs.push_back(own->path);
   const auto materials = options.material.empty() && options.mesh == BundledAssets().mesh()
                              ? std::vector<std::string>{"body"}
                              : options.material;
@@ -142,7 +155,9 @@ scenes::Vehicle load_vehicle(const Options& options, std::vector<std::string>& i
   print_warnings(warnings);
   auto mesh = upright_car(options.mesh, std::move(loaded.mesh), options.axes);
   try {
-    return scenes::stand_on_ground(std::move(mesh), std::move(painted), options.length);
+    auto vehicle = scenes::stand_on_ground(std::move(mesh), std::move(painted), options.length);
+    if (own) scenes::set_texture(vehicle, own->picture, std::move(own->faces));
+    return vehicle;
   } catch (const DomainError& error) {
     throw FileError(ErrorKind::mismatch, {options.mesh, "", error.what()});
   }
@@ -168,55 +183,39 @@ scenes::SceneOptions scene_options(const Options& options, const scenes::Vehicle
   return scene;
 }
 
-/// The photographs of a folder, sorted by name. \throws FileError unless there are at least two
-std::vector<std::string> photographs(const std::string& folder) {
-  auto paths = io::listed_paths(folder, io::has_picture_name);
-  if (paths.size() < 2)
-    throw FileError(ErrorKind::mismatch,
-                    {folder, "", "too few photographs to hold some out",
-                     std::string("at least 2 (") + io::picture_endings + ")", std::to_string(paths.size())});
-  return paths;
-}
-
-/// The photographs that frames of this stream are made from; the two streams share none.
-std::vector<std::string> share_of(const std::vector<std::string>& paths, const Options& options,
-                                  bool held_out) {
-  const double share = static_cast<double>(options.test) / static_cast<double>(options.train + options.test);
-  const auto wanted = std::lround(share * static_cast<double>(paths.size()));
-  const auto last = options.train == 0 ? static_cast<long>(paths.size())
-                                       : std::clamp<long>(wanted, 1, static_cast<long>(paths.size()) - 1);
-  const auto border = paths.end() - last;
-  return held_out ? std::vector<std::string>(border, paths.end())
-                  : std::vector<std::string>(paths.begin(), border);
-}
-
-io::Frame frame_in_photograph(const Options& options, const scenes::Vehicle& vehicle, const std::string& path,
-                              std::size_t index, std::size_t count, Random& random) {
+io::Frame frame_in_photograph(const Options& options, const scenes::Vehicle& vehicle,
+                              const Photograph& source, std::size_t index, std::size_t count,
+                              Random& random) {
   scenes::PhotographOptions scene;
   scene.camera_height_m = options.camera_height;
   scene.pitch_deg = options.camera_pitch;
   scene.fov_deg = random.uniform(options.fov.first, options.fov.second);
+  const bool is_by_exif = source.fov_deg > 0 && !options.is_fov_given;
+  if (is_by_exif) scene.fov_deg = source.fov_deg;
   if (!options.distance.empty()) scene.distance_m = {options.distance[0], options.distance[1]};
   scene.yaw_rad = sector(index, count);
   const auto photograph =
-      scenes::resized_photograph(image::from_bytes<float>(io::read_image(path)), options.size);
+      scenes::resized_photograph(image::from_bytes<float>(io::read_image(source.path)), options.size);
   const auto make = [&](Random& numbers) {
     return scenes::make_scene_in_photograph(numbers, photograph, vehicle, scene);
   };
   try {
     return scenes::make_frame(random, make, 0.97, 2, photograph.shape(0), photograph.shape(1));
   } catch (const DomainError& error) {
-    throw FileError(ErrorKind::mismatch, {path, "", error.what()});
+    const std::string by_exif = "; by its EXIF it sees " + std::to_string(scene.fov_deg) +
+                                " degrees, which --distance fits to or --fov replaces";
+    throw FileError(ErrorKind::mismatch, {source.path, "", error.what() + (is_by_exif ? by_exif : "")});
   }
 }
 
 /// The options as words of the command line, without the folder that frames are written to.
 Json settings_json(const CLI::App& app, const Options& options) {
+  constexpr std::array unsaved{"output", "check", "quiet", "verbose"};
   Json settings{{"seed", options.seed}};
   for (const auto* option : app.get_options()) {
     if (option->count() == 0 || option->get_lnames().empty() || !option->get_configurable()) continue;
     const std::string& name = option->get_lnames().front();
-    if (name == "output" || name == "quiet" || name == "verbose" || settings.contains(name)) continue;
+    if (settings.contains(name) || std::ranges::find(unsaved, name) != std::end(unsaved)) continue;
     std::string words;
     for (const auto& word : option->results()) words += (words.empty() ? "" : ",") + word;
     const std::string& by_default = option->get_default_str();
@@ -242,10 +241,10 @@ std::string differences(const Json& was, const Json& now) {
   return text;
 }
 
-/// Writes the manifest to a new folder. A folder with the same manifest holds a data set that was interrupted
-/// or is drawn again.
+/// Requires that a data set may be written to a folder. A folder with the same manifest holds a data set that
+/// was interrupted or is drawn again.
 /// \throws Error (in_use) for a folder that holds anything but frames of this data set
-void settle_folder(const std::string& folder, const Json& manifest) {
+void require_own_folder(const std::string& folder, const Json& manifest) {
   const auto refuse = [&](const std::string& what) {
     throw Error(ErrorKind::in_use, folder + " holds " + what + "; give another --output");
   };
@@ -261,28 +260,76 @@ void settle_folder(const std::string& folder, const Json& manifest) {
     if (is_folder(folder + part, ErrorKind::write) &&
         !io::listed_paths(folder + part, [](const auto& file) { return file.extension() == ".npz"; }).empty())
       refuse("frames without the manifest of this data set");
-  write_text(path, exact_text(manifest) + "\n");
 }
 
-void write_frames(const Options& options, const scenes::Vehicle& vehicle, bool held_out) {
-  const std::string folder = options.output + (held_out ? "/test" : "/train");
+/// Draws the frames of a data set.
+class FrameDrawing {
+ public:
+  FrameDrawing(const Options& options, const scenes::Vehicle& vehicle, const std::vector<Photograph>& all)
+      : options_(options), vehicle_(vehicle) {
+    if (all.empty()) return;
+    train_ = share_of(all, options.train, options.test, false);
+    test_ = share_of(all, options.train, options.test, true);
+  }
+
+  [[nodiscard]] io::Frame operator()(const FramePlace& place) const {
+    const auto [held_out, index] = place;
+    const std::size_t count = held_out ? options_.test : options_.train;
+    Random random = Random(options_.seed).fork(held_out ? 12 : 11).fork(index);
+    const auto& pictures = held_out ? test_ : train_;
+    io::Frame frame =
+        pictures.empty() ? scenes::make_frame(random, scene_options(options_, vehicle_, index, count, random),
+                                              options_.size)
+                         : frame_in_photograph(options_, vehicle_, pictures[index % pictures.size()], index,
+                                               count, random);
+    frame.camera = scenes::camera_of_mesh(vehicle_, *frame.camera);
+    return frame;
+  }
+
+ private:
+  const Options& options_;
+  const scenes::Vehicle& vehicle_;
+  std::vector<Photograph> train_, test_;
+};
+
+void write_frames(const Options& options, const FrameDrawing& draw, bool held_out) {
   const std::size_t count = held_out ? options.test : options.train;
   if (count == 0) return;
-  const auto pictures = options.backgrounds.empty()
-                            ? std::vector<std::string>()
-                            : share_of(photographs(options.backgrounds), options, held_out);
-  make_writable_folder(folder);
+  make_writable_folder(options.output + (held_out ? "/test" : "/train"));
   parallel_for(count, [&](std::size_t index) {
-    Random random = Random(options.seed).fork(held_out ? 12 : 11).fork(index);
-    io::Frame frame =
-        pictures.empty()
-            ? scenes::make_frame(random, scene_options(options, vehicle, index, count, random), options.size)
-            : frame_in_photograph(options, vehicle, pictures[index % pictures.size()], index, count, random);
-    frame.camera = scenes::camera_of_mesh(vehicle, *frame.camera);
-    std::string number = std::to_string(index);
-    number.insert(0, number.size() < 4 ? 4 - number.size() : 0, '0');
-    io::write_frame(folder + "/" + number + ".npz", frame);
+    const FramePlace place{held_out, index};
+    io::write_frame(options.output + "/" + place.name() + ".npz", draw(place));
   });
+}
+
+/// What is assumed of the photographs' camera, since no option states it; empty if nothing is.
+std::string assumptions(const CLI::App& app, const Options& options, bool is_fov_known) {
+  std::ostringstream what, names;
+  const auto add = [&](const std::string& name, const auto&... words) {
+    if (app.count(name) > 0) return;
+    (what << (names.str().empty() ? "" : ", ") << ... << words);
+    names << (names.str().empty() ? "" : ", ") << name;
+  };
+  add("--camera-height", "height ", options.camera_height, " m");
+  add("--camera-pitch", "pitch ", options.camera_pitch, " degrees");
+  if (!is_fov_known)
+    add("--fov", "field of view ", options.fov.first, " to ", options.fov.second, " degrees");
+  if (names.str().empty()) return {};
+  return "assumed of the camera: " + what.str() + "; set " + names.str() + " to what is true";
+}
+
+/// Prints where the preview is, and how it shows whether the camera of photographs is right.
+void remark_preview(const CLI::App& app, const Options& options, const std::vector<Photograph>& pictures,
+                    const std::string& path) {
+  remark("preview: " + path);
+  if (pictures.empty()) return;
+  const auto without_fov = static_cast<std::size_t>(std::ranges::count(pictures, 0.0, &Photograph::fov_deg));
+  if (!options.is_fov_given && without_fov < pictures.size())
+    remark("field of view of " + std::to_string(pictures.size() - without_fov) + " of " +
+           std::to_string(pictures.size()) + " photographs is by their EXIF");
+  if (const auto assumed = assumptions(app, options, without_fov == 0); !assumed.empty()) remark(assumed);
+  remark("  its blue line is the horizon: if it lies below that of a photograph, raise --camera-pitch;");
+  remark("  if cars are too small for where they stand, lower --camera-height");
 }
 
 /// The command that optimises on what was written.
@@ -301,21 +348,27 @@ std::string next_command(const Options& options) {
   return shell_line(words);
 }
 
-int make_dataset(const CLI::App& app, const Options& options) {
+int make_dataset(const CLI::App& app, Options& options) {
   require_ranges(options);
+  options.is_fov_given = app.count("--fov") > 0;
   std::vector<std::string> inputs;
   const scenes::Vehicle vehicle = load_vehicle(options, inputs);
-  if (!options.backgrounds.empty()) {
-    const auto pictures = photographs(options.backgrounds);
-    inputs.insert(inputs.end(), pictures.begin(), pictures.end());
-  }
+  const auto pictures = photographs(options.backgrounds);
+  for (const auto& picture : pictures) inputs.push_back(picture.path);
   Json manifest =
       make_manifest("make_dataset", settings_json(app, options), options.seed, options.train > 0, inputs);
   manifest["frames"] = {{"train", options.train}, {"test", options.test}};
   const RunFolder folder(options.output, !is_there(options.output, ErrorKind::write));
-  settle_folder(options.output, manifest);
-  write_frames(options, vehicle, false);
-  write_frames(options, vehicle, true);
+  require_own_folder(options.output, manifest);
+  const FrameDrawing draw(options, vehicle, pictures);
+  const std::string preview = options.output + "/preview.png";
+  write_preview(preview, options.train, options.test, !pictures.empty(), draw);
+  remark_preview(app, options, pictures, preview);
+  if (options.check) return 0;
+  if (!is_there(manifest_path(options.output), ErrorKind::write))
+    write_text(manifest_path(options.output), exact_text(manifest) + "\n");
+  write_frames(options, draw, false);
+  write_frames(options, draw, true);
   remark("wrote " + std::to_string(options.train) + " frames to optimise on and " +
          std::to_string(options.test) + " held out to " + options.output);
   remark("next: " + next_command(options));
@@ -331,6 +384,7 @@ int main(int argc, char** argv) {
   describe(app, options);
   app.footer(
       "  make_dataset --output frames\n"
+      "  make_dataset --mesh car.obj --material body --output frames --check\n"
       "  make_dataset --mesh car.obj --material body --output frames --train 200");
   return run_program(app, argc, argv, [&] { return make_dataset(app, options); });
 }

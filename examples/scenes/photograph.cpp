@@ -11,8 +11,7 @@
 #include "scene_parts.hpp"
 
 namespace tapestry::scenes {
-namespace {
-/// Means of 2 × 2 pixels.
+
 Array<float, 3> halved(const Array<float, 3>& picture) {
   Array<float, 3> half(Extents<3>{picture.shape(0) / 2, picture.shape(1) / 2, 3});
   for (std::size_t row = 0; row < half.shape(0); ++row)
@@ -24,7 +23,6 @@ Array<float, 3> halved(const Array<float, 3>& picture) {
             4;
   return half;
 }
-}  // namespace
 
 Array<float, 3> resized_photograph(Array<float, 3> picture, std::size_t size) {
   while (std::max(picture.shape(0), picture.shape(1)) >= 2 * size) picture = halved(picture);

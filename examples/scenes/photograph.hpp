@@ -1,5 +1,7 @@
 #pragma once
+#include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/camera.hpp>
@@ -18,6 +20,16 @@ struct PhotographOptions {
   std::pair<double, double> distance_m{5, 20};
   std::pair<double, double> yaw_rad{0, 6.283185307179586};  ///< of the car
 };
+
+/// Means of 2 × 2 pixels.
+[[nodiscard]] Array<float, 3> halved(const Array<float, 3>& picture);
+
+/// Horizontal field of view of a lens, degrees. Of 35 mm film, 36 × 24 mm, the diagonal counts (CIPA DC-008).
+/// \param focal_length_35mm  mm
+[[nodiscard]] inline double fov_of_lens_deg(double focal_length_35mm, double height, double width) {
+  const double half_width = std::hypot(36, 24) / 2 * width / std::hypot(height, width);
+  return 2 * std::atan(half_width / focal_length_35mm) * 180 / std::numbers::pi;
+}
 
 /// A photograph whose longer side has `size` pixels.
 [[nodiscard]] Array<float, 3> resized_photograph(Array<float, 3> picture, std::size_t size);

@@ -63,7 +63,7 @@ class Shader {
       for (std::size_t c = 0; c < 3; ++c)
         lit_[face][c] *= static_cast<float>(lights[face] * scene.light.colour[c]);
     pixel_angle_ = 2 * scene.camera.tan_half_fov_x / static_cast<double>(width);
-    if (scene.texels.size() > 0) paint_texture();
+    if (scene.texture) paint_texture(*scene.texture);
   }
 
   /// Sum of the colours of one pixel's samples.
@@ -108,11 +108,10 @@ class Shader {
                      static_cast<double>(height_), static_cast<double>(width_));
   }
 
-  void paint_texture() {
-    const auto map = raster::texture_operator<float>(
-        {scene_.car, geometry::faces_by_material(scene_.car, {"body"}), scene_.layout}, scene_.camera,
-        height_, width_, scene_.light);
-    texture_ = raster::render(map, scene_.texels);
+  void paint_texture(const CarTexture& texture) {
+    const auto map = raster::texture_operator<float>({scene_.car, texture.faces, texture.layout},
+                                                     scene_.camera, height_, width_, scene_.light);
+    texture_ = raster::render(map, texture.texels);
     texture_coverage_ = map.coverage;
     textured_faces_ = scene_.car.faces.size();  // the main car comes first
   }

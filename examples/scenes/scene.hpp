@@ -2,12 +2,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <tapestry/core/array.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/light.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 #include <utility>
 #include <vector>
 
@@ -82,8 +82,8 @@ struct Scene {
       photograph;  ///< [H, W, 3] behind everything instead of the sky, of the picture's extents; or empty
   double sensor_noise = 0;
   std::uint64_t noise_seed = 0;
-  Array<float, 2> texels;  ///< [texel, 3], the main car's paint when it is a texture; else empty
-  raster::TextureLayout layout{};
+  std::shared_ptr<const CarTexture> texture{};  ///< of the main car; its other faces have their materials'
+                                                ///< colours; or null
 };
 
 }  // namespace tapestry::scenes

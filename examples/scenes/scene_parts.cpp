@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -31,12 +33,29 @@ raster::Light any_light(Random& random) {
   return light;
 }
 
+namespace {
+/// Makes these the colours of the mesh's materials, one entry a face.
+void set_materials(geometry::Mesh& mesh, const std::vector<Colour>& colours) {
+  std::map<Colour, std::int32_t> places;
+  mesh.materials.clear();
+  mesh.face_materials.clear();
+  for (const Colour& colour : colours) {
+    const auto place = static_cast<std::int32_t>(mesh.materials.size());
+    const auto [known, is_new] = places.try_emplace(colour, place);
+    if (is_new) mesh.materials.push_back({"", colour});
+    mesh.face_materials.push_back(known->second);
+  }
+}
+}  // namespace
+
 void add_vehicle(SceneBuilder& builder, Scene& scene, const SceneOptions& options, Random& random) {
   const Vehicle& vehicle = *options.vehicle;
   const Colour colour = options.colour.value_or(car_colour(random));
   std::vector<Colour> colours = vehicle.colours;
   for (std::size_t face = 0; face < colours.size(); ++face)
     if (vehicle.painted[face] != 0) colours[face] = colour;
+  scene.texture = vehicle.texture;
+  if (scene.texture) set_materials(scene.car, colours);
   scene.car_object = scene.objects.size();
   builder.label(class_car, builder.add(scene.car, colours, {}));
   cast_shadows(builder, scene.car.positions, {}, 0.6);

@@ -1,18 +1,29 @@
 #pragma once
 #include <cstdint>
+#include <memory>
+#include <tapestry/core/array.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/texture_layout.hpp>
 #include <vector>
 
 #include "mesh_builder.hpp"
 
 namespace tapestry::scenes {
 
+/// A picture on some faces of a car.
+struct CarTexture {
+  std::vector<std::uint8_t> faces;  ///< one entry a face, 1 where it shows
+  raster::TextureLayout layout{};
+  Array<float, 2> texels;  ///< [texel, 3], of all levels where the layout is filtered
+};
+
 /// A mesh of the user's as the main car of scenes: in metres, z up, standing on the ground at the origin.
 struct Vehicle {
   geometry::Mesh mesh{};
-  std::vector<std::uint8_t> painted{};  ///< 1 for each face that takes the car's colour
-  std::vector<Colour> colours{};        ///< of the other faces: their material's, or dark
+  std::vector<std::uint8_t> painted{};          ///< 1 for each face that takes the car's colour
+  std::vector<Colour> colours{};                ///< of the other faces: their material's, or dark
+  std::shared_ptr<const CarTexture> texture{};  ///< its own, on painted and other faces; or null
   double metres_per_unit = 1;
   Point origin{};  ///< where the scene's origin lies in the mesh as it was, its units
 };
@@ -22,6 +33,11 @@ struct Vehicle {
 /// \param length   of the longest side of the mesh's box, metres; 0 where its units are metres
 /// \throws DomainError for a mesh that would be shorter than 1 m or longer than 20 m
 [[nodiscard]] Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, double length);
+
+/// Puts the mesh's own texture on some of its faces. A picture that is much larger than frames is halved.
+/// \param picture  [H, W, 3], RGB
+/// \param faces    one entry a face, 1 for those that it shows on; they have texture coordinates
+void set_texture(Vehicle& vehicle, const Array<std::uint8_t, 3>& picture, std::vector<std::uint8_t> faces);
 
 /// The camera of a scene, as it sees the vehicle's mesh in the units that it had before.
 [[nodiscard]] geometry::Camera camera_of_mesh(const Vehicle& vehicle, geometry::Camera camera);

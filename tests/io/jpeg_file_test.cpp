@@ -22,17 +22,20 @@ namespace {
 using Picture = tapestry::Array<std::uint8_t, 3>;
 using namespace std::string_literals;
 
-/// An EXIF segment that holds nothing but the orientation.
-std::string exif_segment(int orientation, bool is_little) {
+/// An EXIF segment that holds nothing but the orientation and, in a directory of its own, the focal length.
+std::string exif_segment(int orientation, bool is_little, int focal_length = 0) {
   const auto number = [&](int value, int bytes) {
     std::string text;
     for (int i = 0; i < bytes; ++i)
       text.push_back(static_cast<char>(value >> 8 * (is_little ? i : bytes - 1 - i)));
     return text;
   };
-  const std::string tiff = (is_little ? "II"s : "MM"s) + number(42, 2) + number(8, 4) + number(1, 2) +
-                           number(0x0112, 2) + number(3, 2) + number(1, 4) + number(orientation, 2) +
-                           number(0, 2) + number(0, 4);
+  const auto entry = [&](int tag, int type, int value, int bytes) {
+    return number(tag, 2) + number(type, 2) + number(1, 4) + number(value, bytes) + number(0, 4 - bytes);
+  };
+  const std::string tiff = (is_little ? "II"s : "MM"s) + number(42, 2) + number(8, 4) + number(2, 2) +
+                           entry(0x0112, 3, orientation, 2) + entry(0x8769, 4, 38, 4) + number(0, 4) +
+                           number(1, 2) + entry(0xA405, 3, focal_length, 2) + number(0, 4);
   const std::string content = "Exif\0\0"s + tiff;
   const std::size_t length = content.size() + 2;
   return "\xff\xe1"s + static_cast<char>(length >> 8U) + static_cast<char>(length & 0xFFU) + content;
@@ -85,6 +88,30 @@ TEST_CASE("an EXIF block that makes no sense turns nothing", "[io][jpeg]") {
     CHECK(io::detail::ExifReader(tiff).orientation() == 1);
   const std::string nine = exif_segment(9, true);
   CHECK(io::detail::ExifReader(std::string_view(nine).substr(10)).orientation() == 1);
+}
+
+TEST_CASE("the focal length of an EXIF block is read, and 0 from a cut block", "[io][jpeg]") {
+  for (const bool is_little : {true, false}) {
+    const std::string segment = exif_segment(6, is_little, 27);
+    const std::string_view tiff = std::string_view(segment).substr(10);
+    CHECK(io::detail::ExifReader(tiff).focal_length_35mm() == 27);
+    CHECK(io::detail::ExifReader(tiff).orientation() == 6);
+    for (std::size_t length = 0; length < 52; ++length)  // where its entry ends
+      CHECK(io::detail::ExifReader(tiff.substr(0, length)).focal_length_35mm() == 0);
+    const std::string file = "\xff\xd8"s + segment + frame_header(0xC0, 8, 4, 4, 3).substr(2) + "\xff\xda"s;
+    CHECK(io::scan_jpeg(file, "a.jpg").focal_length_35mm == 27);
+  }
+}
+
+TEST_CASE("an EXIF block of any bytes has some focal length", "[io][jpeg][bad_input]") {
+  tapestry::Random random(2);
+  for (int trial = 0; trial < 20000; ++trial) {
+    const std::string segment = exif_segment(1, trial % 2 == 0, 27);
+    std::string tiff = segment.substr(10, random.index(segment.size() - 10));
+    for (int change = 0; change < 3 && tiff.size() > 4; ++change)
+      tiff[4 + random.index(tiff.size() - 4)] = static_cast<char>(random.index(256));
+    CHECK(io::detail::ExifReader(tiff).focal_length_35mm() <= 65535);
+  }
 }
 
 TEST_CASE("eight orientations are turned upright", "[io][jpeg]") {

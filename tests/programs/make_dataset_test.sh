@@ -34,6 +34,14 @@ expect_error_line "^error: twice: folder is in use by process $process on "
 kill -KILL "$process"
 wait "$process" 2>/dev/null
 
+# The preview alone, at first; it claims no folder for these options.
+expect_exit 0 "a preview" frames --check --output look
+expect_same look/preview.png metres/preview.png
+[ "$(ls -A look)" = preview.png ] && pass || fail "a check wrote $(ls -A look)"
+expect_exit 0 "another seed after a check" frames --seed 2 --output look
+expect_exit 7 "a check of another set in its folder" frames --check --output look
+grep -q 'assumed of the camera' command.out && fail "streets have a camera of ours" || pass
+
 # A set that was broken off is no smaller set without a word, and the same command completes it.
 cp -r metres short && rm short/test/0002.npz
 expect_exit 0 "a set that was broken off" "$programs/camouflage" --check --frames short
@@ -65,6 +73,11 @@ for picture in a b c; do
   expect_exit 0 "a photograph" "$programs/render" --size 120 90 --azimuth "$((16#$picture))" --output "photographs/$picture.png"
 done
 expect_exit 0 "photographs" frames --backgrounds photographs --camera-height 2 --camera-pitch 8 --output photographed
+grep -qx 'preview: photographed/preview.png' command.out && pass || fail "no path of the preview"
+grep -qx 'assumed of the camera: field of view 50 to 60 degrees; set --fov to what is true' command.out && pass ||
+  fail "what is assumed: $(cat command.out)"
+expect_exit 0 "all is given" frames --backgrounds photographs --camera-height 2 --camera-pitch 8 --fov 60 60 --check --output given
+grep -q 'assumed' command.out && fail "what is given is assumed" || pass
 [ "$(ls photographed/train photographed/test | grep -c npz)" = 5 ] && pass || fail "there are $(ls photographed/*)"
 expect_exit 0 "camouflage takes them" "$programs/camouflage" --frames photographed --epochs 1 --batch 2 --texels 8 --output run2
 rm photographs/[bc].png
@@ -73,6 +86,21 @@ expect_error_line "photographs: too few photographs .*expected at least 2.*found
 expect_exit 3 "no folder" frames --backgrounds nowhere --output nowhere
 expect_error_line "nowhere: cannot list the folder"
 expect_exit 2 "heights of a street's camera" frames --backgrounds photographs --elevation 1 2 --output mixed
+
+# The mesh's own texture, on painted faces; the rest of the picture stays.
+mkdir own && cp "$assets/car_sedan.obj" own/car.obj && cp "$assets/result.png" own/skin.png
+sed 's/^newmtl body$/&\nmap_Kd skin.png/' "$assets/car_sedan.mtl" >own/car_sedan.mtl
+cp -r own plain && cp "$assets/car_sedan.mtl" plain
+expect_exit 0 "a car with a texture" frames --mesh own/car.obj --material body --output textured
+grep -q warning command.err && fail "a texture is warned of: $(cat command.err)" || pass
+grep -q own/skin.png textured/manifest.json && pass || fail "the texture is no input"
+expect_exit 0 "the car without it" frames --mesh plain/car.obj --material body --output untextured
+cmp -s textured/test/0001.npz untextured/test/0001.npz && fail "the texture is not drawn" || pass
+expect_same untextured/test/0001.npz metres/test/0001.npz
+rm own/skin.png
+expect_exit 0 "a texture that is gone" frames --mesh own/car.obj --material body --output gone
+grep -q '^warning: own/skin.png: .*colours (Kd) stand in' command.err && pass || fail "no word on a texture that is gone"
+expect_same gone/test/0001.npz metres/test/0001.npz
 
 # The same car with y up and its front at +z: refused as it is, the same to the byte once it is told how it lies.
 awk '$1 == "v" { print "v", $3, $4, $2; next } $1 == "vn" { print "vn", $3, $4, $2; next } { print }' \

@@ -22,6 +22,9 @@ done
 expect_exit 0 "the car alone" "$programs/render" --mesh car.obj --output look.png
 expect_exit 4 "the car's materials" "$programs/render" --mesh car.obj --material '?'
 grep -q "it has 'body'" command.err && pass || fail "no list of materials: $(cat command.err)"
+expect_exit 0 "a preview" "$programs/make_dataset" --mesh car.obj --material body --length 4.9 --backgrounds photographs \
+  --camera-height 1.6 --camera-pitch 5 --train 4 --test 2 --size 96 --output frames --check
+expect_file frames/preview.png
 expect_exit 0 "frames" "$programs/make_dataset" --mesh car.obj --material body --length 4.9 --backgrounds photographs \
   --camera-height 1.6 --camera-pitch 5 --train 4 --test 2 --size 96 --output frames
 next=$(sed -n 's/^next: //p' command.out command.err)

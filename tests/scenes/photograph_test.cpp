@@ -41,3 +41,9 @@ TEST_CASE("photographs keep their shape and their mean when they are resized", "
   for (const float value : small) CHECK(value == Approx(0.5));  // columns of one pixel, black and white
   CHECK(scenes::resized_photograph(picture, 320).shape(0) == 180);
 }
+
+TEST_CASE("a lens of 36 mm sees half its width by its length, less on its side", "[scenes][photograph]") {
+  // 36 × 24 mm film: half of 36 mm by 36 mm, and half of 24 mm for a picture on its side.
+  CHECK(scenes::fov_of_lens_deg(36, 24, 36) == Approx(2 * 180 / 3.141592653589793 * std::atan(0.5)));
+  CHECK(scenes::fov_of_lens_deg(12, 36, 24) == Approx(90));
+}

@@ -1,8 +1,11 @@
 #include "../../examples/scenes/vehicle.hpp"
 
 #include <cmath>
+#include <cstdint>
 #include <tapestry/geometry/camera.hpp>
 
+#include "../../examples/scenes/photograph.hpp"
+#include "../../examples/scenes/picture.hpp"
 #include "../support/catch.hpp"
 
 namespace scenes = tapestry::scenes;
@@ -54,4 +57,34 @@ TEST_CASE("vehicles of no vehicle's length are refused", "[scenes][vehicle]") {
                     contains("400.000000 m long, expected 1 to 20; --length"));
   CHECK_THROWS_WITH(scenes::stand_on_ground(mesh_in_centimetres(), {1, 0}, 0.5), contains("0.5"));
   CHECK_THROWS_WITH(scenes::stand_on_ground({}, {}, 4), contains("m long, expected 1 to 20"));
+}
+
+TEST_CASE("a vehicle's own texture covers its faces, and the others keep their colours",
+          "[scenes][vehicle]") {
+  auto mesh = mesh_in_centimetres();
+  mesh.positions = {{0, 0, 0}, {400, 0, 0}, {400, 0, 150}, {0, 0, 150}};  // a wall, seen from its right side
+  mesh.uvs = {{0, 0}, {1, 0}, {1, 1}};
+  mesh.face_uvs = {{0, 1, 2}, {-1, -1, -1}};
+  mesh.face_normals = mesh.face_uvs;
+  auto vehicle = scenes::stand_on_ground(mesh, {1, 0}, 4);
+  tapestry::Array<std::uint8_t, 3> red(tapestry::Extents<3>{2, 2, 3}, std::uint8_t(0));
+  for (std::size_t i = 0; i < 4; ++i) red.data()[3 * i] = 255;
+  scenes::set_texture(vehicle, red, {1, 0});
+  scenes::PhotographOptions options;
+  options.yaw_rad = {0, 0};
+  tapestry::Random random(3);
+  auto scene = scenes::make_scene_in_photograph(
+      random, tapestry::Array<float, 3>(tapestry::Extents<3>{64, 64, 3}, 0.5F), vehicle, options);
+  scene.camera = geometry::orbit_camera(-1.5707963267948966, 0.1, 8, {0, 0, 0.7}, 0.8);
+  const auto picture = scenes::draw_scene(scene, 64, 64);
+  std::size_t reds = 0, others = 0;
+  for (std::size_t y = 0; y < 64; ++y)
+    for (std::size_t x = 0; x < 64; ++x) {
+      if (picture.car_mask(y, x) < 1) continue;
+      const float r = picture.image(y, x, 0), g = picture.image(y, x, 1), b = picture.image(y, x, 2);
+      if (g == 0 && b == 0 && r > 0) ++reds;
+      if (std::abs(g / r - 0.5F) < 0.2F && b > r) ++others;  // (0.2, 0.1, 0.3) in some light
+    }
+  CHECK(reds > 100);
+  CHECK(others > 100);
 }

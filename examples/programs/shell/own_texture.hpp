@@ -16,6 +16,7 @@ namespace tapestry::shell {
 
 /// A texture that belongs to a mesh (map_Kd).
 struct OwnTexture {
+  std::string path;
   Bitmap picture;
   std::vector<std::uint8_t> faces;  ///< one entry a face, 1 where it shows
 };
@@ -40,6 +41,7 @@ inline std::optional<OwnTexture> own_texture(const std::string& mesh_path, const
       std::ranges::max_element(face_counts, {}, [](const auto& entry) { return entry.second; })->first;
   OwnTexture own;
   try {
+    own.path = path;
     own.picture = io::read_image(path);
   } catch (const FileError& error) {
     warnings.push_back(std::string(error.what()) + "; colours (Kd) stand in for this texture");

@@ -14,7 +14,8 @@ namespace tapestry::io {
 struct JpegHeader {
   std::size_t height = 0;  ///< as stored, before it is turned upright
   std::size_t width = 0;
-  int orientation = 1;  ///< 1 to 8, see turned_upright()
+  int orientation = 1;                ///< 1 to 8, see turned_upright()
+  std::size_t focal_length_35mm = 0;  ///< of the lens as if on 35 mm film, mm, by EXIF; 0 if not stated
 };
 
 namespace detail {
@@ -26,20 +27,35 @@ class ExifReader {
 
   /// The orientation of the first picture; 1 if the block states no valid one.
   [[nodiscard]] int orientation() const {
-    constexpr std::size_t orientation_tag = 0x0112, short_type = 3;
-    if (!is_little_ && !tiff_.starts_with("MM")) return 1;
-    const std::size_t directory = number(4, 4);
-    const std::size_t entries = number(directory, 2);
-    for (std::size_t i = 0; i < entries && directory + 2 + 12 * i + 12 <= tiff_.size(); ++i) {
-      const std::size_t entry = directory + 2 + 12 * i;
-      if (number(entry, 2) != orientation_tag || number(entry + 2, 2) != short_type) continue;
-      const std::size_t value = number(entry + 8, 2);
-      return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
-    }
-    return 1;
+    const std::size_t value = short_value(number(4, 4), 0x0112);
+    return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+  }
+
+  /// Focal length of the lens as if on 35 mm film, mm; 0 if the block does not state it.
+  [[nodiscard]] std::size_t focal_length_35mm() const {
+    return short_value(long_value(number(4, 4), 0x8769), 0xA405);
   }
 
  private:
+  [[nodiscard]] std::size_t short_value(std::size_t directory, std::size_t tag) const {
+    return value_of(directory, tag, 3, 2);
+  }
+  [[nodiscard]] std::size_t long_value(std::size_t directory, std::size_t tag) const {
+    return value_of(directory, tag, 4, 4);
+  }
+
+  /// The first value of this tag and type in a directory; 0 if there is none.
+  [[nodiscard]] std::size_t value_of(std::size_t directory, std::size_t tag, std::size_t type,
+                                     std::size_t bytes) const {
+    if (directory == 0 || (!is_little_ && !tiff_.starts_with("MM"))) return 0;
+    const std::size_t entries = number(directory, 2);
+    for (std::size_t i = 0; i < entries && directory + 2 + 12 * i + 12 <= tiff_.size(); ++i) {
+      const std::size_t entry = directory + 2 + 12 * i;
+      if (number(entry, 2) == tag && number(entry + 2, 2) == type) return number(entry + 8, bytes);
+    }
+    return 0;
+  }
+
   /// The integer there; 0 beyond the end of the block.
   [[nodiscard]] std::size_t number(std::size_t at, std::size_t bytes) const {
     if (at > tiff_.size() || tiff_.size() - at < bytes) return 0;
@@ -89,10 +105,14 @@ class JpegScan {
     throw FileError(kind, {path_, "@" + std::to_string(at), what, expected, found});
   }
 
+  void read_exif(const ExifReader& exif) {
+    header_.orientation = exif.orientation();
+    header_.focal_length_35mm = exif.focal_length_35mm();
+  }
+
   void read_segment(unsigned marker, std::size_t at, std::string_view content) {
     using namespace std::string_view_literals;
-    if (marker == 0xE1 && content.starts_with("Exif\0\0"sv))
-      header_.orientation = ExifReader(content.substr(6)).orientation();
+    if (marker == 0xE1 && content.starts_with("Exif\0\0"sv)) read_exif(ExifReader(content.substr(6)));
     const bool is_frame =
         marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
     if (!is_frame) return;
@@ -124,8 +144,8 @@ class JpegScan {
 /// Whether a file is a JPEG by its first bytes.
 [[nodiscard]] inline bool is_jpeg(std::string_view file) { return file.starts_with("\xff\xd8\xff"); }
 
-/// Reads the header of a JPEG, up to the picture data. Sources: ITU-T T.81, annex B; for the orientation Exif
-/// 2.3 (CIPA DC-008), section 4.6.4.
+/// Reads the header of a JPEG, up to the picture data. Sources: ITU-T T.81, annex B; for the orientation and
+/// the focal length Exif 2.3 (CIPA DC-008), sections 4.6.4 and 4.6.5.
 ///
 /// \param path  for messages
 /// \throws FileError: malformed (cut; neither baseline nor progressive; CMYK), limit (over 16,384 a side or

@@ -1,0 +1,69 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/io/frame.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <utility>
+#include <vector>
+
+#include "contact_sheet.hpp"
+#include "drawn_boxes.hpp"
+#include "picture_sheet.hpp"
+
+namespace tapestry::shell {
+
+/// Place of a frame in a data set.
+struct FramePlace {
+  bool held_out;
+  std::size_t index;
+
+  [[nodiscard]] std::string name() const {
+    const std::string number = std::to_string(index);
+    return (held_out ? "test/" : "train/") + std::string(number.size() < 4 ? 4 - number.size() : 0, '0') +
+           number;
+  }
+};
+
+/// Row of the horizon in the middle of a camera's picture, z up; may lie outside of the picture.
+inline double horizon_row(const geometry::Camera& camera, double height, double width) {
+  const auto& forward = camera.rotation[2];
+  const auto ahead = geometry::multiply(camera.rotation, {forward[0], forward[1], 0});
+  return geometry::picture_from_view(camera, ahead, height, width)[0];
+}
+
+/// A frame's picture with the box of its car and, in blue, the horizon of its camera.
+inline MarkedPicture marked_frame(const io::Frame& frame, bool has_horizon) {
+  constexpr Colour blue{40, 120, 255};
+  MarkedPicture marked{frame.image, {}};
+  if (frame.label) marked.boxes.push_back({frame.label->box, "", found_colour});
+  const auto height = static_cast<double>(frame.image.shape(0));
+  const auto width = static_cast<double>(frame.image.shape(1));
+  const double row = has_horizon && frame.camera ? horizon_row(*frame.camera, height, width) : -1;
+  if (row >= 0 && row < height) marked.boxes.push_back({{width / 2, row, width, 1}, "", blue});
+  return marked;
+}
+
+/// Writes a sheet of at most twelve frames, evenly spread, each under its name.
+/// \param train, test  frames of the two parts
+/// \param draw         returns the frame of a place
+template <class Draw>
+void write_preview(const std::string& path, std::size_t train, std::size_t test, bool has_horizon,
+                   Draw draw) {
+  const std::size_t total = train + test, shown = std::min<std::size_t>(12, total);
+  std::vector<FramePlace> places;
+  for (std::size_t i = 0; i < total; ++i)
+    if (is_shown(i, shown, total)) places.push_back({i >= train, i >= train ? i - train : i});
+  PictureSheet sheet(shown);
+  std::vector<MarkedPicture> pictures(shown);
+  parallel_for(shown, [&](std::size_t i) {
+    pictures[i] = fitted_within(marked_frame(draw(places[i]), has_horizon), sheet.side());
+  });
+  for (std::size_t i = 0; i < shown; ++i) sheet.add(places[i].name(), std::move(pictures[i]));
+  io::write_image(path, sheet.bitmap());
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,59 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/jpeg_file.hpp>
+#include <utility>
+#include <vector>
+
+#include "../../scenes/photograph.hpp"
+
+namespace tapestry::shell {
+
+/// A photograph to put a car into.
+struct Photograph {
+  std::string path;
+  double fov_deg = 0;  ///< horizontal field of view by its EXIF; 0 where that states none
+};
+
+/// The field of view that a JPEG states, horizontal, of the upright picture, degrees; 0 for other files.
+inline double stated_fov_deg(const std::string& path) {
+  const std::string file = io::read_text_file(path);
+  if (!io::is_jpeg(file)) return 0;
+  const io::JpegHeader header = io::scan_jpeg(file, path);
+  if (header.focal_length_35mm == 0) return 0;
+  auto height = static_cast<double>(header.height), width = static_cast<double>(header.width);
+  if (header.orientation >= 5) std::swap(height, width);
+  return scenes::fov_of_lens_deg(static_cast<double>(header.focal_length_35mm), height, width);
+}
+
+/// The photographs of a folder, sorted by name; none for an empty name.
+/// \throws FileError unless there are at least two
+inline std::vector<Photograph> photographs(const std::string& folder) {
+  if (folder.empty()) return {};
+  const auto paths = io::listed_paths(folder, io::has_picture_name);
+  if (paths.size() < 2)
+    throw FileError(ErrorKind::mismatch,
+                    {folder, "", "too few photographs to hold some out",
+                     std::string("at least 2 (") + io::picture_endings + ")", std::to_string(paths.size())});
+  std::vector<Photograph> found;
+  for (const auto& path : paths) found.push_back({path, stated_fov_deg(path)});
+  return found;
+}
+
+/// The photographs that frames of one part are made from; the two parts share none.
+/// \param train, test  frames of the parts
+inline std::vector<Photograph> share_of(const std::vector<Photograph>& all, std::size_t train,
+                                        std::size_t test, bool held_out) {
+  const double share = static_cast<double>(test) / static_cast<double>(train + test);
+  const auto wanted = std::lround(share * static_cast<double>(all.size()));
+  const auto count = static_cast<long>(all.size());
+  const auto last = train == 0 ? count : std::clamp<long>(wanted, 1, count - 1);
+  const auto border = all.end() - last;
+  return held_out ? std::vector<Photograph>(border, all.end()) : std::vector<Photograph>(all.begin(), border);
+}
+
+}  // namespace tapestry::shell
