@@ -58,7 +58,7 @@ filter=(--filter anisotropic) # of every measurement, though mesh_adv is optimis
 as_photographed=(--light frame "${filter[@]}") # though rauca is optimised in another light
 
 declare -A options=([fca]="" [mesh_adv]="--method mesh_adv --filter bilinear" [camou]="--method camou" [upc]="--method upc"
-  [das]="--method das" [das_full]="--method das_full" [best]="${best[*]}" [planar_patch]="--method planar_patch"
+  [das]="--method das --smoothness-weight 0" [das_full]="--method das_full --smoothness-weight 0" [best]="${best[*]}" [planar_patch]="--method planar_patch"
   [random]="--method random" [solid]="--method solid" [rauca]="--method rauca --light photo"
   [conditions]="--conditions physical"
   [cls]="--loss paper --iou-weight 0 --objectness-weight 0 --smoothness-weight 0"

@@ -23,8 +23,13 @@ using namespace tapestry::shell;
 /// Reads the inputs of a run with all detectors, and checks that they have what the method needs.
 Inputs load_all(CamouflageOptions& options) {
   std::vector<std::string> layers;
-  if (maps_attention(options.optimisation.method)) layers.emplace_back();  // the last one of all heads
+  const bool scatters = maps_attention(options.optimisation.method);
+  if (scatters) layers.emplace_back();  // the last one of all heads
   Inputs inputs = load_inputs(options.scene, options.detector, layers);
+  if (scatters && options.optimisation.smoothness > 0)
+    inputs.warnings.push_back("--method " + options.optimisation.method +
+                              ": smoothness outweighs the loss of attention by far; DAS has no such term, "
+                              "see --smoothness-weight 0");
   loss::require_raw_logits("camouflage", inputs.detector.heads());
   inputs.ensemble =
       load_ensemble(options.optimisation.ensemble, options.detector, inputs.detector, inputs.warnings);

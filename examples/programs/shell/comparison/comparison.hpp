@@ -71,7 +71,7 @@ inline std::vector<ColumnMeasurements> columns_of(const std::vector<MeasuredFold
     for (std::size_t i = 0; i < parts.size(); ++i) {
       const std::string name = folder.protocol.on_photographs ? parts[i].name
                                : parts.size() == 1            ? folder.detector
-                                                              : folder.detector + ", " + parts[i].name;
+                                                              : folder.detector + " " + parts[i].name;
       auto column = std::ranges::find(columns, name, &ColumnMeasurements::name);
       if (column == columns.end()) {
         columns.push_back({name, {}});
