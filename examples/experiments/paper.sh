@@ -9,8 +9,8 @@
 # --tables  only these: 1 methods, 2 photographed, 3 views, 4 occlusion, 5 hard examples, 6 terms of the loss, 7 first
 #           textures, 8 resolution, attention
 # Paths must have no spaces. In the environment: COMMON (options of camouflage: mesh, detector), FRAMES (folder with train and
-# test; else streets are drawn with the mesh, of LENGTH metres), FURTHER (weights of further detectors that measure, too), BEST
-# (options of our best camouflage), SEEDS ("1 2 3"), DRAWS of matched noise (20), EPOCHS, LAUNCH ("mpirun -n 4 --bind-to none").
+# test; else streets are drawn with the mesh, of LENGTH metres), FURTHER (weights of further detectors that measure, too), COARSE
+# (options of the row coarse), SEEDS ("1 2 3"), DRAWS of matched noise (20), EPOCHS, LAUNCH ("mpirun -n 4 --bind-to none").
 set -euo pipefail
 [ $# -ge 1 ] && [ "${1:0:1}" != - ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 output=$1 quick=() tables="1 2 3 4 5 6 7 8 attention"
@@ -31,11 +31,11 @@ else
 fi
 read -ra common <<<"${COMMON:-}"
 read -ra further <<<"${FURTHER:-}"
-read -ra best <<<"${BEST:---texels 16 --conditions camera}"
+read -ra coarse <<<"${COARSE:---texels 16 --conditions camera}"
 read -ra seeds <<<"${SEEDS:-$seeds_default}"
 draws=${DRAWS:-$draws}
 source "$(dirname "$0")/steps.sh"
-settle "$(printf '%s; ' "${quick[*]}" "${COMMON:-}" "${FRAMES:-}" "${FURTHER:-}" "${best[*]}" "${EPOCHS:-$epochs} passes, $draws draws")"
+settle "$(printf '%s; ' "${quick[*]}" "${COMMON:-}" "${FRAMES:-}" "${FURTHER:-}" "${coarse[*]}" "${EPOCHS:-$epochs} passes, $draws draws")"
 
 # Options of COMMON that say which mesh stands in the streets, and those that further detectors share.
 mesh=() shared=()
@@ -58,7 +58,7 @@ filter=(--filter anisotropic) # of every measurement, though mesh_adv is optimis
 as_photographed=(--light frame "${filter[@]}") # though rauca is optimised in another light
 
 declare -A options=([fca]="" [mesh_adv]="--method mesh_adv --filter bilinear" [camou]="--method camou" [upc]="--method upc"
-  [das]="--method das --smoothness-weight 0" [das_full]="--method das_full --smoothness-weight 0" [best]="${best[*]}" [planar_patch]="--method planar_patch"
+  [das]="--method das --smoothness-weight 0" [das_full]="--method das_full --smoothness-weight 0" [coarse]="${coarse[*]}" [planar_patch]="--method planar_patch"
   [random]="--method random" [solid]="--method solid" [rauca]="--method rauca --light photo"
   [conditions]="--conditions physical"
   [cls]="--loss paper --iou-weight 0 --objectness-weight 0 --smoothness-weight 0"
@@ -107,16 +107,16 @@ table_of_renders() { # NAME TITLE PROTOCOL ROW...
   tabulate "$1" "$2" "${rows[@]}"
 }
 
-table_1() { table_of_photographs 1-methods "Table 1: methods, as they are" fca mesh_adv camou upc das das_full best rauca planar_patch random solid; }
-table_2() { table_of_renders 2-physical "Table 2: printed and photographed, simulated" physical fca mesh_adv camou upc das das_full best conditions; }
-table_3() { table_of_renders 3-views "Table 3: from all around, near and far" views fca best; }
-table_4() { table_of_renders 4-occlusion "Table 4: partly hidden" occlusion fca best; }
+table_1() { table_of_photographs 1-methods "Table 1: methods, as they are" fca mesh_adv camou upc das das_full coarse rauca planar_patch random solid; }
+table_2() { table_of_renders 2-physical "Table 2: printed and photographed, simulated" physical fca mesh_adv camou upc das das_full coarse conditions; }
+table_3() { table_of_renders 3-views "Table 3: from all around, near and far" views fca coarse; }
+table_4() { table_of_renders 4-occlusion "Table 4: partly hidden" occlusion fca coarse; }
 table_6() { table_of_photographs 6-losses "Table 6: terms of the loss" cls obj iou cls+obj all all+smooth max_score:fca vanish; }
 table_7() { table_of_photographs 7-starts "Table 7: first textures" "the car's own:own_start" random:random_start "zero (grey):fca"; }
 table_8() { table_of_photographs 8-resolution "Table 8: effect against resolution, rows of the atlas" 8:rows_8 16:rows_16 32:rows_32 64:fca 128:rows_128; }
 table_attention() {
   local rows=() name
-  for name in fca das_full best; do
+  for name in fca das_full coarse; do
     photographs "$name"
     measure_photographs "$name" attention "${as_photographed[@]}"
     rows+=("$(row attention "$name")")
