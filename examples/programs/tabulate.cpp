@@ -71,9 +71,10 @@ int run(Options options) {
     add_row(comparison, row.substr(0, equals), folders_of(row, equals));
   }
   for (const auto& note : notes_of(comparison)) options.words.notes.push_back(note);
-  for (const auto& table : comparison_tables(comparison)) std::cout << text_of(table) << '\n';
+  const auto tables = comparison_tables(comparison);
+  for (const auto& table : tables) std::cout << text_of(table) << '\n';
   make_writable_folder(options.output);
-  write_comparison(options.output, comparison, options.words);
+  write_comparison(options.output, comparison, tables, options.words);
   std::cout << "table: " << options.output << "/index.html\n";
   return 0;
 }

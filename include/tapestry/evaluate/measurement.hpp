@@ -85,15 +85,19 @@ template <std::floating_point T>
                                           std::size_t draw);
 
 namespace detail {
+/// Mean of the numbers; 0 without any.
+[[nodiscard]] inline double mean_of(const std::vector<double>& numbers) {
+  return numbers.empty()
+             ? 0
+             : std::accumulate(numbers.begin(), numbers.end(), 0.0) / static_cast<double>(numbers.size());
+}
+
 /// Computes rates and means of the results.
 inline void summarise(Measurement& measurement, const std::vector<std::vector<bool>>& found_in_sweep,
                       std::size_t draws) {
   measurement.rate = detection_rate(measurement.found, draws);
   measurement.fates = fate_counts(measurement.outcomes);
-  const auto& confidences = measurement.best_confidence;
-  if (!confidences.empty())
-    measurement.mean_best_confidence = std::accumulate(confidences.begin(), confidences.end(), 0.0) /
-                                       static_cast<double>(confidences.size());
+  measurement.mean_best_confidence = mean_of(measurement.best_confidence);
   for (const auto& found : found_in_sweep) measurement.sweep.push_back(detection_rate(found, draws));
 }
 }  // namespace detail

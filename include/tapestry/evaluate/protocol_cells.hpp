@@ -58,13 +58,6 @@ template <std::predicate<std::size_t> Belongs>
   return all;
 }
 
-/// Mean of the numbers; 0 without any.
-[[nodiscard]] inline double mean_of(const std::vector<double>& numbers) {
-  return numbers.empty()
-             ? 0
-             : std::accumulate(numbers.begin(), numbers.end(), 0.0) / static_cast<double>(numbers.size());
-}
-
 }  // namespace detail
 
 /// The cell of the frames for which belongs(index) holds; frames that are pending count nowhere.
@@ -173,6 +166,19 @@ template <std::predicate<std::size_t> Belongs>
   return effect;
 }
 
+/// The mean of one effect as a share of that of another, of the same views. Nothing where the latter does not
+/// differ from none, or where one has other views.
+/// \param part, whole  one effect a view
+[[nodiscard]] std::optional<PairedRatio> share_kept(const std::vector<double>& part,
+                                                    const std::vector<double>& whole);
+
+/// P@0.5 at each threshold of confidence.
+/// \param found_confidence  of each picture, see ViewResult
+/// \param pictures_a_view   as for detection_rate()
+[[nodiscard]] std::vector<DetectionRate> rates_above(const std::vector<double>& thresholds,
+                                                     const std::vector<double>& found_confidence,
+                                                     std::size_t pictures_a_view);
+
 /// The effect of a texture beyond a control on mean best confidence in some frames, as a share of that in
 /// others which show the same views in the same order. Nothing where the latter does not differ from none, or
 /// where frames were left out in one of them alone.
@@ -192,10 +198,7 @@ template <std::predicate<std::size_t> InPart, std::predicate<std::size_t> InWhol
     return differences;
   };
   const auto part = effects(in_part, pictures_a_view_in_part), whole = effects(in_whole, 1);
-  const std::vector<double> none(whole.size(), 0.0);
-  if (part.size() != whole.size() || whole.empty() || !(paired_bootstrap(whole, none).interval[0] > 0))
-    return std::nullopt;
-  return paired_ratio(part, whole);
+  return share_kept(part, whole);
 }
 
 /// P@0.5 at other thresholds of confidence, one entry each; none may be below the meter's least threshold.
@@ -207,14 +210,8 @@ template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] std::vector<DetectionRate> sweep_of(const ProtocolOutcomes& outcomes, std::size_t texture,
                                                   const std::vector<double>& thresholds, Belongs belongs,
                                                   std::size_t pictures_a_view = 1) {
-  const auto confidences = measured_values(outcomes, outcomes.found_confidence, texture, belongs);
-  std::vector<DetectionRate> rates;
-  for (const double threshold : thresholds) {
-    std::vector<bool> found;
-    for (const double confidence : confidences) found.push_back(confidence > threshold);
-    rates.push_back(detection_rate(found, pictures_a_view * outcomes.draws_of(texture)));
-  }
-  return rates;
+  return rates_above(thresholds, measured_values(outcomes, outcomes.found_confidence, texture, belongs),
+                     pictures_a_view * outcomes.draws_of(texture));
 }
 
 /// The cells of a table, row by row.

@@ -113,44 +113,8 @@ inline ComparedTexture compared_texture(const ColumnMeasurements& column, std::s
   compared.fates = evaluate::fate_counts(fates);
   compared.mean_best_confidence = evaluate::detail::mean_of(confidence);
   compared.attention = evaluate::detail::mean_of(attention);
-  for (const double threshold : swept_thresholds) {
-    std::vector<bool> above;
-    for (const double value : found_confidence) above.push_back(value > threshold);
-    compared.sweep.push_back(evaluate::detection_rate(above, pictures));
-  }
+  compared.sweep = evaluate::rates_above(swept_thresholds, found_confidence, pictures);
   return compared;
-}
-
-/// Differences of best confidence between matched noise and the camouflage: of one seed [draw, view], of
-/// several [seed, view], each the mean over its draws.
-inline Array<double, 2> compared_differences(const ColumnMeasurements& column,
-                                             const std::optional<MeasuredPart>& whole = {}) {
-  std::vector<Array<double, 2>> of_seeds;
-  for (const auto& [folder, own_part] : column.seeds) {
-    const MeasuredPart& part = whole ? *whole : own_part;
-    of_seeds.push_back(
-        evaluate::confidence_differences(folder->outcomes, 2, 1, part.belongs, part.pictures_a_view));
-  }
-  if (of_seeds.size() == 1) return of_seeds.front();
-  auto all = zeros<double, 2>({of_seeds.size(), of_seeds.front().shape(1)});
-  for (std::size_t seed = 0; seed < of_seeds.size(); ++seed)
-    for (std::size_t draw = 0; draw < of_seeds[seed].shape(0); ++draw)
-      for (std::size_t view = 0; view < all.shape(1); ++view)
-        all(seed, view) += of_seeds[seed](draw, view) / static_cast<double>(of_seeds[seed].shape(0));
-  return all;
-}
-
-/// Best confidence with the camouflage, the mean of each view's pictures: [seed, view].
-inline Array<double, 2> compared_confidence(const ColumnMeasurements& column) {
-  Array<double, 2> all{};
-  for (std::size_t seed = 0; seed < column.seeds.size(); ++seed) {
-    const auto& [folder, part] = column.seeds[seed];
-    const auto means = evaluate::view_means(folder->outcomes, folder->outcomes.best_confidence, 1,
-                                            part.belongs, part.pictures_a_view);
-    if (seed == 0) all = zeros<double, 2>({column.seeds.size(), means.size()});
-    for (std::size_t view = 0; view < means.size(); ++view) all(seed, view) = means[view];
-  }
-  return all;
 }
 
 /// Means over the rows of an array.
@@ -162,16 +126,42 @@ inline std::vector<double> column_means(const Array<double, 2>& values) {
   return means;
 }
 
-/// The effect in the column's part as a share of that in the whole; nothing where that is not above 0.
-inline std::optional<evaluate::PairedRatio> compared_kept(const ColumnMeasurements& column) {
+/// One row for each seed of a column, [seed, view].
+/// \param of_seed  returns a number for each view of a folder's part
+template <class OfSeed>
+Array<double, 2> seed_rows(const ColumnMeasurements& column, OfSeed of_seed) {
+  Array<double, 2> rows{};
+  for (std::size_t seed = 0; seed < column.seeds.size(); ++seed) {
+    const auto& [folder, part] = column.seeds[seed];
+    const std::vector<double> row = of_seed(*folder, part);
+    if (seed == 0) rows = zeros<double, 2>({column.seeds.size(), row.size()});
+    for (std::size_t view = 0; view < row.size(); ++view) rows(seed, view) = row[view];
+  }
+  return rows;
+}
+
+/// Differences of best confidence between matched noise and the camouflage, [draw, view].
+inline Array<double, 2> seed_differences(const MeasuredFolder& folder, const MeasuredPart& part) {
+  return evaluate::confidence_differences(folder.outcomes, 2, 1, part.belongs, part.pictures_a_view);
+}
+
+/// The same of a column: of one seed [draw, view], of several [seed, view], each the mean over its draws.
+inline Array<double, 2> compared_differences(const ColumnMeasurements& column) {
+  if (column.seeds.size() == 1)
+    return seed_differences(*column.seeds.front().first, column.seeds.front().second);
+  return seed_rows(column, [](const MeasuredFolder& folder, const MeasuredPart& part) {
+    return column_means(seed_differences(folder, part));
+  });
+}
+
+/// The effect in the column's part as a share of that in the whole, see evaluate::share_kept().
+/// \param differences  of the part, see compared_differences()
+inline std::optional<evaluate::PairedRatio> compared_kept(const ColumnMeasurements& column,
+                                                          const Array<double, 2>& differences) {
   if (!column.whole) return std::nullopt;
-  const auto part = column_means(compared_differences(column)),
-             whole = column_means(compared_differences(column, column.whole));
-  const std::vector<double> none(whole.size(), 0.0);
-  if (part.size() != whole.size() || whole.empty() ||
-      !(evaluate::paired_bootstrap(whole, none).interval[0] > 0))
-    return std::nullopt;
-  return evaluate::paired_ratio(part, whole);
+  ColumnMeasurements whole = column;
+  for (auto& [folder, part] : whole.seeds) part = *column.whole;
+  return evaluate::share_kept(column_means(differences), column_means(compared_differences(whole)));
 }
 
 inline ComparedCell compared_cell(const ColumnMeasurements& column) {
@@ -198,8 +188,11 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
   cell.views = differences.shape(1);
   cell.effect = {evaluate::matched_noise_name, evaluate::two_level_difference(differences),
                  evaluate::rate_difference(noise, painted_by_draw, pictures * cell.draws)};
-  cell.kept = compared_kept(column);
-  cell.confidence = compared_confidence(column);
+  cell.kept = compared_kept(column, differences);
+  cell.confidence = seed_rows(column, [](const MeasuredFolder& folder, const MeasuredPart& part) {
+    return evaluate::view_means(folder.outcomes, folder.outcomes.best_confidence, 1, part.belongs,
+                                part.pictures_a_view);
+  });
   return cell;
 }
 
@@ -213,10 +206,6 @@ inline void require_alike(const std::string& row, const ColumnMeasurements& colu
       throw Error(ErrorKind::mismatch, row + ": " + folder->path + " and " + first.path +
                                            " were not measured in the same frames with the same draws");
 }
-
-}  // namespace detail
-
-namespace detail {
 
 /// \returns  nothing where a row was not measured in this column, or in another number of seeds
 inline std::optional<evaluate::PairedDifference> difference_to(const ComparedRow& first,

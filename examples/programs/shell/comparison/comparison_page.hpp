@@ -81,10 +81,10 @@ inline std::string section_html(const std::string& name, const Json& json) {
 
 /// The tables, the notes, and where each row's figures come from; paths are relative to the folder.
 inline Json comparison_json(const std::string& folder, const Comparison& comparison,
-                            const ComparisonWords& words) {
+                            const std::vector<WordTable>& tables, const ComparisonWords& words) {
   Json json = {
       {"program", "tabulate"}, {"title", words.title}, {"notes", words.notes}, {"command", words.command}};
-  for (const auto& table : comparison_tables(comparison)) json["tables"].push_back(detail::json_of(table));
+  for (const auto& table : tables) json["tables"].push_back(detail::json_of(table));
   for (const auto& row : comparison.rows) {
     Json entry = {{"name", row.name}};
     for (const auto& measured : row.folders) {
@@ -102,9 +102,9 @@ inline Json comparison_json(const std::string& folder, const Comparison& compari
   return json;
 }
 
-inline std::string comparison_markdown(const Comparison& comparison, const ComparisonWords& words) {
+inline std::string comparison_markdown(const std::vector<WordTable>& tables, const ComparisonWords& words) {
   std::string text = "# " + words.title + "\n\n![" + words.title + "](" + words.name + ".svg)\n\n";
-  for (const auto& table : comparison_tables(comparison)) text += markdown_of(table);
+  for (const auto& table : tables) text += markdown_of(table);
   for (const auto& note : words.notes) text += "- " + note + "\n";
   return text + (words.command.empty() ? "" : "\n    " + words.command + "\n");
 }
@@ -128,16 +128,17 @@ inline std::string comparisons_page(const std::string& folder) {
 }
 
 /// Writes the files of a comparison into a folder, and the page over all that are there.
+/// \param tables  see comparison_tables()
 inline void write_comparison(const std::string& folder, const Comparison& comparison,
-                             const ComparisonWords& words) {
+                             const std::vector<WordTable>& tables, const ComparisonWords& words) {
   const std::string stem = folder + "/" + words.name;
   std::string latex;
-  for (const auto& table : comparison_tables(comparison)) latex += latex_of(table);
+  for (const auto& table : tables) latex += latex_of(table);
   write_text(stem + ".csv", comparison_csv(comparison));
-  write_text(stem + ".md", comparison_markdown(comparison, words));
+  write_text(stem + ".md", comparison_markdown(tables, words));
   write_text(stem + ".tex", latex);
   write_text(stem + ".svg", figure_svg(comparison_figure(comparison, words.title)));
-  write_text(stem + ".json", report_text(comparison_json(folder, comparison, words)));
+  write_text(stem + ".json", report_text(comparison_json(folder, comparison, tables, words)));
   write_text(folder + "/index.html", comparisons_page(folder));
 }
 

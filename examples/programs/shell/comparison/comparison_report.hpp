@@ -63,6 +63,25 @@ inline WordTable comparison_table(const Comparison& comparison, const std::strin
   return table;
 }
 
+/// A table of one figure: of untouched and clean pictures, and of each row with and without its design.
+/// \param words_of  returns the figure of a texture
+template <class WordsOf>
+WordTable camouflage_and_noise(const Comparison& comparison, const std::string& title, WordsOf words_of) {
+  return comparison_table(
+      comparison, title + ": camouflage / matched noise", words_of,
+      [=](const auto& cell) { return words_of(cell.camouflage) + " / " + words_of(cell.noise); });
+}
+
+/// The same as two tables, for longer words.
+template <class WordsOf>
+std::vector<WordTable> camouflage_then_noise(const Comparison& comparison, const std::string& title,
+                                             WordsOf words_of) {
+  return {comparison_table(comparison, title, words_of,
+                           [=](const auto& cell) { return words_of(cell.camouflage); }),
+          comparison_table(comparison, "the same with matched noise", {},
+                           [=](const auto& cell) { return words_of(cell.noise); })};
+}
+
 inline std::vector<WordTable> effect_tables(const Comparison& comparison) {
   std::vector<WordTable> tables{
       comparison_table(comparison, "effect beyond matched noise, mean best confidence, 95 %", {},
@@ -82,54 +101,30 @@ inline std::vector<WordTable> effect_tables(const Comparison& comparison) {
   return tables;
 }
 
-inline WordTable attention_of_rows(const Comparison& comparison) {
-  const auto percent = [](double share) { return fixed(100 * share, 1); };
-  return comparison_table(
-      comparison, "attention on the car, % of the heat map: camouflage / matched noise",
-      [=](const auto& texture) { return percent(texture.attention); },
-      [=](const auto& cell) {
-        return percent(cell.camouflage.attention) + " / " + percent(cell.noise.attention);
-      });
-}
-
 /// How often the car is found, and how surely.
 inline std::vector<WordTable> rate_tables(const Comparison& comparison) {
-  return {comparison_table(
-              comparison, "pictures in which the car is found, % (P@0.5), 95 %",
-              [](const auto& texture) { return rate_text(texture.rate); },
-              [](const auto& cell) { return rate_text(cell.camouflage.rate); }),
-          comparison_table(comparison, "the same with matched noise", {},
-                           [](const auto& cell) { return rate_text(cell.noise.rate); }),
-          comparison_table(
-              comparison, "mean best confidence: camouflage / matched noise",
-              [](const auto& texture) { return fixed(texture.mean_best_confidence, 3); },
-              [](const auto& cell) {
-                return fixed(cell.camouflage.mean_best_confidence, 3) + " / " +
-                       fixed(cell.noise.mean_best_confidence, 3);
-              })};
+  auto tables = camouflage_then_noise(comparison, "pictures in which the car is found, % (P@0.5), 95 %",
+                                      [](const auto& texture) { return rate_text(texture.rate); });
+  tables.push_back(camouflage_and_noise(comparison, "mean best confidence", [](const auto& texture) {
+    return fixed(texture.mean_best_confidence, 3);
+  }));
+  return tables;
 }
 
 /// What the detector takes the car for.
 inline std::vector<WordTable> fate_tables(const Comparison& comparison) {
-  return {comparison_table(comparison, "attack success, % of the pictures found in clean, 95 %", {},
-                           [](const auto& cell) {
-                             return cell.success.views == 0
-                                        ? std::string("-")
-                                        : percent_text(cell.success.rate, cell.success.interval);
-                           }),
-          comparison_table(
-              comparison, "pictures, %: found / related / renamed / misplaced / lost",
-              [](const auto& texture) { return fates_text(texture.fates); },
-              [](const auto& cell) { return fates_text(cell.camouflage.fates); }),
-          comparison_table(comparison, "the same with matched noise", {},
-                           [](const auto& cell) { return fates_text(cell.noise.fates); }),
-          comparison_table(
-              comparison, "found at a confidence above .05, %: camouflage / matched noise",
-              [](const auto& texture) { return fixed(100 * texture.sweep.front().p_at_50, 1); },
-              [](const auto& cell) {
-                return fixed(100 * cell.camouflage.sweep.front().p_at_50, 1) + " / " +
-                       fixed(100 * cell.noise.sweep.front().p_at_50, 1);
-              })};
+  std::vector<WordTable> tables{comparison_table(
+      comparison, "attack success, % of the pictures found in clean, 95 %", {}, [](const auto& cell) {
+        return cell.success.views == 0 ? std::string("-")
+                                       : percent_text(cell.success.rate, cell.success.interval);
+      })};
+  append(tables,
+         camouflage_then_noise(comparison, "pictures, %: found / related / renamed / misplaced / lost",
+                               [](const auto& texture) { return fates_text(texture.fates); }));
+  tables.push_back(camouflage_and_noise(
+      comparison, "found at a confidence above .05, %",
+      [](const auto& texture) { return fixed(100 * texture.sweep.front().p_at_50, 1); }));
+  return tables;
 }
 
 }  // namespace detail
@@ -137,7 +132,10 @@ inline std::vector<WordTable> fate_tables(const Comparison& comparison) {
 /// The tables of a comparison, one figure each.
 inline std::vector<WordTable> comparison_tables(const Comparison& comparison) {
   std::vector<WordTable> tables;
-  if (comparison.maps_attention) tables.push_back(detail::attention_of_rows(comparison));
+  if (comparison.maps_attention)
+    tables.push_back(detail::camouflage_and_noise(
+        comparison, "attention on the car, % of the heat map",
+        [](const auto& texture) { return detail::fixed(100 * texture.attention, 1); }));
   detail::append(tables, detail::rate_tables(comparison));
   detail::append(tables, detail::effect_tables(comparison));
   if (comparison.rows.size() > 1)
@@ -197,9 +195,8 @@ inline std::string csv_header() {
   for (const double threshold : swept_thresholds)
     header += ",p_at_50_above_" + evaluate::detail::short_number(threshold);
   return header +
-         ",attention,effect,effect_low,effect_high,effect_p_at_50,effect_p_at_50_low,"
-         "effect_p_at_50_high,detected_in_clean,hidden,asr,asr_low,asr_high,kept,kept_low,kept_high,first_"
-         "minus,first_minus_low,"
+         ",attention,effect,effect_low,effect_high,effect_p_at_50,effect_p_at_50_low,effect_p_at_50_high,"
+         "detected_in_clean,hidden,asr,asr_low,asr_high,kept,kept_low,kept_high,first_minus,first_minus_low,"
          "first_minus_high\n";
 }
 

@@ -87,21 +87,15 @@ inline MeasuredFolder read_measured_folder(const std::string& folder) {
   measured.textures = detail::member_of<std::vector<std::string>>(read_json_file(report), "textures", report);
   const auto noise = std::ranges::find(measured.textures, std::string(evaluate::matched_noise_name));
   const std::size_t extra_draws = noise == measured.textures.end() ? 0 : saved.settings.noise_draws - 1;
-  const std::string outcomes = folder + "/outcomes.npz";
-  const auto file = io::NpzFile::read(outcomes);
-  const std::size_t frames = file.array<std::uint8_t, 1>("state").shape(0);
-  measured.outcomes = read_outcomes(outcomes, frames, measured.textures.size() + extra_draws);
-  measured.outcomes.draws.assign(measured.textures.size(), 1);
-  if (noise != measured.textures.end())
-    measured.outcomes.draws[static_cast<std::size_t>(noise - measured.textures.begin())] += extra_draws;
-  const auto subject = detail::subject_of(saved.weights, frames / saved.weights.size());
+  const auto subject = detail::subject_of(saved.weights, saved.frames.size());
   measured.detector = subject.detectors.front();
   measured.frames = saved.frames;
   measured.protocol = protocol_by_name(saved.settings.protocol).make(saved.settings, saved.seed, subject);
-  if (measured.protocol.frames.size() != frames)
-    throw FileError(ErrorKind::mismatch,
-                    {outcomes, "", "outcomes of another measurement",
-                     std::to_string(measured.protocol.frames.size()) + " frames", std::to_string(frames)});
+  measured.outcomes = read_outcomes(folder + "/outcomes.npz", measured.protocol.frames.size(),
+                                    measured.textures.size() + extra_draws);
+  measured.outcomes.draws.assign(measured.textures.size(), 1);
+  if (noise != measured.textures.end())
+    measured.outcomes.draws[static_cast<std::size_t>(noise - measured.textures.begin())] += extra_draws;
   return measured;
 }
 

@@ -16,6 +16,25 @@
 
 namespace tapestry::evaluate {
 
+std::optional<PairedRatio> share_kept(const std::vector<double>& part, const std::vector<double>& whole) {
+  const std::vector<double> none(whole.size(), 0.0);
+  if (part.size() != whole.size() || whole.empty() || !(paired_bootstrap(whole, none).interval[0] > 0))
+    return std::nullopt;
+  return paired_ratio(part, whole);
+}
+
+std::vector<DetectionRate> rates_above(const std::vector<double>& thresholds,
+                                       const std::vector<double>& found_confidence,
+                                       std::size_t pictures_a_view) {
+  std::vector<DetectionRate> rates;
+  for (const double threshold : thresholds) {
+    std::vector<bool> found;
+    for (const double confidence : found_confidence) found.push_back(confidence > threshold);
+    rates.push_back(detection_rate(found, pictures_a_view));
+  }
+  return rates;
+}
+
 std::vector<Cell> cells_of(const ProtocolTable& table, const std::vector<ProtocolFrame>& frames,
                            const ProtocolOutcomes& outcomes) {
   if (frames.size() != outcomes.frame_count())
