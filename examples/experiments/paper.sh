@@ -68,18 +68,18 @@ declare -A options=([fca]="" [mesh_adv]="--method mesh_adv --filter bilinear" [c
   [all+smooth]="--loss paper" [vanish]="--loss vanish" [random_start]="--start random" [own_start]="--start own")
 for texels in 8 16 32 128; do options[rows_$texels]="--texels $texels"; done
 
-# Optimises a camouflage of the list above, and measures it in photographs.
-photographs() { # [LABEL:]NAME
+# Optimises a camouflage of the list above.
+paint() { # [LABEL:]NAME
   local name=${1##*:} own
   read -ra own <<<"${options[$name]}"
   optimise "$name" --frames "$frames" "${own[@]}"
-  measure_photographs "$name" digital "${as_photographed[@]}"
 }
-table_of_photographs() { # NAME TITLE ROW...
+table_of_photographs() { # NAME TITLE PROTOCOL ROW...
   local rows=() name
-  for name in "${@:3}"; do
-    photographs "$name"
-    rows+=("$(row digital "$name")")
+  for name in "${@:4}"; do
+    paint "$name"
+    measure_photographs "${name##*:}" "$3" "${as_photographed[@]}"
+    rows+=("$(row "$3" "$name")")
   done
   tabulate "$1" "$2" "${rows[@]}"
 }
@@ -100,35 +100,28 @@ table_of_renders() { # NAME TITLE PROTOCOL ROW...
   local rows=() name weights suffixes=("")
   for weights in "${further[@]}"; do suffixes+=("-$(basename "${weights%.*}")"); done
   for name in "${@:4}"; do
-    photographs "$name"
+    paint "$name"
     measure_renders "$name" "$3"
     rows+=("$(row "$3" "$name" "${suffixes[@]}")")
   done
   tabulate "$1" "$2" "${rows[@]}"
 }
 
-table_1() { table_of_photographs 1-methods "Table 1: methods, as they are" fca mesh_adv camou upc das das_full coarse rauca planar_patch random solid; }
+table_1() { table_of_photographs 1-methods "Table 1: methods, as they are" digital fca mesh_adv camou upc das das_full coarse rauca planar_patch random solid; }
 table_2() { table_of_renders 2-physical "Table 2: printed and photographed, simulated" physical fca mesh_adv camou upc das das_full coarse conditions; }
 table_3() { table_of_renders 3-views "Table 3: from all around, near and far" views fca coarse; }
 table_4() { table_of_renders 4-occlusion "Table 4: partly hidden" occlusion fca coarse; }
-table_6() { table_of_photographs 6-losses "Table 6: terms of the loss" cls obj iou cls+obj all all+smooth max_score:fca vanish; }
-table_7() { table_of_photographs 7-starts "Table 7: first textures" "the car's own:own_start" random:random_start "zero (grey):fca"; }
-table_8() { table_of_photographs 8-resolution "Table 8: effect against resolution, rows of the atlas" 8:rows_8 16:rows_16 32:rows_32 64:fca 128:rows_128; }
-table_attention() {
-  local rows=() name
-  for name in fca das_full coarse; do
-    photographs "$name"
-    measure_photographs "$name" attention "${as_photographed[@]}"
-    rows+=("$(row attention "$name")")
-  done
-  tabulate 9-attention "What detectors look at" "${rows[@]}"
-}
+table_6() { table_of_photographs 6-losses "Table 6: terms of the loss" digital cls obj iou cls+obj all all+smooth max_score:fca vanish; }
+table_7() { table_of_photographs 7-starts "Table 7: first textures" digital "the car's own:own_start" random:random_start "zero (grey):fca"; }
+table_8() { table_of_photographs 8-resolution "Table 8: effect against resolution, rows of the atlas" digital 8:rows_8 16:rows_16 32:rows_32 64:fca 128:rows_128; }
+table_attention() { table_of_photographs 9-attention "What detectors look at" attention fca das_full coarse; }
 
 # Hard examples: the camouflage is optimised further on those frames of its training in which a detector still finds it, and
 # as a control on as many others.
 table_5() {
   local seed detector names=() rows name
-  photographs fca
+  paint fca
+  measure_photographs fca digital "${as_photographed[@]}"
   for seed in "${seeds[@]}"; do
     measure digital "fca-$seed-train" "$output/runs/fca-$seed" --controls matched ${further[@]:+--further-weights "${further[@]}"} \
       "${as_photographed[@]}" --frames "$frames/train"
