@@ -63,6 +63,7 @@
 #include <tapestry/core/huge_pages.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/core/pool.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/core/scoped_timer.hpp>
 #include <tapestry/core/supported_target.hpp>

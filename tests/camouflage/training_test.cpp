@@ -5,6 +5,7 @@
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/training.hpp>
+#include <tapestry/core/thread_pool.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <thread>
@@ -15,6 +16,7 @@
 #include "../support/refusal.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/temporary_folder.hpp"
+#include "../support/threads.hpp"
 #include "../support/tiny_scene.hpp"
 
 namespace camouflage = tapestry::camouflage;
@@ -110,6 +112,19 @@ TEST_CASE("training gives the same bits for one and two threads", "[camouflage][
   const auto one = run(1);
   const auto two = run(2);
   CHECK(one == two);
+}
+
+TEST_CASE("threads share a step a few times, whatever the number of layers", "[camouflage][training]") {
+  const test::Threads cap(2);
+  Fixture fixture;
+  REQUIRE(fixture.objective.prefers_views_side_by_side());
+  auto training = fixture.training(2, {0, 1, 2});
+  training.step();  // prepares the views
+  const auto& pool = tapestry::detail::ThreadPool::instance();
+  const std::size_t before = pool.loop_count();
+  training.step();
+  CHECK(pool.loop_count() - before >= 1);
+  CHECK(pool.loop_count() - before <= 4);  // views, their gradients, the sum, the update
 }
 
 TEST_CASE("a shared training gives the same bits for any number of processes", "[camouflage][training]") {

@@ -50,7 +50,7 @@ expect_exit 0 "a quiet program" "$convert" --quiet "${odd[@]}"
 [ -s command.out ] && fail "--quiet prints $(cat command.out)" || pass
 grep -q '^warning: ' command.err && [ "$(wc -l <command.err)" -eq 1 ] && pass || fail "--quiet hides a warning"
 expect_exit 0 "a verbose program" "$convert" --verbose "${odd[@]}"
-grep -q '^odd.safetensors: ' command.out && grep -q '^[0-9.]* s, [0-9]* MiB at most$' command.err && pass ||
+grep -q '^odd.safetensors: ' command.out && grep -q '^[0-9.]* s, [0-9]* MiB at most, [0-9]* waits, [0-9]* page faults$' command.err && pass ||
   fail "--verbose does not say what it took"
 expect_exit 2 "quiet and verbose" "$convert" --quiet --verbose "${odd[@]}"
 expect_exit 0 "quiet detections" "$programs/detect" --quiet "$frame"

@@ -123,12 +123,18 @@ class Hardening {
     char text[160];
     std::snprintf(text, sizeof text, "round %zu of %zu, step %llu of %zu: detector's loss %.3f, paint's %.3f",
                   std::min<std::size_t>(state_.done / of_round + 1, settings_.rounds), settings_.rounds,
-                  static_cast<unsigned long long>(state_.done), step_count(), last.total,
-                  objective_.terms().total);
+                  static_cast<unsigned long long>(state_.done), step_count(), last.total, paint_loss());
     return text;
   }
 
  private:
+  /// Loss of the paint in its last step; 0 before the first.
+  [[nodiscard]] double paint_loss() const {
+    const auto& history = training_->history();
+    if (!history.empty()) return history.back().total;
+    return state_.history.empty() ? 0 : state_.history.back().attack;
+  }
+
   /// Starts a fresh paint, mid grey and random in turns, and a fresh order of the views.
   void begin_round() {
     const std::uint64_t round = state_.done / (settings_.attack_steps + settings_.steps);
@@ -168,7 +174,7 @@ class Hardening {
     detector_.set_weights(values);
     const auto number = [](const Variable<float>& term) { return static_cast<double>(term.value()); };
     state_.history.push_back({number(terms.box), number(terms.objectness), number(terms.classification),
-                              number(terms.total), objective_.terms().total});
+                              number(terms.total), paint_loss()});
     count_images();
   }
 

@@ -173,7 +173,7 @@ class HardeningRun {
           std::snprintf(text, sizeof text, "attacking the %s detector (%s): step %llu of %zu, loss %.3f",
                         detector_name.c_str(), name.c_str(),
                         static_cast<unsigned long long>(training.steps_taken()), training.step_count(),
-                        objective.terms().total);
+                        training.history().empty() ? 0 : training.history().back().total);
           return std::string(text);
         });
     auto colours = camouflage::texture_colours(training.parameter());

@@ -7,6 +7,7 @@
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/training.hpp>
+#include <tapestry/core/parallel.hpp>
 #include <utility>
 #include <vector>
 
@@ -53,27 +54,31 @@ std::string history_csv(const std::vector<Step>& history) {
   return text;
 }
 
-/// Prints the time spent in each part of the steps.
-inline void print_profile(const camouflage::StepTimes& times, std::size_t steps, double total_seconds) {
+/// Prints the time that all threads together spend in each part of a step.
+/// \param wall_seconds of all steps
+inline void print_profile(const camouflage::StepTimes& times, std::size_t steps, double wall_seconds) {
   const std::vector<std::pair<const char*, double>> parts{{"render", times.render},
                                                           {"composite", times.composite},
                                                           {"detector forward", times.detector_forward},
                                                           {"detector backward", times.detector_backward},
                                                           {"losses", times.losses},
                                                           {"update", times.update}};
-  double other = total_seconds;
+  const double all_threads = wall_seconds * thread_count();
+  double other = all_threads;
   const auto print = [&](const char* name, double seconds) {
     std::printf("  %-18s %9.3f ms  %5.1f %%\n", name, 1e3 * seconds / static_cast<double>(steps),
-                100 * seconds / total_seconds);
+                100 * seconds / all_threads);
   };
-  std::printf("time of a step, %zu steps\n", steps);
+  std::printf("time of a step on %d %s, summed over them; %zu steps of %.3f ms\n", thread_count(),
+              thread_count() == 1 ? "thread" : "threads", steps,
+              1e3 * wall_seconds / static_cast<double>(steps));
   for (const auto& [name, seconds] : parts) {
     print(name, seconds);
     other -= seconds;
   }
-  print("other", other);
+  print("other, waiting", other);
   const double detector = times.detector_forward + times.detector_backward;
-  std::printf("  outside the detector %.1f %%\n", 100 * (1 - detector / total_seconds));
+  std::printf("  outside the detector %.1f %%\n", 100 * (1 - detector / all_threads));
 }
 
 /// Prints the layers that a detector keeps between passes, and the work saved.

@@ -58,10 +58,14 @@ inline double peak_mib() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-/// With --verbose prints the process's time and memory on the error stream.
+/// With --verbose prints the process's time and memory on the error stream, how often its threads waited for
+/// something, and how many pages of memory the system had to find.
 inline void tell_process_cost(double seconds) {
   if (verbosity() != Verbosity::verbose) return;
-  std::fprintf(stderr, "%.2f s, %.0f MiB at most\n", seconds, peak_mib());
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  std::fprintf(stderr, "%.2f s, %.0f MiB at most, %ld waits, %ld page faults\n", seconds, peak_mib(),
+               usage.ru_nvcsw, usage.ru_minflt);
 }
 
 }  // namespace tapestry::shell

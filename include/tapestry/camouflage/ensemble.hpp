@@ -2,6 +2,8 @@
 #include <concepts>
 #include <cstddef>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <tapestry/autodiff/array_variable.hpp>
@@ -26,7 +28,8 @@ inline constexpr double least_share_kept = 0.25;
 
 /// Kept layers of a detector for views while a texture is optimised, up to a memory limit: the parts of its
 /// layers that the car cannot reach, for views where that is worth it. Views are known by name; a view
-/// that has changed is computed anew.
+/// that has changed is computed anew. Several threads may call it at once, with different views; which views
+/// are kept when memory runs out then depends on their order, results never do.
 template <std::floating_point T>
 class KeptLayers {
  public:
@@ -42,6 +45,7 @@ class KeptLayers {
   /// Call it after a pass over views: if they need more memory than `bytes`, forgets them and takes no more.
   void limit_to(std::size_t bytes, Views views);
 
+  /// Memory of the views for which limit_to() was called.
   [[nodiscard]] std::size_t bytes() const;
 
   /// Views that have been seen; views of which layers are kept.
@@ -52,10 +56,12 @@ class KeptLayers {
 
  private:
   struct Kept {
-    double share = 0;  ///< share of the work that its window saves
+    double share = 0;       ///< share of the work that its window saves
+    std::size_t bytes = 0;  ///< of the picture after its last pass
     std::optional<detect::KeptPicture<T>> picture{};
   };
 
+  std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();
   std::map<std::string, Kept> views_;
   bool is_full_ = false;
 };
@@ -72,7 +78,8 @@ struct ShownPictures {
   bool is_redrawn = false;                ///< whether they change beyond the views' windows
 };
 
-/// Detectors of the same pictures, and the mean of their adversarial losses.
+/// Detectors of the same pictures, and the mean of their adversarial losses. Once all have joined, several
+/// threads may call it at once, with different views.
 template <std::floating_point T>
 class Ensemble {
  public:
@@ -89,6 +96,9 @@ class Ensemble {
   [[nodiscard]] const KeptLayers<T>& kept_layers(std::size_t member) const {
     return members_.at(member).kept;
   }
+
+  /// Weights of all detectors together.
+  [[nodiscard]] std::size_t weight_count() const;
 
   /// \param attention  weight of loss::attention(), whose mean over the pictures is then `total`; 0: `total`
   ///                   is that of the adversarial loss. Each detector must then observe a layer

@@ -23,6 +23,13 @@
 
 namespace tapestry::camouflage {
 
+/// The loss of some views, on the tape, and the values of its terms.
+template <std::floating_point T>
+struct EvaluatedViews {
+  Variable<T> loss;
+  ObjectiveTerms terms;
+};
+
 /// The whole pipeline as one function on the tape:
 ///
 ///   parameter → colours → render → over the frames → detector → adversarial loss + μ · smoothness
@@ -97,13 +104,24 @@ class Objective {
   [[nodiscard]] Variable<T> operator()(const ArrayVariable<T, 2>& parameter, Views views,
                                        const PhotoSession* session = nullptr);
 
-  /// The terms of the last call.
+  /// The same for threads that share an objective: each records on its own tape, and has views of its own.
+  [[nodiscard]] EvaluatedViews<T> evaluate(const ArrayVariable<T, 2>& parameter, Views views,
+                                           const PhotoSession* session = nullptr);
+
+  /// Whether a thread for each view computes a step faster than all threads for one view after the other:
+  /// where the detectors' weights are few. Large networks have layers that are long enough to share, and
+  /// passes that take much memory.
+  [[nodiscard]] bool prefers_views_side_by_side() const { return ensemble_.weight_count() <= lane_weights; }
+
+  /// The terms of the last operator().
   [[nodiscard]] const ObjectiveTerms& terms() const { return terms_; }
-  /// Seconds of each stage, added up over all calls.
+  /// Seconds of each stage, added up over all calls and threads.
   [[nodiscard]] StepTimes& times() { return *times_; }
   [[nodiscard]] const ObjectiveOptions& options() const { return options_; }
 
  private:
+  static constexpr std::size_t lane_weights = std::size_t(16) << 20U;
+
   Ensemble<T> ensemble_{};
   ObjectiveOptions options_;
   Method<T> method_{};

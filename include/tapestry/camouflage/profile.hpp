@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <chrono>
 #include <concepts>
 #include <memory>
@@ -8,7 +9,7 @@
 
 namespace tapestry::camouflage {
 
-/// Seconds spent in each part of the optimisation, summed over steps.
+/// Seconds spent in each part of the optimisation, summed over steps and threads.
 struct StepTimes {
   double render = 0;             ///< texture → picture of the car, and its pullback
   double composite = 0;          ///< the picture over its frame, and its pullback
@@ -24,7 +25,7 @@ struct StepTimes {
 
 /// Divides the time of recording and of the reverse sweep among stages. end_of() between two stages ends the
 /// first one, and leaves a mark on the active tape at which the sweep, which comes from behind, ends the
-/// second.
+/// second. Clocks of several threads may add to the same times.
 template <std::floating_point T>
 class StageClock {
  public:
@@ -48,7 +49,8 @@ class StageClock {
     explicit Shared(std::shared_ptr<StepTimes> all) : times(std::move(all)) {}
     void count(Stage stage) {
       const auto now = Clock::now();
-      if (stage != nullptr) (*times).*stage += std::chrono::duration<double>(now - last).count();
+      if (stage != nullptr)
+        std::atomic_ref((*times).*stage) += std::chrono::duration<double>(now - last).count();
       last = now;
     }
     std::shared_ptr<StepTimes> times;

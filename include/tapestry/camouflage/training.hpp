@@ -14,6 +14,8 @@
 #include <tapestry/camouflage/objective_terms.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/core/pool.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <utility>
 #include <vector>
@@ -87,9 +89,9 @@ class Training {
   /// \throws ShapeError if it belongs to a texture of another size
   void restore(TrainingState<T> state);
 
-  /// One minibatch: records and reverses each view alone, which takes the memory of one, adds their gradients
-  /// in the minibatch's order, and updates. If only the worst views count, the losses of all are computed
-  /// first, without a tape.
+  /// One minibatch: records and reverses each view alone, on a thread each, which takes the memory of a view
+  /// a thread, adds their gradients in the minibatch's order, and updates: the same bits for any number of
+  /// threads. If only the worst views count, the losses of all are computed first, without a tape.
   ///
   /// \returns the number of views in it
   /// \throws NumericError naming step, term and views if a term or the gradient is not finite; the state is
@@ -104,9 +106,6 @@ class Training {
   /// The session depends on the seed and the step's number only, as does the batch.
   [[nodiscard]] std::optional<PhotoSession> next_session(const std::vector<ViewPointer>& views) const;
 
-  /// Gradient of one view; stores its terms in terms_.
-  [[nodiscard]] Array<T, 2> gradient_of(const ViewPointer& view, const std::optional<PhotoSession>& session);
-
   /// Terms and gradient that one view adds to a step.
   struct Share {
     ObjectiveTerms terms{};
@@ -116,26 +115,37 @@ class Training {
     static Share of(const double* numbers, const Extents<2>& extents);
   };
 
-  /// Calls find for each of some views in the process that the view is dealt to, exchanges the shares, and
-  /// calls take with each of them in order.
+  [[nodiscard]] Share share_of(const ViewPointer& view, const std::optional<PhotoSession>& session);
+
+  /// find() of some views of a step, in their order. The processes compute those that are dealt to them, each
+  /// its own on several threads, and exchange them.
   /// \param extents  of the slopes
-  template <class Find, class Take>
-  void deal(const std::vector<std::size_t>& views, const Extents<2>& extents, Find find, Take take) {
-    if (shared_.processes == 1) {
-      for (const std::size_t view : views) take(view, find(view));
-      return;
-    }
-    for (std::size_t first = 0; first < views.size(); first += shared_.processes) {
-      const std::size_t own = first + shared_.own,
-                        width = ObjectiveTerms::all.size() + extents[0] * extents[1];
-      std::vector<double> numbers;
-      if (own < views.size()) numbers = find(views[own]).numbers();
-      numbers.resize(width);
-      numbers = shared_.gathered(numbers);
-      for (std::size_t i = first; i < std::min(first + shared_.processes, views.size()); ++i)
-        take(views[i], Share::of(numbers.data() + (i - first) * width, extents));
-    }
+  template <class Find>
+  [[nodiscard]] std::vector<Share> shares_of(const std::vector<ViewPointer>& batch,
+                                             const std::vector<std::size_t>& views, const Extents<2>& extents,
+                                             Find find) {
+    std::vector<Share> shares(views.size());
+    std::vector<std::size_t> own;
+    for (std::size_t k = shared_.own; k < views.size(); k += shared_.processes) own.push_back(k);
+    const auto pixels = [&](std::size_t k) {
+      const auto& window = batch[views[k]]->window;
+      return window.width * window.height;
+    };
+    std::ranges::stable_sort(own, std::greater{}, pixels);  // the longest first: threads end together
+    for_each_view(own.size(), [&](std::size_t j) { shares[own[j]] = find(views[own[j]]); });
+    if (shared_.processes > 1) exchange(shares, extents);
+    return shares;
   }
+
+  /// Calls body(k) for k = 0 … count − 1, on a thread each or, for large networks, one after the other.
+  template <class Body>
+  void for_each_view(std::size_t count, Body body) {
+    if (objective_.prefers_views_side_by_side()) return parallel_for(count, body);
+    for (std::size_t k = 0; k < count; ++k) body(k);
+  }
+
+  /// Takes the shares of the other processes, a round of one view each after the other.
+  void exchange(std::vector<Share>& shares, const Extents<2>& extents) const;
 
   /// A step's loss is the sum of its views' losses, each divided by its entry here: the number of views, or
   /// if only the worst count, 1 / weight by worst_view_weights(), ∞ for views that do not count.
@@ -148,10 +158,11 @@ class Training {
     const auto loss_of = [&](std::size_t i) {
       const auto shot = shot_of(i);
       const ArrayVariable<T, 2> parameter(state_.parameter);
-      static_cast<void>(objective_(parameter, std::span(&views[i], 1), shot ? &*shot : nullptr));
-      return Share{objective_.terms(), {}};
+      return Share{objective_.evaluate(parameter, std::span(&views[i], 1), shot ? &*shot : nullptr).terms,
+                   {}};
     };
-    deal(all, {0, 0}, loss_of, [&](std::size_t i, const Share& share) { losses[i] = share.terms.total; });
+    std::ranges::transform(shares_of(views, all, {0, 0}, loss_of), losses.begin(),
+                           [](const Share& share) { return share.terms.total; });
     if (std::ranges::any_of(losses, [](double loss) { return std::isnan(loss); }))
       return divisors;  // the step then fails because of its terms
     const auto weights = worst_view_weights(losses, options_.worst_share);
@@ -179,7 +190,7 @@ class Training {
   TrainingState<T> state_;
   ObjectiveTerms terms_;  ///< of the last step
   SharedSteps shared_;
-  Tape<T> tape_;
+  Pool<Tape<T>> tapes_;
   std::vector<std::size_t> order_;
   std::size_t epoch_of_order_ = 0;
 };

@@ -41,6 +41,9 @@ class ThreadPool {
     return inside;
   }
 
+  /// Loops that were shared among threads so far.
+  [[nodiscard]] std::size_t loop_count() const { return posted_.load(std::memory_order_relaxed); }
+
   /// Runs a loop on the calling thread and up to `helpers` others. When calls throw, the exception of the
   /// smallest index reaches the caller; the others are dropped.
   void run(const Loop& loop, std::size_t helpers) {

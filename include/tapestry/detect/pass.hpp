@@ -1,14 +1,12 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
-#include <memory>
-#include <mutex>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/pool.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::detect {
@@ -48,42 +46,8 @@ extern template struct Pass<float>;
 extern template struct Pass<double>;
 
 /// Memory of a detector's passes, for steps that record again and again, and for threads that examine
-/// pictures. A copy of a pool shares its passes.
+/// pictures.
 template <std::floating_point T>
-class PassPool {
- public:
-  /// A pass that no tape and no other thread holds. It returns to the pool when it is released, even if the
-  /// pool is gone. May be called by several threads at once.
-  [[nodiscard]] std::shared_ptr<Pass<T>> take() {
-    return {idle_->take().release(),
-            [idle = idle_](Pass<T>* pass) { idle->give_back(std::unique_ptr<Pass<T>>(pass)); }};
-  }
-
- private:
-  class Idle {
-   public:
-    std::unique_ptr<Pass<T>> take() {
-      const std::lock_guard lock(mutex_);
-      if (passes_.empty()) {
-        passes_.reserve(++count_);  // so that none has to be thrown away
-        return std::make_unique<Pass<T>>();
-      }
-      auto pass = std::move(passes_.back());
-      passes_.pop_back();
-      return pass;
-    }
-    void give_back(std::unique_ptr<Pass<T>> pass) {
-      const std::lock_guard lock(mutex_);
-      passes_.push_back(std::move(pass));
-    }
-
-   private:
-    std::mutex mutex_;
-    std::vector<std::unique_ptr<Pass<T>>> passes_;
-    std::size_t count_ = 0;
-  };
-
-  std::shared_ptr<Idle> idle_ = std::make_shared<Idle>();
-};
+using PassPool = Pool<Pass<T>>;
 
 }  // namespace tapestry::detect

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -38,6 +39,7 @@ std::vector<detect::KeptPicture<T>*> KeptLayers<T>::of(const detect::Detector<T>
                                                        double least_share) {
   std::vector<detect::KeptPicture<T>*> pictures;
   for (const auto& view : views) {
+    const std::lock_guard lock(*mutex_);
     const auto [found, is_new] = views_.try_emplace(view->name);
     Kept& kept = found->second;
     if (is_new) kept.share = detector.share_kept(view->window);
@@ -50,15 +52,20 @@ std::vector<detect::KeptPicture<T>*> KeptLayers<T>::of(const detect::Detector<T>
 
 template <std::floating_point T>
 void KeptLayers<T>::limit_to(std::size_t bytes, Views views) {
-  if (is_full_ || this->bytes() <= bytes) return;
-  for (const auto& view : views) views_[view->name].picture.reset();
+  const std::lock_guard lock(*mutex_);
+  for (const auto& view : views) {
+    Kept& kept = views_[view->name];
+    kept.bytes = kept.picture ? kept.picture->bytes() : 0;
+  }
+  if (this->bytes() <= bytes) return;
+  for (const auto& view : views) views_[view->name] = {};
   is_full_ = true;
 }
 
 template <std::floating_point T>
 std::size_t KeptLayers<T>::bytes() const {
   std::size_t sum = 0;
-  for (const auto& [name, kept] : views_) sum += kept.picture ? kept.picture->bytes() : 0;
+  for (const auto& [name, kept] : views_) sum += kept.bytes;
   return sum;
 }
 
@@ -86,6 +93,13 @@ void Ensemble<T>::join(const detect::Detector<T>& detector, std::size_t class_in
   if (detector.input_height() != first.input_height() || detector.input_width() != first.input_width())
     throw ShapeError("objective: the ensemble's detectors take pictures of different extents");
   members_.push_back({&detector, class_index});
+}
+
+template <std::floating_point T>
+std::size_t Ensemble<T>::weight_count() const {
+  std::size_t sum = 0;
+  for (const Member& member : members_) sum += member.detector->network().weights().size();
+  return sum;
 }
 
 template <std::floating_point T>
@@ -159,8 +173,8 @@ std::vector<double> worst_view_weights(std::span<const double> losses, double sh
 }
 
 template <std::floating_point T>
-Variable<T> Objective<T>::operator()(const ArrayVariable<T, 2>& parameter, Views views,
-                                     const PhotoSession* session) {
+EvaluatedViews<T> Objective<T>::evaluate(const ArrayVariable<T, 2>& parameter, Views views,
+                                         const PhotoSession* session) {
   require_shots(session, views.size());
   StageClock<T> clock(times_, parameter.is_active());
   const auto paint = method_colours(method_, parameter);
@@ -183,8 +197,15 @@ Variable<T> Objective<T>::operator()(const ArrayVariable<T, 2>& parameter, Views
   if (palette_) printability = loss::non_printability(paint, printed_texels_, palette_);
   if (palette_) total += static_cast<T>(options_.printability) * printability;
   clock.end_of(&StepTimes::losses);
-  terms_ = numbers_of(adversarial, smoothness, printability, total);
-  return total;
+  return {total, numbers_of(adversarial, smoothness, printability, total)};
+}
+
+template <std::floating_point T>
+Variable<T> Objective<T>::operator()(const ArrayVariable<T, 2>& parameter, Views views,
+                                     const PhotoSession* session) {
+  const auto [loss, terms] = evaluate(parameter, views, session);
+  terms_ = terms;
+  return loss;
 }
 
 template class Objective<float>;

@@ -83,8 +83,9 @@ std::vector<typename Training<T>::ViewPointer> Training<T>::next_batch() {
     epoch_of_order_ = epoch;
   }
   const auto [begin, end] = block_range(state_.step % steps_per_epoch(), order_.size(), options_.batch);
-  std::vector<ViewPointer> batch;
-  for (std::size_t i = begin; i < end; ++i) batch.push_back(store_.view(order_[i]));
+  std::vector<ViewPointer> batch(end - begin);
+  parallel_for(batch.size(),
+               [&, first = begin](std::size_t i) { batch[i] = store_.view(order_[first + i]); });
   return batch;
 }
 
@@ -96,14 +97,15 @@ std::optional<PhotoSession> Training<T>::next_session(const std::vector<ViewPoin
 }
 
 template <std::floating_point T>
-Array<T, 2> Training<T>::gradient_of(const ViewPointer& view, const std::optional<PhotoSession>& session) {
-  tape_.clear();
-  const auto scope = tape_.activate();
-  const ArrayVariable<T, 2> parameter = tape_.input(state_.parameter);
-  const Variable<T> loss = objective_(parameter, std::span(&view, 1), session ? &*session : nullptr);
-  terms_ = objective_.terms();
-  tape_.reverse(loss);
-  return parameter.adjoint();
+auto Training<T>::share_of(const ViewPointer& view, const std::optional<PhotoSession>& session) -> Share {
+  const auto tape = tapes_.take();
+  tape->clear();
+  const auto scope = tape->activate();
+  const ArrayVariable<T, 2> parameter = tape->input(state_.parameter);
+  const auto [loss, terms] =
+      objective_.evaluate(parameter, std::span(&view, 1), session ? &*session : nullptr);
+  tape->reverse(loss);
+  return {terms, parameter.adjoint()};
 }
 
 template <std::floating_point T>
@@ -116,20 +118,35 @@ Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
   std::iota(counting.begin(), counting.end(), std::size_t{0});
   const auto divisors = divisors_of(views, counting, shot_of);
   std::erase_if(counting, [&](std::size_t i) { return std::isinf(divisors[i]); });
+  const auto shares = shares_of(views, counting, state_.parameter.shape(),
+                                [&](std::size_t i) { return share_of(views[i], shot_of(i)); });
+  terms_ = {};
+  for (std::size_t k = 0; k < shares.size(); ++k)
+    for (const auto& [name, term] : ObjectiveTerms::all)
+      terms_.*term += shares[k].terms.*term / divisors[counting[k]];
   Array<T, 2> gradient = zeros<T, 2>(state_.parameter.shape());
-  ObjectiveTerms mean{};
-  const auto find = [&](std::size_t i) {
-    Array<T, 2> slopes = gradient_of(views[i], shot_of(i));
-    return Share{terms_, std::move(slopes)};
-  };
-  const auto add = [&](std::size_t i, const Share& share) {
-    for (const auto& [name, term] : ObjectiveTerms::all) mean.*term += share.terms.*term / divisors[i];
-    for (std::size_t k = 0; k < gradient.size(); ++k)
-      gradient.data()[k] += share.slopes.data()[k] / static_cast<T>(divisors[i]);
-  };
-  deal(counting, gradient.shape(), find, add);
-  terms_ = mean;
+  constexpr std::size_t block = 16384;
+  parallel_for(block_count(gradient.size(), block), [&](std::size_t index) {
+    const auto [begin, end] = block_range(index, gradient.size(), block);
+    for (std::size_t k = 0; k < shares.size(); ++k)
+      for (std::size_t i = begin; i < end; ++i)
+        gradient.data()[i] += shares[k].slopes.data()[i] / static_cast<T>(divisors[counting[k]]);
+  });
   return gradient;
+}
+
+template <std::floating_point T>
+void Training<T>::exchange(std::vector<Share>& shares, const Extents<2>& extents) const {
+  const std::size_t width = ObjectiveTerms::all.size() + extents[0] * extents[1];
+  for (std::size_t first = 0; first < shares.size(); first += shared_.processes) {
+    const std::size_t own = first + shared_.own;
+    std::vector<double> numbers;
+    if (own < shares.size()) numbers = shares[own].numbers();
+    numbers.resize(width);
+    numbers = shared_.gathered(numbers);
+    for (std::size_t i = first; i < std::min(first + shared_.processes, shares.size()); ++i)
+      shares[i] = Share::of(numbers.data() + (i - first) * width, extents);
+  }
 }
 
 template <std::floating_point T>
