@@ -118,6 +118,7 @@
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/jpeg_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/io/npy.hpp>
@@ -178,6 +179,7 @@
 #include <tapestry/raster/cropped.hpp>
 #include <tapestry/raster/deferred.hpp>
 #include <tapestry/raster/estimated_light.hpp>
+#include <tapestry/raster/face_charts.hpp>
 #include <tapestry/raster/face_field.hpp>
 #include <tapestry/raster/face_weights.hpp>
 #include <tapestry/raster/faces_in_view.hpp>

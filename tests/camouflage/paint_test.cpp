@@ -1,4 +1,5 @@
 #include <tapestry/camouflage/paint.hpp>
+#include <tapestry/raster/bake.hpp>
 
 #include <cmath>
 #include <limits>
@@ -11,6 +12,7 @@
 #include "../support/random_array.hpp"
 #include "../support/stepped_car.hpp"
 #include "../support/temporary_folder.hpp"
+#include "../support/tiny_scene.hpp"
 
 namespace camouflage = tapestry::camouflage;
 namespace image = tapestry::image;
@@ -129,4 +131,41 @@ TEST_CASE("a paint that does not fit, or is none, is refused by name", "[camoufl
     CHECK_THROWS_WITH(read(tapestry::filled<float, 2>({3, 3}, colour), {1, 1, 1}),
                       contains("colour 0; expected a number in 0 to 1"));  // T03
   CHECK_THROWS_AS(camouflage::write_paint(path, colours, {colours, {1, 1, 1, 0}}), tapestry::ShapeError);
+}
+
+TEST_CASE("own colours of a solid texture are the mean over the painted faces", "[camouflage][paint]") {
+  auto car = tapestry::test::tiny_car(12, tapestry::raster::TextureKind::solid);
+  car.mesh.materials.push_back({"stripe", {0.9F, 0.1F, 0.3F}});
+  car.mesh.face_materials[0] = 2;  // one of ten painted faces
+  const auto colours = camouflage::own_colours<float>(car);
+  REQUIRE(colours.shape() == tapestry::Extents<2>{1, 3});
+  CHECK(std::abs(colours(0, 0) - 0.36F) < 1e-6F);
+  CHECK(std::abs(colours(0, 1) - 0.46F) < 1e-6F);
+  CHECK(std::abs(colours(0, 2) - 0.66F) < 1e-6F);
+}
+
+TEST_CASE("a cube's paint is exported as it is, without texture coordinates or with shared ones",
+          "[camouflage][paint]") {
+  auto car = tapestry::test::tiny_car(12, tapestry::raster::TextureKind::cube);
+  if (GENERATE(true, false)) {
+    car.mesh.uvs.clear();
+    for (auto& corners : car.mesh.face_uvs) corners = {-1, -1, -1};
+  } else {
+    for (auto& corners : car.mesh.face_uvs) corners = {0, 1, 2};
+  }
+  const std::size_t texels = car.layout.texel_count(car.mesh) / car.mesh.faces.size();
+  tapestry::Array<float, 2> colours(tapestry::Extents<2>{car.layout.texel_count(car.mesh), 3});
+  for (std::size_t i = 0; i < colours.shape(0); ++i)  // a colour for each face
+    for (std::size_t c = 0; c < 3; ++c) colours(i, c) = static_cast<float>((i / texels * (c + 2)) % 7) / 7;
+  const auto exported = camouflage::with_atlas(car);
+  const auto atlas = camouflage::atlas_of<float>(car, colours);
+  REQUIRE(exported.layout.height == atlas.shape(0));
+  for (std::size_t face = 0; face < car.mesh.faces.size(); ++face) {
+    if (car.painted[face] == 0) continue;
+    tapestry::raster::for_each_atlas_texel(
+        exported.mesh, exported.layout, face, [&](std::size_t row, std::size_t column, const auto&) {
+          for (std::size_t c = 0; c < 3; ++c)
+            CHECK(std::abs(atlas(row, column, c) - colours(face * texels, c)) < 1e-6F);
+        });
+  }
 }

@@ -70,8 +70,7 @@ const Texts options{"# one\nnumber = 3.5\nwords = [\"a\",\n 'b c']\nflag = true\
                     "words = x\n; two\nflag\n"};
 
 Texts manifests() {
-  return {
-      shell::report_text(shell::make_manifest("camouflage", {{"seed", 1}, {"frames", "a b"}}, 1, true, {}))};
+  return {shell::report_text(shell::make_manifest("camouflage", {{"seed", 1}, {"frames", "a b"}}, 1, true))};
 }
 
 const fuzz::Registered targets[]{

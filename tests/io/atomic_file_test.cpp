@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -103,7 +104,16 @@ TEST_CASE("a file whose size changes while it is read is refused", "[io][file_so
   write_file_atomically(path, std::string_view("abc"));
   const RegularFile file(path);
   std::ofstream(path, std::ios::app) << "d";
-  CHECK_THROWS_WITH(file.require_unchanged_size(), contains("changed while it was read"));
+  CHECK_THROWS_WITH(file.require_unchanged(), contains("changed while it was read"));
   std::array<std::byte, 8> bytes{};
   CHECK_THROWS_WITH(file.read_at(0, bytes), contains("ends early"));
+}
+
+TEST_CASE("a file that is written to while it is read is refused, its size kept", "[io][file_source]") {
+  const TemporaryFolder folder;
+  const auto path = folder.write("same", "abc");
+  fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::hours(1));
+  const RegularFile file(path);
+  std::ofstream(path, std::ios::in) << "b";
+  CHECK_THROWS_WITH(file.require_unchanged(), contains("changed while it was read"));
 }

@@ -53,14 +53,17 @@ template <std::floating_point T>
 void write_paint(const std::string& path, const Array<float, 2>& parameter, const Paint<float>& paint,
                  const Array<float, 2>& offsets = {});
 
-/// Material colours of the painted faces as a texture, [texel, 3]. Atlas texels that no painted face uses
-/// take the mean over painted faces.
+/// Material colours of the painted faces as a texture, [texel, 3]. Texels that no painted face uses, and the
+/// one of a solid texture, take the mean over painted faces.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> own_colours(const raster::PaintedMesh& car);
 
-/// A texture as an atlas picture for a viewer, [H, W, 3] in [0, 1] with row 0 at v = 1. Texels that no
-/// painted face refers to take colours of those around them. Textures of other kinds than an atlas are baked
-/// into one of 512 × 1024 texels; faces without uv do not show.
+/// The car as files and viewers hold it, with an atlas: itself, or for textures of other kinds one with
+/// raster::face_charts(), since the texture coordinates of a mesh may be missing or shared by several faces.
+[[nodiscard]] raster::PaintedMesh with_atlas(raster::PaintedMesh car);
+
+/// A texture as an atlas picture for a viewer, [H, W, 3] in [0, 1] with row 0 at v = 1, in the layout of
+/// with_atlas(). Texels that no painted face refers to take colours of those around them.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours);
 

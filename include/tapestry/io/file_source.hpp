@@ -12,6 +12,7 @@
 #include <system_error>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
+#include <utility>
 #include <vector>
 
 /// \file
@@ -41,13 +42,15 @@ inline constexpr std::size_t longest_path = 4096;
 
 /// A regular file open for reading. Its size is checked against a limit before anything is read.
 ///
-/// Folders, FIFOs and devices are refused without waiting on them. A file that changes its size while it is
-/// read is refused, too. Nothing is memory-mapped, so a file that is cut cannot kill the process.
+/// Folders, FIFOs and devices are refused without waiting on them. A file that changes while it is read is
+/// refused, too. Nothing is memory-mapped, so a file that is cut cannot kill the process. If an InputLedger
+/// lives, it records the file.
 class RegularFile {
  public:
   /// \param path path, for messages as well
   /// \param limit  largest accepted size in bytes
-  /// \throws FileError  malformed if it cannot be opened or is not a regular file, limit if it is larger
+  /// \throws FileError  malformed if it cannot be opened or is not a regular file, limit if it is larger,
+  ///                    mismatch if an InputLedger has recorded other bytes
   explicit RegularFile(std::string path, std::uint64_t limit = default_file_limit);
 
   RegularFile(const RegularFile&) = delete;
@@ -61,11 +64,22 @@ class RegularFile {
   /// \throws FileError (malformed) if the file ends before or cannot be read
   void read_at(std::uint64_t offset, std::span<std::byte> bytes) const;
 
-  /// Throws FileError (malformed) if the file no longer has the size it was opened with.
-  void require_unchanged_size() const;
+  /// Throws FileError (malformed) if the file has changed since it was opened, by its size or its times.
+  /// Readers call it when they have read.
+  void require_unchanged() const;
+
+  /// Size, number and times of the file when it was opened: equal only if nothing was written between.
+  [[nodiscard]] const std::string& stamp() const { return stamp_; }
+
+  /// SHA-256 of the content, in hexadecimal digits. Reads the file in pieces of 1 MiB.
+  [[nodiscard]] std::string sha256() const;
 
  private:
-  [[nodiscard]] std::uint64_t measured_size() const;
+  /// Size and stamp of the file now.
+  [[nodiscard]] std::pair<std::uint64_t, std::string> measured() const;
+
+  /// Tells the ledger, if one lives.
+  void record() const;
 
   [[noreturn]] void fail(ErrorKind kind, const std::string& what) const {
     throw FileError(kind, {path_, "", what});
@@ -74,6 +88,7 @@ class RegularFile {
   std::string path_;
   int descriptor_ = -1;
   std::uint64_t size_ = 0;
+  std::string stamp_{};
 };
 
 /// The whole content of a regular file of at most `limit` bytes.

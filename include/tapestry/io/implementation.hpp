@@ -12,6 +12,7 @@
 #include <tapestry/io/implementation/frame_file.hpp>
 #include <tapestry/io/implementation/glb.hpp>
 #include <tapestry/io/implementation/image_file.hpp>
+#include <tapestry/io/implementation/input_ledger.hpp>
 #include <tapestry/io/implementation/jpeg.hpp>
 #include <tapestry/io/implementation/jpeg_file.hpp>
 #include <tapestry/io/implementation/mesh_writers.hpp>

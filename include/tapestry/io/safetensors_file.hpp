@@ -138,7 +138,7 @@ class SafetensorsFile {
   ///         beyond the file, limit above 16 MiB of header or `limit` bytes in all
   explicit SafetensorsFile(const std::string& path, std::uint64_t limit = default_file_limit)
       : file_(path, limit), header_(detail::read_safetensors_header(file_)) {
-    file_.require_unchanged_size();
+    file_.require_unchanged();
   }
 
   [[nodiscard]] const std::string& path() const { return file_.path(); }
@@ -157,7 +157,7 @@ class SafetensorsFile {
   void read(const Tensor& tensor, std::span<float> values, std::size_t first = 0) const;
 
   /// Throws FileError (malformed) if the file no longer has the size it was opened with.
-  void require_unchanged_size() const { file_.require_unchanged_size(); }
+  void require_unchanged() const { file_.require_unchanged(); }
 
  private:
   template <auto float_from>

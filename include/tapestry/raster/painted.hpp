@@ -27,12 +27,11 @@ struct PaintChoice {
       image::ColourSpace::linear;  ///< in which the mesh is lit and laid over photographs
 };
 
-namespace detail {
 /// Widest atlas that painted() lays out, in units of u. The uvs of a texture that repeats reach further.
 inline constexpr double widest_atlas = 64;
 
-/// Largest u of the painted faces, rounded up to a whole number but for a file's rounding, at least 1.
-/// \throws DomainError if it is above widest_atlas
+/// Width in u of an atlas for a mesh: the largest u of the painted faces, rounded up to a whole number but
+/// for a file's rounding, at least 1. \throws DomainError if it is above widest_atlas
 [[nodiscard]] inline double u_extent_of(const PaintedMesh& body) {
   double extent = 1;
   const auto& mesh = body.mesh;
@@ -47,7 +46,6 @@ inline constexpr double widest_atlas = 64;
                       ", expected at most 64");
   return extent;
 }
-}  // namespace detail
 
 /// A mesh with a texture over the faces of one material:
 ///
@@ -68,7 +66,7 @@ inline constexpr double widest_atlas = 64;
   body.layout.kind = choice.kind;
   body.layout.texels_per_edge = choice.rows;
   if (choice.kind != TextureKind::atlas) return body;
-  body.layout.u_extent = detail::u_extent_of(body);
+  body.layout.u_extent = u_extent_of(body);
   body.layout.height = choice.rows;
   body.layout.width = choice.rows * static_cast<std::size_t>(body.layout.u_extent);
   body.layout.filter = choice.filter;

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <utility>
 #include <vector>
@@ -52,6 +54,19 @@ TEST_CASE("elements are read from files beside the model", "[io][onnx]") {
   for (const char* location : {"link.bin", "again/weights.bin"})
     CHECK(read_far(folder.write(
               "a.onnx", model_with({{"location", location}, {"offset", "8"}, {"length", "8"}}))) == within);
+}
+
+TEST_CASE("a ledger holds the files that a model's elements lie in", "[io][onnx][input_ledger]") {
+  const TemporaryFolder folder;
+  const auto far = folder.write("exact.bin", onnx::raw_floats({3, 4}));
+  const auto model = folder.write("a.onnx", model_with({{"location", "exact.bin"}}));
+  const io::InputLedger ledger;
+  (void)io::read_onnx(model);
+  const auto records = ledger.records();
+  REQUIRE(records.size() == 2);
+  CHECK(records[0].path == model);
+  CHECK(records[1].path == far);
+  CHECK(records[1].sha256 == io::sha256(onnx::raw_floats({3, 4})));
 }
 
 TEST_CASE("a file of one tensor may have its elements beside it", "[io][onnx]") {

@@ -15,6 +15,7 @@
 #include <tapestry/image/transform/colour_change.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/raster/bake.hpp>
+#include <tapestry/raster/face_charts.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <utility>
@@ -131,6 +132,7 @@ Array<T, 2> own_colours(const raster::PaintedMesh& car) {
   Array<T, 2> colours(Extents<2>{car.layout.texel_count(car.mesh), 3});
   for (std::size_t i = 0; i < colours.size(); ++i)
     colours.data()[i] = static_cast<T>(count > 0 ? sum[i % 3] / count : 0.5);
+  if (car.layout.kind == raster::TextureKind::solid) return colours;
   for (std::size_t face = 0; face < car.painted.size(); ++face) {
     if (car.painted[face] == 0) continue;
     const auto colour = geometry::material_colour(car.mesh, face);
@@ -153,15 +155,24 @@ Array<T, 2> own_colours(const raster::PaintedMesh& car) {
   return colours;
 }
 
+raster::PaintedMesh with_atlas(raster::PaintedMesh car) {
+  if (car.layout.kind == raster::TextureKind::atlas) return car;
+  auto charts = raster::face_charts(std::move(car.mesh));
+  car.mesh = std::move(charts.mesh);
+  car.layout = charts.layout;
+  return car;
+}
+
 template <std::floating_point T>
 Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours) {
-  const bool is_atlas = car.layout.kind == raster::TextureKind::atlas;
-  const raster::TextureLayout layout =
-      is_atlas ? car.layout
-               : raster::TextureLayout{raster::TextureKind::atlas, 512, 1024, car.layout.u_extent};
-  const auto texels = is_atlas
-                          ? raster::with_unused_filled(layout, raster::used_texels_or_all<T>(car), colours)
-                          : raster::bake_atlas(car, colours, layout);
+  const auto texels = [&] {
+    if (car.layout.kind == raster::TextureKind::atlas)
+      return raster::with_unused_filled(car.layout, raster::used_texels_or_all<T>(car), colours);
+    raster::PaintedMesh charted = with_atlas(car);
+    const raster::TextureLayout layout = std::exchange(charted.layout, car.layout);
+    return raster::bake_atlas(charted, colours, layout);
+  }();
+  const auto layout = with_atlas(car).layout;
   Array<T, 3> picture(Extents<3>{layout.height, layout.width, 3});
   std::copy_n(texels.data(), texels.size(), picture.data());
   return picture;

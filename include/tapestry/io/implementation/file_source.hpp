@@ -15,6 +15,8 @@
 #include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
+#include <tapestry/io/input_ledger.hpp>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -32,12 +34,13 @@ RegularFile::RegularFile(std::string path, std::uint64_t limit) : path_(std::mov
   } while (descriptor_ < 0 && errno == EINTR);
   if (descriptor_ < 0) fail(ErrorKind::malformed, std::string("cannot open: ") + std::strerror(errno));
   try {
-    size_ = measured_size();
+    std::tie(size_, stamp_) = measured();
     if (size_ > limit) {
       throw FileError(ErrorKind::limit,
                       {path_, "", "file too large", "at most " + std::to_string(limit) + " bytes",
                        std::to_string(size_) + " bytes"});
     }
+    record();
   } catch (...) {
     ::close(descriptor_);
     throw;
@@ -59,31 +62,51 @@ void RegularFile::read_at(std::uint64_t offset, std::span<std::byte> bytes) cons
   }
 }
 
-void RegularFile::require_unchanged_size() const {
-  const std::uint64_t now = measured_size();
-  if (now != size_) {
-    throw FileError(ErrorKind::malformed, {path_, "", "file changed while it was read",
-                                           std::to_string(size_) + " bytes", std::to_string(now) + " bytes"});
-  }
+void RegularFile::require_unchanged() const {
+  const auto [size, stamp] = measured();
+  if (size != size_)
+    throw FileError(ErrorKind::malformed,
+                    {path_, "", "file changed while it was read", std::to_string(size_) + " bytes",
+                     std::to_string(size) + " bytes"});
+  if (stamp != stamp_) fail(ErrorKind::malformed, "file changed while it was read: it was written to");
 }
 
-std::uint64_t RegularFile::measured_size() const {
+std::pair<std::uint64_t, std::string> RegularFile::measured() const {
   struct ::stat status {};
-  if (::fstat(descriptor_, &status) != 0) {
+  if (::fstat(descriptor_, &status) != 0)
     fail(ErrorKind::malformed, std::string("cannot inspect: ") + std::strerror(errno));
-  }
-  if (!S_ISREG(status.st_mode)) {
+  if (!S_ISREG(status.st_mode))
     fail(ErrorKind::malformed,
          S_ISDIR(status.st_mode) ? "not a regular file but a folder" : "not a regular file");
+  std::string stamp;
+  for (const auto part :
+       {static_cast<long long>(status.st_dev), static_cast<long long>(status.st_ino),
+        static_cast<long long>(status.st_size), static_cast<long long>(status.st_mtim.tv_sec),
+        static_cast<long long>(status.st_mtim.tv_nsec)})
+    stamp += std::to_string(part) + ' ';
+  return {static_cast<std::uint64_t>(status.st_size), stamp};
+}
+
+std::string RegularFile::sha256() const {
+  Sha256 hash;
+  std::vector<std::byte> piece;
+  for (std::uint64_t at = 0; at < size_; at += piece.size()) {
+    piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(size_ - at, 1U << 20U)));
+    read_at(at, piece);
+    hash.add(piece);
   }
-  return static_cast<std::uint64_t>(status.st_size);
+  return hash.hex();
+}
+
+void RegularFile::record() const {
+  if (InputLedger* const ledger = InputLedger::active()) ledger->record(*this);
 }
 
 std::vector<std::byte> read_file(const std::string& path, std::uint64_t limit) {
   const RegularFile file(path, limit);
   std::vector<std::byte> bytes(static_cast<std::size_t>(file.size()));
   file.read_at(0, bytes);
-  file.require_unchanged_size();
+  file.require_unchanged();
   return bytes;
 }
 
@@ -91,7 +114,7 @@ std::string read_text_file(const std::string& path, std::uint64_t limit) {
   const RegularFile file(path, limit);
   std::string text(static_cast<std::size_t>(file.size()), '\0');
   file.read_at(0, std::as_writable_bytes(std::span<char>(text.data(), text.size())));
-  file.require_unchanged_size();
+  file.require_unchanged();
   return text;
 }
 
@@ -175,15 +198,9 @@ std::string sha256(std::string_view bytes) {
 
 std::string sha256_of_file(const std::string& path) {
   const RegularFile file(path);
-  Sha256 hash;
-  std::vector<std::byte> piece;
-  for (std::uint64_t at = 0; at < file.size(); at += piece.size()) {
-    piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(file.size() - at, 1U << 20U)));
-    file.read_at(at, piece);
-    hash.add(piece);
-  }
-  file.require_unchanged_size();
-  return hash.hex();
+  std::string hash = file.sha256();
+  file.require_unchanged();
+  return hash;
 }
 
 }  // namespace tapestry::io

@@ -213,7 +213,7 @@ void SafetensorsFile::read(const Tensor& tensor, std::span<float> values, std::s
     detail::refuse_tensor(path(), tensor, "not floating point", "F32, F64, F16 or BF16",
                           std::string(type_name(tensor.type)), ErrorKind::mismatch);
   }
-  file_.require_unchanged_size();
+  file_.require_unchanged();
 }
 
 void write_safetensors(const std::string& path, const std::map<std::string, std::string>& metadata,

@@ -75,7 +75,7 @@ class ExternalData {
       take(size, label, tensor);
       std::vector<std::byte> bytes(static_cast<std::size_t>(size));
       file.read_at(reference.offset, bytes);
-      file.require_unchanged_size();
+      file.require_unchanged();
       return bytes;
     } catch (const FileError& error) {
       if (error.details().path != path) throw;

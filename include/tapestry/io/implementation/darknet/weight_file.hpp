@@ -148,7 +148,7 @@ WeightFile read_weight_file(const std::string& path, const detect::NetworkConfig
                                      : little_endian_word<std::uint32_t>(&beginning[12]);
   weights.parameters.resize(Extents<1>{layout.count});
   file.read_at(header, std::as_writable_bytes(std::span(weights.parameters.data(), layout.count)));
-  file.require_unchanged_size();
+  file.require_unchanged();
   if constexpr (std::endian::native == std::endian::big) {
     for (float& value : weights.parameters) {
       value = std::bit_cast<float>(__builtin_bswap32(std::bit_cast<std::uint32_t>(value)));
