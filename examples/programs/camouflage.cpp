@@ -64,6 +64,8 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   problems.throw_first();
   if (options.threads > 0) limit_threads(options.threads);
   const StopSignal stop_signal;
+  io::InputLedger ledger;
+  ledger.leave_out(options.output);
   if (options.resume)
     adopt_run_settings(app, options, "camouflage", options.scene, options.detector, options.optimisation);
   if (options.check) return check_only(options, problems);
@@ -73,6 +75,7 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   const bool is_new = options.output.empty() || !is_there(options.output, ErrorKind::write);
   if (!Ranks::all().is_first()) return CamouflageRun(std::move(options), std::move(inputs), "").execute();
   if (options.output.empty()) options.output = make_next_folder("runs/camouflage");
+  ledger.leave_out(options.output);
   const RunFolder folder(options.output, is_new);
   require_free_folder(options);  // another process may have begun and ended a run there meanwhile
   const auto& ranks = Ranks::all();

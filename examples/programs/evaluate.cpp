@@ -156,11 +156,11 @@ void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json
 /// Inputs that have changed since the measured runs, each file once.
 /// \throws Error (in_use) unless changes are accepted
 std::vector<ChangedInput> changed_since_runs(const Options& options, Inputs& inputs) {
+  note_frames(inputs.frames.test, inputs.mask);
   std::vector<ChangedInput> changed;
   for (const std::string& run : {options.run, options.against})
-    for (const ChangedInput& input :
-         require_run_inputs({run, options.accept_changed_inputs}, options.scene, inputs.car, options.detector,
-                            inputs.frames.test, inputs.warnings))
+    for (const ChangedInput& input : require_run_inputs({run, options.accept_changed_inputs}, options.scene,
+                                                        inputs.car, inputs.frames.test, inputs.warnings))
       if (std::ranges::find(changed, input) == changed.end()) changed.push_back(input);
   return changed;
 }
@@ -300,6 +300,7 @@ int survey_frames(Options& options) {
   add_options_of(options, report);
   std::cout << summary_text(report);
   Json metrics = metrics_json(report);
+  metrics["inputs"] = recorded_inputs();
   if (!changed.empty()) metrics["changed_inputs"] = json_of(changed);
   print_sweep(options.sweep, report, metrics);
   if (!options.output.empty())
@@ -314,6 +315,8 @@ int run(const CLI::App& app, Options& options) {
   if (!options.dataset.dataset.empty())
     return evaluate_dataset(app, options.dataset, options.detector, options.threads);
   require_consistent(app, options);
+  io::InputLedger ledger;
+  ledger.leave_out(options.output);
   if (!options.run.empty()) adopt_run(app, options);
   require_sound(app, options);
   if (options.threads > 0) limit_threads(options.threads);

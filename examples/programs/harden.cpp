@@ -56,6 +56,8 @@ int run(const CLI::App& app, const char* program, HardenOptions& options) {
   problems.throw_first();
   if (options.threads > 0) limit_threads(options.threads);
   const StopSignal stop_signal;
+  io::InputLedger ledger;
+  ledger.leave_out(options.output);
   if (options.resume)
     adopt_run_settings(app, options, "harden", options.scene, options.detector, options.harden);
   require_float(options);
@@ -66,6 +68,7 @@ int run(const CLI::App& app, const char* program, HardenOptions& options) {
   require_one_scale(inputs.frames);
   const bool is_new = options.output.empty() || !is_there(options.output, ErrorKind::write);
   if (options.output.empty()) options.output = make_next_folder("runs/harden");
+  ledger.leave_out(options.output);
   const RunFolder folder(options.output, is_new);
   require_free_folder(options);  // another process may have begun and ended a run there meanwhile
   const std::string resume = resume_line(app, program, options, settings_json(options), {"quick"});

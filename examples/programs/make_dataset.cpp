@@ -139,15 +139,10 @@ void require_ranges(const Options& options) {
   if (!options.distance.empty()) require("--distance", options.distance[0], options.distance[1]);
 }
 
-/// \param inputs receives the paths that are read
-scenes::Vehicle load_vehicle(const Options& options, std::vector<std::string>& inputs) {
+scenes::Vehicle load_vehicle(const Options& options) {
   auto loaded = io::read_obj(options.mesh);
-  inputs.push_back(options.mesh);
-  inputs.insert(inputs.end(), loaded.material_files.begin(), loaded.material_files.end());
-  if (!options.faces.empty()) inputs.push_back(options.faces);
   auto warnings = loaded.warnings;
   auto own = own_texture(options.mesh, loaded.mesh, warnings);
-  if (own) inputs.push_back(own->path);
   const auto materials = options.material.empty() && options.mesh == BundledAssets().mesh()
                              ? std::vector<std::string>{"body"}
                              : options.material;
@@ -351,12 +346,11 @@ std::string next_command(const Options& options) {
 int make_dataset(const CLI::App& app, Options& options) {
   require_ranges(options);
   options.is_fov_given = app.count("--fov") > 0;
-  std::vector<std::string> inputs;
-  const scenes::Vehicle vehicle = load_vehicle(options, inputs);
+  io::InputLedger ledger;
+  ledger.leave_out(options.output);
+  const scenes::Vehicle vehicle = load_vehicle(options);
   const auto pictures = photographs(options.backgrounds);
-  for (const auto& picture : pictures) inputs.push_back(picture.path);
-  Json manifest =
-      make_manifest("make_dataset", settings_json(app, options), options.seed, options.train > 0, inputs);
+  Json manifest = make_manifest("make_dataset", settings_json(app, options), options.seed, options.train > 0);
   manifest["frames"] = {{"train", options.train}, {"test", options.test}};
   const RunFolder folder(options.output, !is_there(options.output, ErrorKind::write));
   require_own_folder(options.output, manifest);

@@ -31,6 +31,7 @@
 #include "shell/panel_sheets.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
+#include "shell/texture_description.hpp"
 
 namespace {
 using namespace tapestry;
@@ -47,6 +48,7 @@ struct Options {
   std::vector<double> colour;
   std::string filter = "anisotropic";
   double u_extent = 0;
+  bool is_filter_given = false, is_space_given = false;
   std::string view = "colour";
   double azimuth = 45, elevation = 20, fov = 60;
   std::vector<double> distance;
@@ -89,7 +91,7 @@ void describe_scene(CLI::App& app, Options& o) {
   app.add_option("--filter", o.filter, "of the texture: bilinear, trilinear or anisotropic")
       ->capture_default_str();
   app.add_option("--u-extent", o.u_extent,
-                 "the texture's width in u; 0: 1, or 2 when painted faces have u beyond 1")
+                 "the texture's width in u; 0: as its description says (x.json beside x.png), else 1")
       ->capture_default_str();
   app.add_flag(
       "--normalise", o.normalise,
@@ -260,17 +262,6 @@ void require_sound(const Options& o) {
   list.throw_first();
 }
 
-/// 2 when a painted face has u beyond 1, as the mirrored halves of the simulator's car do, else 1.
-double u_extent_of(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted) {
-  double highest = 0;
-  for (std::size_t face = 0; face < std::min(painted.size(), mesh.face_uvs.size()); ++face) {
-    for (const std::int32_t uv : mesh.face_uvs[face])
-      if (painted[face] != 0 && uv >= 0)
-        highest = std::max(highest, mesh.uvs[static_cast<std::size_t>(uv)][0]);
-  }
-  return highest > 1 + 1e-6 ? 2 : 1;
-}
-
 void set_atlas(const Options& o, const Bitmap& bitmap, PaintedScene& scene) {
   const auto picture = image::from_bytes<float>(bitmap);
   scene.layout.height = picture.shape(0);
@@ -281,13 +272,29 @@ void set_atlas(const Options& o, const Bitmap& bitmap, PaintedScene& scene) {
   std::copy_n(picture.data(), picture.size(), scene.texels.data());
 }
 
-void set_texture(const Options& o, PaintedScene& scene, std::vector<std::string>& warnings) {
-  scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : u_extent_of(scene.mesh, scene.painted);
+/// Takes what the description of the texture says and no option does; says what is assumed without one.
+void adopt_description(Options& o, const Bitmap& bitmap) {
+  const auto described = read_texture_description(o.texture, {bitmap.shape(0), bitmap.shape(1)});
+  if (described) {
+    if (o.u_extent == 0) o.u_extent = described->u_extent;
+    if (!o.is_filter_given) o.filter = name_of(described->filter);
+    if (!o.is_space_given) o.colour_space = name_of(described->space);
+    return;
+  }
+  if (o.u_extent == 0)
+    remark(o.texture + ": no description beside it; assumed: its width is 1 in u (--u-extent), " + o.filter +
+           " lookup, " + o.colour_space + " colours");
+}
+
+void set_texture(Options& o, PaintedScene& scene, std::vector<std::string>& warnings) {
   if (!o.texture.empty()) {
     const auto bitmap = io::read_image(o.texture);
     require_uvs(o.mesh, scene.mesh, scene.painted, "--texture");
+    adopt_description(o, bitmap);
+    scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : 1;
     return set_atlas(o, bitmap, scene);
   }
+  scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : 1;
   if (!o.colour.empty() && std::ranges::find(scene.painted, 0) != scene.painted.end())
     warn_about_textures(o.mesh, scene.mesh, warnings);
   if (o.colour.empty()) {
@@ -577,5 +584,9 @@ int main(int argc, char** argv) {
       "  render --azimuth 30 --output car.png\n"
       "  render --mesh car.obj --turntable 8 --output sheet.png\n"
       "  render --mesh car.obj --texture run/texture.png --panels panels.pdf");
-  return run_program(app, argc, argv, [&] { return run(options); });
+  return run_program(app, argc, argv, [&] {
+    options.is_filter_given = app.count("--filter") > 0;
+    options.is_space_given = app.count("--colour-space") > 0;
+    return run(options);
+  });
 }

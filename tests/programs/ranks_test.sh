@@ -83,4 +83,23 @@ expect_exit 2 "ranks without a protocol" ranks 2 --run run
 grep -Eq '^error: (rank 1: )?several ranks' command.err && pass || fail "no word on ranks: $(cat command.err)"
 expect_exit 7 "another measurement in the folder" ranks 2 "${small[@]}" --seed 5 --output alone
 expect_same_report alone ranks1
+
+# Ranks that would compute something else are refused before the first step; they neither mix nor wait for ever.
+for rank in 0 1; do
+  mkdir "machine$rank" && cp -r frames run "machine$rank" && cp "$assets"/detector.{cfg,weights,names} "machine$rank"
+done
+printf '\0' | dd of=machine1/detector.weights bs=1 seek=5000 conv=notrunc status=none
+foreign=(--frames frames --cfg detector.cfg --weights detector.weights --names detector.names --threads 1)
+two_machines() { # two_machines PROGRAM OPTION...: a rank in each folder
+  timeout 120 mpirun "${here[@]}" -n 1 -wdir machine0 "$@" : -n 1 -wdir machine1 "$@"
+}
+expect_exit 4 "other weights at one rank" two_machines "$camouflage" "${foreign[@]}" --texels 8 --epochs 1 --output mixed
+grep -Eq '^error: (rank 1: )?options and inputs of rank [01] are others' command.err && pass || fail "mixed: $(cat command.err)"
+[ -e machine0/mixed/history.csv ] && fail "ranks of different detectors took a step" || pass
+expect_exit 4 "other epochs at one rank" timeout 120 mpirun "${here[@]}" -n 1 "$camouflage" "${paint[@]}" --epochs 4 --output unequal \
+  : -n 1 "$camouflage" "${paint[@]}" --epochs 5 --output unequal
+grep -Eq 'options and inputs of rank [01] are others' command.err && pass || fail "unequal: $(cat command.err)"
+expect_exit 4 "a measurement by two detectors" two_machines "$evaluate" "${foreign[@]}" --protocol views --clean-only --quick \
+  --size 64 --background 0.5 0.5 0.5 --output measured
+grep -Eq 'settings and inputs of rank [01] are others' command.err && pass || fail "measured: $(cat command.err)"
 finish

@@ -22,6 +22,7 @@
 
 #include "camouflage_options.hpp"
 #include "contact_sheet.hpp"
+#include "export_check.hpp"
 #include "inputs.hpp"
 #include "photo_light_report.hpp"
 #include "program.hpp"
@@ -35,6 +36,7 @@
 #include "step_log.hpp"
 #include "stop_signal.hpp"
 #include "survey_watch.hpp"
+#include "texture_description.hpp"
 #include "texture_training.hpp"
 
 namespace tapestry::shell {
@@ -70,6 +72,10 @@ class CamouflageRun {
   }
 
  private:
+  /// Mean difference of a colour channel beyond which an export is not the run's paint: the rounding to bytes
+  /// and the lookup in charts differ by less.
+  static constexpr double most_export_difference = 0.02;
+
   using Clock = std::chrono::steady_clock;
 
   void run() {
@@ -126,15 +132,6 @@ class CamouflageRun {
   }
   [[nodiscard]] std::string path(const char* name) const { return options_.output + "/" + name; }
 
-  [[nodiscard]] std::vector<std::string> input_paths() const {
-    auto paths = shell::input_paths(options_.scene, inputs_.car, options_.detector, inputs_.frames);
-    const auto& ensemble = options_.optimisation.ensemble;
-    paths.insert(paths.end(), ensemble.begin(), ensemble.end());
-    if (is_texture_file(options_.optimisation.start)) paths.push_back(options_.optimisation.start);
-    if (!options_.optimisation.palette.empty()) paths.push_back(options_.optimisation.palette);
-    return paths;
-  }
-
   /// The views that show the car. All ranks stop together.
   /// \throws Stopped when a signal has arrived at a rank
   std::vector<std::size_t> prepared(camouflage::ViewStore<float>& store) {
@@ -149,11 +146,13 @@ class CamouflageRun {
     return usable;
   }
 
-  /// Writes the manifest to a new folder; checks that a folder to resume holds one that agrees.
+  /// Writes the manifest to a new folder, once every view has been read; checks that a folder to resume holds
+  /// one that agrees, and that all ranks have read the same.
   void open_folder() {
     const Json manifest = make_manifest("camouflage", settings_json(options_), options_.optimisation.seed,
-                                        inputs_.frames.held_out, input_paths());
+                                        inputs_.frames.held_out);
     settings_ = identity_text(manifest);
+    ranks_.require_same("options and inputs", io::sha256(settings_));
     if (options_.resume)
       require_same_inputs(manifest, options_.output);
     else if (ranks_.is_first())
@@ -237,6 +236,8 @@ class CamouflageRun {
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
     camouflage::write_paint(path("texture.npz"), training.parameter(), paint, offsets);
     write_painted(reshaped ? reshaped->car() : inputs_.car.painted, paint.colours);
+    report.exported =
+        export_difference_of(reshaped ? reshaped->store() : test, usable.front(), paint.colours);
     write_matched_controls(textures.controls);
     if (inputs_.photo_light) write_text(path("light.json"), report_text(light_json(test, usable)));
     write_sheets(before, after);
@@ -281,17 +282,36 @@ class CamouflageRun {
     for (const auto& [name, paint] : textures.controls)
       if (name == evaluate::matched_noise_name || name == evaluate::shuffled_patches_name) atlas(name, paint);
     page.glb = io::read_text_file(path("painted.glb"));
-    page.files = {"painted.glb", "painted.obj",  "texture.npz", "texture.png",
-                  "result.png",  "before.png",   "after.png",   "metrics.csv",
-                  "views.csv",   "metrics.json", "history.csv", "manifest.json"};
+    page.files = {"painted.glb",  "painted.obj", "texture.npz",  "texture.png", "texture.json",
+                  "result.png",   "before.png",  "after.png",    "metrics.csv", "views.csv",
+                  "metrics.json", "history.csv", "manifest.json"};
   }
 
   /// \param car in its final shape
   void write_painted(const raster::PaintedMesh& car, const Array<float, 2>& colours) const {
     const auto atlas = camouflage::atlas_of<float>(car, colours);
-    io::write_image(path("texture.png"), atlas);
-    io::write_painted_obj(path("painted.obj"), car, atlas);
-    io::write_painted_glb(path("painted.glb"), car, atlas);
+    const auto exported = camouflage::with_atlas(car);
+    write_described_texture(path("texture.png"), atlas, exported);
+    io::write_painted_obj(path("painted.obj"), exported, atlas);
+    io::write_painted_glb(path("painted.glb"), exported, atlas);
+  }
+
+  /// Draws a view with the car of the written files, and compares it with the run's own picture.
+  /// \param store  views of the car in its final shape
+  [[nodiscard]] ExportDifference export_difference_of(camouflage::ViewStore<float>& store, std::size_t index,
+                                                      const Array<float, 2>& colours) const {
+    const auto& settings = store.settings();
+    const auto own = store.view(index);
+    const auto [car, texels] = read_exported_car(path("painted.obj"), inputs_.car.painted);
+    const auto view =
+        camouflage::make_view<float>(test_loaders()[index](), car, settings.height, settings.width,
+                                     settings.samples_per_axis, settings.fit, settings.photo_light);
+    const auto difference =
+        export_difference(camouflage::picture_of(*own, colours), camouflage::picture_of(view, texels), *own);
+    if (difference.mean > most_export_difference)
+      print_warnings({path("painted.obj") + ": drawn again, the exported paint differs from the run's by " +
+                      decimal_text(difference.mean) + " of 1 on average"});
+    return difference;
   }
 
   /// Writes the matched controls as atlases, beside the texture they are made from.
@@ -299,7 +319,8 @@ class CamouflageRun {
     const auto write = [&](const char* control, const char* name) {
       for (const auto& [control_name, paint] : controls)
         if (control_name == control)
-          io::write_image(path(name), camouflage::atlas_of<float>(inputs_.car.painted, paint.colours));
+          write_described_texture(path(name), camouflage::atlas_of<float>(inputs_.car.painted, paint.colours),
+                                  camouflage::with_atlas(inputs_.car.painted));
     };
     write(evaluate::matched_noise_name, "matched_noise.png");
     write(evaluate::shuffled_patches_name, "shuffled.png");

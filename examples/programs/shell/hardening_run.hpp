@@ -92,8 +92,7 @@ class HardeningRun {
   /// Writes the manifest to a new folder; checks that a folder to resume holds one that agrees.
   void open_folder() {
     const Json manifest =
-        make_manifest("harden", settings_json(options_), options_.harden.seed, inputs_.frames.held_out,
-                      input_paths(options_.scene, inputs_.car, options_.detector, inputs_.frames));
+        make_manifest("harden", settings_json(options_), options_.harden.seed, inputs_.frames.held_out);
     identity_ = identity_text(manifest);
     if (options_.resume) return require_same_inputs(manifest, options_.output);
     if (is_there(hardened_path(), ErrorKind::write))

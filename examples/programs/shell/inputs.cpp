@@ -7,6 +7,7 @@
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/loss/prediction.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
+#include <tapestry/raster/painted.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <utility>
 
@@ -17,17 +18,24 @@
 namespace tapestry::shell {
 namespace {
 
-raster::TextureLayout layout_of(const SceneSettings& settings, const geometry::Mesh& mesh) {
+/// An atlas spans the u of the painted faces, with square texels.
+raster::TextureLayout layout_of(const SceneSettings& settings, const raster::PaintedMesh& car) {
   raster::TextureLayout layout{};
   layout.kind = settings.texture == "cube" ? raster::TextureKind::cube : raster::TextureKind::atlas;
-  layout.height = settings.texels;
-  layout.width = 2 * settings.texels;
-  layout.u_extent = 2;
   layout.texels_per_edge = settings.texels;
   layout.filter = raster::texture_filter_by_name(settings.filter);
-  if (layout.kind == raster::TextureKind::atlas && mesh.uvs.empty())
+  if (layout.kind == raster::TextureKind::cube) return layout;
+  if (car.mesh.uvs.empty())
     throw FileError(ErrorKind::mismatch, {settings.mesh, "", "no texture coordinates, which an atlas needs",
                                           "vt records, or --texture cube"});
+  require_uvs(settings.mesh, car.mesh, car.painted, "an atlas");
+  try {
+    layout.u_extent = raster::u_extent_of(car);
+  } catch (const DomainError& error) {
+    throw FileError(ErrorKind::mismatch, {settings.mesh, "", error.what()});
+  }
+  layout.height = settings.texels;
+  layout.width = settings.texels * static_cast<std::size_t>(layout.u_extent);
   return layout;
 }
 
@@ -114,10 +122,9 @@ Car load_car(const SceneSettings& settings) {
   warn_about_textures(settings.mesh, loaded.mesh, car.warnings);
   car.painted.painted =
       selected_faces(settings.mesh, loaded.mesh, settings.material, settings.faces, car.warnings);
-  car.painted.layout = layout_of(settings, loaded.mesh);
-  if (car.painted.layout.kind == raster::TextureKind::atlas)
-    require_uvs(settings.mesh, loaded.mesh, car.painted.painted, "an atlas");
-  car.painted.mesh = upright_car(settings.mesh, std::move(loaded.mesh), settings.axes);
+  car.painted.mesh = std::move(loaded.mesh);
+  car.painted.layout = layout_of(settings, car.painted);
+  car.painted.mesh = upright_car(settings.mesh, std::move(car.painted.mesh), settings.axes);
   car.painted.space = image::colour_space_by_name(settings.colour_space);
   car.painted.pyramid = raster::pyramid_of(car.painted);
   return car;
@@ -173,20 +180,11 @@ FrameLoaders train_loaders(const FrameLists& lists, const MaskRule& mask) {
   return loaders;
 }
 
-std::vector<std::string> input_paths(const SceneSettings& scene, const Car& car,
-                                     const DetectorSettings& detector, const FrameLists& frames) {
-  std::vector<std::string> paths{scene.mesh};
-  paths.insert(paths.end(), car.material_files.begin(), car.material_files.end());
-  for (const auto& optional :
-       {detector.cfg, detector.weights, detector.detector, detector.names, scene.faces, scene.segmenter})
-    if (!optional.empty()) paths.push_back(optional);
-  const std::size_t first_frame = paths.size();
-  paths.insert(paths.end(), frames.test.begin(), frames.test.end());
-  if (frames.held_out) paths.insert(paths.end(), frames.train.begin(), frames.train.end());
-  if (scene.mask == "file")
-    for (std::size_t i = first_frame, end = paths.size(); i < end; ++i)
-      paths.push_back(mask_path_of(paths[i]));
-  return paths;
+void note_frames(const std::vector<std::string>& frames, const MaskRule& mask) {
+  for (const std::string& frame : frames) {
+    io::InputLedger::note(frame);
+    if (mask.kind == "file") io::InputLedger::note(mask_path_of(frame));
+  }
 }
 
 std::vector<std::string> warnings_about(const SceneSettings& scene) {

@@ -78,9 +78,8 @@ struct Inputs {
   MaskRule mask{};                                      ///< source of the frames' masks
 };
 
-/// Every file that a run reads for its car, its detector and its frames.
-std::vector<std::string> input_paths(const SceneSettings& scene, const Car& car,
-                                     const DetectorSettings& detector, const FrameLists& frames);
+/// Records frames, and the masks beside them, in the program's ledger before they are read.
+void note_frames(const std::vector<std::string>& frames, const MaskRule& mask);
 
 /// Warns if bundled frames, which show the bundled sedan, are used with another mesh.
 std::vector<std::string> warnings_about(const SceneSettings& scene);

@@ -71,6 +71,17 @@ class Ranks {
     return std::find(everywhere.begin(), everywhere.end(), char{1}) != everywhere.end();
   }
 
+  /// Every rank must call this, with the SHA-256 of what must be the same at all of them.
+  /// \throws Error (mismatch) naming a rank with another one
+  void require_same(const std::string& what, const std::string& sha256) const {
+    const auto all = gathered(std::vector<char>(sha256.begin(), sha256.end()));
+    for (std::size_t rank = 0; rank < count_; ++rank)
+      if (!std::equal(sha256.begin(), sha256.end(), all.data() + rank * sha256.size()))
+        throw Error(ErrorKind::mismatch, what + " of rank " + std::to_string(rank) +
+                                             " are others than those of rank " + std::to_string(index_) +
+                                             ": all ranks need the same");
+  }
+
   /// File descriptor that errors are written to.
   [[nodiscard]] int error_stream() const { return error_stream_; }
 

@@ -71,6 +71,9 @@ Json json_of(const evaluate::Effect& effect) {
 Json metrics_json(const RunReport& report) {
   Json controls = Json::object();
   for (const auto& control : report.survey.controls) controls[control.name] = json_of(control);
+  Json exported;
+  if (report.exported)
+    exported = {{"mean_difference", report.exported->mean}, {"largest_difference", report.exported->largest}};
   return {{"photo", json_of(report.survey.photo)},
           {"clean", json_of(report.survey.clean)},
           {"adversarial", report.survey.adversarial ? json_of(*report.survey.adversarial) : Json()},
@@ -81,6 +84,7 @@ Json metrics_json(const RunReport& report) {
           {"effect", report.survey.effect ? json_of(*report.survey.effect) : Json()},
           {"effect_beyond_other_run",
            report.survey.effect_beyond_other_run ? json_of(*report.survey.effect_beyond_other_run) : Json()},
+          {"exported_paint", exported},
           {"held_out", report.held_out},
           {"seconds", report.seconds},
           {"peak_mib", peak_mib()},

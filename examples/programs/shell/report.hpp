@@ -13,6 +13,12 @@
 
 namespace tapestry::shell {
 
+/// Difference between a picture of a run's paint and one of the files that it exported, over the pixels that
+/// show the car: of a colour channel, in [0, 1].
+struct ExportDifference {
+  double mean = 0, largest = 0;
+};
+
 /// Results of a run.
 struct RunReport {
   evaluate::Survey survey;
@@ -20,6 +26,7 @@ struct RunReport {
   bool held_out = false;
   std::vector<camouflage::ObjectiveTerms> history;
   Json options;
+  std::optional<ExportDifference> exported{};  ///< if files were exported
 };
 
 Json json_of(const evaluate::Measurement& measurement);

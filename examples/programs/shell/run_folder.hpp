@@ -8,6 +8,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
+#include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <utility>
@@ -117,10 +118,12 @@ inline Json read_json_file(const std::string& path) {
   return io::read_json(io::read_text_file(path, std::uint64_t(16) << 20U), path).value;
 }
 
-/// Path and SHA-256 of every input file.
-inline Json input_hashes(const std::vector<std::string>& paths) {
+/// Path and SHA-256 of every file that the program's ledger has recorded so far, in the order of the paths.
+inline Json recorded_inputs() {
   Json inputs = Json::array();
-  for (const auto& path : paths) inputs.push_back({{"path", path}, {"sha256", io::sha256_of_file(path)}});
+  if (const auto* const ledger = io::InputLedger::active())
+    for (const auto& record : ledger->records())
+      inputs.push_back({{"path", record.path}, {"sha256", record.sha256}});
   return inputs;
 }
 

@@ -25,17 +25,14 @@ inline bool is_named(const Json& options, const std::string& path) {
 }
 }  // namespace detail
 
-/// The inputs of a camouflage run that a measurement reads again and whose bytes differ from the run's
-/// manifest. An input that an option replaces is not listed, because it has another path. Frames and material
-/// files that are new or missing are listed, too; no reader would notice them.
+/// The inputs of a camouflage run that a measurement has read again, by its ledger, and whose bytes differ
+/// from the run's manifest. An input that an option replaces is not listed, because it has another path.
+/// Frames and material files that are new or missing are listed, too; no reader would notice them.
 ///
 /// \param manifest  of the run
 /// \param frames all frames to measure on; none if only the car is rendered
 inline std::vector<ChangedInput> changed_since(const Json& manifest, const SceneSettings& scene,
-                                               const Car& car, const DetectorSettings& detector,
-                                               const std::vector<std::string>& frames) {
-  FrameLists lists;
-  lists.test = frames;
+                                               const Car& car, const std::vector<std::string>& frames) {
   const Json& options = manifest["options"];
   const auto setting = [&](const char* name) { return options.value(name, std::string()); };
   const std::string folder = setting("frames");
@@ -55,7 +52,7 @@ inline std::vector<ChangedInput> changed_since(const Json& manifest, const Scene
                ? !detail::is_named(options, input.path) && !is_picture(input.path)
                : std::ranges::find(car.material_files, input.path) != car.material_files.end();
   };
-  auto changed = changed_inputs(manifest["inputs"], input_hashes(input_paths(scene, car, detector, lists)));
+  auto changed = changed_inputs(manifest["inputs"], recorded_inputs());
   std::erase_if(changed, [&](const ChangedInput& input) {
     if (!input.expected.empty() && !input.found.empty()) return false;
     return !(same_frames && is_measured_frame(input.path)) &&
@@ -73,11 +70,10 @@ struct RunInputs {
 /// Returns changed_since(), and adds a warning for each accepted change to `warnings`.
 /// \throws Error (in_use) naming the changes, unless they are accepted
 inline std::vector<ChangedInput> require_run_inputs(const RunInputs& inputs, const SceneSettings& scene,
-                                                    const Car& car, const DetectorSettings& detector,
-                                                    const std::vector<std::string>& frames,
+                                                    const Car& car, const std::vector<std::string>& frames,
                                                     std::vector<std::string>& warnings) {
   if (inputs.run.empty()) return {};
-  auto changed = changed_since(read_manifest(inputs.run), scene, car, detector, frames);
+  auto changed = changed_since(read_manifest(inputs.run), scene, car, frames);
   if (changed.empty()) return changed;
   const std::string words = inputs.run + ": inputs have changed since the run: " + text_of(changed);
   if (!inputs.accepts_changes)

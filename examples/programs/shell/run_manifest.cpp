@@ -16,12 +16,11 @@ namespace tapestry::shell {
 
 std::string manifest_path(const std::string& folder) { return folder + "/manifest.json"; }
 
-Json make_manifest(const std::string& program, const Json& settings, std::uint64_t seed, bool held_out,
-                   const std::vector<std::string>& input_paths) {
+Json make_manifest(const std::string& program, const Json& settings, std::uint64_t seed, bool held_out) {
   Json manifest{{"program", program}};
   manifest.update(computed_by_json());
-  manifest.update(Json{
-      {"seed", seed}, {"options", settings}, {"held_out", held_out}, {"inputs", input_hashes(input_paths)}});
+  manifest.update(
+      Json{{"seed", seed}, {"options", settings}, {"held_out", held_out}, {"inputs", recorded_inputs()}});
   return manifest;
 }
 

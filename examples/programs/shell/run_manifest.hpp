@@ -18,10 +18,9 @@ namespace tapestry::shell {
 
 std::string manifest_path(const std::string& folder);
 
+/// The manifest of a run, with the files that its ledger has recorded.
 /// \param program name of the program that runs
-/// \param input_paths  every file that the run reads
-Json make_manifest(const std::string& program, const Json& settings, std::uint64_t seed, bool held_out,
-                   const std::vector<std::string>& input_paths);
+Json make_manifest(const std::string& program, const Json& settings, std::uint64_t seed, bool held_out);
 
 /// Options and inputs; a checkpoint must agree with them.
 std::string identity_text(const Json& manifest);
@@ -44,8 +43,8 @@ struct ChangedInput {
   bool operator==(const ChangedInput&) const = default;
 };
 
-/// Differences between two results of input_hashes(), in the order of paths: first those that have changed or
-/// are new, then those that are missing.
+/// Differences between two results of recorded_inputs(), in the order of paths: first those that have changed
+/// or are new, then those that are missing.
 std::vector<ChangedInput> changed_inputs(const Json& recorded, const Json& now);
 
 /// The first ten changed inputs, with the beginnings of their hashes.

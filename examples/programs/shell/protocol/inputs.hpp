@@ -69,7 +69,7 @@ inline std::string detector_name(const std::string& weights) {
 
 /// The number of these photographs that the camouflage in a folder was optimised on; their bytes are
 /// compared.
-/// \param hashes  of every input of the measurement, see input_hashes()
+/// \param hashes  of every input of the measurement, see recorded_inputs()
 inline std::size_t trained_on(const std::string& run, const std::vector<std::string>& photographs,
                               const Json& hashes) {
   const Json manifest = read_manifest(run);
@@ -91,14 +91,15 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
     // Heat maps use the last layer that all heads depend on.
     const std::vector<std::string> layers(settings.protocol == "attention" ? 1 : 0);
     auto loaded = load_inputs(request.scene, request.detector, layers);
-    inputs.changed = require_run_inputs(request.run_inputs, request.scene, loaded.car, request.detector,
-                                        loaded.frames.test, loaded.warnings);
+    inputs.photographs = settings.quick ? thinned(loaded.frames.test, quick_photographs) : loaded.frames.test;
+    note_frames(inputs.photographs, loaded.mask);
+    inputs.changed = require_run_inputs(request.run_inputs, request.scene, loaded.car, inputs.photographs,
+                                        loaded.warnings);
     print_warnings(loaded.warnings);
     inputs.car = std::move(loaded.car);
     inputs.posed = loaded.frames.posed;
     inputs.photo_light = std::move(loaded.photo_light);
     inputs.mask = std::move(loaded.mask);
-    inputs.photographs = settings.quick ? thinned(loaded.frames.test, quick_photographs) : loaded.frames.test;
     inputs.detectors.push_back({std::move(loaded.detector), loaded.class_index});
     std::vector<std::string> warnings;
     for (const auto& path : settings.further_weights)
@@ -114,8 +115,7 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
   FurtherDetector& first = inputs.detectors.back();
   first.class_index = first.detector.class_index(request.detector.class_name);
   inputs.car = load_car(request.scene);
-  inputs.changed = require_run_inputs(request.run_inputs, request.scene, inputs.car, request.detector, {},
-                                      inputs.car.warnings);
+  inputs.changed = require_run_inputs(request.run_inputs, request.scene, inputs.car, {}, inputs.car.warnings);
   print_warnings(warnings);
   print_warnings(inputs.car.warnings);
   inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));

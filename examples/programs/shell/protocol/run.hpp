@@ -54,17 +54,11 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
     options["noise-draws"] = request.settings.noise_draws;
   }
   options["seed"] = request.seed;
-  auto paths = input_paths(request.scene, inputs.car, request.detector, {});
-  if (on_photographs && request.scene.mask == "file")
-    for (const auto& photograph : inputs.photographs) paths.push_back(mask_path_of(photograph));
-  for (const auto* more : {&inputs.photographs, &request.settings.further_weights})
-    paths.insert(paths.end(), more->begin(), more->end());
-  if (!request.run.empty()) paths.push_back(request.run + "/texture.npz");
   Json settings{{"program", "evaluate"},
                 {"version", TAPESTRY_VERSION_TEXT},
                 {"protocol", request.settings.protocol},
                 {"options", options},
-                {"inputs", input_hashes(paths)}};
+                {"inputs", recorded_inputs()}};
   if (!inputs.changed.empty()) settings["changed_inputs"] = json_of(inputs.changed);
   return settings;
 }
@@ -250,6 +244,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
   inputs.reshaped = detail::reshaped_car(inputs.car.painted, request);
   auto meters = detail::meters_of(inputs, request);
   const Json settings = detail::settings_of(request, inputs);
+  Ranks::all().require_same("settings and inputs", io::sha256(exact_text(settings)));
   if (protocol.on_photographs && !request.run.empty())
     request.trained_on = detail::trained_on(request.run, inputs.photographs, settings["inputs"]);
   const bool is_first = Ranks::all().is_first();

@@ -1,0 +1,69 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/camouflage/view.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/obj_file.hpp>
+#include <tapestry/raster/mip_pyramid.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
+#include <utility>
+
+#include "report.hpp"
+
+namespace tapestry::shell {
+
+/// A painted car that was exported, as a reader of its files finds it.
+struct ExportedCar {
+  raster::PaintedMesh car;
+  Array<float, 2> colours;  ///< [texel, 3]
+};
+
+/// Reads a painted OBJ file back: the faces of its one texture are the painted ones.
+/// \param like  gives filter and colour space, which an OBJ file does not hold
+inline ExportedCar read_exported_car(const std::string& obj, const raster::PaintedMesh& like) {
+  ExportedCar exported{{io::read_obj(obj).mesh, {}, like.layout, like.space}, {}};
+  auto& car = exported.car;
+  std::string texture;
+  for (const std::int32_t material : car.mesh.face_materials) {
+    const bool is_paint =
+        material >= 0 && !car.mesh.materials[static_cast<std::size_t>(material)].texture.empty();
+    if (is_paint) texture = car.mesh.materials[static_cast<std::size_t>(material)].texture;
+    car.painted.push_back(is_paint ? 1 : 0);
+  }
+  const auto atlas = image::from_bytes<float>(io::read_image(texture));
+  car.layout.height = atlas.shape(0);
+  car.layout.width = atlas.shape(1);
+  car.layout.u_extent = 1;  // the writer divides u by the extent
+  car.pyramid = raster::pyramid_of(car);
+  exported.colours = Array<float, 2>(Extents<2>{atlas.shape(0) * atlas.shape(1), 3});
+  std::copy_n(atlas.data(), atlas.size(), exported.colours.data());
+  return exported;
+}
+
+/// Compares two pictures over the pixels that show the car.
+/// \param picture, exported  [H, W, 3], of the same view
+/// \param view               of the run
+inline ExportDifference export_difference(const Array<float, 3>& picture, const Array<float, 3>& exported,
+                                          const camouflage::View<float>& view) {
+  const auto& coverage = view.paint_to_picture->coverage;
+  ExportDifference difference;
+  double count = 0;
+  for (std::size_t y = 0; y < coverage.shape(0); ++y)
+    for (std::size_t x = 0; x < coverage.shape(1); ++x)
+      for (std::size_t c = 0; c < 3 && coverage(y, x) > 0; ++c) {
+        const std::size_t row = view.window.top + y, column = view.window.left + x;
+        const double step = std::abs(static_cast<double>(picture(row, column, c) - exported(row, column, c)));
+        difference.mean += step;
+        difference.largest = std::max(difference.largest, step);
+        ++count;
+      }
+  if (count > 0) difference.mean /= count;
+  return difference;
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# What a run has read is known by its bytes: whatever is exchanged, a resumed run and a measurement notice it.
+source "$(dirname "$0")/support.sh"
+camouflage=$programs/camouflage
+evaluate=$programs/evaluate
+assets=$sources/examples/assets
+[ -x "$camouflage" ] && [ -x "$evaluate" ] && [ -e "$assets/detector.weights" ] || exit 77
+
+mkdir frames mine
+cp "$assets"/frames/test/00[01].npz frames
+cp "$assets"/car_sedan.{obj,mtl} "$assets"/detector.{cfg,weights,names} mine
+cp mine/detector.weights further.weights
+expect_exit 0 "a second detector, as a model with its description" "$programs/convert_weights" --cfg mine/detector.cfg \
+  --weights mine/detector.weights --output mine/second.onnx
+printf '0.1 0.1 0.1\n0.9 0.9 0.9\n' >mine/colours.txt
+run=(--frames frames --texels 8 --epochs 1 --mesh mine/car_sedan.obj --material body --cfg mine/detector.cfg
+  --weights mine/detector.weights --names mine/detector.names --ensemble mine/second.onnx --printability 1
+  --palette mine/colours.txt)
+expect_exit 0 "a first run" "$camouflage" --frames frames --texels 8 --epochs 1 --output first
+expect_exit 0 "a run" "$camouflage" "${run[@]}" --start first/texture.npz --output run
+expect_exit 0 "resumed with the same" "$camouflage" --resume --output run
+for file in mine/* frames/*.npz first/texture.npz; do
+  grep -q "\"path\": \"$file\", *$\|\"path\": \"$file\"" run/manifest.json && pass || fail "the manifest lacks $file"
+  grep -q "\"sha256\": \"$(sha256sum <"$file" | cut -d' ' -f1)\"" run/manifest.json && pass || fail "another hash of $file"
+done
+
+# Each of them exchanged for a file that reads the same but for a byte, or is not read at all any more.
+exchanged() { # exchanged FILE COMMAND...: changes a copy of the file by the command, and puts it back afterwards
+  local file=$1
+  shift
+  cp "$file" kept && "$@" "$file"
+  expect_exit 7 "resumed with another $file" "$camouflage" --resume --output run
+  expect_error_line "inputs have changed: $file \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\)$"
+  cp kept "$file"
+}
+add_line() { echo >>"$1"; }
+for file in mine/{car_sedan.mtl,car_sedan.obj,detector.cfg,colours.txt}; do exchanged "$file" add_line; done
+for file in mine/*.json; do [ -e "$file" ] && exchanged "$file" add_line; done
+exchanged mine/detector.names sed -i 's/van/bus/'
+exchanged first/texture.npz cp run/texture.npz
+exchanged frames/000.npz cp frames/001.npz
+expect_exit 0 "resumed with what it was" "$camouflage" --resume --output run
+
+# A file exchanged while the program runs: frames that are not kept are read again.
+expect_exit 0 "enough frames" "$camouflage" --frames frames --texels 8 --epochs 1 --output short
+(wait_for 60 [ -e long/manifest.json ] && cp frames/001.npz exchanged && mv exchanged frames/000.npz) &
+expect_exit 4 "a frame exchanged during the run" "$camouflage" --frames frames --texels 8 --epochs 2000 --keep-mib 0 --output long
+expect_error_line '^error: frames/000.npz: the file has changed since it was first read'
+wait
+cp "$assets/frames/test/000.npz" frames
+
+# A measurement says what it read, and notices what the run did not read.
+expect_exit 0 "measured" "$evaluate" --run run --output measured
+for file in run/texture.npz mine/detector.weights frames/001.npz; do
+  grep -q "\"path\": \"$file\"" measured/metrics.json && pass || fail "metrics.json lacks $file"
+done
+sed -i 's/van/bus/' mine/detector.names
+expect_exit 7 "measured with other names" "$evaluate" --run run --output other
+expect_error_line 'inputs have changed since the run: mine/detector.names'
+
+finish
