@@ -38,6 +38,7 @@ using namespace tapestry::shell;
 struct Options {
   std::string mesh = BundledAssets().mesh();
   geometry::MeshAxes axes;
+  std::string object = "car";
   std::vector<std::string> material;
   std::string faces;
   double length = 0;
@@ -62,6 +63,7 @@ void describe_car(CLI::App& app, Options& options) {
                  "OBJ file of the car, with its own texture (map_Kd); the bundled sedan when left out");
   app.add_option("--up", options.axes.up, up_help)->capture_default_str();
   app.add_option("--forward", options.axes.forward, forward_help)->capture_default_str();
+  app.add_option("--object", options.object, object_help)->capture_default_str();
   app.add_option("--material", options.material, "materials whose faces take the car's colour");
   app.add_option("--faces", options.faces, "text file of those faces instead, one 1-based number a line");
   app.add_option("--length", options.length,
@@ -127,7 +129,7 @@ void describe(CLI::App& app, Options& options) {
 
 void require_ranges(const Options& options) {
   ProblemList list;
-  require_axes(options.axes, list);
+  require_axes(options.axes, options.object, list);
   list.throw_first();
   const auto require = [](const char* name, double low, double high) {
     if (low > high)
@@ -153,7 +155,7 @@ scenes::Vehicle load_vehicle(const Options& options, std::vector<std::string>& i
                              : options.material;
   auto painted = selected_faces(options.mesh, loaded.mesh, materials, options.faces, warnings);
   print_warnings(warnings);
-  auto mesh = upright_car(options.mesh, std::move(loaded.mesh), options.axes);
+  auto mesh = upright_object(options.mesh, std::move(loaded.mesh), options.axes, options.object);
   try {
     auto vehicle = scenes::stand_on_ground(std::move(mesh), std::move(painted), options.length);
     if (own) scenes::set_texture(vehicle, own->picture, std::move(own->faces));
@@ -341,6 +343,7 @@ std::string next_command(const Options& options) {
   add("--mesh", options.mesh, BundledAssets().mesh());
   add("--up", options.axes.up, geometry::MeshAxes{}.up);
   add("--forward", options.axes.forward, geometry::MeshAxes{}.forward);
+  add("--object", options.object, "car");
   add("--faces", options.faces, "");
   if (!options.material.empty()) words.push_back("--material");
   words.insert(words.end(), options.material.begin(), options.material.end());

@@ -88,6 +88,7 @@
 #include <tapestry/detect/pass.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/car_axes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/orientation.hpp>
 #include <tapestry/geometry/point_columns.hpp>

@@ -107,9 +107,21 @@ awk '$1 == "v" { print "v", $3, $4, $2; next } $1 == "vn" { print "vn", $3, $4, 
   "$assets/car_sedan.obj" >y_up.obj
 cp "$assets/car_sedan.obj" z_up.obj
 expect_exit 4 "a car on its nose" frames --mesh y_up.obj --material body --output nose
-expect_error_line "y_up.obj: the mesh is .* high \(along z\) and .* long \(along x\).*--up and --forward"
+expect_error_line "y_up.obj: the mesh is .* high \(along z\) and .* long \(along x\), and does not stand on its wheels.*; --up y --forward z would right it"
 expect_exit 4 "a car on its nose, camouflaged" "$programs/camouflage" --check --mesh y_up.obj --material body
 expect_error_line "y_up.obj: the mesh is .* high"
+expect_exit 0 "no car" frames --mesh y_up.obj --object any --material body --check --output no_car
+awk '$1 == "v" { print "v", $2, $4, -$3; next } $1 == "vn" { print "vn", $2, $4, -$3; next } { print }' \
+  "$assets/van.obj" >side.obj
+cp "$assets/van.mtl" .
+expect_exit 4 "a van on its side" frames --mesh side.obj --material body --output side
+expect_error_line "side.obj: .*does not stand on its wheels.*; --up y --forward x would right it; --object any"
+expect_exit 4 "a van upside down" frames --mesh "$assets/van.obj" --material body --up -z --output side
+expect_error_line "van.obj: .*; --up z --forward x would right it"
+expect_exit 4 "a van across" frames --mesh "$assets/van.obj" --material body --forward -y --output side
+expect_error_line "van.obj: .*; --up z --forward x would right it or, if that is its tail, --forward -x"
+expect_exit 0 "the van righted" frames --mesh side.obj --up y --material body --check --output side
+expect_exit 2 "no kind of object" frames --object truck --output kind
 expect_exit 0 "a car with z up" frames --mesh z_up.obj --material body --output z_up
 expect_exit 0 "a car with y up" frames --mesh y_up.obj --up y --forward z --material body --output y_up
 for frame in train/0001 test/0002; do expect_same "z_up/$frame.npz" "y_up/$frame.npz"; done

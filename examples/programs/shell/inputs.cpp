@@ -117,7 +117,7 @@ Car load_car(const SceneSettings& settings) {
   car.painted.layout = layout_of(settings, loaded.mesh);
   if (car.painted.layout.kind == raster::TextureKind::atlas)
     require_uvs(settings.mesh, loaded.mesh, car.painted.painted, "an atlas");
-  car.painted.mesh = upright_car(settings.mesh, std::move(loaded.mesh), settings.axes);
+  car.painted.mesh = upright_object(settings.mesh, std::move(loaded.mesh), settings.axes, settings.object);
   car.painted.space = image::colour_space_by_name(settings.colour_space);
   car.painted.pyramid = raster::pyramid_of(car.painted);
   return car;
