@@ -185,28 +185,51 @@ scenes::SceneOptions scene_options(const Options& options, const scenes::Vehicle
   return scene;
 }
 
-io::Frame frame_in_photograph(const Options& options, const scenes::Vehicle& vehicle,
-                              const Photograph& source, std::size_t index, std::size_t count,
-                              Random& random) {
+/// The camera of a photograph, for a field of view that its EXIF replaces unless --fov is given.
+scenes::PhotographOptions camera_of_photograph(const Options& options, const Photograph& source,
+                                               double fov_deg) {
   scenes::PhotographOptions scene;
   scene.camera_height_m = options.camera_height;
   scene.pitch_deg = options.camera_pitch;
-  scene.fov_deg = random.uniform(options.fov.first, options.fov.second);
-  const bool is_by_exif = source.fov_deg > 0 && !options.is_fov_given;
-  if (is_by_exif) scene.fov_deg = source.fov_deg;
+  scene.fov_deg = source.fov_deg > 0 && !options.is_fov_given ? source.fov_deg : fov_deg;
   if (!options.distance.empty()) scene.distance_m = {options.distance[0], options.distance[1]};
+  return scene;
+}
+
+[[noreturn]] void refuse_photograph(const Options& options, const Photograph& source, double fov_deg,
+                                    const std::string& what) {
+  const bool is_by_exif = source.fov_deg > 0 && !options.is_fov_given;
+  const std::string by_exif = "; by its EXIF it sees " + std::to_string(fov_deg) +
+                              " degrees, which --distance fits to or --fov replaces";
+  throw FileError(ErrorKind::mismatch, {source.path, "", what + (is_by_exif ? by_exif : "")});
+}
+
+/// \throws Error for a photograph that cannot be read, or in which the car does not lie as a whole
+void require_usable(const Options& options, const scenes::Vehicle& vehicle, const Photograph& source,
+                    std::vector<std::string>& warnings) {
+  const auto picture = io::read_image(source.path, &warnings);
+  const auto scene = camera_of_photograph(options, source, options.fov.first);
+  const double aspect = static_cast<double>(picture.shape(1)) / static_cast<double>(picture.shape(0));
+  if (!scenes::shows_whole_vehicle(vehicle, scene, aspect))
+    refuse_photograph(options, source, scene.fov_deg,
+                      "the car does not lie in it as a whole from every side");
+}
+
+io::Frame frame_in_photograph(const Options& options, const scenes::Vehicle& vehicle,
+                              const Photograph& source, std::size_t index, std::size_t count,
+                              Random& random) {
+  auto scene = camera_of_photograph(options, source, random.uniform(options.fov.first, options.fov.second));
   scene.yaw_rad = sector(index, count);
-  const auto photograph =
-      scenes::resized_photograph(image::from_bytes<float>(io::read_image(source.path)), options.size);
+  std::vector<std::string> told_before;
+  const auto photograph = scenes::resized_photograph(
+      image::from_bytes<float>(io::read_image(source.path, &told_before)), options.size);
   const auto make = [&](Random& numbers) {
     return scenes::make_scene_in_photograph(numbers, photograph, vehicle, scene);
   };
   try {
     return scenes::make_frame(random, make, 0.97, 2, photograph.shape(0), photograph.shape(1));
   } catch (const DomainError& error) {
-    const std::string by_exif = "; by its EXIF it sees " + std::to_string(scene.fov_deg) +
-                                " degrees, which --distance fits to or --fov replaces";
-    throw FileError(ErrorKind::mismatch, {source.path, "", error.what() + (is_by_exif ? by_exif : "")});
+    refuse_photograph(options, source, scene.fov_deg, error.what());
   }
 }
 
@@ -356,7 +379,14 @@ int make_dataset(const CLI::App& app, Options& options) {
   options.is_fov_given = app.count("--fov") > 0;
   std::vector<std::string> inputs;
   const scenes::Vehicle vehicle = load_vehicle(options, inputs);
-  const auto pictures = photographs(options.backgrounds);
+  std::vector<std::string> warnings;
+  const auto pictures = photographs(
+      options.backgrounds,
+      [&](const Photograph& photograph, std::vector<std::string>& words) {
+        require_usable(options, vehicle, photograph, words);
+      },
+      warnings);
+  print_warnings(warnings);
   for (const auto& picture : pictures) inputs.push_back(picture.path);
   Json manifest =
       make_manifest("make_dataset", settings_json(app, options), options.seed, options.train > 0, inputs);

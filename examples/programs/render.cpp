@@ -286,7 +286,7 @@ void set_atlas(const Options& o, const Bitmap& bitmap, PaintedScene& scene) {
 void set_texture(const Options& o, PaintedScene& scene, std::vector<std::string>& warnings) {
   scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : u_extent_of(scene.mesh, scene.painted);
   if (!o.texture.empty()) {
-    const auto bitmap = io::read_image(o.texture);
+    const auto bitmap = io::read_image(o.texture, &warnings);
     require_uvs(o.mesh, scene.mesh, scene.painted, "--texture");
     return set_atlas(o, bitmap, scene);
   }

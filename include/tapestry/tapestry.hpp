@@ -112,6 +112,7 @@
 #include <tapestry/image/transform/own_transformation.hpp>
 #include <tapestry/image/transform/warp.hpp>
 #include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/bmp_file.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
@@ -126,8 +127,8 @@
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/obj_file/parsing.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/io/plain_pictures.hpp>
 #include <tapestry/io/png_scan.hpp>
+#include <tapestry/io/pnm_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/io/safetensors_file.hpp>
 #include <tapestry/io/text_lines.hpp>

@@ -212,6 +212,8 @@ Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector, const std::
   inputs.class_index = inputs.detector.class_index(detector.class_name);
   inputs.mask = load_mask_rule(scene);
   inputs.frames.posed = is_posed(inputs.frames.test.front());
+  if (const auto word = word_on_masks(inputs.mask, inputs.frames.test.front()); !word.empty())
+    inputs.warnings.push_back(word);
   if (inputs.frames.posed)
     inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
   if (scene.light == "photo")

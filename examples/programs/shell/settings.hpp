@@ -96,8 +96,9 @@ void visit_settings(SceneSettings& s, Visit visit) {
         "street scenes of the bundled car that are drawn to optimise on, instead of frames; 0: 800 when "
         "--frames is left out, else none");
   visit("mask", s.mask,
-        "auto: the frame's own mask, else the rendered silhouette; silhouette; file: maskN.png beside "
-        "dataN.npz; u2net: the mask that --segmenter finds in the frame's picture. Drawn scenes keep their "
+        "auto: the frame's own mask, else the rendered silhouette; silhouette; file: masks/dataN.png or "
+        "maskN.png beside dataN.npz; u2net: the mask that --segmenter finds in the frame's picture. Drawn "
+        "scenes keep their "
         "own");
   visit("segmenter", s.segmenter,
         "ONNX model of the U2-Net family for --mask u2net; a small one that is bundled when left out");
