@@ -111,9 +111,9 @@ TEST_CASE("vertex colours are read, and vertices without one are as faces withou
   CHECK(parse(triangle + "f 1 2 3").mesh.vertex_colours.empty());
   const auto coloured = parse("v 0 0 0\nv 1 0 0 .25 .5 1\nv 0 1 0 1 1 0 .125\nv 1 1 0 2\nf 1 2 3\n");
   CHECK(coloured.warnings.empty());
-  CHECK(coloured.mesh.vertex_colours ==
-        std::vector<std::array<float, 3>>{
-            {0.8F, 0.8F, 0.8F}, {0.25F, 0.5F, 1}, {1, 1, 0}, {0.8F, 0.8F, 0.8F}});
+  CHECK(
+      coloured.mesh.vertex_colours ==
+      std::vector<std::array<float, 3>>{{0.8F, 0.8F, 0.8F}, {0.25F, 0.5F, 1}, {1, 1, 0}, {0.8F, 0.8F, 0.8F}});
   CHECK(parse("v 0 0 0 1 .5 0 .25\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").mesh.vertex_colours[0] ==
         std::array<float, 3>{1, 0.5F, 0});  // the seventh number is alpha
   const auto wide = parse("v 0 0 0 255 0 -1\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
