@@ -93,9 +93,10 @@ std::optional<MeshAxes> better_car_axes(const Mesh& mesh, const MeshAxes& axes) 
   MeshAxes better = axes;
   if (along != detail::axis_index(axes.forward)) better.forward = detail::axis_name(along);
   const bool is_up_free = detail::axis_index(axes.up) != along;
-  if (!is_up_free) better.up = along == 1 ? "z" : "y";
+  if (!is_up_free) better.up = detail::axis_name(along == 1 ? 2 : 1);
   const auto share_on = [&](const std::string& up) {
-    return wheel_share(mesh, up.starts_with('-') ? up.substr(1) : "-" + up, along);
+    const std::string down = up.starts_with('-') ? up.substr(1) : std::string(1, '-').append(up);
+    return wheel_share(mesh, down, along);
   };
   double largest = std::max(is_up_free ? 2 * share_on(axes.up) : 0, 0.6);
   for (const std::string up : {"z", "y", "x", "-z", "-y", "-x"}) {
