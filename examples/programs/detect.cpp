@@ -193,6 +193,7 @@ class Detection {
   /// Detections in a picture, or the error that occurred.
   struct Examined {
     std::vector<detect::Detection> found{};
+    std::vector<std::string> warnings{};
     std::optional<Error> error{};
     nn::PassTimes times{};
     MarkedPicture small{};  ///< for the sheet
@@ -201,10 +202,12 @@ class Detection {
   /// \param side  of the picture on the sheet at most; 0 if it is not to be there
   Examined examine(const std::string& path, std::size_t side) {
     try {
-      auto picture = io::read_picture(path);
+      std::vector<std::string> warnings;
+      auto picture = io::read_picture(path, &warnings);
       const auto pass = passes_.take();
       Examined examined{cut_at_picture(detections_in(path, picture, options_.detector, detector_, *pass),
                                        picture.shape(0), picture.shape(1))};
+      examined.warnings = std::move(warnings);
       const auto& found = examined.found;
       if (options_.profile)
         examined.times =
@@ -231,6 +234,7 @@ class Detection {
       if (failures_++ == 0) code_ = static_cast<int>(examined.error->kind());
       return;
     }
+    print_warnings(examined.warnings);
     ++pictures_;
     times_.forward += examined.times.forward;
     times_.adjoint += examined.times.adjoint;

@@ -38,6 +38,7 @@ using namespace tapestry::shell;
 struct Options {
   std::string mesh = BundledAssets().mesh();
   geometry::MeshAxes axes;
+  std::string object = "car";
   std::vector<std::string> material;
   std::string faces;
   double length = 0;
@@ -62,6 +63,7 @@ void describe_car(CLI::App& app, Options& options) {
                  "OBJ file of the car, with its own texture (map_Kd); the bundled sedan when left out");
   app.add_option("--up", options.axes.up, up_help)->capture_default_str();
   app.add_option("--forward", options.axes.forward, forward_help)->capture_default_str();
+  app.add_option("--object", options.object, object_help)->capture_default_str();
   app.add_option("--material", options.material, "materials whose faces take the car's colour");
   app.add_option("--faces", options.faces, "text file of those faces instead, one 1-based number a line");
   app.add_option("--length", options.length,
@@ -127,7 +129,7 @@ void describe(CLI::App& app, Options& options) {
 
 void require_ranges(const Options& options) {
   ProblemList list;
-  require_axes(options.axes, list);
+  require_axes(options.axes, options.object, list);
   list.throw_first();
   const auto require = [](const char* name, double low, double high) {
     if (low > high)
@@ -148,7 +150,7 @@ scenes::Vehicle load_vehicle(const Options& options) {
                              : options.material;
   auto painted = selected_faces(options.mesh, loaded.mesh, materials, options.faces, warnings);
   print_warnings(warnings);
-  auto mesh = upright_car(options.mesh, std::move(loaded.mesh), options.axes);
+  auto mesh = upright_object(options.mesh, std::move(loaded.mesh), options.axes, options.object);
   try {
     auto vehicle = scenes::stand_on_ground(std::move(mesh), std::move(painted), options.length);
     if (own) scenes::set_texture(vehicle, own->picture, std::move(own->faces));
@@ -178,28 +180,51 @@ scenes::SceneOptions scene_options(const Options& options, const scenes::Vehicle
   return scene;
 }
 
-io::Frame frame_in_photograph(const Options& options, const scenes::Vehicle& vehicle,
-                              const Photograph& source, std::size_t index, std::size_t count,
-                              Random& random) {
+/// The camera of a photograph, for a field of view that its EXIF replaces unless --fov is given.
+scenes::PhotographOptions camera_of_photograph(const Options& options, const Photograph& source,
+                                               double fov_deg) {
   scenes::PhotographOptions scene;
   scene.camera_height_m = options.camera_height;
   scene.pitch_deg = options.camera_pitch;
-  scene.fov_deg = random.uniform(options.fov.first, options.fov.second);
-  const bool is_by_exif = source.fov_deg > 0 && !options.is_fov_given;
-  if (is_by_exif) scene.fov_deg = source.fov_deg;
+  scene.fov_deg = source.fov_deg > 0 && !options.is_fov_given ? source.fov_deg : fov_deg;
   if (!options.distance.empty()) scene.distance_m = {options.distance[0], options.distance[1]};
+  return scene;
+}
+
+[[noreturn]] void refuse_photograph(const Options& options, const Photograph& source, double fov_deg,
+                                    const std::string& what) {
+  const bool is_by_exif = source.fov_deg > 0 && !options.is_fov_given;
+  const std::string by_exif = "; by its EXIF it sees " + std::to_string(fov_deg) +
+                              " degrees, which --distance fits to or --fov replaces";
+  throw FileError(ErrorKind::mismatch, {source.path, "", what + (is_by_exif ? by_exif : "")});
+}
+
+/// \throws Error for a photograph that cannot be read, or in which the car does not lie as a whole
+void require_usable(const Options& options, const scenes::Vehicle& vehicle, const Photograph& source,
+                    std::vector<std::string>& warnings) {
+  const auto picture = io::read_image(source.path, &warnings);
+  const auto scene = camera_of_photograph(options, source, options.fov.first);
+  const double aspect = static_cast<double>(picture.shape(1)) / static_cast<double>(picture.shape(0));
+  if (!scenes::shows_whole_vehicle(vehicle, scene, aspect))
+    refuse_photograph(options, source, scene.fov_deg,
+                      "the car does not lie in it as a whole from every side");
+}
+
+io::Frame frame_in_photograph(const Options& options, const scenes::Vehicle& vehicle,
+                              const Photograph& source, std::size_t index, std::size_t count,
+                              Random& random) {
+  auto scene = camera_of_photograph(options, source, random.uniform(options.fov.first, options.fov.second));
   scene.yaw_rad = sector(index, count);
-  const auto photograph =
-      scenes::resized_photograph(image::from_bytes<float>(io::read_image(source.path)), options.size);
+  std::vector<std::string> told_before;
+  const auto photograph = scenes::resized_photograph(
+      image::from_bytes<float>(io::read_image(source.path, &told_before)), options.size);
   const auto make = [&](Random& numbers) {
     return scenes::make_scene_in_photograph(numbers, photograph, vehicle, scene);
   };
   try {
     return scenes::make_frame(random, make, 0.97, 2, photograph.shape(0), photograph.shape(1));
   } catch (const DomainError& error) {
-    const std::string by_exif = "; by its EXIF it sees " + std::to_string(scene.fov_deg) +
-                                " degrees, which --distance fits to or --fov replaces";
-    throw FileError(ErrorKind::mismatch, {source.path, "", error.what() + (is_by_exif ? by_exif : "")});
+    refuse_photograph(options, source, scene.fov_deg, error.what());
   }
 }
 
@@ -336,6 +361,7 @@ std::string next_command(const Options& options) {
   add("--mesh", options.mesh, BundledAssets().mesh());
   add("--up", options.axes.up, geometry::MeshAxes{}.up);
   add("--forward", options.axes.forward, geometry::MeshAxes{}.forward);
+  add("--object", options.object, "car");
   add("--faces", options.faces, "");
   if (!options.material.empty()) words.push_back("--material");
   words.insert(words.end(), options.material.begin(), options.material.end());
@@ -349,7 +375,14 @@ int make_dataset(const CLI::App& app, Options& options) {
   io::InputLedger ledger;
   ledger.leave_out(options.output);
   const scenes::Vehicle vehicle = load_vehicle(options);
-  const auto pictures = photographs(options.backgrounds);
+  std::vector<std::string> warnings;
+  const auto pictures = photographs(
+      options.backgrounds,
+      [&](const Photograph& photograph, std::vector<std::string>& words) {
+        require_usable(options, vehicle, photograph, words);
+      },
+      warnings);
+  print_warnings(warnings);
   Json manifest = make_manifest("make_dataset", settings_json(app, options), options.seed, options.train > 0);
   manifest["frames"] = {{"train", options.train}, {"test", options.test}};
   const RunFolder folder(options.output, !is_there(options.output, ErrorKind::write));

@@ -42,6 +42,7 @@ constexpr double rad_per_deg = std::numbers::pi / 180;
 struct Options {
   std::string mesh;
   geometry::MeshAxes axes;
+  std::string object = "car";
   std::vector<std::string> material;
   std::string faces;
   std::string texture;
@@ -78,6 +79,7 @@ void describe_scene(CLI::App& app, Options& o) {
   app.add_option("--mesh", o.mesh, "OBJ file; the bundled sedan when left out");
   app.add_option("--up", o.axes.up, up_help)->capture_default_str();
   app.add_option("--forward", o.axes.forward, forward_help)->capture_default_str();
+  app.add_option("--object", o.object, object_help)->capture_default_str();
   app.add_option("--material", o.material,
                  "materials whose faces are painted; all faces when this and --faces are left out");
   app.add_option("--faces", o.faces,
@@ -240,7 +242,7 @@ void require_sound_light(const Options& o, ProblemList& list) {
 
 void require_sound(const Options& o) {
   ProblemList list;
-  require_axes(o.axes, list);
+  require_axes(o.axes, o.object, list);
   require_sound_files(o, list);
   require_sound_panels(o, list);
   require_sound_light(o, list);
@@ -288,7 +290,7 @@ void adopt_description(Options& o, const Bitmap& bitmap) {
 
 void set_texture(Options& o, PaintedScene& scene, std::vector<std::string>& warnings) {
   if (!o.texture.empty()) {
-    const auto bitmap = io::read_image(o.texture);
+    const auto bitmap = io::read_image(o.texture, &warnings);
     require_uvs(o.mesh, scene.mesh, scene.painted, "--texture");
     adopt_description(o, bitmap);
     scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : 1;
@@ -338,9 +340,7 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   if (!o.material.empty() || !o.faces.empty())
     scene.painted = selected_faces(o.mesh, loaded.mesh, o.material, o.faces, loaded.warnings);
   require_kept(o, loaded);
-  scene.mesh = geometry::turned_upright(std::move(loaded.mesh), o.axes);
-  if (const std::string word = word_on_height(scene.mesh, o.axes); !word.empty())
-    loaded.warnings.push_back(o.mesh + ": " + word);
+  scene.mesh = upright_object(o.mesh, std::move(loaded.mesh), o.axes, o.object);
   if (is_normalised) scene.mesh = geometry::normalise_mesh(std::move(scene.mesh));
   set_texture(o, scene, loaded.warnings);
   print_warnings(loaded.warnings);

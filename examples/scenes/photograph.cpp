@@ -49,6 +49,30 @@ geometry::Camera photograph_camera(const PhotographOptions& options, double ahea
   return camera;
 }
 
+bool shows_whole_vehicle(const Vehicle& vehicle, const PhotographOptions& options, double aspect) {
+  const auto is_in_view = [&](double ahead, double left, double yaw) {
+    const auto camera = photograph_camera(options, ahead, left, yaw, aspect);
+    return std::ranges::all_of(vehicle.mesh.positions, [&](const Point& position) {
+      const Point view = geometry::add(geometry::multiply(camera.rotation, position), camera.translation);
+      return view[2] > 0 && std::abs(view[0]) < camera.tan_half_fov_x * view[2] &&
+             std::abs(view[1]) < camera.tan_half_fov_y * view[2];
+    });
+  };
+  constexpr int steps = 12;
+  const auto [nearest, farthest] = options.distance_m;
+  for (int side = 0; side < steps; ++side) {
+    const double yaw = 2 * std::numbers::pi * side / steps;
+    bool is_seen = false;
+    for (int step = 0; step < steps && !is_seen; ++step) {
+      const double ahead = farthest - (farthest - nearest) * step / (steps - 1);
+      const double left = 0.05 * ahead * std::tan(options.fov_deg * std::numbers::pi / 360);
+      is_seen = is_in_view(ahead, left, yaw) && is_in_view(ahead, -left, yaw);
+    }
+    if (!is_seen) return false;
+  }
+  return true;
+}
+
 Scene make_scene_in_photograph(Random& random, Array<float, 3> photograph, const Vehicle& vehicle,
                                const PhotographOptions& options) {
   Scene scene;

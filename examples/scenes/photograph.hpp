@@ -39,6 +39,12 @@ struct PhotographOptions {
 [[nodiscard]] geometry::Camera photograph_camera(const PhotographOptions& options, double ahead, double left,
                                                  double yaw, double aspect);
 
+/// Whether a vehicle lies in the picture as a whole from every side: for each of twelve headings at one of
+/// twelve distances of the range, a little to the left and to the right of the middle.
+/// \param aspect  of the photograph, width / height
+[[nodiscard]] bool shows_whole_vehicle(const Vehicle& vehicle, const PhotographOptions& options,
+                                       double aspect);
+
 /// The user's vehicle on the ground of a photograph, with the shadow of some sun.
 /// \param photograph  [H, W, 3], RGB in [0, 1]
 [[nodiscard]] Scene make_scene_in_photograph(Random& random, Array<float, 3> photograph,

@@ -89,6 +89,7 @@
 #include <tapestry/detect/pass.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/car_axes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/orientation.hpp>
 #include <tapestry/geometry/point_columns.hpp>
@@ -112,6 +113,7 @@
 #include <tapestry/image/transform/own_transformation.hpp>
 #include <tapestry/image/transform/warp.hpp>
 #include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/bmp_file.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
@@ -127,8 +129,8 @@
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/obj_file/parsing.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/io/plain_pictures.hpp>
 #include <tapestry/io/png_scan.hpp>
+#include <tapestry/io/pnm_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/io/safetensors_file.hpp>
 #include <tapestry/io/text_lines.hpp>

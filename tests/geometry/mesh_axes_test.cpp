@@ -60,17 +60,6 @@ TEST_CASE("every pair of axes at a right angle is a rotation, never a mirror", "
   CHECK(pairs == 24);
 }
 
-TEST_CASE("a mesh of which its height exceeds its length stands on its nose", "[geometry][mesh_axes]") {
-  Mesh mesh;
-  mesh.positions = {{-2, 0, 0}, {2, 1.8, 1.4}};
-  CHECK_FALSE(geometry::is_higher_than_long(mesh));
-  mesh.positions = {{0, 0, -2}, {1.8, 1.4, 2}};  // y up, front +z
-  CHECK(geometry::is_higher_than_long(mesh));
-  CHECK_FALSE(geometry::is_higher_than_long(geometry::turned_upright(mesh, {"y", "z"})));
-  mesh.positions = {{0, 0, 0}, {1, 1, 1}};
-  CHECK_FALSE(geometry::is_higher_than_long(mesh));
-}
-
 TEST_CASE("an axis of another name is refused", "[geometry][mesh_axes][bad_input]") {
   for (const std::string name : {"", "-", "w", "xy", "+x", "--x", "X"})
     CHECK_THROWS_WITH(geometry::axis_by_name(name),

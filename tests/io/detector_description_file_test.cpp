@@ -43,6 +43,18 @@ TEST_CASE("what a description leaves out has its default", "[io][detector_descri
   CHECK(grey.strides == std::vector<std::size_t>{8});
 }
 
+TEST_CASE("a description without an input tells what is assumed of it", "[io][detector_description_file]") {
+  std::vector<std::string> warnings;
+  (void)io::parse_detector_description(R"({"head": "yolov8", "strides": [8]})", "a.json", &warnings);
+  CHECK(warnings == std::vector<std::string>{
+                        "a.json: has no 'input'; assumed are RGB in the range 0 to 1 and the fit letterbox"});
+  warnings.clear();
+  (void)io::parse_detector_description(R"({"head": "yolov8", "strides": [8], "input": {}})", "a.json",
+                                       &warnings);
+  (void)io::parse_detector_description(R"({"head": "yolov5"})", "a.json", &warnings);
+  CHECK(warnings.empty());
+}
+
 TEST_CASE("decoded outputs are described by name and form", "[io][detector_description_file]") {
   const auto plain =
       parsed(R"({"head": "boxes_and_scores", "outputs": {"boxes": "b", "scores": "s"}})").decoded;

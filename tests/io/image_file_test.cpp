@@ -1,6 +1,7 @@
+#include <tapestry/io/bmp_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
-#include <tapestry/io/plain_pictures.hpp>
+#include <tapestry/io/pnm_file.hpp>
 
 #include <algorithm>
 #include <array>
@@ -293,7 +294,7 @@ TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
       {"I03", signature + header + big_endian(0x7A000000) + "IDAT....", malformed, "longer than the file"},
       {"I04", sized(8000, 8000), malformed, "too little picture data"},
       {"I04 smaller", png({.width = 50, .height = 50, .rows = one.rows}), malformed, "wrong size"},
-      {"I04 more", png({.rows = bytes({0, 1, 2, 3})}), malformed, "wrong size"},
+      {"I04 bomb", png({.rows = std::string(std::size_t{1} << 18U, '\0')}), malformed, "damaged or cut"},
       {"I05 no end", signature + header + data, malformed, "cut"},
       {"I05 stream", cut_stream(8), malformed, "damaged or cut"},
       {"I05 stream sum cut", cut_stream(tapestry::test::zlib_packed(one.rows).size() - 1), malformed, "cut"},
@@ -329,7 +330,7 @@ TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
       {"I08 GIF", "GIF89a", malformed, "found a GIF image"},
       {"I08 PSD", "8BPS", malformed, "found a PSD image"},
       {"I08 HDR", "#?RADIANCE", malformed, "found an HDR image"},
-      {"I08 PNM", "P3 1 1 255 1 2 3", malformed, "found a PNM image of another kind"},
+      {"I08 PNM", "P7\nWIDTH 1", malformed, "found a PNM image of another kind"},
       {"I08 TGA", std::string(18, '\2'), malformed, "found other bytes"},
       {"I19 EXR", "\x76\x2f\x31\x01", malformed, "found an EXR image"},
       {"I19 KTX", "\xabKTX 11", malformed, "found a KTX texture"},
@@ -397,6 +398,60 @@ TEST_CASE("every kind of uncompressed BMP is converted by the stated rule", "[io
   CHECK(mask(0, 0) == float((77 * 10 + 150 * 20 + 29 * 30) / 256) / 255.0F);
 }
 
+TEST_CASE("a PNG with more data than its size is read with a warning", "[io][image]") {  // I04
+  const tapestry::test::TemporaryFolder folder;
+  const std::string path = folder.write("a.png", png({.rows = bytes({0, 7, 2, 3})}));
+  std::vector<std::string> warnings;
+  CHECK(values_of(io::read_image(path, &warnings)) == std::vector<int>{7, 7, 7});
+  CHECK(warnings == std::vector<std::string>{
+                        path + ": PNG has more picture data than its size needs; the rest is ignored"});
+  CHECK(io::read_mask(path)(0, 0) == 7.0F / 255.0F);
+}
+
+TEST_CASE("run lengths of a BMP are unpacked, and refused where they are cut",
+          "[io][image][bad_input]") {  // I21
+  const tapestry::test::TemporaryFolder folder;
+  const std::string palette = bytes({1, 1, 1, 0, 2, 2, 2, 0, 3, 3, 3, 0});
+  const auto red_of = [&](int width, int height, int bits, const std::string& runs) {
+    const auto file = bmp({.width = width,
+                           .height = height,
+                           .bits = bits,
+                           .compression = bits == 8 ? 1U : 2U,
+                           .used = 3,
+                           .palette = palette,
+                           .rows = runs});
+    const auto picture = io::read_image(folder.write("a.bmp", file));
+    std::vector<int> red;
+    for (std::size_t i = 0; i < picture.size(); i += 3) red.push_back(picture.data()[i]);
+    return red;
+  };
+  // The lower row is two pixels of 1 and one of 2; the upper one is absolute, with a byte that fills the
+  // pair.
+  const std::string runs = bytes({2, 1, 1, 2, 0, 0, 0, 3, 2, 0, 1, 9, 0, 1});
+  CHECK(red_of(3, 2, 8, runs) == std::vector<int>{3, 1, 2, 2, 2, 3});
+  for (std::size_t length = 0; length + 3 < runs.size(); ++length)
+    CHECK_THROWS_WITH(red_of(3, 2, 8, runs.substr(0, length)), contains("BMP is cut"));
+  CHECK(red_of(3, 1, 4, bytes({3, 0x12, 0, 1})) == std::vector<int>{2, 3, 2});
+  CHECK(red_of(5, 1, 4, bytes({0, 5, 0x01, 0x21, 0x00, 0, 0, 1})) == std::vector<int>{1, 2, 3, 2, 1});
+  CHECK(red_of(3, 2, 8, bytes({0, 2, 1, 1, 9, 1, 0, 1})) == std::vector<int>{1, 2, 2, 1, 1, 1});
+}
+
+TEST_CASE("plain and binary PBM, PGM and PPM of the same samples are the same picture", "[io][image]") {
+  const tapestry::test::TemporaryFolder folder;
+  const auto read = [&](const std::string& file) {
+    return values_of(io::read_image(folder.write("a.pnm", file)));
+  };
+  CHECK(read("P3\n# text\n2 1 15\n15 0 1\n2 # three\n3 15\n") ==
+        read("P6 2 1 15\n" + bytes({15, 0, 1, 2, 3, 15})));
+  CHECK(read("P2 2 1 1000 1000 250") == std::vector<int>{255, 255, 255, 64, 64, 64});
+  CHECK(read("P1 3 2 010 1 1\n0") == read("P4 3 2\n" + bytes({0x40, 0xC0})));
+  CHECK(read("P1 2 1 01") == std::vector<int>{255, 255, 255, 0, 0, 0});  // 1 is black
+  CHECK_THROWS_WITH(read("P2 2 1 9 9"), contains("PNM picture is cut"));
+  CHECK_THROWS_WITH(read("P2 1 1 9 10"), contains("expected at most 9, found 10"));
+  CHECK_THROWS_WITH(read("P2 1 1 9 x"), contains("lacks a number"));
+  CHECK_THROWS_WITH(read("P1 2 1 02"), contains("expected 0 or 1"));
+}
+
 TEST_CASE("PGM and PPM are scaled by their greatest sample", "[io][image]") {
   const tapestry::test::TemporaryFolder folder;
   const auto read = [&](const std::string& file) { return io::read_image(folder.write("a.ppm", file)); };
@@ -424,7 +479,7 @@ TEST_CASE("bad BMP, PGM and PPM pictures are refused", "[io][image][bad_input]")
       {"I21 lowest rows", bmp({.height = std::numeric_limits<int>::min(), .rows = row}), ErrorKind::limit,
        "too large"},
       {"I21 bits", bmp({.bits = 2, .rows = row}), malformed, "found 2"},
-      {"I21 runs", bmp({.bits = 8, .compression = 1, .palette = palette, .rows = row}), malformed, "kind 1"},
+      {"I21 runs", bmp({.bits = 8, .compression = 2, .palette = palette, .rows = row}), malformed, "kind 2"},
       {"I21 rows", bmp({.height = 2, .rows = row}), malformed, "expected 8 bytes of rows, found 4"},
       {"I21 offset", bmp({.rows = row, .rows_at = 1000}), malformed, "found 0"},
       {"I21 offset in header", bmp({.rows = row, .rows_at = 20}), malformed, "begin in its header"},
@@ -435,7 +490,7 @@ TEST_CASE("bad BMP, PGM and PPM pictures are refused", "[io][image][bad_input]")
        malformed, "ends in its palette"},
       {"I21 masks", bmp({.bits = 32, .compression = 3, .palette = std::string(12, '\5'), .rows = row}),
        malformed, "no row of 1 to 16 bits"},
-      {"I21 PNM number", "P6 1 x", malformed, "a.png:@5: header of a PNM picture lacks a number"},
+      {"I21 PNM number", "P6 1 x", malformed, "a.png:@5: PNM picture lacks a number"},
       {"I21 PNM digits", "P6 12345678 1 255\n", malformed, "too long"},
       {"I21 PNM end", "P6 1 1 255", malformed, "does not end"},
       {"I21 PNM pixels", "P5 9999999 9999999 255\n", ErrorKind::limit, "too large"},
@@ -450,8 +505,8 @@ TEST_CASE("bad BMP, PGM and PPM pictures are refused", "[io][image][bad_input]")
     check_refused(bad.kind, bad.text, [&] { (void)io::read_image(path); });
     check_refused(bad.kind, "a.png:", [&] { (void)io::read_mask(path); });
   }
-  for (const char* part : {"", "P", "P4 1 1\n."})
-    check_refused(malformed, "not a binary PGM", [&] { (void)io::parse_pnm(part, "a.pgm"); });
+  for (const char* part : {"", "P", "P7 1 1\n."})
+    check_refused(malformed, "not a PBM, PGM", [&] { (void)io::parse_pnm(part, "a.pgm"); });
   for (const std::string& good :
        {bmp({.bits = 8, .palette = palette, .rows = row}), std::string("P6 1 1 255\n...")})  // every cut
     for (std::size_t length = 3; length < good.size(); ++length) {

@@ -80,7 +80,13 @@ expect_exit 0 "all is given" frames --backgrounds photographs --camera-height 2 
 grep -q 'assumed' command.out && fail "what is given is assumed" || pass
 [ "$(ls photographed/train photographed/test | grep -c npz)" = 5 ] && pass || fail "there are $(ls photographed/*)"
 expect_exit 0 "camouflage takes them" "$programs/camouflage" --frames photographed --epochs 1 --batch 2 --texels 8 --output run2
-rm photographs/[bc].png
+printf 'no picture' >photographs/d.png
+expect_exit 0 "one unusable photograph" frames --backgrounds photographs --camera-height 2 --camera-pitch 8 --output three
+grep -q '^warning: photographs/d.png: .*; the photograph is left out$' command.err && pass || fail "no word on it: $(cat command.err)"
+expect_same three/test/0001.npz photographed/test/0001.npz
+expect_exit 4 "a lens in which no car fits" frames --backgrounds photographs --fov 5 5 --output tele
+expect_error_line "photographs: too few .*found 0, and 4 left out, such as photographs/a.png: the car does not lie in it"
+rm photographs/[bcd].png
 expect_exit 4 "one photograph" frames --backgrounds photographs --output one
 expect_error_line "photographs: too few photographs .*expected at least 2.*found 1"
 expect_exit 3 "no folder" frames --backgrounds nowhere --output nowhere
@@ -107,9 +113,21 @@ awk '$1 == "v" { print "v", $3, $4, $2; next } $1 == "vn" { print "vn", $3, $4, 
   "$assets/car_sedan.obj" >y_up.obj
 cp "$assets/car_sedan.obj" z_up.obj
 expect_exit 4 "a car on its nose" frames --mesh y_up.obj --material body --output nose
-expect_error_line "y_up.obj: the mesh is .* high \(along z\) and .* long \(along x\).*--up and --forward"
+expect_error_line "y_up.obj: the mesh is .* high \(along z\) and .* long \(along x\), and does not stand on its wheels.*; --up y --forward z would right it"
 expect_exit 4 "a car on its nose, camouflaged" "$programs/camouflage" --check --mesh y_up.obj --material body
 expect_error_line "y_up.obj: the mesh is .* high"
+expect_exit 0 "no car" frames --mesh y_up.obj --object any --material body --check --output no_car
+awk '$1 == "v" { print "v", $2, $4, -$3; next } $1 == "vn" { print "vn", $2, $4, -$3; next } { print }' \
+  "$assets/van.obj" >side.obj
+cp "$assets/van.mtl" .
+expect_exit 4 "a van on its side" frames --mesh side.obj --material body --output side
+expect_error_line "side.obj: .*does not stand on its wheels.*; --up y --forward x would right it; --object any"
+expect_exit 4 "a van upside down" frames --mesh "$assets/van.obj" --material body --up -z --output side
+expect_error_line "van.obj: .*; --up z --forward x would right it"
+expect_exit 4 "a van across" frames --mesh "$assets/van.obj" --material body --forward -y --output side
+expect_error_line "van.obj: .*; --up z --forward x would right it or, if that is its tail, --forward -x"
+expect_exit 0 "the van righted" frames --mesh side.obj --up y --material body --check --output side
+expect_exit 2 "no kind of object" frames --object truck --output kind
 expect_exit 0 "a car with z up" frames --mesh z_up.obj --material body --output z_up
 expect_exit 0 "a car with y up" frames --mesh y_up.obj --up y --forward z --material body --output y_up
 for frame in train/0001 test/0002; do expect_same "z_up/$frame.npz" "y_up/$frame.npz"; done

@@ -80,15 +80,16 @@ expect_same pose.png orbit.png
 frame=$(ls "$assets"/frames/test/*.npz 2>/dev/null | head -n 1)
 [ -n "$frame" ] && expect_exit 0 "a frame's camera" "$render" --size 96 --frame "$frame" --output frame.png
 
-# A mesh with y up draws as it does with z up, and brings a warning where it stands on its nose.
+# A mesh with y up draws as it does with z up, and is refused where it stands on its nose, unless it is no car.
 awk '$1 == "v" { print "v", $3, $4, $2; next } $1 == "vn" { print "vn", $3, $4, $2; next } { print }' \
   "$assets/car_sedan.obj" >y_up.obj
 cp "$assets/car_sedan.mtl" .
 expect_exit 0 "y up" "$render" --mesh y_up.obj --up y --forward z --size 96 --output upright.png
 expect_same car.png upright.png
 [ -s command.err ] && fail "a word on a mesh that lies as told: $(cat command.err)" || pass
-expect_exit 0 "a mesh on its nose" "$render" --mesh y_up.obj --size 96 --output nose.png
-grep -q '^warning: y_up.obj: the mesh is .* high (along z).*--up' command.err && pass || fail "no warning of a mesh on its nose"
+expect_exit 4 "a mesh on its nose" "$render" --mesh y_up.obj --size 96 --output nose.png
+expect_error_line "y_up.obj: the mesh is .* high \(along z\).*--up y --forward z would right it .*--object any"
+expect_exit 0 "no car" "$render" --mesh y_up.obj --object any --size 96 --output nose.png
 expect_exit 0 "a front at a negative axis" "$render" --mesh y_up.obj --up y --forward -z --size 96 --output behind.png
 cmp -s upright.png behind.png && fail "the front does not count" || pass
 

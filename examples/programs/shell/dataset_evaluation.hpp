@@ -114,6 +114,7 @@ inline evaluate::Dataset read_dataset(const DatasetSettings& s, const detect::De
 struct DatasetFindings {
   std::vector<evaluate::TruthBox> truths{};
   std::vector<evaluate::ScoredBox> detections{};
+  std::vector<std::string> warnings{};  ///< about the pictures
 };
 
 /// Objects of a picture and its detections, most confident first, cut to the picture.
@@ -122,7 +123,7 @@ inline DatasetFindings findings_in(const evaluate::LabelledPicture& labelled, st
                                    const detect::Detector<float>& detector, const ClassMatching& matching,
                                    detect::PassPool<float>& passes) {
   DatasetFindings findings;
-  const auto picture = io::read_image(labelled.path);
+  const auto picture = io::read_image(labelled.path, &findings.warnings);
   for (const auto& object : evaluate::objects_in_pixels(labelled, picture.shape(0), picture.shape(1)))
     if (const auto k = matching.of_dataset[object.class_index])
       findings.truths.push_back({index, *k, object.box, object.area, object.is_crowd, object.is_difficult});
@@ -186,6 +187,7 @@ inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, Detec
   for_each_in_order(dataset.pictures.size(), find, [&](std::size_t, const detail::DatasetFindings& found) {
     findings.truths.insert(findings.truths.end(), found.truths.begin(), found.truths.end());
     findings.detections.insert(findings.detections.end(), found.detections.begin(), found.detections.end());
+    print_warnings(found.warnings);
     progress.count("data set");
   });
   const auto precision =

@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
 #include <tapestry/io/darknet/model_file.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <utility>
 
 namespace tapestry::shell {
@@ -38,6 +42,19 @@ constexpr std::array<const char*, 80> coco_names{"person",        "bicycle",    
                                                  "vase",          "scissors",     "teddy bear",
                                                  "hair drier",    "toothbrush"};
 
+/// Requires that weights that are not ONNX by their name are not a file of another kind by their content.
+/// \throws FileError (malformed) with the kind
+void require_detector_format(const std::string& weights) {
+  const io::RegularFile file(weights);
+  std::vector<std::byte> beginning(static_cast<std::size_t>(std::min<std::uint64_t>(file.size(), 256)));
+  file.read_at(0, beginning);
+  const std::string_view format = io::recognised_format(beginning);
+  if (!format.empty() && format != io::recognised_safetensors)
+    throw FileError(ErrorKind::malformed,
+                    {weights, "@0", "not a detector",
+                     "an .onnx model, Darknet weights or a converted detector", std::string(format)});
+}
+
 /// Takes 80 classes without names for COCO's, unless --class is a number.
 void name_coco_classes(const DetectorSettings& settings, detect::Detector<float>& detector,
                        std::vector<std::string>& warnings) {
@@ -57,6 +74,7 @@ void name_coco_classes(const DetectorSettings& settings, detect::Detector<float>
 detect::Detector<float> load_detector(const DetectorSettings& settings, std::vector<std::string>& warnings,
                                       const std::vector<std::string>& layers) {
   const bool is_onnx = io::is_onnx(settings.weights);
+  if (!is_onnx) require_detector_format(settings.weights);
   for (const auto& [option, value] :
        {std::pair("--cfg", settings.cfg), std::pair("--decode", settings.decode)})
     if (is_onnx && !value.empty())

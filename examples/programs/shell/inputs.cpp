@@ -124,7 +124,8 @@ Car load_car(const SceneSettings& settings) {
       selected_faces(settings.mesh, loaded.mesh, settings.material, settings.faces, car.warnings);
   car.painted.mesh = std::move(loaded.mesh);
   car.painted.layout = layout_of(settings, car.painted);
-  car.painted.mesh = upright_car(settings.mesh, std::move(car.painted.mesh), settings.axes);
+  car.painted.mesh =
+      upright_object(settings.mesh, std::move(car.painted.mesh), settings.axes, settings.object);
   car.painted.space = image::colour_space_by_name(settings.colour_space);
   car.painted.pyramid = raster::pyramid_of(car.painted);
   return car;
@@ -210,6 +211,8 @@ Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector, const std::
   inputs.class_index = inputs.detector.class_index(detector.class_name);
   inputs.mask = load_mask_rule(scene);
   inputs.frames.posed = is_posed(inputs.frames.test.front());
+  if (const auto word = word_on_masks(inputs.mask, inputs.frames.test.front()); !word.empty())
+    inputs.warnings.push_back(word);
   if (inputs.frames.posed)
     inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
   if (scene.light == "photo")

@@ -1,11 +1,14 @@
 #include "mask_rule.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <tapestry/core/error.hpp>
 #include <tapestry/image/colour_space.hpp>
+#include <tapestry/image/resize.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/segment/car_component.hpp>
@@ -13,18 +16,24 @@
 namespace tapestry::shell {
 namespace {
 
+std::string extents_text(std::size_t height, std::size_t width) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+/// The mask of a file, 1 where it is not 0. One of other extents, of the same shape, is resampled bilinearly
+/// before, as the program of Wang et al. (FCA) does, which widens it by up to one of its pixels.
 Array<std::uint8_t, 2> mask_from_file(const std::string& path, const io::Frame& frame) {
   const auto grey = io::read_mask(path);
-  if (grey.shape(0) != frame.image.shape(0) || grey.shape(1) != frame.image.shape(1)) {
-    const auto text = [](std::size_t height, std::size_t width) {
-      return std::to_string(width) + "x" + std::to_string(height);
-    };
+  const std::size_t height = frame.image.shape(0), width = frame.image.shape(1);
+  if (grey.shape(0) * width != grey.shape(1) * height)
     throw FileError(ErrorKind::mismatch,
-                    {path, "", "mask of another size than its frame",
-                     text(frame.image.shape(0), frame.image.shape(1)), text(grey.shape(0), grey.shape(1))});
-  }
-  Array<std::uint8_t, 2> mask(grey.shape());
-  for (std::size_t i = 0; i < mask.size(); ++i) mask.data()[i] = grey.data()[i] > 0 ? 1 : 0;
+                    {path, "", "mask of another shape than its frame", extents_text(height, width),
+                     extents_text(grey.shape(0), grey.shape(1))});
+  Array<float, 3> values(Extents<3>{grey.shape(0), grey.shape(1), 1});
+  std::copy_n(grey.data(), grey.size(), values.data());
+  if (grey.shape(0) != height) values = image::resize_bilinear(values, height, width);
+  Array<std::uint8_t, 2> mask(Extents<2>{height, width});
+  for (std::size_t i = 0; i < mask.size(); ++i) mask.data()[i] = values.data()[i] > 0 ? 1 : 0;
   return mask;
 }
 
@@ -49,10 +58,22 @@ MaskRule load_mask_rule(const SceneSettings& settings) {
 }
 
 std::string mask_path_of(const std::string& frame) {
-  const std::filesystem::path path(frame);
-  std::string stem = path.stem().string();
-  if (stem.rfind("data", 0) == 0) stem = stem.substr(4);
-  return (path.parent_path() / ("mask" + stem + ".png")).string();
+  const std::filesystem::path path(frame), folder = path.parent_path();
+  const std::string stem = path.stem().string();
+  for (const auto& masks : {folder / "masks", folder / ".." / "masks"})
+    if (const auto mask = (masks / (stem + ".png")).string(); io::is_there(mask)) return mask;
+  return (folder / ("mask" + (stem.starts_with("data") ? stem.substr(4) : stem) + ".png")).string();
+}
+
+std::string word_on_masks(const MaskRule& rule, const std::string& frame) {
+  if (rule.kind != "file") return {};
+  const std::string path = mask_path_of(frame);
+  const auto mask = io::read_mask(path);
+  const auto picture = io::read_frame(frame).image;
+  if (mask.shape(0) == picture.shape(0)) return {};
+  return path + ": a mask of " + extents_text(mask.shape(0), mask.shape(1)) + " for a frame of " +
+         extents_text(picture.shape(0), picture.shape(1)) +
+         "; such masks are resampled bilinearly, and all that is not 0 is the car";
 }
 
 void apply_mask_rule(const MaskRule& rule, const std::string& path, io::Frame& frame) {

@@ -42,7 +42,7 @@ inline std::optional<OwnTexture> own_texture(const std::string& mesh_path, const
   OwnTexture own;
   try {
     own.path = path;
-    own.picture = io::read_image(path);
+    own.picture = io::read_image(path, &warnings);
   } catch (const FileError& error) {
     warnings.push_back(std::string(error.what()) + "; colours (Kd) stand in for this texture");
     return std::nullopt;

@@ -16,8 +16,13 @@ inline Json light_json(camouflage::ViewStore<float>& store, const std::vector<st
     Json& entry = lights[view->name] = nullptr;
     if (!view->photo_light) continue;
     const auto& [light, product, error] = *view->photo_light;
-    entry = {{"sun", light.sun}, {"direction", light.direction}, {"colour", light.colour},
-             {"sky", light.sky}, {"light_times_paint", product}, {"mean_colour_error", error}};
+    entry = {{"sun", light.sun},
+             {"direction", light.direction},
+             {"colour", light.colour},
+             {"sky", light.sky},
+             {"light_times_paint", product},
+             {"mean_colour_error", error},
+             {"mean_colour_error_over", "painted points in view that the photograph does not saturate"}};
   }
   return lights;
 }

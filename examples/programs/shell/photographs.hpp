@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/jpeg_file.hpp>
 #include <utility>
@@ -30,17 +32,42 @@ inline double stated_fov_deg(const std::string& path) {
   return scenes::fov_of_lens_deg(static_cast<double>(header.focal_length_35mm), height, width);
 }
 
-/// The photographs of a folder, sorted by name; none for an empty name.
-/// \throws FileError unless there are at least two
-inline std::vector<Photograph> photographs(const std::string& folder) {
+/// The usable photographs of a folder, sorted by name; none for an empty name.
+/// \param require_usable  called in parallel as require_usable(photograph, warnings); throws an Error for a
+///                        photograph to be left out
+/// \param warnings        receives why photographs are left out
+/// \throws FileError unless at least two are usable
+template <class RequireUsable>
+std::vector<Photograph> photographs(const std::string& folder, RequireUsable require_usable,
+                                    std::vector<std::string>& warnings) {
   if (folder.empty()) return {};
   const auto paths = io::listed_paths(folder, io::has_picture_name);
-  if (paths.size() < 2)
-    throw FileError(ErrorKind::mismatch,
-                    {folder, "", "too few photographs to hold some out",
-                     std::string("at least 2 (") + io::picture_endings + ")", std::to_string(paths.size())});
+  struct Examined {
+    std::optional<Photograph> usable{};
+    std::vector<std::string> warnings{};
+  };
+  std::vector<Examined> all(paths.size());
+  parallel_for(paths.size(), [&](std::size_t i) {
+    try {
+      const Photograph photograph{paths[i], stated_fov_deg(paths[i])};
+      require_usable(photograph, all[i].warnings);
+      all[i].usable = photograph;
+    } catch (const Error& error) {
+      all[i].warnings.push_back(std::string(error.what()) + "; the photograph is left out");
+    }
+  });
   std::vector<Photograph> found;
-  for (const auto& path : paths) found.push_back({path, stated_fov_deg(path)});
+  for (const Examined& one : all) {
+    if (one.usable) found.push_back(*one.usable);
+    warnings.insert(warnings.end(), one.warnings.begin(), one.warnings.end());
+  }
+  const std::string left_out = std::to_string(paths.size() - found.size()) + " left out, such as ";
+  if (found.size() < 2)
+    throw FileError(
+        ErrorKind::mismatch,
+        {folder, "", "too few photographs to hold some out",
+         std::string("at least 2 (") + io::picture_endings + ")",
+         std::to_string(found.size()) + (warnings.empty() ? "" : ", and " + left_out + warnings.front())});
   return found;
 }
 

@@ -27,6 +27,7 @@ struct SceneSettings {
   static constexpr const char* group = "Car and pictures";
   std::string mesh;
   geometry::MeshAxes axes;
+  std::string object = "car";
   std::vector<std::string> material;
   std::string faces;
   std::string frames;
@@ -85,6 +86,7 @@ void visit_settings(SceneSettings& s, Visit visit) {
   visit("mesh", s.mesh, "OBJ file of the car; the bundled sedan when left out");
   visit("up", s.axes.up, up_help);
   visit("forward", s.axes.forward, forward_help);
+  visit("object", s.object, object_help);
   visit("material", s.material, "materials whose faces are painted; left out, 'body' for the bundled car");
   visit("faces", s.faces,
         "text file of painted faces, one 1-based number a line, instead of --material; none when left out");
@@ -94,8 +96,9 @@ void visit_settings(SceneSettings& s, Visit visit) {
         "street scenes of the bundled car that are drawn to optimise on, instead of frames; 0: 800 when "
         "--frames is left out, else none");
   visit("mask", s.mask,
-        "auto: the frame's own mask, else the rendered silhouette; silhouette; file: maskN.png beside "
-        "dataN.npz; u2net: the mask that --segmenter finds in the frame's picture. Drawn scenes keep their "
+        "auto: the frame's own mask, else the rendered silhouette; silhouette; file: masks/dataN.png or "
+        "maskN.png beside dataN.npz; u2net: the mask that --segmenter finds in the frame's picture. Drawn "
+        "scenes keep their "
         "own");
   visit("segmenter", s.segmenter,
         "ONNX model of the U2-Net family for --mask u2net; a small one that is bundled when left out");
@@ -205,6 +208,7 @@ inline const char* value_when_lacking(const std::string& name) {
   if (name == "light") return "frame";
   if (name == "up") return "z";
   if (name == "forward") return "x";
+  if (name == "object") return "car";
   if (name == "method") return "fca";
   if (name == "precision") return "float";
   if (name == "colour-space") return image::name_of(image::ColourSpace::encoded);
@@ -228,7 +232,7 @@ void add_json(nlohmann::ordered_json& json, Settings settings) {
 inline bool is_texture_file(const std::string& start) { return start.ends_with(".npz"); }
 
 inline void require_sound(const SceneSettings& s, ProblemList& list) {
-  require_axes(s.axes, list);
+  require_axes(s.axes, s.object, list);
   list.require_choice("--mask", s.mask, {"auto", "silhouette", "file", "u2net"});
   list.require(s.segmenter.empty() || s.mask == "u2net", "--segmenter needs --mask u2net");
   list.require_choice("--texture", s.texture, {"atlas", "cube"});

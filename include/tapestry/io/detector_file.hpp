@@ -40,16 +40,19 @@ namespace tapestry::io {
 /// fit. Compiled in tapestry/implementation.hpp.
 ///
 /// \param text  the whole text
-/// \param path  the file's name, for messages
+/// \param path      the file's name, for messages
+/// \param warnings  receives what is assumed of the input where no 'input' describes it, unless null; of
+///                  yolov5 everything is known
 /// \throws FileError  malformed, with the key and the byte, for unknown keys and for values of another type
 ///                  or out of range; as read_json()
-[[nodiscard]] detect::DetectorDescription parse_detector_description(std::string_view text,
-                                                                     const std::string& path);
+[[nodiscard]] detect::DetectorDescription parse_detector_description(
+    std::string_view text, const std::string& path, std::vector<std::string>* warnings = nullptr);
 
 /// Reads such a JSON file of at most 64 KiB; errors as parse_detector_description() and read_text_file().
 /// Takes memory of at most 48 times the file and 1 MiB.
-[[nodiscard]] inline detect::DetectorDescription read_detector_description(const std::string& path) {
-  return parse_detector_description(read_text_file(path, std::uint64_t(1) << 16U), path);
+[[nodiscard]] inline detect::DetectorDescription read_detector_description(
+    const std::string& path, std::vector<std::string>* warnings = nullptr) {
+  return parse_detector_description(read_text_file(path, std::uint64_t(1) << 16U), path, warnings);
 }
 
 /// The tensors of a detector in the order of its layout, named as PyTorch names them. For layer i of the cfg,

@@ -21,8 +21,10 @@ namespace tapestry::io {
 [[nodiscard]] Frame read_frame(const std::string& path);
 
 /// The picture of a file as RGB, [H, W, 3]: of a frame if the name ends in .npz, else of an image file.
+/// \param warnings  as for read_image()
 /// \throws FileError as read_frame() or read_image()
-[[nodiscard]] Array<std::uint8_t, 3> read_picture(const std::string& path);
+[[nodiscard]] Array<std::uint8_t, 3> read_picture(const std::string& path,
+                                                  std::vector<std::string>* warnings = nullptr);
 
 /// Writes a frame that read_frame() reads back; deflated, and the whole file or nothing.
 /// \throws ShapeError unless the picture is [H, W, 3] and the mask, if any, [H, W]; FileError (write)

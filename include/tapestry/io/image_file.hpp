@@ -77,7 +77,8 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
 
 }  // namespace detail
 
-/// Reads a PNG, JPEG, BMP, PGM or PPM as RGB, [H, W, 3]. The format is found from the content, not the name.
+/// Reads a PNG, JPEG, BMP, PBM, PGM or PPM as RGB, [H, W, 3]. The format is found from the content, not the
+/// name.
 ///
 /// Every kind of PNG is converted: grey is repeated in the three channels, palettes are looked up (black
 /// beyond their end), 1 to 4 bits are scaled to 0-255, and of 16 bits the upper 8 are kept. Transparency is
@@ -85,16 +86,20 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
 /// For the other formats see parse_jpeg(), parse_bmp() and parse_pnm().
 /// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
 ///
+/// \param warnings  receives sentences about damage that leaves a picture: surplus data of a PNG, a JPEG with
+///                  junk bytes or a cut end. Null refuses such a JPEG
 /// \throws FileError: malformed (no such format, damaged, checksums included), limit (over 16,384 a side or
 ///         64 Mpx)
-[[nodiscard]] Array<std::uint8_t, 3> read_image(const std::string& path);
+[[nodiscard]] Array<std::uint8_t, 3> read_image(const std::string& path,
+                                                std::vector<std::string>* warnings = nullptr);
 
-/// Reads a PNG, BMP, PGM or PPM as grey in [0, 1], [H, W]: value / 255, or / 65535 where the file has 16 bits
-/// (PGM and PPM: divided by the maximum that they state). Colours become (77 R + 150 G + 29 B) / 256;
+/// Reads a PNG, BMP, PBM, PGM or PPM as grey in [0, 1], [H, W]: value / 255, or / 65535 where the file has 16
+/// bits (PGM and PPM: divided by the maximum that they state). Colours become (77 R + 150 G + 29 B) / 256;
 /// transparency is dropped. No threshold is applied. Throws as read_image() does, and for a JPEG, because its
 /// losses blur a mask's border.
 /// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
-[[nodiscard]] Array<float, 2> read_mask(const std::string& path);
+[[nodiscard]] Array<float, 2> read_mask(const std::string& path,
+                                        std::vector<std::string>* warnings = nullptr);
 
 /// Writes RGB, [H, W, 3], as PNG; the whole file or nothing.
 /// \throws ShapeError unless there are three channels and 1 to 16,384 rows and columns; FileError (write)

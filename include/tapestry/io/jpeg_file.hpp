@@ -7,6 +7,7 @@
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/png_scan.hpp>  // limits of pictures
+#include <vector>
 
 namespace tapestry::io {
 
@@ -14,6 +15,7 @@ namespace tapestry::io {
 struct JpegHeader {
   std::size_t height = 0;  ///< as stored, before it is turned upright
   std::size_t width = 0;
+  std::size_t channels = 0;           ///< 1 grey, 3 colour, 4 CMYK
   int orientation = 1;                ///< 1 to 8, see turned_upright()
   std::size_t focal_length_35mm = 0;  ///< of the lens as if on 35 mm film, mm, by EXIF; 0 if not stated
 };
@@ -76,11 +78,11 @@ class JpegScan {
 
   [[nodiscard]] JpegHeader scan() {
     for (std::size_t at = 2;;) {
-      if (byte(at) != 0xFF) fail(at, "JPEG segment does not begin with a marker");
+      while (byte(at) != 0xFF) ++at;      // junk between segments, of which the decoder warns
       while (byte(at + 1) == 0xFF) ++at;  // fill bytes
       const unsigned marker = byte(at + 1);
       if (marker == 0xDA) break;
-      if (marker == 0x01 || (marker >= 0xD0 && marker <= 0xD8)) {
+      if (marker <= 0x01 || (marker >= 0xD0 && marker <= 0xD8)) {
         at += 2;
         continue;
       }
@@ -116,8 +118,8 @@ class JpegScan {
     const bool is_frame =
         marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
     if (!is_frame) return;
-    if (marker > 0xC2)
-      fail(at, "this kind of JPEG is not read", "baseline or progressive Huffman coding",
+    if (marker > 0xC2 && marker != 0xC9 && marker != 0xCA)
+      fail(at, "this kind of JPEG is not read", "baseline, sequential or progressive coding",
            "frame type " + std::to_string(marker - 0xC0));
     if (header_.width != 0) fail(at, "JPEG has a second frame header");
     if (content.size() < 6) fail(at, "JPEG frame header is cut");
@@ -125,9 +127,9 @@ class JpegScan {
     if (number(0) != 8) fail(at, "bits a channel of a JPEG", "8", std::to_string(number(0)));
     header_.height = static_cast<std::size_t>(number(1) << 8U | number(2));
     header_.width = static_cast<std::size_t>(number(3) << 8U | number(4));
-    if (number(5) != 1 && number(5) != 3)
-      fail(at, "channels of a JPEG", "1 (grey) or 3 (colour)",
-           std::to_string(number(5)) + (number(5) == 4 ? " (CMYK)" : ""));
+    header_.channels = number(5);
+    if (header_.channels != 1 && header_.channels != 3 && header_.channels != 4)
+      fail(at, "channels of a JPEG", "1 (grey), 3 (colour) or 4 (CMYK)", std::to_string(header_.channels));
     if (header_.height == 0 || header_.width == 0) fail(at, "JPEG of no extent");
     if (header_.height > png_side_limit || header_.width > png_side_limit ||
         std::uint64_t(header_.height) * header_.width > png_pixel_limit)
@@ -148,18 +150,28 @@ class JpegScan {
 /// the focal length Exif 2.3 (CIPA DC-008), sections 4.6.4 and 4.6.5.
 ///
 /// \param path  for messages
-/// \throws FileError: malformed (cut; neither baseline nor progressive; CMYK), limit (over 16,384 a side or
-///         64 Mpx)
+/// \throws FileError: malformed (cut; lossless or hierarchical), limit (over 16,384 a side or 64 Mpx)
 [[nodiscard]] inline JpegHeader scan_jpeg(std::string_view file, const std::string& path) {
   return detail::JpegScan(file, path).scan();
 }
 
 namespace detail {
 
-/// The part that calls libjpeg-turbo, compiled where a program includes implementation.hpp: RGB, rows from
-/// the top, channels interleaved, into height · width · 3 bytes.
-/// \returns what is wrong with the file; empty if nothing is wrong
-std::string decode_jpeg(std::string_view file, std::size_t height, std::size_t width, std::uint8_t* pixels);
+/// What a decoder says of a file; empty for a sound one.
+struct JpegComplaint {
+  std::string text{};
+  bool is_warning = false;  ///< of damage that leaves a picture
+};
+
+/// The part that calls libjpeg-turbo, compiled where a program includes implementation.hpp: RGB, or CMYK as
+/// stored, rows from the top, channels interleaved.
+/// \param pixels    height · width · 3 bytes, or · 4 for a header of 4 channels
+/// \param is_strict whether to stop at the first damage
+JpegComplaint decode_jpeg(std::string_view file, const JpegHeader& header, bool is_strict,
+                          std::uint8_t* pixels);
+
+/// RGB of CMYK as Adobe's programs store it, inverted: K · C / 255 and so on, rounded.
+[[nodiscard]] Array<std::uint8_t, 3> rgb_of_inverted_cmyk(const Array<std::uint8_t, 3>& cmyk);
 
 }  // namespace detail
 
@@ -168,13 +180,17 @@ std::string decode_jpeg(std::string_view file, std::size_t height, std::size_t w
 /// quarter, 8 counterclockwise.
 [[nodiscard]] Array<std::uint8_t, 3> turned_upright(const Array<std::uint8_t, 3>& stored, int orientation);
 
-/// Decodes a JPEG, baseline or progressive, as RGB, [H, W, 3], turned upright by its EXIF orientation. Grey
-/// is repeated in the three channels; colour profiles are ignored. Decoding is left to libjpeg-turbo. Takes
-/// memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
+/// Decodes a JPEG, sequential or progressive, of Huffman or arithmetic coding, as RGB, [H, W, 3], turned
+/// upright by its EXIF orientation. Grey is repeated in the three channels, CMYK is taken for inverted as
+/// Adobe's programs store it; colour profiles are ignored. Decoding is left to libjpeg-turbo. Takes memory of
+/// at most 4 times the file, 24 bytes a pixel and 1 MiB.
 ///
-/// \param path  for messages
-/// \throws FileError: as scan_jpeg(); malformed for damaged or cut picture data; mismatch if the program was
-///         built without libjpeg-turbo
-[[nodiscard]] Array<std::uint8_t, 3> parse_jpeg(std::string_view file, const std::string& path);
+/// \param path      for messages
+/// \param warnings  receives a sentence about picture data with junk bytes, damaged or cut, of which the rest
+///                  is read: what is missing is grey. Null refuses such a file
+/// \throws FileError: as scan_jpeg(); malformed for picture data that cannot be decoded; mismatch if the
+///         program was built without libjpeg-turbo
+[[nodiscard]] Array<std::uint8_t, 3> parse_jpeg(std::string_view file, const std::string& path,
+                                                std::vector<std::string>* warnings = nullptr);
 
 }  // namespace tapestry::io

@@ -16,7 +16,7 @@ namespace tapestry::io {
 /// A mesh, and the warnings and counts from reading it.
 struct LoadedMesh {
   geometry::Mesh mesh;
-  std::vector<std::string> warnings;          ///< one line each, with file and line
+  std::vector<std::string> warnings;          ///< one line a kind, with file and line
   std::vector<std::string> material_files{};  ///< read beside the mesh, in order
   std::size_t polygon_count = 0;              ///< faces of more than three corners, split into triangles
   std::size_t crossing_count = 0;    ///< polygons that cross themselves, of which the triangles may be wrong
@@ -60,13 +60,14 @@ inline double measure_mesh(LoadedMesh& loaded) {
 }  // namespace detail
 
 /// Reads the names, diffuse colours (Kd) and names of textures (map_Kd) of a Wavefront material file held in
-/// memory; other properties are ignored. The name may be empty; a material without a colour has that of
-/// geometry::Material. Textures outside the folder of the file are left out with a warning. Whether a texture
-/// exists is not checked.
+/// memory; other properties are ignored. Keywords may be of any case. The name may be empty; a material
+/// without a colour, or with one that is not red, green and blue, has that of geometry::Material. One number
+/// is a grey. Textures outside the folder of the file are left out with a warning. Whether a texture exists
+/// is not checked.
 ///
 /// \param path      names the file in messages
-/// \param warnings receives oddities that are no reason to refuse the file, one line each, at most 100
-/// \throws FileError: malformed (colours that are not numbers; colours or textures before the first material)
+/// \param warnings receives oddities that are no reason to refuse the file, one line a kind
+/// \throws FileError: malformed (zero bytes), limit (overlong lines)
 [[nodiscard]] std::vector<geometry::Material> parse_mtl(std::string_view text, const std::string& path,
                                                         std::vector<std::string>& warnings);
 
@@ -96,11 +97,16 @@ struct ObjLimits {
 /// face lists refer to the triangles. A convex polygon becomes the fan around its first corner.
 /// geometry::PolygonTriangulator cuts a concave one. A polygon that crosses itself becomes a fan, with a
 /// warning. The group of a face is the name of the last `g` or `o` record. Indices may be negative or refer
-/// to later records. Material files outside the folder of the OBJ are not read.
+/// to later records. Material files outside the folder of the OBJ are not read. Numbers 4 to 6 of a vertex
+/// are its colour, where there are six or more.
+///
+/// What changes nothing is a warning, one a kind with a count: words behind the numbers of a record, faces of
+/// fewer than three corners, indices of texture coordinates or normals in a file that has none, normals of no
+/// direction, materials without a definition. Keywords may be of any case; # begins a comment in a record of
+/// numbers.
 ///
 /// The records are parsed here, not by tinyobjloader. It reads malformed numbers as 0, returns indices beyond
-/// the lists with only a warning, drops short records so that later numbers shift, and reports no line
-/// numbers.
+/// the lists with only a warning, pads short records with 0, and reports no line numbers; these are refused.
 /// Takes memory of at most 40 times the file and 1 MiB.
 ///
 /// \throws FileError: malformed (with the line), mismatch (a mesh without extent), limit (also for concave

@@ -36,7 +36,8 @@ namespace detail {
 /// size that a cut chunk claims.
 class PngScan {
  public:
-  PngScan(std::string_view file, const std::string& path) : file_(file), path_(path) {}
+  PngScan(std::string_view file, const std::string& path, std::vector<std::string>* warnings)
+      : file_(file), path_(path), warnings_(warnings) {}
 
   PngHeader scan() {
     using namespace std::string_view_literals;
@@ -92,7 +93,7 @@ class PngScan {
     if (file_.size() > 2 && file_[0] == 'P' && file_[1] >= '1' && file_[1] <= '7')
       found = "a PNM image of another kind";
     if (file_.starts_with("\x89PNG"sv)) found = "a PNG damaged by a text transfer";
-    fail(0, "not a picture of a kind that is read here", "a PNG, JPEG, BMP, PGM or PPM",
+    fail(0, "not a picture of a kind that is read here", "a PNG, JPEG, BMP, PBM, PGM or PPM",
          file_.empty()   ? "0 bytes"
          : found.empty() ? "other bytes"
                          : found);
@@ -178,6 +179,7 @@ class PngScan {
     if (needed > 1032 * (packed + 1))
       fail(33, "PNG has too little picture data for its size",
            std::to_string(needed / 1032) + " bytes or more", std::to_string(packed));
+    constexpr std::uint64_t least_surplus = std::uint64_t(1) << 16U;  // beyond twice the picture, a bomb
     z_stream stream{};
     if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
     std::vector<Bytef> buffer(std::size_t{1} << 16U);
@@ -190,7 +192,7 @@ class PngScan {
         stream.avail_out = static_cast<uInt>(buffer.size());
         status = inflate(&stream, Z_NO_FLUSH);
       } while (status == Z_OK && (stream.avail_in > 0 || stream.avail_out == 0) &&
-               stream.total_out <= needed);
+               stream.total_out <= 2 * needed + least_surplus);
       if (status != Z_OK && status != Z_BUF_ERROR) break;
     }
     const std::uint64_t unpacked = stream.total_out;
@@ -199,13 +201,15 @@ class PngScan {
     if (status != Z_STREAM_END)
       fail(33, "PNG picture data is damaged or cut", std::to_string(needed) + " bytes",
            std::to_string(unpacked) + " good ones");
-    if (unpacked != needed)
-      fail(33, "PNG picture data has a wrong size", std::to_string(needed) + " bytes",
-           std::to_string(unpacked));
+    if (unpacked < needed)
+      fail(33, "PNG picture data has a wrong size", std::to_string(needed), std::to_string(unpacked));
+    if (unpacked > needed && warnings_ != nullptr)
+      warnings_->push_back(path_ + ": PNG has more picture data than its size needs; the rest is ignored");
   }
 
   std::string_view file_;
   const std::string& path_;
+  std::vector<std::string>* warnings_;
   PngHeader header_;
   std::vector<std::string_view> pieces_;
 };
@@ -213,13 +217,15 @@ class PngScan {
 
 /// Verifies a PNG held in memory before it is decoded: the signature, the header's limits, the length and
 /// checksum of every chunk, that the chunks of picture data follow each other, and that the data unpack to
-/// exactly the size of the picture. Bytes after the end chunk are ignored. Source: PNG specification, second
-/// edition (ISO/IEC 15948).
+/// the size of the picture, or up to twice that and 64 KiB. Bytes after the end chunk are ignored. Source:
+/// PNG specification, second edition (ISO/IEC 15948).
 ///
-/// \param path  for messages
+/// \param path      for messages
+/// \param warnings  receives a sentence about data beyond the size, unless null
 /// \throws FileError: malformed, limit (over 16,384 a side or 64 Mpx)
-[[nodiscard]] inline PngHeader scan_png(std::string_view file, const std::string& path) {
-  return detail::PngScan(file, path).scan();
+[[nodiscard]] inline PngHeader scan_png(std::string_view file, const std::string& path,
+                                        std::vector<std::string>* warnings = nullptr) {
+  return detail::PngScan(file, path, warnings).scan();
 }
 
 /// A verified PNG with its palette extended to 256 entries, black where the file has none; for a pixel beyond

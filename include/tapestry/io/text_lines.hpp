@@ -12,14 +12,14 @@
 
 namespace tapestry::io {
 
-/// Walks over the lines of a text held in memory. A byte order mark is skipped, LF and CRLF both end a line,
-/// and the last line needs no end. Lines with zero bytes or beyond a limit are refused.
+/// Walks over the lines of a text held in memory. A byte order mark is skipped, each of LF, CRLF and CR ends
+/// a line, and the last line needs no end. Lines with zero bytes or beyond a limit are refused.
 class TextLines {
  public:
   /// \param path   for messages; text and path must outlive this object
   TextLines(std::string_view text, const std::string& path, std::size_t line_limit = std::size_t{1} << 20U)
-      : rest_(text), path_(path), line_limit_(line_limit) {
-    if (rest_.starts_with("\xEF\xBB\xBF")) rest_.remove_prefix(3);
+      : text_(text), path_(path), line_limit_(line_limit) {
+    if (text_.starts_with("\xEF\xBB\xBF")) text_.remove_prefix(3);
   }
 
   /// Moves to the next line; false after the last.
@@ -48,10 +48,6 @@ class TextLines {
   [[noreturn]] void fail_at(std::size_t line, const std::string& what, const std::string& expected = "",
                             const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const;
 
-  /// Adds a warning about the current line, unless there are 100 already, so that a broken file cannot fill
-  /// memory with them.
-  void warn(std::vector<std::string>& warnings, const std::string& what) const;
-
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
@@ -59,7 +55,9 @@ class TextLines {
 
   void require_length(std::size_t bytes) const;
 
-  std::string_view rest_;
+  std::string_view text_;
+  std::size_t at_ = 0;         // of the next line
+  std::size_t line_feed_ = 0;  // the first from at_ on, where known
   const std::string& path_;
   std::size_t line_limit_;
   std::string_view line_;
@@ -68,6 +66,34 @@ class TextLines {
   std::size_t number_ = 0;
   std::size_t piece_number_ = 0;
 };
+
+/// Oddities in the lines of a text that are no reason to refuse it. Each kind becomes one warning, with the
+/// line of the first and their count, so that a broken file fills neither a screen nor memory.
+class LineOddities {
+ public:
+  /// Adds one on the current line.
+  /// \param kind  must outlive this object; % in it stands for `name` in quotes
+  void add(const char* kind, const TextLines& lines, std::string_view name = {}) {
+    add(kind, lines.number(), name);
+  }
+  /// Adds one on a given line.
+  void add(const char* kind, std::size_t line, std::string_view name = {});
+
+  /// Appends a line for each kind, those that began first in front, up to 100 warnings in all.
+  void append_to(std::vector<std::string>& warnings, const std::string& path) const;
+
+ private:
+  struct Kind {
+    const char* text;
+    std::size_t line;
+    std::string name;  // of the first
+    std::size_t count;
+  };
+  std::vector<Kind> kinds_;
+};
+
+/// The word in lower case, for keywords of at most 8 letters; longer ones as they are.
+[[nodiscard]] std::string lower_case_keyword(std::string_view word);
 
 /// Whether the whole word is a number; independent of any locale. Numbers too small become 0, too large ones
 /// and "nan" or "inf" are refused.

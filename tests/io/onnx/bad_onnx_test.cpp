@@ -98,6 +98,10 @@ TEST_CASE("files that are no ONNX models are refused", "[io][onnx][bad_input]") 
        "not an ONNX file; expected a ModelProto of ONNX, found an HTML or XML page"},
       {"X01 pointer", "version https://git-lfs.github.com/spec/v1\n", malformed, "found a Git LFS pointer"},
       {"X01 zip", "PK\x03\x04" + std::string(60, '\0'), malformed, "found a zip archive"},
+      {"X01 PyTorch",
+       "PK\x03\x04" + std::string(22, '\0') + '\x0e' + std::string(3, '\0') + "model/data.pkl" +
+           std::string(60, '\0'),
+       malformed, "found a PyTorch file; export"},
       {"X01 gzip", "\x1f\x8b\x08" + std::string(60, '\0'), malformed, "found a gzip archive"},
       {"X01 picture", "\x89PNG\r\n\x1a\n" + std::string(60, '\0'), malformed, "found a PNG image"},
       {"X01 text", "a sentence that means nothing to anybody", malformed, "not an ONNX file"},

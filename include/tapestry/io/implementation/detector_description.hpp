@@ -107,6 +107,12 @@ inline void read_fit(const DescribedObject& input, image::Fit& fit) {
   fit.fill = input.number("fill", input.member("fill"), 0, 255, "a number from 0 to 255") / 255;
 }
 
+/// Warning that a description says nothing of the input.
+inline std::string assumed_input(const std::string& path, const image::Fit& fit) {
+  return path + ": has no 'input'; assumed are RGB in the range 0 to 1 and the fit " +
+         std::string(image::name_of(fit.kind));
+}
+
 inline void read_input(const DescribedObject& input, detect::DetectorDescription& description) {
   constexpr double smallest = 1e-9, largest = 1e9;
   input.require_keys({"order", "scale", "mean", "std", "fit", "fill"});
@@ -204,7 +210,8 @@ inline void read_outputs(const DescribedObject& outputs, detect::DecodedOutputs&
 
 }  // namespace detail
 
-detect::DetectorDescription parse_detector_description(std::string_view text, const std::string& path) {
+detect::DetectorDescription parse_detector_description(std::string_view text, const std::string& path,
+                                                       std::vector<std::string>* warnings) {
   constexpr std::size_t levels = 3;  // outermost object, `input` with its `mean`, or anchors of a stride
   const JsonText json = read_json(text, path, 0, levels);
   if (!json.value.is_object())
@@ -222,6 +229,8 @@ detect::DetectorDescription parse_detector_description(std::string_view text, co
     const auto& input = outermost.member("input");
     if (!input.is_object()) outermost.refuse("input", input, "an object");
     detail::read_input({input, path, "input", json.positions}, description);
+  } else if (!is_yolov5 && warnings != nullptr) {
+    warnings->push_back(detail::assumed_input(path, description.fit));
   }
   const bool is_decoded = description.head == detect::HeadKind::boxes_and_scores;
   for (const char* key : {"strides", "anchors", "outputs"})

@@ -126,6 +126,11 @@ std::string_view recognised_format(std::span<const std::byte> beginning) {
   if (text.size() > 9 && text[8] == '{' && text.substr(3, 5) == "\0\0\0\0\0"sv) return recognised_safetensors;
   if (starts("version https://git-lfs"sv)) return "a Git LFS pointer, not the file it stands for";
   if (starts("\x1f\x8b"sv)) return "a gzip archive";
+  constexpr std::string_view pytorch = "a PyTorch file; export it to ONNX (torch.onnx.export) and give that";
+  // In the first member of a zip archive, whose name begins at byte 30 and has the length at byte 26.
+  if (starts("PK\x03\x04"sv) && text.size() > 30)
+    if (text.substr(30, static_cast<unsigned char>(text[26])).ends_with("/data.pkl")) return pytorch;
+  if (starts("\x80\x02\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19"sv)) return pytorch;  // before 1.6
   if (starts("PK\x03\x04"sv)) return "a zip archive (npz, or a PyTorch checkpoint)";
   if (starts("\x80\x02"sv) || starts("\x80\x03"sv) || starts("\x80\x04"sv)) return "a Python pickle";
   if (starts("\x93NUMPY"sv)) return "a NumPy array";

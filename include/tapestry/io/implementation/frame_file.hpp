@@ -181,8 +181,8 @@ Frame read_frame(const std::string& path) {
   return frame;
 }
 
-Array<std::uint8_t, 3> read_picture(const std::string& path) {
-  return path.ends_with(".npz") ? read_frame(path).image : read_image(path);
+Array<std::uint8_t, 3> read_picture(const std::string& path, std::vector<std::string>* warnings) {
+  return path.ends_with(".npz") ? read_frame(path).image : read_image(path, warnings);
 }
 
 void write_frame(const std::string& path, const Frame& frame) {

@@ -11,11 +11,12 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/bmp_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
-#include <tapestry/io/plain_pictures.hpp>
 #include <tapestry/io/png_scan.hpp>
+#include <tapestry/io/pnm_file.hpp>
 #include <utility>
 #include <vector>
 
@@ -70,12 +71,12 @@ inline void write_png(const std::string& path, const std::uint8_t* pixels, std::
 
 namespace tapestry::io {
 
-Array<std::uint8_t, 3> read_image(const std::string& path) {
+Array<std::uint8_t, 3> read_image(const std::string& path, std::vector<std::string>* warnings) {
   std::string file = read_text_file(path, png_file_limit);
-  if (is_jpeg(file)) return parse_jpeg(file, path);
+  if (is_jpeg(file)) return parse_jpeg(file, path, warnings);
   if (is_bmp(file)) return rgb_levels(parse_bmp(file, path));
   if (is_pnm(file)) return rgb_levels(parse_pnm(file, path));
-  const PngHeader header = scan_png(file, path);
+  const PngHeader header = scan_png(file, path, warnings);
   const auto pixels = detail::decode_png_8(with_whole_palette(std::move(file), header), 3);
   detail::require_decoded(pixels, header.height * header.width * 3, path);
   Array<std::uint8_t, 3> image(Extents<3>{header.height, header.width, 3});
@@ -83,14 +84,14 @@ Array<std::uint8_t, 3> read_image(const std::string& path) {
   return image;
 }
 
-Array<float, 2> read_mask(const std::string& path) {
+Array<float, 2> read_mask(const std::string& path, std::vector<std::string>* warnings) {
   std::string file = read_text_file(path, png_file_limit);
   if (is_jpeg(file))
     throw FileError(ErrorKind::malformed,
                     {path, "@0", "a mask must not have lost anything", "a PNG", "a JPEG"});
   if (is_bmp(file)) return grey_shares(parse_bmp(file, path));
   if (is_pnm(file)) return grey_shares(parse_pnm(file, path));
-  const PngHeader header = scan_png(file, path);
+  const PngHeader header = scan_png(file, path, warnings);
   const auto pixels = detail::decode_png_16(with_whole_palette(std::move(file), header), 1);
   detail::require_decoded(pixels, header.height * header.width, path);
   Array<float, 2> mask(Extents<2>{header.height, header.width});

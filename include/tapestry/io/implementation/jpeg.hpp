@@ -14,20 +14,23 @@
 namespace tapestry::io::detail {
 
 #if defined(TAPESTRY_JPEG)
-std::string decode_jpeg(std::string_view file, std::size_t height, std::size_t width, std::uint8_t* pixels) {
+JpegComplaint decode_jpeg(std::string_view file, const JpegHeader& header, bool is_strict,
+                          std::uint8_t* pixels) {
   const auto close = [](void* decoder) { tjDestroy(decoder); };
   const std::unique_ptr<void, decltype(close)> decoder(tjInitDecompress(), close);
-  if (decoder == nullptr) return "no memory for its decoder";
+  if (decoder == nullptr) return {"no memory for its decoder"};
   // A cut or damaged picture is only a warning to the library, which fills missing parts with grey.
-  const int flags = TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
-  const int status = tjDecompress2(decoder.get(), reinterpret_cast<const unsigned char*>(file.data()),
-                                   static_cast<unsigned long>(file.size()), pixels, static_cast<int>(width),
-                                   0, static_cast<int>(height), TJPF_RGB, flags);
-  return status == 0 ? std::string() : tjGetErrorStr2(decoder.get());
+  const int flags = TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS | (is_strict ? TJFLAG_STOPONWARNING : 0);
+  const int status =
+      tjDecompress2(decoder.get(), reinterpret_cast<const unsigned char*>(file.data()),
+                    static_cast<unsigned long>(file.size()), pixels, static_cast<int>(header.width), 0,
+                    static_cast<int>(header.height), header.channels == 4 ? TJPF_CMYK : TJPF_RGB, flags);
+  if (status == 0) return {};
+  return {tjGetErrorStr2(decoder.get()), tjGetErrorCode(decoder.get()) == TJERR_WARNING};
 }
 #else
-std::string decode_jpeg(std::string_view, std::size_t, std::size_t, std::uint8_t*) {
-  return "built without libjpeg-turbo";
+JpegComplaint decode_jpeg(std::string_view, const JpegHeader&, bool, std::uint8_t*) {
+  return {"built without libjpeg-turbo"};
 }
 #endif
 

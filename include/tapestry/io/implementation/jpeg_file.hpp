@@ -6,8 +6,18 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/jpeg_file.hpp>
+#include <vector>
 
 namespace tapestry::io {
+
+Array<std::uint8_t, 3> detail::rgb_of_inverted_cmyk(const Array<std::uint8_t, 3>& cmyk) {
+  Array<std::uint8_t, 3> rgb(Extents<3>{cmyk.shape(0), cmyk.shape(1), 3});
+  for (std::size_t i = 0; i < rgb.size(); ++i) {
+    const std::uint8_t* const pixel = cmyk.data() + i / 3 * 4;
+    rgb.data()[i] = static_cast<std::uint8_t>((pixel[i % 3] * unsigned{pixel[3]} + 127) / 255);
+  }
+  return rgb;
+}
 
 Array<std::uint8_t, 3> turned_upright(const Array<std::uint8_t, 3>& stored, int orientation) {
   if (orientation == 1) return stored;
@@ -26,14 +36,21 @@ Array<std::uint8_t, 3> turned_upright(const Array<std::uint8_t, 3>& stored, int 
   return upright;
 }
 
-Array<std::uint8_t, 3> parse_jpeg(std::string_view file, const std::string& path) {
+Array<std::uint8_t, 3> parse_jpeg(std::string_view file, const std::string& path,
+                                  std::vector<std::string>* warnings) {
   const JpegHeader header = scan_jpeg(file, path);
-  Array<std::uint8_t, 3> stored(Extents<3>{header.height, header.width, 3});
-  const std::string complaint = detail::decode_jpeg(file, header.height, header.width, stored.data());
-  if (!complaint.empty())
-    throw FileError(complaint.starts_with("built without") ? ErrorKind::mismatch : ErrorKind::malformed,
-                    {path, "", "JPEG cannot be decoded: " + complaint});
-  return turned_upright(stored, header.orientation);
+  const bool is_cmyk = header.channels == 4;
+  Array<std::uint8_t, 3> stored(Extents<3>{header.height, header.width, is_cmyk ? 4U : 3U});
+  auto complaint = detail::decode_jpeg(file, header, true, stored.data());
+  const bool is_damaged = complaint.is_warning && warnings != nullptr;
+  if (is_damaged) complaint = detail::decode_jpeg(file, header, false, stored.data());
+  if (!complaint.text.empty() && !(is_damaged && complaint.is_warning))
+    throw FileError(complaint.text.starts_with("built without") ? ErrorKind::mismatch : ErrorKind::malformed,
+                    {path, "", "JPEG cannot be decoded: " + complaint.text});
+  if (is_damaged)
+    warnings->push_back(path + ": JPEG is damaged or cut (" + complaint.text +
+                        "); the rest is read, and what is missing is grey");
+  return turned_upright(is_cmyk ? detail::rgb_of_inverted_cmyk(stored) : stored, header.orientation);
 }
 
 }  // namespace tapestry::io

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tapestry/core/in_quotes.hpp>
@@ -17,19 +18,27 @@
 
 namespace tapestry::io::detail {
 
-/// The three numbers of a Kd record, clipped to 0 to 1 with a warning.
-inline std::array<float, 3> diffuse_colour(TextLines& lines, std::vector<std::string>& warnings) {
-  std::array<float, 3> colour{};
-  bool outside = false;
-  for (float& channel : colour) {
+/// The colour of a Kd record, of three numbers or of one for all channels, clipped to 0 to 1; none for other
+/// words, such as the kinds xyz and spectral.
+inline std::optional<std::array<float, 3>> diffuse_colour(TextLines& lines, LineOddities& oddities) {
+  const std::string_view record = lines.rest_of_line();
+  std::array<double, 3> values{};
+  std::size_t count = 0;
+  bool is_number = true;
+  while (count < 3 && is_number) {
     const std::string_view word = lines.word();
-    double value = 0;
-    if (!parse_number(word, value))
-      lines.fail("diffuse colour is not three numbers", "Kd r g b", in_quotes(word));
-    outside = outside || value < 0 || value > 1;
-    channel = static_cast<float>(std::clamp(value, 0.0, 1.0));
+    if (word.empty() || word.starts_with('#')) break;
+    is_number = parse_number(word.substr(0, word.find('#')), values[count++]);
   }
-  if (outside) lines.warn(warnings, "colour outside 0 to 1 is cut to it");
+  if (!is_number || (count != 1 && count != 3)) {
+    oddities.add("Kd % is not red, green and blue; the colour stays as it was", lines, record);
+    return {};
+  }
+  if (count == 1) values[1] = values[2] = values[0];
+  std::array<float, 3> colour{};
+  for (std::size_t c = 0; c < 3; ++c) colour[c] = static_cast<float>(std::clamp(values[c], 0.0, 1.0));
+  if (std::ranges::any_of(values, [](double value) { return value < 0 || value > 1; }))
+    oddities.add("colour outside 0 to 1 is cut to it", lines);
   return colour;
 }
 
@@ -39,22 +48,24 @@ struct MapOption {
   std::size_t least, most;
 };
 
-inline constexpr std::array<MapOption, 12> map_options{{{"-blendu", 1, 1},
+inline constexpr std::array<MapOption, 14> map_options{{{"-blendu", 1, 1},
                                                         {"-blendv", 1, 1},
                                                         {"-bm", 1, 1},
                                                         {"-boost", 1, 1},
                                                         {"-cc", 1, 1},
                                                         {"-clamp", 1, 1},
+                                                        {"-colorspace", 1, 1},
                                                         {"-imfchan", 1, 1},
                                                         {"-mm", 2, 2},
                                                         {"-o", 1, 3},
                                                         {"-s", 1, 3},
                                                         {"-t", 1, 3},
-                                                        {"-texres", 1, 1}}};
+                                                        {"-texres", 1, 1},
+                                                        {"-type", 1, 1}}};
 
 /// The file that a map record names, if it is in the folder of the material file or below; else empty, with a
 /// warning.
-inline std::string map_file(TextLines& lines, std::vector<std::string>& warnings) {
+inline std::string map_file(const TextLines& lines, LineOddities& oddities) {
   std::string_view rest = lines.rest_of_line();
   const auto next_word = [&] {
     const std::size_t end = std::min(rest.find_first_of(" \t"), rest.size());
@@ -71,16 +82,15 @@ inline std::string map_file(TextLines& lines, std::vector<std::string>& warnings
     const auto* const option =
         std::ranges::find_if(map_options, [&](const MapOption& one) { return one.name == word; });
     if (option == map_options.end()) break;
-    lines.warn(warnings, "option " + in_quotes(next_word()) + " of a texture is ignored");
+    oddities.add("option % of a texture is ignored", lines, next_word());
     for (std::size_t i = 0; i < option->most && (i < option->least || is_number()); ++i) (void)next_word();
   }
   std::string name(rest);
   std::ranges::replace(name, '\\', '/');
   if (name.empty()) {
-    lines.warn(warnings, "texture without a file name");
+    oddities.add("texture without a file name", lines);
   } else if (!stays_below(name)) {
-    lines.warn(warnings, "texture " + in_quotes(name) +
-                             " lies outside the folder of the material file and is not read");
+    oddities.add("texture % lies outside the folder of the material file and is not read", lines, name);
   } else {
     return (std::filesystem::path(lines.path()).parent_path() /
             std::filesystem::path(name).lexically_normal())
@@ -96,11 +106,12 @@ namespace tapestry::io {
 std::vector<geometry::Material> parse_mtl(std::string_view text, const std::string& path,
                                           std::vector<std::string>& warnings) {
   TextLines lines(text, path);
+  LineOddities oddities;
   std::vector<geometry::Material> materials;
   NameNumbers names;
   bool counts = false;  // whether the present material is the first of its name
   while (lines.next()) {
-    const std::string_view keyword = lines.word();
+    const std::string keyword = lower_case_keyword(lines.word());
     if (keyword == "newmtl") {
       const std::string_view name = lines.rest_of_line();
       counts = names.add(name, [&](std::size_t i) -> std::string_view { return materials[i].name; }) ==
@@ -108,19 +119,19 @@ std::vector<geometry::Material> parse_mtl(std::string_view text, const std::stri
       if (counts) {
         materials.push_back({std::string(name), geometry::Material{}.colour});
       } else {
-        lines.warn(warnings,
-                   "material " + in_quotes(name) + " is defined again; the first definition counts");
+        oddities.add("material % is defined again; the first definition counts", lines, name);
       }
-    } else if (keyword == "map_Kd") {
-      if (materials.empty()) lines.fail("texture before the first material", "newmtl");
-      std::string file = detail::map_file(lines, warnings);
+    } else if (keyword == "map_kd") {
+      std::string file = detail::map_file(lines, oddities);
       if (counts) materials.back().texture = std::move(file);
-    } else if (keyword == "Kd") {
-      if (materials.empty()) lines.fail("colour before the first material", "newmtl");
-      const auto colour = detail::diffuse_colour(lines, warnings);
-      if (counts) materials.back().colour = colour;
+      if (materials.empty()) oddities.add("texture before the first material (newmtl) is ignored", lines);
+    } else if (keyword == "kd") {
+      const auto colour = detail::diffuse_colour(lines, oddities);
+      if (counts && colour) materials.back().colour = *colour;
+      if (materials.empty()) oddities.add("colour before the first material (newmtl) is ignored", lines);
     }
   }
+  oddities.append_to(warnings, path);
   return materials;
 }
 

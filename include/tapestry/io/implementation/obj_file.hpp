@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -28,7 +27,8 @@ class ObjParser {
         limits_(limits),
         beginning_(text.substr(0, 64)),
         faces_(loaded_, lines_, limits.triangulation_work),
-        materials_(loaded_, limits.records, limits.material_bytes) {}
+        materials_(loaded_, oddities_, limits.records, limits.material_bytes),
+        is_last_line_open_(!text.ends_with('\n') && !text.ends_with('\r')) {}
 
   LoadedMesh parse() {
     if (const std::string format = beginning_format(); !format.empty())
@@ -36,11 +36,14 @@ class ObjParser {
     while (lines_.next_joined()) {
       const std::string_view keyword = lines_.word();
       if (keyword.empty() || keyword.starts_with('#')) continue;
-      record(keyword);
+      record(lower_case_keyword(keyword));
     }
     check_counts();
     for (std::size_t kind = 0; kind < 3; ++kind) check_highest(kind);
     faces_.finish();
+    if (has_zero_normal_) drop_normals_without_length(loaded_.mesh);
+    materials_.finish();
+    oddities_.append_to(loaded_.warnings, lines_.path());
     measure();
     return std::move(loaded_);
   }
@@ -51,24 +54,23 @@ class ObjParser {
   void record(std::string_view keyword) {
     auto& mesh = loaded_.mesh;
     if (keyword == "v") {
-      const auto [values, count] = numbers<7>();
-      if (count != 3 && count != 4 && count != 6 && count != 7)
+      const auto [values, count, left_over] = ObjWords(lines_).numbers<7>(3);
+      if (count < 3)
         lines_.fail("vertex does not have its coordinates", "v x y z", std::to_string(count) + " numbers");
       append(mesh.positions, {values[0], values[1], values[2]});
       if (count >= 6)
-        vertex_colour(values.data() + count - 3);
+        vertex_colour(values.data() + 3);
       else if (!mesh.vertex_colours.empty())
         mesh.vertex_colours.push_back(geometry::Material{}.colour);
+      if (count == 5) oddities_.add("two numbers behind the coordinates of a vertex are ignored", lines_);
+      remark_on_left_over(left_over);
     } else if (keyword == "vt") {
-      const auto [values, count] = numbers<3>();
+      const auto [values, count, left_over] = ObjWords(lines_).numbers<3>(2);
       if (count == 0) lines_.fail("texture coordinate without numbers", "vt u v");
       append(mesh.uvs, {values[0], values[1]});
+      remark_on_left_over(left_over);
     } else if (keyword == "vn") {
-      const auto [values, count] = numbers<3>();
-      if (count != 3) lines_.fail("normal does not have three numbers", "vn x y z", std::to_string(count));
-      const double length = std::hypot(values[0], values[1], values[2]);
-      const double scale = length > 0 ? 1 / length : 0;
-      append(mesh.normals, {values[0] * scale, values[1] * scale, values[2] * scale});
+      normal();
     } else if (keyword == "f") {
       face();
     } else if (keyword == "usemtl") {
@@ -78,9 +80,27 @@ class ObjParser {
     } else if (keyword == "mtllib") {
       materials_.read_libraries(lines_);
     } else if (keyword != "s" && keyword != "l" && keyword != "p" && keyword != "vp") {
-      if (unknown_count_++ == 0)
-        lines_.warn(loaded_.warnings, "record " + in_quotes(keyword) + " is unknown and skipped");
+      oddities_.add("record % is unknown and skipped", lines_, keyword);
     }
+  }
+
+  /// Adds a normal, of length 0 if a word is no finite number, as some programs write for faces without area.
+  void normal() {
+    const auto [values, count, left_over] = ObjWords(lines_).numbers<3>(0);
+    if (count < 3 && left_over.empty())
+      lines_.fail("normal does not have three numbers", "vn x y z", std::to_string(count));
+    const double length = count < 3 ? 0 : std::hypot(values[0], values[1], values[2]);
+    const double scale = length > 0 ? 1 / length : 0;
+    append(loaded_.mesh.normals, {values[0] * scale, values[1] * scale, values[2] * scale});
+    if (length > 0)
+      remark_on_left_over(left_over);
+    else
+      oddities_.add("normal has no direction; faces with it count as without", lines_);
+    has_zero_normal_ = has_zero_normal_ || !(length > 0);
+  }
+
+  void remark_on_left_over(std::string_view word) {
+    if (!word.empty()) oddities_.add("% and what follows the numbers of a record is ignored", lines_, word);
   }
 
   /// Sets the colour of the last vertex; earlier vertices without a colour get that of a face without
@@ -90,8 +110,9 @@ class ObjParser {
     colours.resize(loaded_.mesh.positions.size(), geometry::Material{}.colour);
     for (std::size_t c = 0; c < 3; ++c) {
       colours.back()[c] = static_cast<float>(std::clamp(channels[c], 0.0, 1.0));
-      if (channels[c] < 0 || channels[c] > 1) has_wide_colour_ = true;
     }
+    if (std::any_of(channels, channels + 3, [](double channel) { return channel < 0 || channel > 1; }))
+      oddities_.add("vertex colour outside 0 to 1 is cut to it", lines_);
   }
 
   void require_room(std::size_t count) const {
@@ -104,20 +125,6 @@ class ObjParser {
   void append(std::vector<Element>& to, const Element& element) {
     require_room(to.size() + 1);
     to.push_back(element);
-  }
-
-  template <std::size_t Most>
-  std::pair<std::array<double, Most>, std::size_t> numbers() {
-    std::array<double, Most> values{};
-    std::size_t count = 0;
-    for (std::string_view word = lines_.word(); !word.empty() && word[0] != '#';
-         word = lines_.word(), ++count) {
-      if (count == Most) lines_.fail("too many numbers", "at most " + std::to_string(Most), "more");
-      if (!parse_number(word, values[count]) ||
-          !(std::abs(values[count]) <= static_cast<double>(std::numeric_limits<float>::max())))
-        lines_.fail("not a finite number", "a number of single precision", in_quotes(word));
-    }
-    return {values, count};
   }
 
   /// Zero-based index of a corner's vertex (kind 0), texture coordinate (1) or normal (2).
@@ -134,6 +141,10 @@ class ObjParser {
     if (!parse_integer(text, value))
       lines_.fail(name + " index is not a whole number", expected(), in_quotes(text));
     if (value == 0) lines_.fail(name + " index 0, though they count from 1", expected(), "0");
+    if (value < 0 && kind > 0 && count == 0) {
+      if (before_first_[kind] == 0) before_first_[kind] = lines_.number();
+      return -1;
+    }
     if (value < 0) {
       if (static_cast<std::size_t>(-static_cast<std::int64_t>(value)) > count)
         lines_.fail(name + " index reaches back before the first", expected(), std::to_string(value));
@@ -143,14 +154,14 @@ class ObjParser {
     return value - 1;
   }
 
-  /// v, v/vt, v//vn or v/vt/vn
+  /// v, v/vt, v//vn or v/vt/vn, also with slashes at the end
   ObjCorner corner(std::string_view word) {
     ObjCorner indices{-1, -1, -1};
     for (std::size_t kind = 0; kind < 3; ++kind) {
       const std::size_t slash = word.find('/');
       const std::string_view part = word.substr(0, slash);
-      const bool left_out = kind == 1 && part.empty() && slash != std::string_view::npos;
-      if (!left_out) indices[kind] = index(part, kind);
+      const bool is_left_out = kind > 0 && part.empty();
+      if (!is_left_out) indices[kind] = index(part, kind);
       if (slash == std::string_view::npos) return indices;
       word.remove_prefix(slash + 1);
     }
@@ -159,11 +170,13 @@ class ObjParser {
 
   void face() {
     corners_.clear();
-    for (std::string_view word = lines_.word(); !word.empty() && word[0] != '#'; word = lines_.word()) {
+    ObjWords words(lines_);
+    for (std::string_view word = words.next(); !word.empty(); word = words.next())
       corners_.push_back(corner(word));
+    if (corners_.size() < 3) {
+      short_line_ = lines_.number();
+      return oddities_.add("face of fewer than three corners is left out", lines_);
     }
-    if (corners_.size() < 3)
-      lines_.fail("face has too few corners", "3 or more", std::to_string(corners_.size()));
     require_room(loaded_.mesh.faces.size() + corners_.size() - 2);
     for (std::size_t kind = 1; kind < 3; ++kind) {
       const auto lacks = [&](const ObjCorner& corner) { return corner[kind] < 0; };
@@ -189,6 +202,8 @@ class ObjParser {
   }
 
   void check_counts() const {
+    if (is_last_line_open_ && short_line_ != 0 && short_line_ == lines_.number())
+      lines_.fail_at(short_line_, "file ends within a face: too few corners", "3 or more");
     const std::string found = beginning_.empty() ? "0 bytes" : "none";
     if (loaded_.mesh.positions.empty()) lines_.fail_at(0, "OBJ has no vertices", "v records", found);
     if (loaded_.mesh.faces.empty()) lines_.fail_at(0, "OBJ has no faces", "f records", found);
@@ -198,14 +213,16 @@ class ObjParser {
     const std::array counts{loaded_.mesh.positions.size(), loaded_.mesh.uvs.size(),
                             loaded_.mesh.normals.size()};
     const auto [value, line] = highest_[kind];
-    constexpr std::size_t normal = 2;  // some programs write normal indices but no normals
-    if (kind == normal && counts[normal] == 0 && value > 0) {
-      for (auto& corners : loaded_.mesh.face_normals) corners = {-1, -1, -1};
-      loaded_.warnings.push_back(lines_.path() + ":" + std::to_string(line) +
-                                 ": normals are named, but there are none (vn); faces count as without");
-    } else if (counts[kind] == 0 && value > 0) {
-      lines_.fail_at(line, std::string(kind_names[kind]) + " index, but the file has none", "no index",
-                     std::to_string(value));
+    const std::size_t absent_line = before_first_[kind];
+    if (kind > 0 && counts[kind] == 0 && (value > 0 || absent_line > 0)) {
+      for (auto& corners : kind == 1 ? loaded_.mesh.face_uvs : loaded_.mesh.face_normals)
+        corners = {-1, -1, -1};
+      oddities_.add(kind == 1
+                        ? "texture coordinates are named, but there are none (vt); faces count as without"
+                        : "normals are named, but there are none (vn); faces count as without",
+                    absent_line > 0 ? absent_line : line);
+    } else if (absent_line > 0) {
+      lines_.fail_at(absent_line, std::string(kind_names[kind]) + " index reaches back before the first");
     } else if (static_cast<std::size_t>(value) > counts[kind])
       lines_.fail_at(line, std::string(kind_names[kind]) + " index beyond the last",
                      "1 to " + std::to_string(counts[kind]), std::to_string(value));
@@ -221,20 +238,22 @@ class ObjParser {
     };
     note(mixed_count_[1], "faces have texture coordinates at some corners only; they count as without");
     note(mixed_count_[2], "faces have normals at some corners only; they count as without");
-    note(has_wide_colour_ ? 1 : 0, "or more vertex colours outside 0 to 1 are cut to it");
+    note(textured_without_uv_count(loaded_.mesh),
+         "faces of a material with a texture (map_Kd) have no texture coordinates (vt); it is not drawn "
+         "there");
     note(loaded_.polygon_count, "polygons are split into triangles; face lists count the triangles");
     if (loaded_.crossing_count > 0)
       note(loaded_.crossing_count,
            "polygons cross themselves; they became fans around their first corners, the first on line " +
                std::to_string(faces_.first_crossing()));
     note(loaded_.degenerate_count, "triangles have no area; they keep their number and are never seen");
-    note(unknown_count_ > 1 ? unknown_count_ : 0, "records are unknown and skipped");
   }
 
   TextLines lines_;
   ObjLimits limits_;
   std::string_view beginning_;
   LoadedMesh loaded_;
+  LineOddities oddities_;
   std::vector<ObjCorner> corners_;
   std::array<std::pair<std::int32_t, std::size_t>, 3>
       highest_{};  // the largest index of each kind and its line
@@ -243,9 +262,11 @@ class ObjParser {
   ObjMaterials materials_;
   std::int32_t material_ = -1;
   std::int32_t group_ = -1;
-  std::size_t unknown_count_ = 0;
+  std::array<std::size_t, 3> before_first_{};  // line of the first that reaches back to none of its kind
+  std::size_t short_line_ = 0;                 // of the last face of fewer than three corners
+  bool is_last_line_open_ = false;
+  bool has_zero_normal_ = false;
   std::array<std::size_t, 3> mixed_count_{};  // faces with a kind of index at some corners only
-  bool has_wide_colour_ = false;
 };
 
 }  // namespace tapestry::io::detail

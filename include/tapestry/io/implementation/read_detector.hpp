@@ -143,10 +143,11 @@ template <std::floating_point T>
 
 /// Description of an ONNX model.
 [[nodiscard]] inline detect::DetectorDescription description_for(const DetectorFiles& files,
-                                                                 const nn::NetworkDescription& network) {
-  if (!files.description.empty()) return read_detector_description(files.description);
+                                                                 const nn::NetworkDescription& network,
+                                                                 std::vector<std::string>* warnings) {
+  if (!files.description.empty()) return read_detector_description(files.description, warnings);
   if (const auto beside = description_beside(files.weights); !beside.empty())
-    return read_detector_description(beside);
+    return read_detector_description(beside, warnings);
   if (const auto known = detect::recognised_detector(network)) return *known;
   throw Error(
       ErrorKind::usage,
@@ -157,7 +158,8 @@ template <std::floating_point T>
 }
 
 template <std::floating_point T>
-[[nodiscard]] detect::Detector<T> read_onnx_detector(const DetectorFiles& files) {
+[[nodiscard]] detect::Detector<T> read_onnx_detector(const DetectorFiles& files,
+                                                     std::vector<std::string>* warnings) {
   for (const std::string& other : {files.config, files.decode})
     if (!other.empty())
       throw Error(
@@ -169,7 +171,7 @@ template <std::floating_point T>
     if (layer.empty()) layer = detect::common_layer(network, detect::raw_outputs(network));
     if (layer.empty()) throw no_common_layer(files.weights);
   }
-  return detect::Detector<T>(network, description_for(files, network), files.size, layers);
+  return detect::Detector<T>(network, description_for(files, network, warnings), files.size, layers);
 }
 
 }  // namespace tapestry::io::detail
@@ -186,7 +188,7 @@ std::string description_beside(const std::string& weights) {
 template <std::floating_point T>
 detect::Detector<T> read_detector(const DetectorFiles& files, std::vector<std::string>* warnings) {
   const nn::Engine engine = detail::engine_of(files.precision);
-  auto detector = is_onnx(files.weights) ? detail::read_onnx_detector<T>(files)
+  auto detector = is_onnx(files.weights) ? detail::read_onnx_detector<T>(files, warnings)
                                          : detail::read_darknet_detector<T>(files, warnings);
   detector.set_engine(engine);
   if (!files.fit.empty()) detector.set_fit(image::fit_by_name(files.fit));

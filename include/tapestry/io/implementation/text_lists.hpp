@@ -62,17 +62,14 @@ void TextLines::fail_at(std::size_t line, const std::string& what, const std::st
                          .found = found});
 }
 
-void TextLines::warn(std::vector<std::string>& warnings, const std::string& what) const {
-  constexpr std::size_t most = 100;
-  if (warnings.size() < most) warnings.push_back(path_ + ":" + std::to_string(number_) + ": " + what);
-}
-
 bool TextLines::next_piece() {
-  if (rest_.empty()) return false;
-  const std::size_t end = rest_.find('\n');
-  line_ = rest_.substr(0, end);
-  rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-  if (line_.ends_with('\r')) line_.remove_suffix(1);
+  if (at_ == text_.size()) return false;
+  if (line_feed_ <= at_) line_feed_ = std::min(text_.find('\n', at_), text_.size());
+  line_ = text_.substr(at_, line_feed_ - at_);
+  line_ = line_.substr(0, line_.find('\r'));
+  at_ += line_.size();
+  if (at_ < line_feed_) ++at_;  // CR
+  if (at_ == line_feed_ && at_ < text_.size()) ++at_;
   ++piece_number_;
   require_length(line_.size());
   if (line_.find('\0') != std::string_view::npos) fail_at(piece_number_, "line holds a zero byte");
@@ -84,6 +81,36 @@ void TextLines::require_length(std::size_t bytes) const {
   if (bytes > line_limit_)
     fail_at(piece_number_, "line is too long", "at most " + std::to_string(line_limit_) + " bytes",
             std::to_string(bytes), ErrorKind::limit);
+}
+
+void LineOddities::add(const char* kind, std::size_t line, std::string_view name) {
+  const auto known = std::ranges::find(kinds_, std::string_view(kind),
+                                       [](const Kind& one) { return std::string_view(one.text); });
+  if (known != kinds_.end())
+    ++known->count;
+  else
+    kinds_.push_back({kind, line, std::string(name), 1});
+}
+
+void LineOddities::append_to(std::vector<std::string>& warnings, const std::string& path) const {
+  constexpr std::size_t most = 100;
+  for (const Kind& kind : kinds_) {
+    if (warnings.size() >= most) return;
+    std::string text = kind.text;
+    if (const std::size_t place = text.find('%'); place != std::string::npos)
+      text.replace(place, 1, in_quotes(kind.name));
+    if (kind.count > 1) text += " (and " + std::to_string(kind.count - 1) + " more of this kind)";
+    warnings.push_back(path + ":" + std::to_string(kind.line) + ": " + text);
+  }
+}
+
+std::string lower_case_keyword(std::string_view word) {
+  std::string lower(word);
+  constexpr std::size_t longest = 8;
+  if (word.size() <= longest)
+    for (char& letter : lower)
+      if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
+  return lower;
 }
 
 bool parse_number(std::string_view word, double& value) {

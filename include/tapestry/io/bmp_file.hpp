@@ -9,9 +9,59 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <utility>
+#include <vector>
 
 namespace tapestry::io {
+
 namespace detail {
+/// Unpacks the run lengths of a BMP (BI_RLE8, BI_RLE4) to indices into its palette, [height, width], row 0 on
+/// top; 0 where no run lies. Pixels beyond a row or the top are dropped. Source: Microsoft, Bitmap
+/// Compression.
+///
+///   n v      n pixels of v; of 4 bits, the halves of v in turn
+///   0 n ...  n > 2 pixels as they are, in whole pairs of bytes
+///   0 2 x y  moves x to the right and y up
+///   0 0      ends the row; 0 1 ends the picture
+///
+/// \param bits  of an index: 4 or 8
+/// \returns nothing if the runs end before the picture does
+inline std::vector<std::uint8_t> unpacked_bmp_runs(std::string_view runs, std::size_t height,
+                                                   std::size_t width, std::size_t bits) {
+  std::vector<std::uint8_t> indices(height * width);
+  const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(runs[at]); };
+  std::size_t x = 0, rows = 0;  // from the bottom
+  const auto put = [&](unsigned pair, std::size_t i) {
+    const unsigned index = bits == 8 ? pair : i % 2 == 0 ? pair >> 4U : pair & 15U;
+    if (x < width && rows < height)
+      indices[(height - 1 - rows) * width + x] = static_cast<std::uint8_t>(index);
+    ++x;
+  };
+  for (std::size_t at = 0; at + 2 <= runs.size();) {
+    const std::size_t count = byte(at), value = byte(at + 1);
+    at += 2;
+    if (count > 0) {
+      for (std::size_t i = 0; i < count; ++i) put(static_cast<unsigned>(value), i);
+    } else if (value == 0) {
+      x = 0;
+      ++rows;
+    } else if (value == 1) {
+      return indices;
+    } else {
+      const std::size_t bytes = value == 2 ? 2 : bits == 8 ? value : (value + 1) / 2;
+      if (runs.size() - at < bytes) return {};
+      if (value == 2) {
+        x += byte(at);
+        rows += byte(at + 1);
+      } else {
+        for (std::size_t i = 0; i < value; ++i) put(byte(at + (bits == 8 ? i : i / 2)), i);
+      }
+      at += bytes + bytes % 2;
+      if (at > runs.size()) return {};
+    }
+  }
+  return rows >= height || (rows + 1 == height && x >= width) ? indices : std::vector<std::uint8_t>{};
+}
+
 /// Reads the headers of a BMP, then its rows.
 class BmpReader {
  public:
@@ -19,6 +69,7 @@ class BmpReader {
 
   [[nodiscard]] PictureSamples read() {
     read_header();
+    if (is_packed_) return read_runs();
     const std::size_t row_bytes = (picture_.width * bits_ + 31) / 32 * 4;
     if (pixels_at_ > file_.size() || (file_.size() - pixels_at_) / row_bytes < picture_.height)
       fail(pixels_at_, "BMP is cut", std::to_string(row_bytes * picture_.height) + " bytes of rows",
@@ -62,8 +113,10 @@ class BmpReader {
     bits_ = number(is_short ? 24 : 28, 2);
     const std::uint32_t compression = is_short ? 0 : number(30, 4);
     const bool has_masks = compression == 3 && (bits_ == 16 || bits_ == 32);
-    if (compression != 0 && !has_masks)
-      fail(30, "compression of a BMP is not read", "none", "kind " + std::to_string(compression));
+    is_packed_ = !from_top_ && ((compression == 1 && bits_ == 8) || (compression == 2 && bits_ == 4));
+    if (compression != 0 && !has_masks && !is_packed_)
+      fail(30, "compression of a BMP is not read", "none, or runs of 4 or 8 bits",
+           "kind " + std::to_string(compression));
     if (bits_ == 1 || bits_ == 4 || bits_ == 8)
       find_palette(14 + size, is_short ? 3 : 4, is_short ? 0 : number(46, 4));
     else if (bits_ == 16 || bits_ == 24 || bits_ == 32)
@@ -98,11 +151,23 @@ class BmpReader {
     }
   }
 
+  [[nodiscard]] PictureSamples read_runs() {
+    if (pixels_at_ > file_.size()) fail(pixels_at_, "BMP is cut");
+    const auto indices = unpacked_bmp_runs(file_.substr(pixels_at_), picture_.height, picture_.width, bits_);
+    if (indices.empty()) fail(file_.size(), "BMP is cut: its runs do not reach their end");
+    picture_.samples.resize(picture_.height * picture_.width * 3);
+    for (std::size_t i = 0; i < indices.size(); ++i) look_up(indices[i], picture_.samples.data() + 3 * i);
+    return std::move(picture_);
+  }
+
   /// A colour by its index in the palette; black beyond the palette's end.
   void read_index(std::size_t row, std::size_t x, std::uint16_t* rgb) const {
     const std::size_t bit = x * bits_;
     const unsigned byte = static_cast<unsigned char>(file_[row + bit / 8]);
-    const std::size_t index = byte >> (8 - bits_ - bit % 8) & ((1U << bits_) - 1);
+    look_up(byte >> (8 - bits_ - bit % 8) & ((1U << bits_) - 1), rgb);
+  }
+
+  void look_up(std::size_t index, std::uint16_t* rgb) const {
     if (index >= entries_) return;
     for (std::size_t c = 0; c < 3; ++c)
       rgb[c] = static_cast<unsigned char>(file_[palette_at_ + index * entry_bytes_ + 2 - c]);
@@ -123,7 +188,7 @@ class BmpReader {
   const std::string& path_;
   PictureSamples picture_;
   std::size_t pixels_at_ = 0, bits_ = 0;
-  bool from_top_ = false;
+  bool from_top_ = false, is_packed_ = false;
   std::size_t palette_at_ = 0, entry_bytes_ = 4, entries_ = 0;
   Masks masks_{};
 };
@@ -132,105 +197,18 @@ class BmpReader {
 /// Whether a file is a BMP by its first bytes.
 [[nodiscard]] inline bool is_bmp(std::string_view file) { return file.starts_with("BM"); }
 
-/// Decodes an uncompressed BMP of 1, 4 or 8 bits with a palette (black beyond its end), or of 16, 24 or 32
-/// bits, with masks or without. Transparency is dropped, colour profiles are ignored. Implemented here
-/// instead of by stb, which accepts cut files, and reads colours beyond the palette from uninitialised
-/// memory. Source: Microsoft's BITMAPFILEHEADER, BITMAPCOREHEADER and BITMAPINFOHEADER to BITMAPV5HEADER.
-/// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
+/// Decodes a BMP of run lengths of 4 or 8 bits, see unpacked_bmp_runs(), or an uncompressed one of 1, 4 or 8
+/// bits with a palette (black beyond its end), or of 16, 24 or 32 bits, with masks or without. Transparency
+/// is dropped, colour profiles are ignored. Implemented here instead of by stb, which accepts cut files, and
+/// reads colours beyond the palette from uninitialised memory. Source: Microsoft's BITMAPFILEHEADER,
+/// BITMAPCOREHEADER and BITMAPINFOHEADER to BITMAPV5HEADER. Takes memory of at most 4 times the file, 24
+/// bytes a pixel and 1 MiB.
 ///
 /// \param path  for messages
-/// \throws FileError: malformed (cut, run lengths, inconsistent headers), limit (over 16,384 a side or
+/// \throws FileError: malformed (cut, other compressions, inconsistent headers), limit (over 16,384 a side or
 ///         64 Mpx)
 [[nodiscard]] inline PictureSamples parse_bmp(std::string_view file, const std::string& path) {
   return detail::BmpReader(file, path).read();
-}
-
-namespace detail {
-/// Words of the header of a PGM or PPM, separated by spaces, line ends and comments.
-class PnmHeader {
- public:
-  PnmHeader(std::string_view file, const std::string& path) : file_(file), path_(path) {}
-
-  [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
-                         const std::string& found = "") const {
-    throw FileError(ErrorKind::malformed, {path_, "@" + std::to_string(at), what, expected, found});
-  }
-
-  /// The next number, of at most seven digits, so that it cannot overflow.
-  [[nodiscard]] unsigned number() {
-    while (at_ < file_.size() && (is_space(file_[at_]) || file_[at_] == '#')) {
-      if (file_[at_] == '#')
-        while (at_ < file_.size() && file_[at_] != '\n' && file_[at_] != '\r') ++at_;
-      else
-        ++at_;
-    }
-    const std::size_t begin = at_;
-    unsigned value = 0;
-    for (; at_ < file_.size() && file_[at_] >= '0' && file_[at_] <= '9'; ++at_) {
-      if (at_ - begin == 7) fail(begin, "number in the header of a PNM picture is too long");
-      value = value * 10 + static_cast<unsigned>(file_[at_] - '0');
-    }
-    if (at_ == begin) fail(at_, "header of a PNM picture lacks a number");
-    return value;
-  }
-
-  /// The offset of the first sample, after one white space.
-  [[nodiscard]] std::size_t samples_at() const {
-    if (at_ >= file_.size() || !is_space(file_[at_])) fail(at_, "header of a PNM picture does not end");
-    return at_ + 1;
-  }
-
- private:
-  [[nodiscard]] static bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
-
-  std::string_view file_;
-  const std::string& path_;
-  std::size_t at_ = 2;
-};
-}  // namespace detail
-
-/// Whether a file is a binary PGM or PPM by its first bytes.
-[[nodiscard]] inline bool is_pnm(std::string_view file) {
-  return file.size() > 2 && file[0] == 'P' && (file[1] == '5' || file[1] == '6') &&
-         std::string_view(" \t\n\v\f\r#").find(file[2]) != std::string_view::npos;
-}
-
-/// Decodes a binary PGM (P5) or PPM (P6) of 8 or 16 bits; of several pictures in a file, the first.
-/// Implemented here instead of by stb, which does not scale samples whose maximum is not 255, and accepts cut
-/// files. Source: Netpbm, formats pgm(5) and ppm(5).
-/// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
-///
-/// \param path  for messages
-/// \throws FileError: malformed (another format, cut, a sample above the maximum), limit (over 16,384 a side
-///         or 64 Mpx)
-[[nodiscard]] inline PictureSamples parse_pnm(std::string_view file, const std::string& path) {
-  detail::PnmHeader header(file, path);
-  if (!is_pnm(file)) header.fail(0, "not a binary PGM or PPM picture");
-  PictureSamples picture;
-  picture.channels = file[1] == '6' ? 3 : 1;
-  picture.width = header.number();
-  picture.height = header.number();
-  detail::require_picture_size(picture.width, picture.height, path, "@2");
-  picture.maximum = header.number();
-  if (picture.maximum == 0 || picture.maximum > 65535)
-    header.fail(2, "greatest sample of a PNM picture", "1 to 65535", std::to_string(picture.maximum));
-  const std::size_t begin = header.samples_at(), bytes = picture.maximum > 255 ? 2 : 1;
-  const std::size_t count = picture.height * picture.width * picture.channels;
-  if (file.size() - begin < count * bytes)
-    header.fail(begin, "PNM picture is cut", std::to_string(count * bytes) + " bytes",
-                std::to_string(file.size() - begin));
-  picture.samples.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto byte = [&](std::size_t k) {
-      return static_cast<unsigned>(static_cast<unsigned char>(file[begin + i * bytes + k]));
-    };
-    const unsigned sample = bytes == 2 ? byte(0) << 8U | byte(1) : byte(0);
-    if (sample > picture.maximum)
-      header.fail(begin + i * bytes, "sample of a PNM picture", "at most " + std::to_string(picture.maximum),
-                  std::to_string(sample));
-    picture.samples[i] = static_cast<std::uint16_t>(sample);
-  }
-  return picture;
 }
 
 }  // namespace tapestry::io
