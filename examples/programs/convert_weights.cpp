@@ -1,19 +1,17 @@
 // Converts a Darknet detector, cfg and weights, to a single file that other tools can read: .safetensors or
 // .onnx.
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/letterbox.hpp>
-#include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
+#include <tapestry/io/read_detector.hpp>
 #include <utility>
 #include <vector>
 
@@ -91,10 +89,25 @@ std::optional<Json> described(const detect::DarknetModel<float>& model) {
   return description;
 }
 
-/// Writes the network's operators, from a picture to the raw logits of each head, and a description of the
-/// outputs beside the model.
+/// Refuses to write a model beside a description that is not its own: readers would refuse the model, or obey
+/// that description where the model has none.
+/// \param own  text of the model's description; empty if it has none
+void require_own_beside(const std::string& model, const std::string& own) {
+  const std::string beside = io::description_beside(model);
+  if (beside.empty()) return;
+  const auto other = io::read_detector_description(beside);
+  if (!own.empty() && other == io::parse_detector_description(own, model)) return;
+  throw FileError(ErrorKind::mismatch, {beside, "", "would be read as the description of " + model,
+                                        "the same one, or no such file", "another"});
+}
+
+/// Writes the network's operators, from a picture to the raw logits of each head, and among the model's
+/// metadata a description of the outputs.
 void write_onnx_model(const Options& options, const detect::DarknetModel<float>& model) {
-  const auto network = model.description();
+  auto network = model.description();
+  const auto description = described(model);
+  if (description) network.metadata[io::description_key] = description->dump();
+  require_own_beside(options.output, description ? description->dump() : "");
   std::map<std::string, nn::Shape> outputs;
   for (std::size_t h = 0; h < model.heads().size(); ++h) {
     const detect::Head& head = model.heads()[h];
@@ -107,13 +120,9 @@ void write_onnx_model(const Options& options, const detect::DarknetModel<float>&
   for (const auto& [name, shape] : outputs)
     remark("raw logits \"" + name + "\" of a " + std::to_string(shape[2]) + " x " + std::to_string(shape[3]) +
            " grid");
-  if (const auto description = described(model)) {
-    const auto path = std::filesystem::path(options.output).replace_extension(".json").string();
-    io::write_file_atomically(path, std::string_view(description->dump(2) + "\n"));
-    remark(path + " describes its heads");
-  } else {
-    remark("no description can state its heads: scale_x_y, classes by softmax, or another decode family");
-  }
+  remark(description
+             ? "its metadata describe its heads"
+             : "no description can state its heads: scale_x_y, classes by softmax, or another decode family");
 }
 
 int run(const Options& options) {

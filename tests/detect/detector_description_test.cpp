@@ -13,7 +13,7 @@ TEST_CASE("kinds of heads have names and families", "[detect][detector_descripti
   CHECK(detect::decode_family_of(HeadKind::nanodet) == detect::DecodeFamily::distance);
   CHECK_THROWS_WITH(detect::head_kind_by_name("distance"),
                     "no kind of head is called 'distance'; expected darknet, ultralytics, yolox, nanodet, "
-                    "yolov8, yolov5 or boxes_and_scores");
+                    "yolov8, yolov5, boxes_and_scores or end_to_end");
 }
 
 TEST_CASE("the heads of a description have the cells of their strides", "[detect][detector_description]") {

@@ -304,6 +304,131 @@ TEST_CASE("decoded outputs may be described in every form", "[detect][graph_dete
     CHECK(nn::logistic(logit(4 + k)) == Approx(form.probabilities[k]).epsilon(1e-6));
 }
 
+namespace {
+/// A network whose output "o" is [1, N, 6] of these numbers, or [1, 6, N], the scores times the mean of the
+/// brightest colour of the picture.
+nn::NetworkDescription end_to_end(const std::vector<float>& rows, std::int64_t opset, bool channels_first) {
+  nn::NetworkDescription description;
+  description.path = "net.onnx";
+  description.opset = opset;
+  description.inputs = {{"images", {1, 3, 64, 64}}};
+  std::vector<float> fixed(rows), lit(rows.size(), 0);
+  for (std::size_t i = 4; i < rows.size(); i += 6) std::swap(fixed[i], lit[i]);
+  const nn::Shape shape{1, rows.size() / 6, 6};
+  description.constants["fixed"] = {shape, nn::ElementType::floating, fixed};
+  description.constants["lit"] = {shape, nn::ElementType::floating, lit};
+  description.nodes = {{"", "GlobalAveragePool", {"images"}, {"mean"}},
+                       {"", "ReduceMax", {"mean"}, {"most"}, {{"keepdims", std::int64_t(0)}}},
+                       {"", "Mul", {"lit", "most"}, {"scores"}},
+                       {"", "Add", {"fixed", "scores"}, {channels_first ? "rows" : "o"}}};
+  if (channels_first)
+    description.nodes.push_back(
+        {"", "Transpose", {"rows"}, {"o"}, {{"perm", std::vector<std::int64_t>{0, 2, 1}}}});
+  description.outputs = {"o"};
+  return description;
+}
+
+detect::DetectorDescription end_to_end_kind(std::size_t count, bool channels_first = false) {
+  detect::DetectorDescription kind{{}, {}, detect::HeadKind::end_to_end};
+  kind.decoded = {"o", "o", channels_first, detect::BoxForm::corners};
+  kind.decoded.classes = count;
+  return kind;
+}
+
+tapestry::Array<double, 4> white() {
+  auto images = pictures<double>(1, 64);
+  std::fill_n(images.data(), images.size(), 1.0);
+  return images;
+}
+}  // namespace
+
+TEST_CASE("an end-to-end output has one score and one class for each box",
+          "[detect][graph_detector][decoded]") {
+  // Left, top, right, bottom, score, class; as YOLOv10 exports it. The last row is one of its padding.
+  const std::vector<float> rows{8,  4,  24, 12, 0.75F, 2, 30, 20, 40, 60, 0.5F, 0,
+                                10, 10, 30, 30, 0.3F,  1, 0,  0,  0,  0,  0,    -1};
+  const std::int64_t opset = GENERATE(7, 9, 11, 13, 21);
+  const bool channels_first = GENERATE(false, true);
+  const detect::Detector<double> detector(end_to_end(rows, opset, channels_first),
+                                          end_to_end_kind(3, channels_first));
+  REQUIRE(detector.heads().size() == 1);
+  CHECK(detector.heads()[0].classes == 3);
+  CHECK(detector.heads()[0].candidate_count() == 4);
+  detect::Pass<double> pass;
+  detector.forward(white(), pass, nn::Mode::input_gradient);
+  const auto found = detector.detections(pass.logits, 0, 0.25);
+  REQUIRE(found.size() == 3);
+  const std::size_t numbers[] = {2, 0, 1};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto at = [&](std::size_t k) { return static_cast<double>(rows[6 * i + k]); };
+    CHECK(found[i].class_index == numbers[i]);
+    CHECK(found[i].confidence == Approx(at(4)).epsilon(1e-6));
+    CHECK(found[i].box.cx == (at(0) + at(2)) / 2);
+    CHECK(found[i].box.cy == (at(1) + at(3)) / 2);
+    CHECK(found[i].box.w == at(2) - at(0));
+    CHECK(found[i].box.h == at(3) - at(1));
+  }
+  // d logit/dp = 1/(p (1 − p)), and p = 0.75 times the mean of a colour of 64 x 64 pixels.
+  tapestry::Array<double, 4> adjoint(tapestry::Extents<4>{1, 7, 1, 4}), gradient = white();
+  std::fill_n(adjoint.data(), adjoint.size(), 0.0);
+  std::fill_n(gradient.data(), gradient.size(), 0.0);
+  adjoint(0, 4 + 2, 0, 0) = 1;
+  detector.input_adjoint(pass, {adjoint}, gradient);
+  double sum = 0;
+  for (std::size_t i = 0; i < gradient.size(); ++i) sum += gradient.data()[i];
+  CHECK(sum == Approx(0.75 / (0.75 * 0.25)).epsilon(1e-5));
+}
+
+TEST_CASE("outputs whose values are not what their description states are refused at the first pass",
+          "[detect][graph_detector][decoded][error]") {
+  const std::vector<float> rows{8, 4, 24, 12, 0.75F, 2, 30, 20, 40, 60, 0.5F, 0};
+  const auto complaint = [](const std::vector<float>& values, const detect::DetectorDescription& kind) {
+    const detect::Detector<double> detector(end_to_end(values, 13, false), kind);
+    detect::Pass<double> pass;
+    std::string first;
+    for (int i = 0; i < 2; ++i) {  // a refusal is no pass
+      std::string message = "none";
+      try {
+        detector.forward(white(), pass);
+      } catch (const tapestry::FileError& error) {
+        CHECK(static_cast<int>(error.kind()) == static_cast<int>(tapestry::ErrorKind::mismatch));
+        message = error.what();
+      }
+      if (i == 0) first = message;
+      CHECK(message == first);
+    }
+    return first;
+  };
+  const std::string beginning = "net.onnx: output 'o' is not as described: ";
+  CHECK(complaint(rows, end_to_end_kind(3)) == "none");
+  // An end-to-end output that is described as boxes and the scores of two classes.
+  auto boxes = end_to_end_kind(0);
+  boxes.head = detect::HeadKind::boxes_and_scores;
+  CHECK(complaint(rows, boxes) ==
+        beginning + "the probability of candidate 0 in channel 5; expected 0 to 1, found 2.000000");
+  boxes.decoded.score_form = detect::ScoreForm::logits;  // which may be any numbers
+  CHECK(complaint(rows, boxes) == "none");
+  CHECK(complaint(rows, end_to_end_kind(2)) == beginning +
+                                                   "the number of the class of candidate 0 in channel "
+                                                   "5; expected a whole number from 0 to 1, found 2.000000");
+  auto changed = rows;
+  changed[11] = 0.5F;
+  CHECK(complaint(changed, end_to_end_kind(3)).find("candidate 1 in channel 5; expected a whole number") !=
+        std::string::npos);
+  changed = rows;
+  changed[10] = -0.25F;
+  CHECK(complaint(changed, end_to_end_kind(3)) ==
+        beginning + "the probability of candidate 1 in channel 4; expected 0 to 1, found -0.250000");
+  changed[10] = 1.0005F;  // rounding
+  CHECK(complaint(changed, end_to_end_kind(3)) == "none");
+  CHECK_THROWS_WITH(detect::Detector<double>(end_to_end(rows, 13, false), end_to_end_kind(0)),
+                    "Detector: decoded.classes of heads end_to_end is 0, expected at least 1");
+  CHECK_THROWS_WITH(
+      detect::Detector<double>(end_to_end(rows, 13, true), end_to_end_kind(3)),
+      "net.onnx: not a detector of the kind end_to_end: output 'o'; expected [1, candidates, 6], "
+      "found [1, 6, 2]");
+}
+
 TEST_CASE("the loss as coded asks for cells, which decoded outputs lack",
           "[detect][graph_detector][decoded]") {
   const auto kind5 = detect::known_description("yolov5");

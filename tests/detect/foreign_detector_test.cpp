@@ -49,6 +49,7 @@ TEST_CASE("a foreign engine sees planes of the encoded picture, and its boxes ar
 TEST_CASE("a foreign engine gets every pixel in its place, encoded", "[detect][foreign]") {
   auto kind = two_outputs();
   kind.encoding = {detect::ColourOrder::bgr, 1, {1, 2, 3}, {2, 4, 8}};
+  kind.decoded.score_form = detect::ScoreForm::logits;  // the encoded colours lie below 0
   std::vector<float> seen;
   const Foreign detector(
       [&seen](const std::vector<float>& picture) {
@@ -133,5 +134,17 @@ TEST_CASE("outputs of a foreign engine that are not as described are refused", "
                     "Detector: the engine is an empty function");
   kind.head = detect::HeadKind::yolox;
   CHECK_THROWS_WITH(Foreign(red_and_blue, kind, 4, 6),
-                    "Detector: heads of a foreign engine are yolox, expected boxes_and_scores");
+                    "Detector: heads of a foreign engine are yolox, expected boxes_and_scores or end_to_end");
+}
+
+TEST_CASE("values of a foreign engine that are not as described are refused at the first pass",
+          "[detect][foreign][decoded][error]") {
+  const Foreign detector(red_and_blue, two_outputs(), 4, 6);
+  auto images = tapestry::zeros<double, 4>({1, 4, 6, 3});
+  images(0, 0, 0, 2) = 1.5;
+  detect::Pass<double> pass;
+  for (int i = 0; i < 2; ++i)  // a refusal is no pass
+    CHECK_THROWS_WITH(detector.forward(images, pass),
+                      "outputs of a foreign engine: output 'scores' is not as described: the probability of "
+                      "candidate 1 in channel 0; expected 0 to 1, found 1.500000");
 }

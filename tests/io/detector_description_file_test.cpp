@@ -67,6 +67,20 @@ TEST_CASE("decoded outputs are described by name and form", "[io][detector_descr
                                        detect::ScoreForm::logits, detect::Background::last});
 }
 
+TEST_CASE("end-to-end outputs are described by name, form and number of classes",
+          "[io][detector_description_file]") {
+  detect::DecodedOutputs expected{"o", "o", false, detect::BoxForm::corners};
+  expected.classes = 80;
+  const auto plain = parsed(R"({"head": "end_to_end", "outputs": {"detections": "o", "classes": 80}})");
+  CHECK(plain.head == detect::HeadKind::end_to_end);
+  CHECK(plain.decoded == expected);
+  expected = {"o", "o", true, detect::BoxForm::corners_yx, true, false, detect::ScoreForm::logits};
+  expected.classes = 3;
+  CHECK(parsed(R"({"head": "end_to_end", "outputs": {"detections": "o", "classes": 3, "channels": "first",
+      "form": "corners_yx", "unit": "share", "score": "logit"}})")
+            .decoded == expected);
+}
+
 TEST_CASE("N23: descriptions that make no sense are refused with the key",
           "[io][detector_description_file]") {
   const auto with_input = [](const std::string& input) {
@@ -84,7 +98,7 @@ TEST_CASE("N23: descriptions that make no sense are refused with the key",
   const auto bad = ErrorKind::malformed;
   const std::string anchors = "'anchors' makes no sense; expected for each of 1 strides a list of up to 16";
   const std::string heads =
-      "expected darknet, ultralytics, yolox, nanodet, yolov8, yolov5 or boxes_and_scores";
+      "expected darknet, ultralytics, yolox, nanodet, yolov8, yolov5, boxes_and_scores or end_to_end";
   const std::string counts =
       "'strides' makes no sense; expected up to 16 whole numbers from 1 to 4096, each once";
   const std::string fits = "'fit' makes no sense; expected letterbox, letterbox_top_left or stretch";
@@ -143,6 +157,17 @@ TEST_CASE("N23: descriptions that make no sense are refused with the key",
         "'form' makes no sense; expected centre, corners or corners_yx, found 'polygon'"},
        {"objectness of two", with_outputs(R"({"boxes": "b", "scores": "s", "objectness": "yes"})"), bad,
         "@40", "'objectness' of two outputs, which have none"},
+       {"no classes", R"({"head": "end_to_end", "outputs": {"detections": "o"}})", bad, "@34",
+        "no 'classes' in 'outputs'; expected a whole number from 1 to 4096"},
+       {"classes of 0", R"({"head": "end_to_end", "outputs": {"detections": "o", "classes": 0}})", bad, "@34",
+        "'classes' makes no sense; expected a whole number from 1 to 4096, found '0'"},
+       {"no detections", R"({"head": "end_to_end", "outputs": {"classes": 2}})", bad, "@34",
+        "no 'detections' in 'outputs'; expected an output's name"},
+       {"boxes of end_to_end", R"({"head": "end_to_end", "outputs": {"boxes": "o", "classes": 2}})", bad,
+        "@34", "unknown key of 'outputs'; expected detections, classes, channels, form, unit, score"},
+       {"softmax of one score",
+        R"({"head": "end_to_end", "outputs": {"detections": "o", "classes": 2, "score": "softmax"}})", bad,
+        "@34", "'score' makes no sense; expected probability or logit, found 'softmax'"},
        {"no anchor", with_anchors("[[]]"), bad, "@46", anchors},
        {"anchor of 0", with_anchors("[[0, 2]]"), bad, "@46", anchors},
        {"anchor as a word", with_anchors("[[\"1\", 2]]"), bad, "@46", anchors},

@@ -1,19 +1,24 @@
 #include <tapestry/io/read_detector.hpp>
 
 #include <cstdint>
+#include <cstring>
+#include <filesystem>
 #include <string>
 #include <tapestry/core/random.hpp>
+#include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"
+#include "../support/paths.hpp"
 #include "../support/random_array.hpp"
 #include "../support/refusal.hpp"
 #include "../support/small_exports.hpp"
@@ -108,6 +113,88 @@ TEST_CASE("a class is known by its name or, without names, by its number", "[io]
   for (const char* word : {"van", "", "1x", "-1"})
     check_refused(ErrorKind::usage, "needs the names of the classes; without them it must be a number",
                   [&] { static_cast<void>(detector.class_index(word)); });
+}
+
+TEST_CASE("a description within an ONNX model is taken, and no other one beside it", "[io][read_detector]") {
+  const Files files;
+  auto network = test::yolov5_like(64, detect::known_description("yolov5").anchors);
+  network.metadata[io::description_key] = R"({"head": "yolov5"})";
+  const std::string model = files.folder.path("own.onnx");
+  io::write_onnx(model, network);
+  CHECK(io::read_detector<float>({.weights = model}).description() ==
+        io::parse_detector_description(R"({"head": "yolov5"})", "text"));
+  files.folder.write("own.json", R"({"head": "yolov5", "strides": [8, 16, 32],
+      "anchors": [[10, 13, 16, 30, 33, 23], [30, 61, 62, 45, 59, 119], [116, 90, 156, 198, 373, 326]]})");
+  CHECK(io::read_detector<float>({.weights = model}).heads().size() == 3);  // says the same
+  const std::string other = files.folder.write("own.json", R"({"head": "yolov5", "strides": [8, 16, 32],
+      "anchors": [[10, 13, 16, 30, 33, 24], [30, 61, 62, 45, 59, 119], [116, 90, 156, 198, 373, 326]]})");
+  const std::string refused = other + ": contradicts the description within " + model;
+  CHECK_THAT(refusal({.weights = model}, ErrorKind::mismatch), contains(refused));
+  CHECK_THAT(refusal({.weights = model, .description = other}, ErrorKind::mismatch), contains(refused));
+  network.metadata[io::description_key] = "{}";
+  io::write_onnx(model, network);
+  std::filesystem::remove(other);
+  CHECK_THAT(refusal({.weights = model}, ErrorKind::malformed),
+             contains("own.onnx:tapestry.detector: no 'head'"));
+}
+
+namespace {
+/// The values of a file of numbers, the lowest byte first.
+template <class Number>
+std::vector<Number> numbers_of(const std::string& path) {
+  const std::vector<std::byte> bytes = io::read_file(path, std::uint64_t(1) << 24U);
+  std::vector<Number> numbers(bytes.size() / sizeof(Number));
+  std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(Number));
+  return numbers;
+}
+}  // namespace
+
+TEST_CASE("an end-to-end export of today's torch has torch's boxes", "[io][read_detector]") {
+  const std::string folder = test::in_shared("data/exports/yolov10_like/");
+  if (!std::filesystem::exists(folder)) {
+    WARN("skipped: no exports in TAPESTRY_SHARED");
+    return;
+  }
+  const auto planes = numbers_of<float>(folder + "in.bin");
+  const auto expected = numbers_of<double>(folder + "out.0.bin");  // [10, 6] in float64
+  const std::string output = io::read_onnx(folder + "leg17.onnx").outputs.front();
+  const tapestry::test::TemporaryFolder own;
+  const auto detector = io::read_detector<double>(
+      {.weights = folder + "leg17.onnx",
+       .description = own.write("end.json", R"({"head": "end_to_end", "outputs": {"detections": ")" + output +
+                                                R"(", "classes": 4}})")});
+  tapestry::Array<double, 4> picture(tapestry::Extents<4>{1, 64, 64, 3});
+  for (std::size_t i = 0; i < picture.size(); ++i)
+    picture.data()[i] = static_cast<double>(planes.at(i % 3 * 64 * 64 + i / 3));
+  const auto found = detect::decode(detector.heads(), detect::forward(detector, picture), 0, 0.25, 64, 64);
+  REQUIRE(found.size() == 10);
+  for (std::size_t i = 0; i < 10; ++i) {
+    const double* const row = expected.data() + 6 * i;
+    const auto& box = found[i].box;
+    CHECK(box.cx == Approx((row[0] + row[2]) / 2).margin(1e-4));
+    CHECK(box.cy == Approx((row[1] + row[3]) / 2).margin(1e-4));
+    CHECK(box.w == Approx(row[2] - row[0]).margin(1e-4));
+    CHECK(box.h == Approx(row[3] - row[1]).margin(1e-4));
+    CHECK(found[i].confidence == Approx(row[4]).margin(1e-6));
+    CHECK(found[i].class_index == static_cast<std::size_t>(row[5]));
+  }
+}
+
+TEST_CASE("an export that ends with non-maximum suppression is refused by node and file",
+          "[io][read_detector]") {
+  const std::string path = test::in_shared("data/exports/yolo_with_nms/leg17.onnx");
+  if (!std::filesystem::exists(path)) {
+    WARN("skipped: no exports in TAPESTRY_SHARED");
+    return;
+  }
+  try {
+    const tapestry::nn::Network<float> network(io::read_onnx(path));
+    FAIL("was made");
+  } catch (const tapestry::FileError& error) {
+    CHECK(error.details().path == path);
+    CHECK_THAT(std::string(error.what()), contains("NonMaxSuppression \"") &&
+                                              contains("the number of boxes left depends on the picture"));
+  }
 }
 
 TEST_CASE("a description beside an ONNX model is taken", "[io][read_detector]") {

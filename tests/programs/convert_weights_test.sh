@@ -194,10 +194,27 @@ expect_error_line '^error: --output lost.weights would lose the cfg, which is on
 expect_exit 0 "an ONNX model" "$convert" "${cfg[@]}" "${weights[@]}" --output detector.onnx
 grep -q 'detector.onnx: [0-9]* nodes, from "picture", \[1, 3, ' command.out && pass || fail "no summary of the model"
 [ "$(grep -c 'raw logits "layer_[0-9]*" of a' command.out)" -eq "$(grep -c '^\[yolo\]' "$assets/detector.cfg")" ] && pass || fail "other heads"
-expect_exit 0 "detecting with the model, described beside it" "$detect" --json --weights detector.onnx --names "$assets/detector.names" "$frame"
+[ -e detector.json ] && fail "a description beside the model, which holds its own" || pass
+expect_exit 0 "detecting with the model, which describes itself" "$detect" --json --weights detector.onnx --names "$assets/detector.names" "$frame"
 grep -v '"name"' command.out > model.json
 grep -v '"name"' darknet.json > layers.json
 expect_same layers.json model.json
+expect_exit 0 "converting again" "$convert" "${cfg[@]}" "${weights[@]}" --output detector.onnx
+cp detector.onnx whole.onnx
+printf '{"head": "yolov5"}\n' >detector.json
+cp detector.json mine.json
+expect_exit 4 "converting beside another description" "$convert" "${cfg[@]}" "${weights[@]}" --output detector.onnx
+expect_error_line 'detector.json: would be read as the description of detector.onnx; expected the same one, or no such file'
+expect_same mine.json detector.json
+expect_same whole.onnx detector.onnx
+expect_exit 4 "detecting beside another description" "$detect" --weights detector.onnx "$frame"
+expect_error_line 'detector.json: contradicts the description within detector.onnx'
+sed 's/^\[yolo\]/&\nscale_x_y=1.1/' "$assets/detector.cfg" >grown.cfg
+expect_exit 4 "heads that nothing describes, beside it" "$convert" --cfg grown.cfg "${weights[@]}" --output detector.onnx
+expect_same whole.onnx detector.onnx
+expect_exit 0 "heads that nothing describes, alone" "$convert" --cfg grown.cfg "${weights[@]}" --output grown.onnx
+grep -q 'no description can state its heads' command.out && pass || fail "no word on the heads"
+rm detector.json
 expect_exit 2 "folding an ONNX model" "$convert" "${cfg[@]}" "${weights[@]}" --fold --output folded.onnx
 expect_error_line '^error: --fold and --decode are for .safetensors; an .onnx file holds the raw logits of the heads'
 

@@ -9,7 +9,6 @@ assets=$sources/examples/assets
 mkdir frames mine
 cp "$assets"/frames/test/00[01].npz frames
 cp "$assets"/car_sedan.{obj,mtl} "$assets"/detector.{cfg,weights,names} mine
-cp mine/detector.weights further.weights
 expect_exit 0 "a second detector, as a model with its description" "$programs/convert_weights" --cfg mine/detector.cfg \
   --weights mine/detector.weights --output mine/second.onnx
 printf '0.1 0.1 0.1\n0.9 0.9 0.9\n' >mine/colours.txt
@@ -35,7 +34,11 @@ exchanged() { # exchanged FILE COMMAND...: changes a copy of the file by the com
 }
 add_line() { echo >>"$1"; }
 for file in mine/{car_sedan.mtl,car_sedan.obj,detector.cfg,colours.txt}; do exchanged "$file" add_line; done
-for file in mine/*.json; do [ -e "$file" ] && exchanged "$file" add_line; done
+cp mine/detector.weights changed.weights && printf '\0' | dd of=changed.weights bs=1 seek=5000 conv=notrunc status=none
+expect_exit 0 "another second detector" "$programs/convert_weights" --cfg mine/detector.cfg --weights changed.weights \
+  --output changed.onnx
+exchanged mine/second.onnx cp changed.onnx
+exchanged mine/detector.weights cp changed.weights
 exchanged mine/detector.names sed -i 's/van/bus/'
 exchanged first/texture.npz cp run/texture.npz
 exchanged frames/000.npz cp frames/001.npz

@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -20,6 +21,10 @@ enum class ScoreForm { probabilities, logits, softmax };
 /// Which entry among the classes stands for none of them, and is left out.
 enum class Background { none, first, last };
 
+/// Values of outputs may differ by so much from what their description states: rounding, also in half
+/// precision.
+inline constexpr double claim_tolerance = 1e-3;
+
 /// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. The names
 /// may be those of inner values, too. Name logits rather than probabilities: where a probability is rounded
 /// to 1, its gradient is 0.
@@ -33,6 +38,9 @@ struct DecodedOutputs {
   bool has_objectness = false;
   ScoreForm score_form = ScoreForm::probabilities;
   Background background = Background::none;
+  /// K, of an end-to-end output: each candidate has one score and, behind it, the number of its class. 0: it
+  /// has a score for each class. Objectness, background and softmax are not for end-to-end outputs.
+  std::size_t classes = 0;
 
   bool operator==(const DecodedOutputs&) const = default;
 };
@@ -42,6 +50,12 @@ struct DecodedOutputs {
 inline constexpr float least_probability = 1e-7F;
 
 namespace detail {
+
+/// What a description states of an output's values, to be held against those of a first pass.
+struct OutputClaim {
+  std::string path{};  ///< of the network, for messages
+  std::atomic<bool> is_judged = false;
+};
 
 /// Adds the nodes that make a head's logits of decoded outputs to a network.
 class DecodedOutputNodes {
@@ -76,6 +90,9 @@ class DecodedOutputNodes {
 
   /// The class numbers of the output, [1, K, N]; probabilities if the form is softmax.
   std::string scores(std::string from);
+  /// Probabilities of an end-to-end output, [1, K, N]: the score for the class whose number stands behind it,
+  /// 0 for all others.
+  std::string probabilities_of_choice(const std::string& all);
   std::string probabilities(const std::string& said) {
     return outputs_.score_form == ScoreForm::logits ? node("Sigmoid", {said}, {}) : said;
   }

@@ -41,7 +41,9 @@ class KeptPicture;
 /// io::read_detector(). Results are the same bits for any number of threads.
 ///
 /// The heads of an export are read before the logistic function that it ends with, so that losses get raw
-/// logits; boxes_and_scores is the exception, see DecodedOutputs. Pictures of a batch run one after another
+/// logits; boxes_and_scores and end_to_end are the exceptions, see DecodedOutputs. What a description states
+/// of their values, probabilities and numbers of classes, is held against the pictures of the first call of
+/// forward(). Pictures of a batch run one after another
 /// on all threads, those of a small network side by side: a batch costs no more a picture than one. Only a
 /// network that takes the statistics of a batch computes its pictures together.
 template <std::floating_point T>
@@ -65,7 +67,7 @@ class Detector {
 
   /// A model that another library runs. It has no gradients and no layers: calls for them throw. The engine
   /// runs once here, to find the extents of its outputs.
-  /// \param kind           of boxes_and_scores
+  /// \param kind           of boxes_and_scores or end_to_end
   /// \param height, width  of the model's input, pixels
   /// \throws DomainError for heads of another kind; FileError (mismatch) as above
   Detector(const ForeignEngine& engine, DetectorDescription kind, std::size_t height, std::size_t width);
@@ -115,7 +117,8 @@ class Detector {
   /// \param images  [N, H, W, 3], RGB in [0, 1], N at least 1: pictures as everywhere else, one behind the
   ///                other. The detector itself applies the input encoding of the network.
   /// \param pass    receives the logits, and what `mode` keeps
-  /// \throws ShapeError unless images have the network's extents
+  /// \throws ShapeError unless images have the network's extents; FileError (mismatch) naming an output whose
+  ///         values are not what the description states, at the first call
   void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const;
 
   /// forward() of pictures that change from call to call within a window each, with the same bits. Layers
@@ -206,7 +209,9 @@ class Detector {
                                                             const DetectorDescription& kind, std::size_t size,
                                                             const std::vector<std::string>& layers);
 
-  [[nodiscard]] std::size_t head_output_count() const { return network_.output_count() - layer_count_; }
+  [[nodiscard]] std::size_t head_output_count() const {
+    return network_.output_count() - layer_count_ - (claim_ && !foreign_ ? 1 : 0);
+  }
 
   [[nodiscard]] std::vector<nn::Shape> output_shapes() const;
 
@@ -245,7 +250,12 @@ class Detector {
   void run(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
            Mode mode) const;
 
+  void resize_logits(Pass<T>& pass) const;
+
   void run_foreign(const Array<T, 4>& images, Pass<T>& pass) const;
+
+  /// Holds the output with scores against the description.
+  void judge(const nn::NetworkPass<T>& one) const;
 
   /// \throws DomainError for a pass that kept nothing, or only windows
   static void require_whole(const char* operation, const Pass<T>& pass);
@@ -264,7 +274,8 @@ class Detector {
   DetectorDescription kind_;
   std::unique_ptr<Foreign> foreign_;  ///< null if the network is ours
   std::size_t layer_count_ = 0;
-  nn::Network<T> network_;  ///< for a foreign engine, converts its outputs to logits
+  std::unique_ptr<detail::OutputClaim> claim_;  ///< null if nothing is stated; else the output is the last
+  nn::Network<T> network_;                      ///< for a foreign engine, converts its outputs to logits
   std::size_t height_ = 0, width_ = 0;
   ExportedHeads heads_;
   bool trains_together_ = false;

@@ -21,20 +21,22 @@ namespace tapestry::detect {
 ///   yolov8   the decode family distance, 16 bins, box first: YOLOv8 and its successors
 ///   yolov5   the decode family ultralytics, with YOLOv5's anchors for COCO unless there are others
 ///   boxes_and_scores  the decode family decoded, for an export that contains the decoding
+///   end_to_end        likewise, of candidates [left, top, right, bottom, score, class]: YOLOv10 and other
+///                     exports that choose the class themselves
 ///
 /// darknet and ultralytics are their decode families, with the anchors of a cfg or a description.
-enum class HeadKind { darknet, ultralytics, yolox, nanodet, yolov8, yolov5, boxes_and_scores };
+enum class HeadKind { darknet, ultralytics, yolox, nanodet, yolov8, yolov5, boxes_and_scores, end_to_end };
 
-inline constexpr std::array<HeadKind, 7> head_kinds{
-    HeadKind::darknet, HeadKind::ultralytics, HeadKind::yolox,           HeadKind::nanodet,
-    HeadKind::yolov8,  HeadKind::yolov5,      HeadKind::boxes_and_scores};
+inline constexpr std::array<HeadKind, 8> head_kinds{
+    HeadKind::darknet, HeadKind::ultralytics,      HeadKind::yolox,     HeadKind::nanodet, HeadKind::yolov8,
+    HeadKind::yolov5,  HeadKind::boxes_and_scores, HeadKind::end_to_end};
 /// The kinds by name, for messages.
 inline constexpr std::string_view head_kind_names =
-    "darknet, ultralytics, yolox, nanodet, yolov8, yolov5 or boxes_and_scores";
+    "darknet, ultralytics, yolox, nanodet, yolov8, yolov5, boxes_and_scores or end_to_end";
 
 [[nodiscard]] constexpr std::string_view name_of(HeadKind kind) {
-  constexpr std::array<std::string_view, 7> names{"darknet", "ultralytics", "yolox",           "nanodet",
-                                                  "yolov8",  "yolov5",      "boxes_and_scores"};
+  constexpr std::array<std::string_view, 8> names{
+      "darknet", "ultralytics", "yolox", "nanodet", "yolov8", "yolov5", "boxes_and_scores", "end_to_end"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -44,7 +46,7 @@ inline constexpr std::string_view head_kind_names =
 [[nodiscard]] constexpr DecodeFamily decode_family_of(HeadKind kind) {
   if (kind == HeadKind::darknet) return DecodeFamily::darknet;
   if (kind == HeadKind::ultralytics || kind == HeadKind::yolov5) return DecodeFamily::ultralytics;
-  if (kind == HeadKind::boxes_and_scores) return DecodeFamily::decoded;
+  if (kind == HeadKind::boxes_and_scores || kind == HeadKind::end_to_end) return DecodeFamily::decoded;
   return kind == HeadKind::yolox ? DecodeFamily::yolox : DecodeFamily::distance;
 }
 
@@ -56,7 +58,7 @@ struct DetectorDescription {
   std::vector<std::size_t> strides{};  ///< pixels between cells, of each head in the order of the outputs
   /// Anchors of each head that has some, as Head::anchors.
   std::vector<std::vector<std::array<double, 2>>> anchors{};
-  DecodedOutputs decoded{};  ///< only for boxes_and_scores
+  DecodedOutputs decoded{};  ///< only for the decode family decoded
 
   bool operator==(const DetectorDescription&) const = default;
 };
@@ -69,7 +71,7 @@ struct DetectorDescription {
 [[nodiscard]] DetectorDescription known_description(std::string_view name);
 
 /// The heads of a description, for an input of the given extents: for each stride s one with ⌈height / s⌉ ×
-/// ⌈width / s⌉ cells. None for boxes_and_scores, which has no strides.
+/// ⌈width / s⌉ cells. None for the decode family decoded, which has no strides.
 ///
 /// \param classes  K
 /// \throws DomainError for a stride of 0, for heads with anchors unless each stride has some, and for anchors

@@ -29,12 +29,18 @@ namespace tapestry::io {
 /// image::FitKind, and fill, 0 to 255, the value around a letterboxed picture; head is a name of
 /// detect::HeadKind; strides are pixels between cells. Heads with anchors require "anchors", one list for
 /// each stride, with widths and heights in turn, as YOLOv5 writes them: "anchors": [[10, 13, 16, 30, 33, 23],
-/// ...]; yolov5 may leave out strides and anchors. boxes_and_scores has "outputs" instead. The first word of
-/// each choice is the default, see detect::DecodedOutputs:
+/// ...]; yolov5 may leave out strides and anchors. boxes_and_scores and end_to_end have "outputs" instead.
+/// The first word of each choice is the default, see detect::DecodedOutputs:
 ///
 ///   {"head": "boxes_and_scores", "outputs": {"boxes": NAME, "scores": NAME, "channels": last or first,
 ///    "form": centre, corners or corners_yx, "unit": pixels or share, "objectness": no or yes,
 ///    "score": probability, logit or softmax, "background": none, first or last}}
+///
+/// end_to_end is for one output of left, top, right, bottom, score and class of each candidate, and has no
+/// default for the number of classes:
+///
+///   {"head": "end_to_end", "outputs": {"detections": NAME, "classes": K, "channels": last or first,
+///    "form": corners, corners_yx or centre, "unit": pixels or share, "score": probability or logit}}
 ///
 /// Other missing keys have the default of detect::DetectorDescription; a missing fill has the default of its
 /// fit. Compiled in tapestry/implementation.hpp.

@@ -14,8 +14,8 @@ struct DetectorFiles {
   std::string weights{};      ///< an ONNX model, Darknet weights, or a detector that convert_weights wrote
   std::string config{};       ///< cfg, which Darknet weights need
   std::string names{};        ///< names of the classes, one a line
-  std::string description{};  ///< of an ONNX model, see read_detector_description(); left out,
-                              ///< description_beside() or what the layers show
+  std::string description{};  ///< of an ONNX model, see read_detector_description(); left out, the model's
+                              ///< own, description_beside() or what the layers show
   std::string decode{};       ///< decode family of a Darknet network, where its files leave it open
   std::size_t size = 0;       ///< side of the square input, pixels; 0: the files' own
   std::string precision = "float";  ///< of products in convolutions: float or bfloat16
@@ -31,6 +31,10 @@ struct DetectorFiles {
 /// The description file beside an ONNX model: the model's name with the ending .json. Empty if there is none.
 [[nodiscard]] std::string description_beside(const std::string& weights);
 
+/// Key of the metadata of an ONNX model under which convert_weights writes the text of its description. No
+/// other description of such a model is taken.
+inline constexpr const char* description_key = "tapestry.detector";
+
 /// Reads a detector from any kind of file:
 ///
 ///   const auto detector = io::read_detector<float>({.weights = "yolox_nano.onnx", .names = "coco.names"});
@@ -39,8 +43,8 @@ struct DetectorFiles {
 /// \param warnings takes warnings about the files, unless null
 /// \throws Error (usage) for files that do not go together, or an ONNX model that nothing describes;
 ///         FileError as read_darknet_model(), read_onnx(), read_detector_description(), read_class_names()
-///         and Detector, and (mismatch) for a network without heads; DomainError for a precision, fit or
-///         decode family of no such name
+///         and Detector, and (mismatch) for a network without heads, and for a description that contradicts
+///         the one within the model; DomainError for a precision, fit or decode family of no such name
 template <std::floating_point T>
 [[nodiscard]] detect::Detector<T> read_detector(const DetectorFiles& files,
                                                 std::vector<std::string>* warnings = nullptr);

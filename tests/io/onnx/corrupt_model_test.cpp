@@ -8,11 +8,13 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <ctime>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <map>
 #include <string>
 #include <utility>
@@ -175,7 +177,7 @@ std::vector<Corruption> of_nodes() {  // X22
        "attribute 'speed' is not supported"},
       {"attribute of another type", ending("Elu", {}, {onnx::int_attribute("alpha", 1)}), mismatch,
        "attribute 'alpha' is not a number"},
-      {"node without operands", ending({node("Shape", {}, {"logits"})}), mismatch, "input 0 is missing"},
+      {"node without operands", ending({node("Shape", {}, {"logits"})}), mismatch, "0 operands, expected 1"},
       {"weights of integers", with_convolution({}, ints), mismatch,
        "input 1 holds integers, expected floating-point numbers"},
       {"weights of no channels", with_convolution({}, onnx::float_tensor("weight", {1, 0, 1, 1}, {})),
@@ -184,9 +186,10 @@ std::vector<Corruption> of_nodes() {  // X22
        mismatch, "do not fit 2 channels"},
       {"kernel_shape that contradicts the weights", attribute("kernel_shape", {3, 3}), mismatch,
        "'kernel_shape' is [3, 3], but the weights have [1, 1]"},
-      {"no groups", with_convolution({onnx::int_attribute("group", 0)}, ""), mismatch, "in 0 groups"},
+      {"no groups", with_convolution({onnx::int_attribute("group", 0)}, ""), mismatch,
+       "'group' is out of range: 0"},
       {"groups whose channels wrap", with_convolution({onnx::int_attribute("group", -huge)}, ""), mismatch,
-       "do not fit"},
+       "'group' is out of range"},
       {"stride 0", attribute("strides", {0, 1}), mismatch, "'strides' is out of range: 0"},
       {"negative padding", attribute("pads", {0, 0, -1, 0}), mismatch, "'pads' is out of range: -1"},
       {"padding of terabytes", attribute("pads", {huge, 0, 0, 0}), mismatch, "'pads' is out of range"},
@@ -223,7 +226,7 @@ std::vector<Corruption> of_nodes() {  // X22
 std::vector<Corruption> of_extents() {  // X23, X24, X25
   const std::vector<std::string> scalar{node("Squeeze", {"bias"}, {"scalar"})};
   const auto of_scalar = [&](const std::string& last, const std::vector<std::string>& tensors) {
-    return ending({scalar.front(), last}, tensors);
+    return ending({scalar.front(), last}, tensors, 18);
   };
   std::vector<std::string> many_unknown, growing, growing_shapes;
   for (int i = 0; i < 20000; ++i) many_unknown.push_back(node("Foo", {"activations"}, {std::to_string(i)}));
@@ -299,6 +302,23 @@ std::vector<Corruption> of_extents() {  // X23, X24, X25
        ending({node("Resize", {"activations", "", "k"}, {"logits"}, {onnx::ints_attribute("axes", {2, 2})})},
               {onnx::float_tensor("k", {2}, {2, 2})}, 18),
        mismatch, "is named twice"},
+      {"a range to read that is no number",  // whose coordinates would be indices
+       ending(
+           {node("Resize", {"activations", "roi", "", "k"}, {"logits"},
+                 {onnx::string_attribute("coordinate_transformation_mode", "tf_crop_and_resize")})},
+           {onnx::float_tensor("roi", {8}, {0, 0, 0, std::nanf(""), 1, 1, 1, 1}), tensor("k", {1, 1, 3, 4})}),
+       mismatch, "lies at nan among the inputs; roi is nan to 1"},
+      {"a range to read without an end",
+       ending({node("Resize", {"activations", "roi", "", "k"}, {"logits"},
+                    {onnx::string_attribute("coordinate_transformation_mode", "tf_crop_and_resize")})},
+              {onnx::float_tensor("roi", {8}, {0, 0, 0, 0, 1, 1, std::numeric_limits<float>::infinity(), 1}),
+               tensor("k", {1, 1, 3, 4})}),
+       mismatch, "among the inputs; roi is 0.000000 to inf"},
+      {"an index from an infinity",
+       ending({node("Cast", {"k"}, {"end"}, {onnx::int_attribute("to", 7)}),
+               node("Slice", {"activations", "zero", "end"}, {"logits"})},
+              {onnx::float_tensor("k", {1}, {std::numeric_limits<float>::infinity()}), tensor("zero", {0})}),
+       mismatch, "an integer is inf"},
       {"a scale that is no number",
        ending({node("Resize", {"activations", "", "k"}, {"logits"})},
               {onnx::float_tensor("k", {4}, {1, 1, -2, 1})}),
@@ -402,6 +422,33 @@ TEST_CASE("a model of many operators with a flipped bit is refused, or runs",
     }
   }
   CHECK(refused > good.size() / 2);
+}
+
+TEST_CASE("a node of a model with an operand too many or too few is refused by name",
+          "[io][onnx][network][bad_input]") {
+  // ONNX's least and most numbers of operands, of the nodes of model_of_many() at opset 13.
+  const std::vector<std::pair<std::size_t, std::size_t>> counts{
+      {2, 3}, {5, 5}, {2, 2}, {1, 1}, {1, 4}, {2, 3}, {1, 99}, {3, 5}, {1, 1},
+      {1, 1}, {2, 3}, {1, 1}, {2, 2}, {2, 2}, {2, 2}, {1, 1},  {2, 2}, {2, 2}};
+  const nn::NetworkDescription good = io::parse_onnx(onnx::model(onnx::model_of_many()), "a.onnx");
+  REQUIRE(good.nodes.size() == counts.size());
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    for (std::size_t count = 0; count <= 8; ++count) {
+      nn::NetworkDescription changed = good;
+      auto& inputs = changed.nodes[i].inputs;
+      inputs.resize(count, inputs.front());
+      CAPTURE(changed.nodes[i].operation, count);
+      const std::string complaint =
+          nn::label_of(changed.nodes[i]) + " (opset 13): " + std::to_string(count) + " operands, expected ";
+      std::string message;
+      try {
+        const nn::Network<float> network(changed);
+      } catch (const tapestry::Error& error) {
+        message = error.what();
+      }
+      const bool fits = count >= counts[i].first && count <= counts[i].second;
+      CHECK((message.find(complaint) == std::string::npos) == fits);
+    }
 }
 
 TEST_CASE("a chain of thousands of nodes becomes a network in time", "[io][onnx][network][bad_input]") {

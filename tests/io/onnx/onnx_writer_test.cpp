@@ -6,6 +6,7 @@
 #include <string>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/nn/network/network.hpp>
+#include <variant>
 #include <vector>
 
 #include "../../support/catch.hpp"
@@ -27,6 +28,7 @@ void check_same(const nn::Constant& a, const nn::Constant& b) {
 
 void check_same(const nn::NetworkDescription& a, const nn::NetworkDescription& b) {
   CHECK(a.opset == b.opset);
+  CHECK(a.metadata == b.metadata);
   CHECK(a.outputs == b.outputs);
   REQUIRE(a.inputs.size() == b.inputs.size());
   for (std::size_t i = 0; i < a.inputs.size(); ++i) {
@@ -80,7 +82,8 @@ TEST_CASE("every kind of attribute, element and extent is written", "[io][onnx][
   using nn::ElementType;
   network.constants["floats"] = {
       {2, 2}, ElementType::floating, std::vector<float>{1.5F, -0.0F, 1e-40F, 3e38F}};
-  network.constants["doubles"] = {{3}, ElementType::floating, std::vector<double>{0.1, inf, -1e300}};
+  network.constants["doubles"] = {{3}, ElementType::floating, std::vector<double>{0.25, inf, -0x1p127}};
+  network.metadata = {{"author", "some\none"}, {"empty", ""}};
   network.constants["integers"] = {
       {5}, ElementType::integer, std::vector<double>{-5, 1e15, 0x1p63, -0x1p63, 0}};
   network.constants["truths"] = {{2}, ElementType::boolean, std::vector<double>{1, 0}};
@@ -128,6 +131,26 @@ TEST_CASE("HardMish is written as operators of ONNX, with its values and slopes"
     CHECK(slopes[i] == (v > 0 ? 1 : v > -2 ? v + 1 : 0));
     CHECK(own_slopes[i] == slopes[i]);
   }
+}
+
+TEST_CASE("a model of doubles is written in single precision throughout", "[io][onnx][writer]") {
+  nn::NetworkDescription network;
+  network.opset = 17;
+  network.inputs = {{"x", {2}}};
+  network.constants["w"] = {{2}, nn::ElementType::floating, std::vector<double>{0.1, -1.0 / 3}};
+  network.nodes = {{"", "Cast", {"x"}, {"wide"}, {{"to", std::int64_t(onnx::float64)}}},
+                   {"", "Mul", {"wide", "w"}, {"y"}, {}},
+                   {"", "Cast", {"y"}, {"short"}, {{"to", std::int64_t(onnx::int32)}}}};
+  network.outputs = {"y", "short"};
+  const auto read = io::parse_onnx(io::onnx_bytes(network), "own.onnx");
+  const nn::Constant& w = read.constants.at("w");
+  REQUIRE(std::holds_alternative<std::vector<float>>(w.values));  // FLOAT, as the input
+  CHECK(std::get<std::vector<float>>(w.values) == std::vector<float>{0.1F, -1.0F / 3});
+  CHECK(std::get<std::int64_t>(read.nodes[0].attributes.at("to")) == onnx::float32);
+  CHECK(std::get<std::int64_t>(read.nodes[2].attributes.at("to")) == onnx::int64);
+  network.constants["w"].values = std::vector<double>{1e300, 0};
+  CHECK_THROWS_WITH(io::onnx_bytes(network),
+                    contains("write_onnx: 'w' holds 1") && contains("beyond single precision"));
 }
 
 TEST_CASE("a model that cannot be written leaves the old file", "[io][onnx][writer][bad_input]") {

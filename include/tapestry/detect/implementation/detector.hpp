@@ -17,6 +17,7 @@
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
+#include <tapestry/detect/implementation/detector/claim.hpp>
 #include <tapestry/detect/implementation/detector/foreign.hpp>
 #include <tapestry/detect/implementation/detector/passes.hpp>
 #include <tapestry/detect/suppression.hpp>
@@ -65,6 +66,7 @@ Detector<T>::Detector(const nn::NetworkDescription& network, DetectorDescription
                       const std::vector<std::string>& layers, bool simplifies)
     : kind_(std::move(kind)),
       layer_count_(layers.size()),
+      claim_(detail::claim_of(network.path, kind_)),
       network_(detail::network_of_heads<T>(network, showing_heads(network, kind_, size, layers), kind_,
                                            sizes(network, size), simplifies)),
       height_(network_.input_shape(0)[1]),
@@ -188,17 +190,19 @@ nn::NetworkDescription Detector<T>::showing_heads(const nn::NetworkDescription& 
                                                   const DetectorDescription& kind, std::size_t size,
                                                   const std::vector<std::string>& layers) {
   for (const std::string& layer : layers) require_value(network, "layer", layer);
-  if (kind.head != HeadKind::boxes_and_scores) {
+  if (decode_family_of(kind.head) != DecodeFamily::decoded) {
     auto outputs = raw_outputs(network);
     outputs.insert(outputs.end(), layers.begin(), layers.end());
     return nn::pruned(network, std::move(outputs));
   }
+  detail::require_classes(kind);
   require_value(network, "output", kind.decoded.boxes);
   require_value(network, "output", kind.decoded.scores);
   const auto input = sizes(network, size).begin()->second;
   auto shown = network;
   std::vector<std::string> outputs{add_decoded_outputs(shown, kind.decoded, input[2], input[3])};
   outputs.insert(outputs.end(), layers.begin(), layers.end());
+  if (detail::has_claim(kind)) outputs.push_back(kind.decoded.scores);
   return nn::pruned(std::move(shown), std::move(outputs));
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
@@ -91,11 +92,15 @@ namespace tapestry::detect::detail {
 
 std::string DecodedOutputNodes::add(std::size_t height, std::size_t width) {
   const bool is_one = outputs_.boxes == outputs_.scores;
+  const bool is_chosen = outputs_.classes > 0;
   const std::string all = channels_first(outputs_.boxes);
   const std::string boxes = node("MatMul", {to_pixels(height, width), is_one ? rows(all, 0, 4) : all}, {});
-  std::string classes = scores(is_one ? rows(all, outputs_.has_objectness ? 5 : 4, to_the_end)
-                                      : channels_first(outputs_.scores));
-  if (outputs_.has_objectness)
+  std::string classes = is_chosen ? probabilities_of_choice(all)
+                        : is_one  ? scores(rows(all, outputs_.has_objectness ? 5 : 4, to_the_end))
+                                  : scores(channels_first(outputs_.scores));
+  if (is_chosen)
+    classes = logits(classes);
+  else if (outputs_.has_objectness)
     classes = logits(node("Mul", {probabilities(classes), probabilities(rows(all, 4, 5))}, {}));
   else if (outputs_.score_form != ScoreForm::logits)
     classes = logits(classes);
@@ -132,6 +137,16 @@ std::string DecodedOutputNodes::scores(std::string from) {
     from = transposed(node("Softmax", {transposed(from)}, {{"axis", std::int64_t(2)}}));
   if (outputs_.background == Background::none) return from;
   return outputs_.background == Background::first ? rows(from, 1, to_the_end) : rows(from, 0, -1);
+}
+
+std::string DecodedOutputNodes::probabilities_of_choice(const std::string& all) {
+  std::vector<double> numbers(outputs_.classes);
+  std::iota(numbers.begin(), numbers.end(), 0.0);
+  const std::string each =
+      constant({{1, outputs_.classes, 1}, nn::ElementType::floating, std::move(numbers)});
+  const std::string is_it = node("Equal", {rows(all, 5, 6), each}, {});
+  const std::string ones = node("Cast", {is_it}, {{"to", std::int64_t(1)}});
+  return node("Mul", {probabilities(rows(all, 4, 5)), ones}, {});
 }
 
 std::string DecodedOutputNodes::logits(const std::string& from) {

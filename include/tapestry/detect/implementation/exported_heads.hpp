@@ -168,30 +168,27 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
   return all;
 }
 
-/// The one head of decoded outputs.
-/// \param shape  of what add_decoded_outputs() made
-[[nodiscard]] inline ExportedHeads decoded_heads(const std::string& path, const DecodedOutputs& outputs,
-                                                 const nn::Shape& shape) {
-  constexpr std::size_t box = 4;
-  if (shape.at(1) <= box)
-    throw FileError(ErrorKind::mismatch, {path, "",
-                                          "not a detector of the kind boxes_and_scores: classes of output " +
-                                              in_quotes(outputs.scores),
-                                          "at least 1", "0"});
-  Head head;
-  head.classes = shape[1] - box;
-  head.decode = DecodeFamily::decoded;
-  head.grid_height = 1;
-  head.grid_width = shape.at(3);
-  return {{head}, {{0, 0, 0, nn::size_of(shape)}}};
-}
-
 [[nodiscard]] inline FileError other_kind(const std::string& path, const DetectorDescription& kind,
                                           const std::string& what, const std::string& expected,
                                           const std::string& found) {
   return FileError(ErrorKind::mismatch,
                    {path, "", "not a detector of the kind " + std::string(name_of(kind.head)) + ": " + what,
                     expected, found});
+}
+
+/// The one head of decoded outputs.
+/// \param shape  of what add_decoded_outputs() made
+[[nodiscard]] inline ExportedHeads decoded_heads(const std::string& path, const DetectorDescription& kind,
+                                                 const nn::Shape& shape) {
+  constexpr std::size_t box = 4;
+  if (shape.at(1) <= box)
+    throw other_kind(path, kind, "classes of output " + in_quotes(kind.decoded.scores), "at least 1", "0");
+  Head head;
+  head.classes = shape[1] - box;
+  head.decode = DecodeFamily::decoded;
+  head.grid_height = 1;
+  head.grid_width = shape.at(3);
+  return {{head}, {{0, 0, 0, nn::size_of(shape)}}};
 }
 
 /// The heads of a description, with as many classes as the outputs of the first grid have room for.
@@ -220,8 +217,8 @@ ExportedHeads exported_heads(const std::string& path, const DetectorDescription&
   const auto refuse = [&](const std::string& what, const std::string& expected, const std::string& found) {
     throw detail::other_kind(path, kind, what, expected, found);
   };
-  if (kind.head == HeadKind::boxes_and_scores)
-    return detail::decoded_heads(path, kind.decoded, shapes.front());
+  if (decode_family_of(kind.head) == DecodeFamily::decoded)
+    return detail::decoded_heads(path, kind, shapes.front());
   auto groups = detail::grouped_by_grid(path, shapes, labels);
   if (groups.size() != kind.strides.size() || groups.empty())
     refuse("grids of outputs", std::to_string(kind.strides.size()), std::to_string(groups.size()));

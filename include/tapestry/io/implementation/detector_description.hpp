@@ -9,7 +9,9 @@
 #include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/detect/decoded_outputs.hpp>
 #include <tapestry/detect/detector_description.hpp>
+#include <tapestry/detect/head.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/json.hpp>
@@ -181,9 +183,36 @@ template <class Choice, std::size_t Count>
   });
 }
 
+/// Reads the choices that all decoded outputs have; `form` is its value if the key is missing.
+inline void read_form(const DescribedObject& outputs, detect::BoxForm form, detect::DecodedOutputs& decoded) {
+  using detect::BoxForm;
+  decoded.channels_first = chosen<bool, 2>(outputs, "channels", {{{"last", false}, {"first", true}}});
+  decoded.form = form;
+  if (outputs.has("form"))
+    decoded.form = chosen<BoxForm, 3>(
+        outputs, "form",
+        {{{"centre", BoxForm::centre}, {"corners", BoxForm::corners}, {"corners_yx", BoxForm::corners_yx}}});
+  decoded.relative = chosen<bool, 2>(outputs, "unit", {{{"pixels", false}, {"share", true}}});
+}
+
+inline void read_end_to_end(const DescribedObject& outputs, detect::DecodedOutputs& decoded) {
+  using detect::ScoreForm;
+  constexpr const char *name = "an output's name", *count = "a whole number from 1 to 4096";
+  outputs.require_keys({"detections", "classes", "channels", "form", "unit", "score"});
+  if (!outputs.has("detections")) outputs.fail("detections", "no 'detections' in 'outputs'", name, "");
+  decoded.boxes = decoded.scores = outputs.word("detections", name);
+  if (!outputs.has("classes")) outputs.fail("classes", "no 'classes' in 'outputs'", count, "");
+  const auto& classes = outputs.member("classes");
+  if (!classes.is_number_unsigned() || classes < 1 || classes > 4096)
+    outputs.refuse("classes", classes, count);
+  decoded.classes = classes.get<std::size_t>();
+  read_form(outputs, detect::BoxForm::corners, decoded);
+  decoded.score_form = chosen<ScoreForm, 2>(
+      outputs, "score", {{{"probability", ScoreForm::probabilities}, {"logit", ScoreForm::logits}}});
+}
+
 inline void read_outputs(const DescribedObject& outputs, detect::DecodedOutputs& decoded) {
   using detect::Background;
-  using detect::BoxForm;
   using detect::ScoreForm;
   outputs.require_keys({"boxes", "scores", "channels", "form", "unit", "objectness", "score", "background"});
   for (const auto& [key, name] : {std::pair("boxes", &decoded.boxes), std::pair("scores", &decoded.scores)}) {
@@ -191,11 +220,7 @@ inline void read_outputs(const DescribedObject& outputs, detect::DecodedOutputs&
       outputs.fail(key, "no " + in_quotes(key) + " in 'outputs'", "an output's name", "");
     *name = outputs.word(key, "an output's name");
   }
-  decoded.channels_first = chosen<bool, 2>(outputs, "channels", {{{"last", false}, {"first", true}}});
-  decoded.form = chosen<BoxForm, 3>(
-      outputs, "form",
-      {{{"centre", BoxForm::centre}, {"corners", BoxForm::corners}, {"corners_yx", BoxForm::corners_yx}}});
-  decoded.relative = chosen<bool, 2>(outputs, "unit", {{{"pixels", false}, {"share", true}}});
+  read_form(outputs, detect::BoxForm::centre, decoded);
   decoded.has_objectness = chosen<bool, 2>(outputs, "objectness", {{{"no", false}, {"yes", true}}});
   decoded.score_form = chosen<ScoreForm, 3>(outputs, "score",
                                             {{{"probability", ScoreForm::probabilities},
@@ -206,6 +231,19 @@ inline void read_outputs(const DescribedObject& outputs, detect::DecodedOutputs&
       {{{"none", Background::none}, {"first", Background::first}, {"last", Background::last}}});
   if (decoded.has_objectness && decoded.boxes != decoded.scores)
     outputs.fail("objectness", "'objectness' of two outputs, which have none", "", "");
+}
+
+inline void read_decoded(const DescribedObject& outermost, const std::string& path,
+                         const std::map<std::string, std::uint64_t>& positions,
+                         detect::DetectorDescription& description) {
+  if (!outermost.has("outputs")) outermost.fail("outputs", "no 'outputs'", "an object", "");
+  const auto& outputs = outermost.member("outputs");
+  if (!outputs.is_object()) outermost.refuse("outputs", outputs, "an object");
+  const DescribedObject object(outputs, path, "outputs", positions);
+  if (description.head == detect::HeadKind::end_to_end)
+    read_end_to_end(object, description.decoded);
+  else
+    read_outputs(object, description.decoded);
 }
 
 }  // namespace detail
@@ -232,15 +270,12 @@ detect::DetectorDescription parse_detector_description(std::string_view text, co
   } else if (!is_yolov5 && warnings != nullptr) {
     warnings->push_back(detail::assumed_input(path, description.fit));
   }
-  const bool is_decoded = description.head == detect::HeadKind::boxes_and_scores;
+  const bool is_decoded = detect::decode_family_of(description.head) == detect::DecodeFamily::decoded;
   for (const char* key : {"strides", "anchors", "outputs"})
     if (outermost.has(key) && is_decoded != (key == std::string_view("outputs")))
       outermost.fail(key, in_quotes(key) + " of heads that have none", "", "");
   if (is_decoded) {
-    if (!outermost.has("outputs")) outermost.fail("outputs", "no 'outputs'", "an object", "");
-    const auto& outputs = outermost.member("outputs");
-    if (!outputs.is_object()) outermost.refuse("outputs", outputs, "an object");
-    detail::read_outputs({outputs, path, "outputs", json.positions}, description.decoded);
+    detail::read_decoded(outermost, path, json.positions, description);
     return description;
   }
   if (is_yolov5 && !outermost.has("strides") && !outermost.has("anchors")) {

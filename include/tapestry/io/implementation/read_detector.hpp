@@ -145,9 +145,16 @@ template <std::floating_point T>
 [[nodiscard]] inline detect::DetectorDescription description_for(const DetectorFiles& files,
                                                                  const nn::NetworkDescription& network,
                                                                  std::vector<std::string>* warnings) {
-  if (!files.description.empty()) return read_detector_description(files.description, warnings);
-  if (const auto beside = description_beside(files.weights); !beside.empty())
-    return read_detector_description(beside, warnings);
+  const std::string file = files.description.empty() ? description_beside(files.weights) : files.description;
+  std::optional<detect::DetectorDescription> given, own;
+  if (!file.empty()) given = read_detector_description(file, warnings);
+  if (const auto found = network.metadata.find(description_key); found != network.metadata.end())
+    own = parse_detector_description(found->second, files.weights + ":" + description_key);
+  if (own && given && *own != *given)
+    throw FileError(ErrorKind::mismatch, {file, "", "contradicts the description within " + files.weights,
+                                          "the same one, or no such file", ""});
+  if (own) return *own;
+  if (given) return *given;
   if (const auto known = detect::recognised_detector(network)) return *known;
   throw Error(
       ErrorKind::usage,

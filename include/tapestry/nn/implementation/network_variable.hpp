@@ -132,8 +132,7 @@ class LayerRecord {
       operands.push_back({shapes_[i], ElementType::floating, i == 0 ? nullptr : &constants_[i], true});
     try {
       OperatorContext context(node_, 18, std::move(operands), true);
-      operation_ = operators<T>().at(node_.operation).make(context);
-      context.require_all_asked();
+      operation_ = made_operation(operators<T>().at(node_.operation), context);
     } catch (const ShapeError& error) {
       throw ShapeError("nn::" + node_.name + ": " + error.what());
     } catch (const DomainError& error) {

@@ -43,6 +43,7 @@ struct NetworkDescription {
   std::vector<std::string> outputs{};
   std::map<std::string, Constant> constants{};
   std::vector<Node> nodes{};
+  std::map<std::string, std::string> metadata{};  ///< texts that the file's maker added, by their keys
 };
 
 /// Name of a node in messages: its operator, with its name or that of its first output in quotes; at most 80

@@ -121,9 +121,10 @@ class OperatorContext {
     if (!unknown.empty()) throw DomainError("attribute " + unknown + " is not supported");
   }
 
+  /// \throws DomainError for NaN and infinities, to which casts of fractions lead
   [[nodiscard]] static std::int64_t to_integer(double value) {
     constexpr double largest = 4611686018427387904.0;  // 2^62, further than any extent
-    if (std::isnan(value)) throw DomainError("an integer is NaN");
+    if (!std::isfinite(value)) throw DomainError("an integer is " + std::to_string(value));
     return static_cast<std::int64_t>(std::clamp(value, -largest, largest));
   }
 

@@ -188,7 +188,7 @@ TEST_CASE("Conv refuses what does not fit", "[nn][network][convolution]") {
   CHECK_THAT(refusal({{1, 3, 7, 7}, {4, 2, 3, 3}}),
              contains("weights [4, 2, 3, 3] in 1 groups do not fit 3 channels"));
   CHECK_THAT(refusal({{1, 4, 7, 7}, {5, 2, 3, 3}, 2}), contains("in 2 groups do not fit 4 channels"));
-  CHECK_THAT(refusal({{1, 4, 7, 7}, {4, 4, 3, 3}, 0}), contains("in 0 groups"));
+  CHECK_THAT(refusal({{1, 4, 7, 7}, {4, 4, 3, 3}, 0}), contains("'group' is out of range: 0"));
   CHECK_THAT(refusal({{1, 3, 2, 7}, {4, 3, 3, 3}}), contains("a window of 3 does not fit into 2 rows"));
   CHECK_THAT(refusal({{1, 3, 7, 7}, {4, 3, 3, 3}, 1, {0, 1}}), contains("'strides' is out of range: 0"));
   CHECK_THAT(refusal({{1, 3, 7, 7}, {4, 3, 3, 3}, 1, {1}}), contains("'strides' has 1 values, expected 2"));

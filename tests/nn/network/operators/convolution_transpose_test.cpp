@@ -136,6 +136,10 @@ TEST_CASE("ConvTranspose refuses what does not fit", "[nn][network][convolution]
   OperatorNetwork test = network_of(cases()[0]);
   test.node.attributes["output_shape"] = Integers{8};
   CHECK_THAT(refusal_of(test), contains("'output_shape' is not of two axes"));
+  CHECK_THAT(
+      refusal({{1, 3, 4, 4}, {3, 2, 3, 3}, 1, {2, 3}, {1, 2}, {0, 0, 0, 0}, {1, 3}}),
+      contains("attribute 'output_padding' is 3, expected less than the stride or the dilation, 3 and 2"));
+  CHECK(refusal({{1, 3, 4, 4}, {3, 2, 3, 3}, 1, {1, 1}, {2, 1}, {0, 0, 0, 0}, {1, 0}}).empty());
   test = network_of(cases()[0]);
   test.operands[2] = weight({3}, 1);
   CHECK_THAT(refusal_of(test), contains("the bias is [3], expected [2]"));

@@ -157,23 +157,49 @@ TEST_CASE("tensors are made of extents, ranges and indices", "[nn][network]") {
 
 TEST_CASE("non-maximum suppression chooses the best boxes that do not overlap", "[nn][network]") {
   const std::vector<double> boxes = {0, 0, 1, 1, 1, 1.1, 0, 0.1, 0, -0.1, 1, 0.9, 0, 10, 1, 11};
-  const std::vector<double> scores = {0.9, 0.75, 0.6, 0.95};
   OperatorCase given{"NonMaxSuppression",
-                     {{1, 4, 4}, {1, 1, 4}},
                      {},
-                     {{2, integers({3})}, {3, numbers({1}, {0.5})}, {4, numbers({1}, {0})}},
+                     {},
+                     {{0, numbers({1, 4, 4}, boxes)},
+                      {1, numbers({1, 1, 4}, {0.9, 0.75, 0.6, 0.95})},
+                      {2, integers({3})},
+                      {3, numbers({1}, {0.5})},
+                      {4, numbers({1}, {0})}},
                      11};
-  // One row more than there are boxes left: its place is kept, for extents are fixed.
-  CHECK(results_of(given, {boxes, scores}) == std::vector<double>{0, 0, 3, 0, 0, 0, -1, -1, -1});
-  given.constants[3] = numbers({1}, {0.9});
-  CHECK(results_of(given, {boxes, scores}) == std::vector<double>{0, 0, 3, 0, 0, 0, 0, 0, 1});
-  given.constants[4] = numbers({1}, {0.92});
-  CHECK(results_of(given, {boxes, scores}) == std::vector<double>{0, 0, 3, -1, -1, -1, -1, -1, -1});
-  given.constants[4] = numbers({1}, {0.8});
-  given.constants[0] = numbers({1, 4, 4}, boxes);
-  given.constants[1] = numbers({1, 1, 4}, scores);
-  given.shapes.clear();  // all is known: no row too many
   CHECK(results_of(given, {}) == std::vector<double>{0, 0, 3, 0, 0, 0});
+  given.constants[3] = numbers({1}, {0.9});
+  CHECK(results_of(given, {}) == std::vector<double>{0, 0, 3, 0, 0, 0, 0, 0, 1});
+  given.constants[2] = integers({2});
+  CHECK(results_of(given, {}) == std::vector<double>{0, 0, 3, 0, 0, 0});
+  given.constants[2] = integers({std::ldexp(1.0, 62)});  // what torch writes for no limit
+  CHECK(results_of(given, {}) == std::vector<double>{0, 0, 3, 0, 0, 0, 0, 0, 1, 0, 0, 2});
+  given.constants[4] = numbers({1}, {0.92});
+  CHECK(results_of(given, {}) == std::vector<double>{0, 0, 3});
+  for (const std::size_t bound : {2U, 3U, 4U}) {
+    auto unbounded = given;
+    unbounded.constants[bound] = numbers({1}, {std::nan("")});
+    CHECK(complaint_of(unbounded) == "input " + std::to_string(bound) + " is NaN");
+  }
+}
+
+TEST_CASE("boxes of which a picture leaves an unknown number are refused with node and file",
+          "[nn][network]") {
+  OperatorCase given{
+      "NonMaxSuppression", {{1, 4, 4}, {1, 1, 4}}, {}, {{2, integers({3})}, {3, numbers({1}, {0.5})}}, 11};
+  nn::NetworkDescription network = description_of(given);
+  network.nodes.back().name = "nms";
+  // As in an export: the chosen boxes' numbers read the boxes.
+  network.constants["two"] = integers({2});
+  network.nodes.push_back({"", "Gather", {"y0", "two"}, {"places"}, {{"axis", one}}});
+  network.nodes.push_back({"", "Gather", {"x0", "places"}, {"chosen"}, {{"axis", one}}});
+  network.outputs = {"chosen"};
+  CHECK_THROWS_WITH(
+      nn::Network<float>(network),
+      "net.onnx: 1 node cannot be run: NonMaxSuppression \"nms\" (opset 11): the number of boxes "
+      "left depends on the picture, which is not supported; choose outputs before this node");
+  given.constants[0] = numbers({1, 4, 4}, std::vector<double>(16, 1));  // nor of scores alone
+  given.shapes = {{1, 1, 4}};
+  CHECK(complaint_of(given).starts_with("the number of boxes left depends on the picture"));
 }
 
 TEST_CASE("a grid reads between pixels and beyond them", "[nn][network]") {

@@ -231,7 +231,7 @@ TEST_CASE("normalisations refuse what they cannot do", "[nn][network][normalizat
              contains("a weight is [5], which does not fit rows of [6]"));
   auto lrn = network_of("LRN", {given({2, 6, 3}, 1)});
   lrn.node.attributes = {};
-  CHECK_THAT(refusal_of(lrn), contains("attribute 'size' is 0"));
+  CHECK_THAT(refusal_of(lrn), contains("attribute 'size' is missing"));
   auto description = network_of("LayerNormalization", {given({2, 6}, 1), weight({6}, 2)}).description();
   description.nodes.back().outputs.push_back("mean");
   CHECK_THROWS_WITH(nn::Network<float>(description), contains("result 1 is not supported"));

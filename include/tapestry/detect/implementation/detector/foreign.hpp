@@ -12,6 +12,7 @@
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
+#include <tapestry/detect/implementation/detector/claim.hpp>
 #include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/nn/network/description.hpp>
@@ -27,8 +28,9 @@ namespace tapestry::detect::detail {
 /// Checks the extents of decoded outputs, each [1, N, channels], or [1, channels, N] where channels are
 /// first.
 /// \throws FileError (mismatch) naming the output
-inline void require_decodable(const std::string& path, const DecodedOutputs& outputs, const nn::Shape& boxes,
-                              const nn::Shape& scores) {
+inline void require_decodable(const std::string& path, const DetectorDescription& kind,
+                              const nn::Shape& boxes, const nn::Shape& scores) {
+  const DecodedOutputs& outputs = kind.decoded;
   const std::size_t channel_axis = outputs.channels_first ? 1 : 2, candidate_axis = 3 - channel_axis;
   const auto require = [&](const std::string& name, const nn::Shape& shape, const std::string& channels,
                            std::size_t candidates, auto fits) {
@@ -36,12 +38,15 @@ inline void require_decodable(const std::string& path, const DecodedOutputs& out
     if (shape.size() == 3 && shape[0] == 1 && fits(shape[channel_axis]) &&
         (candidates == 0 || shape[candidate_axis] == candidates))
       return;
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "not a detector of the kind boxes_and_scores: output " + in_quotes(name),
-                     outputs.channels_first ? "[1, " + channels + ", " + count + "]"
-                                            : "[1, " + count + ", " + channels + "]",
-                     tapestry::detail::to_text(shape)});
+    throw FileError(ErrorKind::mismatch, {path, "",
+                                          "not a detector of the kind " + std::string(name_of(kind.head)) +
+                                              ": output " + in_quotes(name),
+                                          outputs.channels_first ? "[1, " + channels + ", " + count + "]"
+                                                                 : "[1, " + count + ", " + channels + "]",
+                                          tapestry::detail::to_text(shape)});
   };
+  if (kind.head == HeadKind::end_to_end)
+    return require(outputs.boxes, boxes, "6", 0, [](std::size_t channels) { return channels == 6; });
   const std::size_t background = outputs.background == Background::none ? 0 : 1;
   const auto more_than = [](std::size_t least) {
     return [least](std::size_t channels) { return channels > least; };
@@ -70,12 +75,12 @@ template <std::floating_point T>
   try {
     return nn::Network<T>(std::move(shown), inputs, true, simplifies);
   } catch (const FileError&) {
-    if (kind.head != HeadKind::boxes_and_scores) throw;
+    if (decode_family_of(kind.head) != DecodeFamily::decoded) throw;
     const auto outputs = nn::pruned(network, {kind.decoded.boxes, kind.decoded.scores});
     nn::ProgramBuilder<T> builder(outputs, inputs, false, false);
     static_cast<void>(builder.build());  // throws the errors of the file's own nodes
     const auto facts = builder.facts();
-    require_decodable(network.path, kind.decoded, facts.at(kind.decoded.boxes).shape,
+    require_decodable(network.path, kind, facts.at(kind.decoded.boxes).shape,
                       facts.at(kind.decoded.scores).shape);
     throw;
   }
@@ -109,15 +114,16 @@ inline constexpr const char* foreign_subject = "outputs of a foreign engine";
 [[nodiscard]] inline nn::NetworkDescription decoding_of(const DetectorDescription& kind,
                                                         const std::vector<nn::Shape>& shapes,
                                                         std::size_t height, std::size_t width) {
-  if (kind.head != HeadKind::boxes_and_scores)
+  if (decode_family_of(kind.head) != DecodeFamily::decoded)
     throw DomainError("Detector: heads of a foreign engine are " + std::string(name_of(kind.head)) +
-                      ", expected boxes_and_scores");
+                      ", expected boxes_and_scores or end_to_end");
+  require_classes(kind);
   const std::vector<std::string> names{kind.decoded.boxes, kind.decoded.scores};
   const std::size_t count = names[0] == names[1] ? 1 : 2;
   if (shapes.size() != count)
     throw FileError(ErrorKind::mismatch, {foreign_subject, "", "outputs of one picture",
                                           std::to_string(count), std::to_string(shapes.size())});
-  require_decodable(foreign_subject, kind.decoded, shapes.front(), shapes.back());
+  require_decodable(foreign_subject, kind, shapes.front(), shapes.back());
   nn::NetworkDescription description;
   description.path = foreign_subject;
   description.opset = 13;
@@ -143,13 +149,16 @@ Detector<T>::Detector(const ForeignEngine& engine, DetectorDescription kind, std
       network_(detail::decoding_of(kind_, foreign_->shapes, height, width)),
       height_(height),
       width_(width),
-      heads_(exported_heads(detail::foreign_subject, kind_, output_shapes(), {}, height, width)) {}
+      heads_(exported_heads(detail::foreign_subject, kind_, output_shapes(), {}, height, width)) {
+  claim_ = detail::claim_of(detail::foreign_subject, kind_);
+}
 
 template <std::floating_point T>
 void Detector<T>::run_foreign(const Array<T, 4>& images, Pass<T>& pass) const {
   const Array<T, 4> input = image::planes_of(encoded(images, kind_.encoding));
   std::vector<float> picture(image_size());
   const HeadPiece& piece = heads_.pieces.front();
+  const bool judges = claim_ && !claim_->is_judged;
   for (std::size_t n = 0; n < pass.images; ++n) {
     std::transform(input.data() + n * picture.size(), input.data() + (n + 1) * picture.size(),
                    picture.begin(), [](T value) { return static_cast<float>(value); });
@@ -168,9 +177,12 @@ void Detector<T>::run_foreign(const Array<T, 4>& images, Pass<T>& pass) const {
                              [](float value) { return static_cast<T>(value); });
       pointers.push_back(values[i].data());
     }
+    if (judges)
+      detail::require_as_described(*claim_, kind_.decoded, foreign_->shapes.back(), pointers.back());
     network_.forward(pointers, pass.graph[0]);
     std::copy_n(pass.graph[0].output(0), piece.size, at(piece, pass.logits[0], n));
   }
+  if (judges) claim_->is_judged = true;
 }
 
 }  // namespace tapestry::detect

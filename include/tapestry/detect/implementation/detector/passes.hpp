@@ -7,6 +7,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/implementation/detector/claim.hpp>
 #include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/image/pixel_window.hpp>
@@ -88,12 +89,9 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
   const std::size_t lanes = pass.times == nullptr ? detail::lanes_for(network_, count) : 1;
   pass.graph.resize(mode == Mode::inference ? lanes : count);  // each lane serves image after image
   pass.inputs.resize(pass.graph.size());
-  pass.logits.resize(logits_count());
-  for (std::size_t h = 0; h < pass.logits.size(); ++h) {
-    const auto [channels, height, width] = logits_extents(h);
-    pass.logits[h].resize({pass.images, channels, height, width});
-  }
+  resize_logits(pass);
   if (foreign_) return run_foreign(images, pass);
+  const bool judges = claim_ && !claim_->is_judged;
   detail::for_each_in_lanes(lanes, count, [&](std::size_t lane, std::size_t n) {
     nn::NetworkPass<T>& one = pass.graph[mode == Mode::inference ? lane : n];
     nn::Buffer<T>& input = pass.inputs[mode == Mode::inference ? lane : n];
@@ -111,11 +109,28 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
       network_.forward_within(input.data(), rows_and_columns(kept[n]->window()), kept[n]->values(), one,
                               mode);
     }
+    if (judges) judge(one);
     for (const HeadPiece& piece : heads_.pieces)
       for (std::size_t k = 0; k < each; ++k)
         std::copy_n(one.output(piece.output) + k * piece.size, piece.size,
                     at(piece, pass.logits[piece.head], n * each + k));
   });
+  if (judges) claim_->is_judged = true;
+}
+
+template <std::floating_point T>
+void Detector<T>::resize_logits(Pass<T>& pass) const {
+  pass.logits.resize(logits_count());
+  for (std::size_t h = 0; h < pass.logits.size(); ++h) {
+    const auto [channels, height, width] = logits_extents(h);
+    pass.logits[h].resize({pass.images, channels, height, width});
+  }
+}
+
+template <std::floating_point T>
+void Detector<T>::judge(const nn::NetworkPass<T>& one) const {
+  const std::size_t last = network_.output_count() - 1;
+  detail::require_as_described(*claim_, kind_.decoded, network_.output_shape(last), one.output(last));
 }
 
 template <std::floating_point T>

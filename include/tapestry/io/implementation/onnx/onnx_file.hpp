@@ -21,6 +21,7 @@
 #include <tapestry/io/onnx/tensor_elements.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/tensor.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::io::detail {
@@ -49,6 +50,7 @@ class ModelReader {
     nn::NetworkDescription description;
     description.path = message_.file().path;
     description.opset = *opset_;
+    description.metadata = std::move(metadata_);
     return read_graph(*graph_, std::move(description), limits_);
   }
 
@@ -75,6 +77,9 @@ class ModelReader {
       case 8:
         read_opset(message.message("opset_import", "opset_import"));
         break;
+      case 14:
+        read_metadata(message.message("metadata_props", "metadata_props"));
+        break;
       case 25:
         check_function(message.message("functions", "functions"));
         break;
@@ -97,6 +102,21 @@ class ModelReader {
       }
     }
     if (is_default_domain(domain) && (!opset_ || version > *opset_)) opset_ = version;
+  }
+
+  void read_metadata(ProtobufMessage message) {
+    std::string key, value;
+    while (message.next()) {
+      if (message.tag() == 1) {
+        key = message.bytes("key");
+      } else if (message.tag() == 2) {
+        value = message.bytes("value");
+      } else {
+        message.skip();
+      }
+    }
+    if (!metadata_.emplace(key, std::move(value)).second)
+      message.fail_whole("two values of the metadata " + in_quotes(key));
   }
 
   /// Refuses functions of ONNX's own domain: a function replaces the operator of its name, and that would go
@@ -133,6 +153,7 @@ class ModelReader {
   std::optional<std::int64_t> ir_version_{};
   std::optional<std::int64_t> opset_{};
   std::optional<ProtobufMessage> graph_{};
+  std::map<std::string, std::string> metadata_{};
 };
 
 std::string_view text_of(const std::vector<std::byte>& bytes) {

@@ -12,6 +12,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
+#include <tapestry/io/onnx/tensor_elements.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <utility>
 #include <variant>
@@ -34,11 +35,18 @@ class OnnxEncoder {
     std::string opset;
     protozero::pbf_writer(opset).add_int64(2, network_.opset);
     writer.add_message(8, opset);
+    for (const auto& [key, value] : network_.metadata) {
+      std::string entry;
+      protozero::pbf_writer entry_writer(entry);
+      entry_writer.add_string(1, key);
+      entry_writer.add_string(2, value);
+      writer.add_message(14, entry);
+    }
     return bytes;
   }
 
  private:
-  static constexpr std::int32_t type_float = 1, type_int64 = 7, type_bool = 9, type_double = 11;
+  static constexpr std::int32_t type_float = 1, type_int64 = 7, type_bool = 9;
 
   [[nodiscard]] std::string graph() const {
     std::string bytes;
@@ -113,8 +121,19 @@ class OnnxEncoder {
     for (const std::string& output : node.outputs) writer.add_string(2, output);
     if (!node.name.empty()) writer.add_string(3, node.name);
     writer.add_string(4, node.operation);
-    for (const auto& [name, attribute] : node.attributes) writer.add_message(5, encoded(name, attribute));
+    for (const auto& [name, attribute] : node.attributes)
+      writer.add_message(5, encoded(name, written(node, name, attribute)));
     return bytes;
+  }
+
+  /// The attribute as it is; the types that a node casts to are those that tensors are written in.
+  [[nodiscard]] static nn::Attribute written(const nn::Node& node, const std::string& name,
+                                             const nn::Attribute& attribute) {
+    const bool is_type =
+        (node.operation == "Cast" && name == "to") || (node.operation == "EyeLike" && name == "dtype");
+    const auto* const number = std::get_if<std::int64_t>(&attribute);
+    if (!is_type || number == nullptr || !is_supported(OnnxType(*number))) return attribute;
+    return std::int64_t(type_of(facts_of(OnnxType(*number)).meaning));
   }
 
   [[nodiscard]] static std::string encoded(const std::string& name, const nn::Attribute& attribute) {
@@ -169,16 +188,22 @@ class OnnxEncoder {
     return static_cast<std::int64_t>(value);
   }
 
+  /// The nearest number in single precision. \throws DomainError if it is infinite, and the value is not
+  [[nodiscard]] static float float_of(const std::string& name, double value) {
+    const auto rounded = static_cast<float>(value);
+    if (std::isinf(rounded) && !std::isinf(value))
+      throw DomainError("write_onnx: '" + name + "' holds " + std::to_string(value) +
+                        ", beyond single precision");
+    return rounded;
+  }
+
   [[nodiscard]] static std::string tensor(const std::string& name, const nn::Constant& constant) {
     const bool is_float = constant.type == nn::ElementType::floating;
-    const bool is_double = is_float && std::holds_alternative<std::vector<double>>(constant.values);
     std::string bytes, elements;
     for (std::size_t i = 0; i < constant.size(); ++i) {
       const double value = constant.at(i);
-      if (is_double)
-        append(elements, std::bit_cast<std::uint64_t>(value), 8);
-      else if (is_float)
-        append(elements, std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
+      if (is_float)
+        append(elements, std::bit_cast<std::uint32_t>(float_of(name, value)), 4);
       else if (constant.type == nn::ElementType::integer)
         append(elements, static_cast<std::uint64_t>(integer_of(name, value)), 8);
       else
@@ -186,7 +211,7 @@ class OnnxEncoder {
     }
     protozero::pbf_writer writer(bytes);
     for (const std::size_t extent : constant.shape) writer.add_int64(1, static_cast<std::int64_t>(extent));
-    writer.add_int32(2, is_double ? type_double : type_of(constant.type));
+    writer.add_int32(2, type_of(constant.type));
     if (!name.empty()) writer.add_string(8, name);
     writer.add_bytes(9, elements);
     return bytes;

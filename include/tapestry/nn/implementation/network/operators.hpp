@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/network/layout_conversion.hpp>
 #include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/batch_normalization.hpp>
@@ -37,6 +38,7 @@
 #include <tapestry/nn/network/operators/variadic.hpp>
 #include <tapestry/nn/network/operators/views.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
+#include <variant>
 #include <vector>
 
 /// The table of operators.hpp. It includes every operator and so takes a compiler long.
@@ -84,6 +86,38 @@ const OperatorTable<T>& operators() {
 
 template const OperatorTable<float>& operators<float>();
 template const OperatorTable<double>& operators<double>();
+
+}  // namespace tapestry::nn
+
+namespace tapestry::nn {
+
+void require_operand_count(std::size_t count, std::int64_t opset, const std::vector<OperandCount>& expected) {
+  OperandCount own{0, 0};
+  for (const OperandCount& version : expected)
+    if (version.opset <= opset) own = version;
+  if (count >= own.least && count <= own.most) return;
+  const std::string least = std::to_string(own.least);
+  throw DomainError(std::to_string(count) + " operands, expected " +
+                    (own.most == own.least    ? least
+                     : own.most == all_inputs ? "at least " + least
+                                              : least + " to " + std::to_string(own.most)));
+}
+
+void require_ranges(const Node& node, const std::vector<AttributeRange>& ranges) {
+  for (const AttributeRange& range : ranges) {
+    const auto found = node.attributes.find(range.name);
+    if (found == node.attributes.end()) continue;
+    const auto require = [&](std::int64_t value) {
+      if (value < range.least || value > range.most)
+        throw DomainError("attribute " + in_quotes(range.name) +
+                          " is out of range: " + std::to_string(value) + ", expected " +
+                          std::to_string(range.least) + " to " + std::to_string(range.most));
+    };
+    if (const auto* value = std::get_if<std::int64_t>(&found->second)) require(*value);
+    if (const auto* values = std::get_if<std::vector<std::int64_t>>(&found->second))
+      std::ranges::for_each(*values, require);
+  }
+}
 
 }  // namespace tapestry::nn
 
@@ -155,7 +189,7 @@ struct FoldInputs {
 std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
                                 const std::vector<FoldOperand>& operands, std::size_t most) {
   if (node.operation == "Shape" || node.operation == "Size") {
-    if (operands.empty() || !operands.front().is_there) throw DomainError("input 0 is missing");
+    require_operand_count(operand_count(operands), opset, {{1, 1}});
     const Shape& shape = operands.front().shape;
     if (node.operation == "Shape") return {detail::shape_constant(node, opset, shape)};
     return {detail::integers({static_cast<double>(size_of(shape))}, {})};
@@ -164,8 +198,7 @@ std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
   const bool is_last = detail::lies_last(kind, operands);
   const detail::FoldInputs inputs(operands, is_last ? kind.data_inputs : 0);
   OperatorContext context(node, opset, inputs.described(operands), is_last);
-  const auto operation = kind.make(context);
-  context.require_all_asked();
+  const auto operation = made_operation(kind, context);
   std::vector<Buffer<double>> results;
   std::vector<TensorView<double>> result_views;
   for (const auto& result : operation->results()) {

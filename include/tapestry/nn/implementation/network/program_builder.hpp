@@ -160,8 +160,7 @@ void ProgramBuilder<T>::make(const Node& node, const Operator<T>& kind) {
   for (std::size_t i = 0; i < node.inputs.size(); ++i)
     operands.push_back(operand_of(node.inputs[i], is_last && i < kind.data_inputs));
   OperatorContext context(node, description_.opset, std::move(operands), is_last);
-  ProgramStep<T> step{kind.make(context), {}, {}, label_of(node)};
-  context.require_all_asked();
+  ProgramStep<T> step{made_operation(kind, context), {}, {}, label_of(node)};
   for (std::size_t i = 0; i < node.inputs.size(); ++i) {
     const std::string& input = node.inputs[i];
     const bool is_data = is_last && i < kind.data_inputs;

@@ -249,7 +249,11 @@ class BatchStatisticsNormalization : public Operation<T> {
 template <std::floating_point T>
 void add_batch_normalization(OperatorTable<T>& table) {
   table["BatchNormalization"] = {
-      LayoutRule::channels_last, 1, false, [](OperatorContext& context) -> std::unique_ptr<Operation<T>> {
+      LayoutRule::channels_last,
+      1,
+      false,
+      {{5, 5}},
+      [](OperatorContext& context) -> std::unique_ptr<Operation<T>> {
         const double momentum = context.number("momentum", 0.9);
         context.ignore("spatial");  // 0 is refused by the extents of what is given for each channel
         const bool is_training = context.integer("training_mode", 0) != 0;

@@ -172,7 +172,7 @@ template <std::floating_point T>
                                                 kind == BinaryKind::test ? ElementType::boolean : a.type,
                                                 is_discrete ? integers : loops, is_weighted);
   };
-  return {LayoutRule::any, all_inputs, true, make};
+  return {LayoutRule::any, all_inputs, true, {{2, 2}}, make};
 }
 
 template <class F, std::floating_point T>
@@ -204,7 +204,7 @@ void add_binary_operators(OperatorTable<T>& table) {
                                  binary_loops<binary::IntegerDiv, T>());
   table["Pow"] =
       binary_operator(Kind::mixed, binary_loops<binary::Pow, T>(), binary_loops<binary::IntegerPow, T>());
-  table["Mod"] = {LayoutRule::any, all_inputs, true, detail::make_mod<T>};
+  table["Mod"] = {LayoutRule::any, all_inputs, true, {{2, 2}}, detail::make_mod<T>};
   add_binary<binary::PRelu>(table, "PRelu", Kind::weighted);
   add_binary<binary::Equal>(table, "Equal", Kind::test);
   add_binary<binary::Greater>(table, "Greater", Kind::test);

@@ -65,15 +65,20 @@ class ChannelShuffle : public Operation<T> {
 template <std::floating_point T>
 void add_channel_shuffle(OperatorTable<T>& table) {
   table["ChannelShuffle"] = {
-      LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
+      LayoutRule::channels_last,
+      1,
+      false,
+      {{1, 1}},
+      [](OperatorContext& context) {
         const ChannelExtents extents = channel_extents(context);
         const std::int64_t groups = context.integer("group", 1);
-        if (!extents.is_last || groups < 1 || extents.channels % static_cast<std::size_t>(groups) != 0)
+        if (!extents.is_last || extents.channels % static_cast<std::size_t>(groups) != 0)
           throw DomainError("attribute 'group' is " + std::to_string(groups) + " for " +
                             std::to_string(extents.channels) + " channels");
         return std::make_unique<ChannelShuffle<T>>(context.input(0), extents,
                                                    static_cast<std::size_t>(groups));
-      }};
+      },
+      {{"group", 1, largest_extent}}};
 }
 
 /// The channels of two tensors [pixels, channels] in turn, cut into results one after the other.
@@ -137,7 +142,11 @@ class InterleaveChannels : public Operation<T> {
 template <std::floating_point T>
 void add_interleave_channels(OperatorTable<T>& table) {
   table["InterleaveChannels"] = {
-      LayoutRule::channels_last, 2, false, [](OperatorContext& context) {
+      LayoutRule::channels_last,
+      2,
+      false,
+      {{2, 2}},
+      [](OperatorContext& context) {
         const Shape& shape = picture_shape(context);
         if (context.input(1).shape != shape)
           throw ShapeError("input 1 is " + tapestry::detail::to_text(context.input(1).shape) + ", expected " +
@@ -146,7 +155,6 @@ void add_interleave_channels(OperatorTable<T>& table) {
         std::size_t total = 0;
         const auto twice = static_cast<std::int64_t>(2 * shape.back());
         for (const std::int64_t channels : context.integers("split", {twice})) {
-          if (channels < 1 || channels > twice) throw DomainError("attribute 'split' is out of range");
           results.push_back(
               {{shape[0], shape[1], shape[2], static_cast<std::size_t>(channels)}, ElementType::floating});
           total += results.back().shape.back();
@@ -155,7 +163,8 @@ void add_interleave_channels(OperatorTable<T>& table) {
           throw ShapeError("attribute 'split' sums to " + std::to_string(total) + ", expected " +
                            std::to_string(twice));
         return std::make_unique<InterleaveChannels<T>>(shape, std::move(results));
-      }};
+      },
+      {{"split", 1, largest_extent}}};
 }
 
 }  // namespace tapestry::nn

@@ -209,8 +209,7 @@ namespace detail {
   if (weights.size() != 4)
     throw ShapeError("the weights are " + tapestry::detail::to_text(weights) + ", expected four axes");
   if (size_of(weights) == 0) throw ShapeError("the weights are empty");
-  if (group < 1 || static_cast<std::size_t>(group) > weights[0] ||
-      weights[0] % static_cast<std::size_t>(group) != 0 ||
+  if (static_cast<std::size_t>(group) > weights[0] || weights[0] % static_cast<std::size_t>(group) != 0 ||
       weights[1] * static_cast<std::size_t>(group) != picture[3])
     throw ShapeError("weights " + tapestry::detail::to_text(weights) + " in " + std::to_string(group) +
                      " groups do not fit " + std::to_string(picture[3]) + " channels");
@@ -250,15 +249,30 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
+/// Ranges of the attributes of a convolution, and of these others.
+[[nodiscard]] inline std::vector<AttributeRange> convolution_ranges(std::vector<AttributeRange> others = {}) {
+  others.push_back({"group", 1, largest_extent});
+  return window_ranges(std::move(others));
+}
+
 /// Conv, and FusedConv, which simplified() makes of a Conv and the nodes behind it. Operands of FusedConv: x,
 /// addend or nothing, weights, bias. Attributes: those of Conv and FusedActivation, and `adds_first`.
 template <std::floating_point T>
 void add_convolution(OperatorTable<T>& table) {
-  table["Conv"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
+  table["Conv"] = {LayoutRule::channels_last,
+                   1,
+                   false,
+                   {{2, 3}},
+                   [](OperatorContext& context) {
                      return std::make_unique<Convolution<T>>(detail::plan_convolution<T>(context, 1));
-                   }};
+                   },
+                   convolution_ranges()};
   table["FusedConv"] = {
-      LayoutRule::channels_last, 2, false, [](OperatorContext& context) {
+      LayoutRule::channels_last,
+      2,
+      false,
+      {{3, 4}},
+      [](OperatorContext& context) {
         ConvolutionPlan<T> plan = detail::plan_convolution<T>(context, 2);
         plan.activation = fused_activation<T>(context);
         plan.adds_first = context.integer("adds_first", 0) != 0;
@@ -268,7 +282,8 @@ void add_convolution(OperatorTable<T>& table) {
           throw ShapeError("the addend is " + tapestry::detail::to_text(context.input(1).shape) +
                            ", expected " + tapestry::detail::to_text(convolution->result_shape()));
         return convolution;
-      }};
+      },
+      convolution_ranges()};
 }
 
 }  // namespace tapestry::nn

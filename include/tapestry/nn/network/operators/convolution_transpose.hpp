@@ -132,22 +132,25 @@ template <std::floating_point T>
   const Shape& picture = picture_shape(context);
   const Shape& weights = context.input(1).shape;
   const std::int64_t group = context.integer("group", 1);
-  if (weights.size() != 4 || size_of(weights) == 0 || weights[0] != picture[3] || group < 1 ||
+  if (weights.size() != 4 || size_of(weights) == 0 || weights[0] != picture[3] ||
       static_cast<std::size_t>(group) > weights[0] || weights[0] % static_cast<std::size_t>(group) != 0)
     throw ShapeError("weights " + tapestry::detail::to_text(weights) + " in " + std::to_string(group) +
                      " groups do not fit " + std::to_string(picture[3]) + " channels");
   const KernelAttributes window = window_attributes(context, {weights[2], weights[3]});
   std::array<std::size_t, 2> extra{}, wanted{};
-  read_extents(context, "output_padding", 0, 2, extra.data());
+  read_extents(context, "output_padding", 2, extra.data());
+  for (std::size_t axis = 0; axis < 2; ++axis)
+    if (extra[axis] >= std::max(window.strides[axis], window.dilations[axis]))
+      throw DomainError("attribute 'output_padding' is " + std::to_string(extra[axis]) +
+                        ", expected less than the stride or the dilation, " +
+                        std::to_string(window.strides[axis]) + " and " +
+                        std::to_string(window.dilations[axis]));
   auto extents = context.integers("output_shape");
   if (extents.size() == 4) extents.erase(extents.begin(), extents.begin() + 2);  // batch and channels
   if (!extents.empty() && extents.size() != 2)
     throw DomainError("attribute 'output_shape' is not of two axes");
-  for (std::size_t axis = 0; axis < extents.size(); ++axis) {
-    if (extents[axis] < 1 || extents[axis] > largest_window)
-      throw DomainError("attribute 'output_shape' is out of range: " + std::to_string(extents[axis]));
+  for (std::size_t axis = 0; axis < extents.size(); ++axis)
     wanted[axis] = static_cast<std::size_t>(extents[axis]);
-  }
   ConvolutionPlan<T> plan;
   plan.images = picture[0];
   plan.shape.groups = static_cast<std::size_t>(group);
@@ -169,7 +172,13 @@ template <std::floating_point T>
 /// half there.
 template <std::floating_point T>
 void add_convolution_transpose(OperatorTable<T>& table) {
-  table["ConvTranspose"] = {LayoutRule::channels_last, 1, false, detail::make_convolution_transpose<T>};
+  table["ConvTranspose"] = {
+      LayoutRule::channels_last,
+      1,
+      false,
+      {{2, 3}},
+      detail::make_convolution_transpose<T>,
+      convolution_ranges({{"output_padding", 0, largest_window}, {"output_shape", 1, largest_window}})};
 }
 
 }  // namespace tapestry::nn

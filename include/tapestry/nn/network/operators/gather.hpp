@@ -172,7 +172,6 @@ template <std::floating_point T>
   const Operand &x = context.input(0), &indices = context.input(1);
   context.require_type(1, ElementType::integer);
   const std::int64_t batch = context.integer("batch_dims", 0);
-  if (batch < 0) throw DomainError("batch_dims is " + std::to_string(batch));
   const auto first = static_cast<std::size_t>(batch);
   IndexPlan plan = IndexPlan::of_tuples(x.shape, first, indices.shape);
   Shape shape(indices.shape.begin(), indices.shape.end() - 1);
@@ -184,9 +183,10 @@ template <std::floating_point T>
 
 template <std::floating_point T>
 void add_gather_operators(OperatorTable<T>& table) {
-  table["Gather"] = {LayoutRule::plain, 1, false, detail::make_gather<T>};
-  table["GatherElements"] = {LayoutRule::plain, 1, false, detail::make_gather_elements<T>};
-  table["GatherND"] = {LayoutRule::plain, 1, false, detail::make_gather_nd<T>};
+  table["Gather"] = {LayoutRule::plain, 1, false, {{2, 2}}, detail::make_gather<T>};
+  table["GatherElements"] = {LayoutRule::plain, 1, false, {{2, 2}}, detail::make_gather_elements<T>};
+  table["GatherND"] = {
+      LayoutRule::plain, 1, false, {{2, 2}}, detail::make_gather_nd<T>, {{"batch_dims", 0, most_axes}}};
 }
 
 }  // namespace tapestry::nn

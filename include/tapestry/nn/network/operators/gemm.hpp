@@ -151,8 +151,9 @@ class Gemm : public Operation<T> {
 /// Gemm. All its constant operands are weights.
 template <std::floating_point T>
 void add_gemm(OperatorTable<T>& table) {
-  table["Gemm"] = {LayoutRule::plain, 3, false,
-                   [](OperatorContext& context) { return std::make_unique<Gemm<T>>(plan_gemm(context)); }};
+  table["Gemm"] = {LayoutRule::plain, 3, false, {{2, 3}}, [](OperatorContext& context) {
+                     return std::make_unique<Gemm<T>>(plan_gemm(context));
+                   }};
 }
 
 }  // namespace tapestry::nn

@@ -196,11 +196,11 @@ template <std::floating_point T>
 /// ConstantOfShape, Range, OneHot, EyeLike and Trilu.
 template <std::floating_point T>
 void add_generators(OperatorTable<T>& table) {
-  table["ConstantOfShape"] = {LayoutRule::plain, 0, false, detail::make_constant_of_shape<T>};
-  table["Range"] = {LayoutRule::plain, 0, false, detail::make_range<T>};
-  table["OneHot"] = {LayoutRule::plain, 1, false, detail::make_one_hot<T>};
-  table["EyeLike"] = {LayoutRule::plain, 1, false, detail::make_eye<T>};
-  table["Trilu"] = {LayoutRule::plain, 1, false, detail::make_triangle<T>};
+  table["ConstantOfShape"] = {LayoutRule::plain, 0, false, {{1, 1}}, detail::make_constant_of_shape<T>};
+  table["Range"] = {LayoutRule::plain, 0, false, {{3, 3}}, detail::make_range<T>};
+  table["OneHot"] = {LayoutRule::plain, 1, false, {{3, 3}}, detail::make_one_hot<T>};
+  table["EyeLike"] = {LayoutRule::plain, 1, false, {{1, 1}}, detail::make_eye<T>};
+  table["Trilu"] = {LayoutRule::plain, 1, false, {{1, 2}}, detail::make_triangle<T>};
 }
 
 }  // namespace tapestry::nn

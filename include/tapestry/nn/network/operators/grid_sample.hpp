@@ -205,7 +205,7 @@ namespace detail {
 /// GridSample of pictures.
 template <std::floating_point T>
 void add_grid_sample(OperatorTable<T>& table) {
-  table["GridSample"] = {LayoutRule::plain, 1, false, [](OperatorContext& context) {
+  table["GridSample"] = {LayoutRule::plain, 1, false, {{2, 2}}, [](OperatorContext& context) {
                            const Operand &x = context.input(0), &grid = context.input(1);
                            const Shape &a = x.shape, &b = grid.shape;
                            if (a.size() != 4 || b.size() != 4 || a[0] != b[0] || b[3] != 2 || size_of(a) == 0)

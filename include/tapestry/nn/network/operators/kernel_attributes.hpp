@@ -10,6 +10,7 @@
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/depthwise_convolution.hpp>
 #include <tapestry/nn/network/operator_context.hpp>
+#include <tapestry/nn/network/operators.hpp>
 #include <vector>
 
 namespace tapestry::nn {
@@ -41,22 +42,26 @@ struct KernelAttributes {
   return shape;
 }
 
-namespace detail {
 /// Settings of a window beyond this are rejected.
 inline constexpr std::int64_t largest_window = std::int64_t(1) << 20U;
 
-inline void read_extents(OperatorContext& context, const char* name, std::int64_t least, std::size_t count,
-                         std::size_t* to) {
+/// Ranges of the attributes of a window, and of these others.
+[[nodiscard]] inline std::vector<AttributeRange> window_ranges(std::vector<AttributeRange> others = {}) {
+  for (const char* const name : {"kernel_shape", "strides", "dilations"})
+    others.push_back({name, 1, largest_window});
+  others.push_back({"pads", 0, largest_window});
+  return others;
+}
+
+namespace detail {
+/// Reads a list of extents whose range the operator's table states.
+inline void read_extents(OperatorContext& context, const char* name, std::size_t count, std::size_t* to) {
   const auto values = context.integers(name);
   if (values.empty()) return;
   if (values.size() != count)
     throw DomainError("attribute " + in_quotes(name) + " has " + std::to_string(values.size()) +
                       " values, expected " + std::to_string(count));
-  for (std::size_t i = 0; i < count; ++i) {
-    if (values[i] < least || values[i] > largest_window)
-      throw DomainError("attribute " + in_quotes(name) + " is out of range: " + std::to_string(values[i]));
-    to[i] = static_cast<std::size_t>(values[i]);
-  }
+  for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::size_t>(values[i]);
 }
 
 [[nodiscard]] inline KernelAttributes::AutoPad read_auto_pad(OperatorContext& context) {
@@ -75,15 +80,15 @@ inline void read_extents(OperatorContext& context, const char* name, std::int64_
                                                         KernelAttributes::Pair taps = {0, 0}) {
   KernelAttributes window;
   window.taps = taps;
-  detail::read_extents(context, "kernel_shape", 1, 2, window.taps.data());
+  detail::read_extents(context, "kernel_shape", 2, window.taps.data());
   if (taps[0] != 0 && window.taps != taps)
     throw DomainError("attribute 'kernel_shape' is " + tapestry::detail::to_text(window.taps) +
                       ", but the weights have " + tapestry::detail::to_text(taps));
   if (window.taps[0] == 0 || window.taps[1] == 0) throw DomainError("there is no 'kernel_shape'");
-  detail::read_extents(context, "strides", 1, 2, window.strides.data());
-  detail::read_extents(context, "dilations", 1, 2, window.dilations.data());
+  detail::read_extents(context, "strides", 2, window.strides.data());
+  detail::read_extents(context, "dilations", 2, window.dilations.data());
   std::array<std::size_t, 4> pads{};
-  detail::read_extents(context, "pads", 0, 4, pads.data());
+  detail::read_extents(context, "pads", 4, pads.data());
   window.auto_pad = detail::read_auto_pad(context);
   if (window.auto_pad != KernelAttributes::AutoPad::notset) return window;
   window.before = {pads[0], pads[1]};
@@ -200,7 +205,7 @@ struct PoolingPlan {
   plan.columns = axis_window(window, 1, picture[2], rounds_up);
   const auto windows = [&](const AxisWindow& axis, std::size_t after) {
     std::vector<KernelTaps> all;
-    if (axis.output > static_cast<std::size_t>(2 * detail::largest_window))
+    if (axis.output > static_cast<std::size_t>(2 * largest_window))
       throw ShapeError(std::to_string(axis.output) + " windows along an axis are too many");
     for (std::size_t i = 0; i < axis.output; ++i) {
       const BlockRange taps = detail::inner_taps(axis, i);

@@ -148,7 +148,7 @@ namespace detail {
 template <std::floating_point T>
 void add_layer_normalization(OperatorTable<T>& table) {
   table["LayerNormalization"] = {
-      LayoutRule::plain, 1, false, [](OperatorContext& context) {
+      LayoutRule::plain, 1, false, {{2, 3}}, [](OperatorContext& context) {
         context.ignore("stash_type");  // sums are in double
         const Shape& shape = context.input(0).shape;
         const std::size_t axis = context.axis(context.integer("axis", -1), shape.size());
@@ -242,18 +242,21 @@ class LocalResponseNormalization : public Operation<T> {
 
 template <std::floating_point T>
 void add_local_response_normalization(OperatorTable<T>& table) {
-  table["LRN"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
+  table["LRN"] = {LayoutRule::channels_last,
+                  1,
+                  false,
+                  {{1, 1}},
+                  [](OperatorContext& context) {
                     typename LocalResponseNormalization<T>::Numbers numbers;
-                    const std::int64_t size = context.integer("size", 0);
-                    if (size < 1 || size > (std::int64_t(1) << 20U))
-                      throw DomainError("attribute 'size' is " + std::to_string(size));
-                    numbers.size = static_cast<std::size_t>(size);
+                    if (!context.has_attribute("size")) throw DomainError("attribute 'size' is missing");
+                    numbers.size = static_cast<std::size_t>(context.integer("size", 1));
                     numbers.alpha = context.number("alpha", numbers.alpha);
                     numbers.beta = context.number("beta", numbers.beta);
                     numbers.bias = context.number("bias", numbers.bias);
                     return std::make_unique<LocalResponseNormalization<T>>(context.input(0).shape,
                                                                            channel_extents(context), numbers);
-                  }};
+                  },
+                  {{"size", 1, std::int64_t(1) << 20U}}};
 }
 
 }  // namespace tapestry::nn

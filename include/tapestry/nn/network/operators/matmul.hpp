@@ -189,7 +189,7 @@ class MatMul : public Operation<T> {
 
 template <std::floating_point T>
 void add_matmul(OperatorTable<T>& table) {
-  table["MatMul"] = {LayoutRule::plain, 2, false, [](OperatorContext& context) {
+  table["MatMul"] = {LayoutRule::plain, 2, false, {{2, 2}}, [](OperatorContext& context) {
                        return std::make_unique<MatMul<T>>(
                            plan_matmul(context.input(0).shape, context.input(1).shape),
                            context.input(1).constant != nullptr);

@@ -1,15 +1,16 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <memory>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/operators/generators.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::nn {
@@ -71,67 +72,69 @@ template <class Value>
   return rows;
 }
 
-/// NonMaxSuppression. Extents are fixed, so if boxes or scores are computed, the result has the largest
-/// possible number of rows; unused rows hold −1.
+/// NonMaxSuppression of boxes and scores that are known beforehand. The number of its rows depends on their
+/// values, so those of computed ones have no extents.
 template <std::floating_point T>
 class NonMaxSuppression : public Operation<T> {
  public:
-  NonMaxSuppression(const Shape& boxes, const Shape& scores, const SuppressionSettings& settings,
-                    std::size_t rows)
-      : Operation<T>({{{rows, 3}, ElementType::integer}}),
-        settings_(settings),
-        images_(boxes[0]),
-        classes_(scores[1]),
-        count_(boxes[1]) {}
+  explicit NonMaxSuppression(std::vector<std::array<std::size_t, 3>> rows)
+      : Operation<T>({{{rows.size(), 3}, ElementType::integer}}), rows_(std::move(rows)) {}
 
   void forward(const ForwardCall<T>& call) const override {
-    const auto value = [](const T* values) {
-      return [values](std::size_t i) { return static_cast<double>(values[i]); };
-    };
-    const auto rows = chosen_boxes(settings_, images_, classes_, count_, value(call.inputs[0].values),
-                                   value(call.inputs[1].values));
     T* to = call.outputs[0].values;
-    std::fill_n(to, call.outputs[0].size(), T(-1));
-    for (const auto& row : rows)
+    for (const auto& row : rows_)
       for (const std::size_t index : row) *to++ = static_cast<T>(index);
   }
   [[nodiscard]] bool is_differentiable(std::size_t) const override { return false; }
 
  private:
-  SuppressionSettings settings_;
-  std::size_t images_, classes_, count_;
+  std::vector<std::array<std::size_t, 3>> rows_;
 };
 
 namespace detail {
+/// The constant operand that bounds the boxes or their scores; `otherwise` if it is left out.
+/// \throws DomainError for NaN, which every comparison would pass by
+[[nodiscard]] inline double suppression_bound(const OperatorContext& context, std::size_t input,
+                                              double otherwise) {
+  if (!context.has_input(input)) return otherwise;
+  const double bound = scalar_of(context, input);
+  if (std::isnan(bound)) throw DomainError("input " + std::to_string(input) + " is NaN");
+  return bound;
+}
+
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_non_max_suppression(OperatorContext& context) {
   const Operand &boxes = context.input(0), &scores = context.input(1);
   SuppressionSettings settings;
   settings.has_centres = context.integer("center_point_box", 0) != 0;
-  if (context.has_input(2))
-    settings.most = to_extent(std::max<std::int64_t>(OperatorContext::to_integer(scalar_of(context, 2)), 0));
-  if (context.has_input(3)) settings.overlap = scalar_of(context, 3);
-  if (context.has_input(4)) settings.score = scalar_of(context, 4);
+  const double most = suppression_bound(context, 2, 0);
+  settings.overlap = suppression_bound(context, 3, settings.overlap);
+  settings.score = suppression_bound(context, 4, settings.score);
   const Shape &a = boxes.shape, &b = scores.shape;
   if (a.size() != 3 || a[2] != 4 || b.size() != 3 || a[0] != b[0] || a[1] != b[2])
     throw ShapeError("boxes and scores are " + tapestry::detail::to_text(a) + " and " +
                      tapestry::detail::to_text(b) + ", expected [N, B, 4] and [N, K, B]");
-  std::size_t rows = b[0] * b[1] * std::min(settings.most, a[1]);
-  if (boxes.constant != nullptr && scores.constant != nullptr) {
-    if (a[1] > (std::size_t(1) << 16U))  // each box is compared with all others
-      throw ShapeError(std::to_string(a[1]) + " constant boxes are too many");
-    const auto value = [](const Constant* constant) {
-      return [constant](std::size_t i) { return static_cast<double>(static_cast<T>(constant->at(i))); };
-    };
-    rows = chosen_boxes(settings, a[0], b[1], a[1], value(boxes.constant), value(scores.constant)).size();
-  }
-  return std::make_unique<NonMaxSuppression<T>>(a, b, settings, rows);
+  // Exporters write the largest integer for no limit.
+  settings.most = static_cast<std::size_t>(std::clamp(most, 0.0, static_cast<double>(a[1])));
+  if (boxes.constant == nullptr || scores.constant == nullptr)
+    throw DomainError(
+        "the number of boxes left depends on the picture, which is not supported; choose outputs before this "
+        "node");
+  if (a[1] > (std::size_t(1) << 16U))  // each box is compared with all others
+    throw ShapeError(std::to_string(a[1]) + " constant boxes are too many");
+  const auto value = [](const Constant* constant) {
+    return [constant](std::size_t i) { return static_cast<double>(static_cast<T>(constant->at(i))); };
+  };
+  return std::make_unique<NonMaxSuppression<T>>(
+      chosen_boxes(settings, a[0], b[1], a[1], value(boxes.constant), value(scores.constant)));
 }
 }  // namespace detail
 
 template <std::floating_point T>
 void add_non_max_suppression(OperatorTable<T>& table) {
-  table["NonMaxSuppression"] = {LayoutRule::plain, 2, false, detail::make_non_max_suppression<T>};
+  table["NonMaxSuppression"] = {
+      LayoutRule::plain,           2, false, {{2, 5}}, detail::make_non_max_suppression<T>,
+      {{"center_point_box", 0, 1}}};
 }
 
 }  // namespace tapestry::nn

@@ -221,13 +221,13 @@ void add_order_operators(OperatorTable<T>& table) {
     const auto make = [is_largest](OperatorContext& context) {
       return detail::make_arg_extreme<T>(context, is_largest);
     };
-    table[is_largest ? "ArgMax" : "ArgMin"] = {LayoutRule::plain, 1, false, make};
+    table[is_largest ? "ArgMax" : "ArgMin"] = {LayoutRule::plain, 1, false, {{1, 1}}, make};
   }
-  table["TopK"] = {LayoutRule::plain, 1, false, detail::make_top_k<T>};
-  table["Hardmax"] = {LayoutRule::plain, 1, false, [](OperatorContext& context) {
+  table["TopK"] = {LayoutRule::plain, 1, false, {{1, 1}, {2, 2, 10}}, detail::make_top_k<T>};
+  table["Hardmax"] = {LayoutRule::plain, 1, false, {{1, 1}}, [](OperatorContext& context) {
                         return std::make_unique<Hardmax<T>>(context.input(0), detail::softmax_runs(context));
                       }};
-  table["CumSum"] = {LayoutRule::any, 1, false, detail::make_cum_sum<T>};
+  table["CumSum"] = {LayoutRule::any, 1, false, {{2, 2}}, detail::make_cum_sum<T>};
 }
 
 }  // namespace tapestry::nn

@@ -199,12 +199,13 @@ template <std::floating_point T>
   const std::string mode = to_space ? context.text("mode", "DCR") : "DCR";
   if (mode != "DCR" && mode != "CRD")
     throw DomainError("mode is " + in_quotes(mode) + ", expected 'DCR' or 'CRD'");
-  const std::size_t block = to_extent(context.integer("blocksize", 0)), area = block * block;
+  if (!context.has_attribute("blocksize")) throw DomainError("attribute 'blocksize' is missing");
+  const std::size_t block = to_extent(context.integer("blocksize", 1)), area = block * block;
   const Operand& x = context.input(0);
   if (x.shape.size() != 4) throw ShapeError(tapestry::detail::to_text(x.shape) + " has not four axes");
   const PictureAxes from(context, x.shape);
   const auto [images, channels, rows, columns] = from.extents;
-  if (block == 0 || (to_space ? channels % area != 0 : rows % block != 0 || columns % block != 0))
+  if (to_space ? channels % area != 0 : rows % block != 0 || columns % block != 0)
     throw ShapeError("blocks of " + std::to_string(block) + " do not fit " + std::to_string(channels) +
                      " channels of " + std::to_string(rows) + " x " + std::to_string(columns));
   Shape shape = to_space ? Shape{images, channels / area, rows * block, columns * block}
@@ -222,13 +223,15 @@ template <std::floating_point T>
 /// Pad, DepthToSpace and SpaceToDepth.
 template <std::floating_point T>
 void add_pad_operators(OperatorTable<T>& table) {
-  table["Pad"] = {LayoutRule::any, 1, false, detail::make_pad<T>};
-  table["DepthToSpace"] = {LayoutRule::any, 1, false, [](OperatorContext& context) {
-                             return detail::make_depth_space<T>(context, true);
-                           }};
-  table["SpaceToDepth"] = {LayoutRule::any, 1, false, [](OperatorContext& context) {
-                             return detail::make_depth_space<T>(context, false);
-                           }};
+  table["Pad"] = {LayoutRule::any, 1, false, {{1, 1}, {2, 3, 11}, {2, 4, 18}}, detail::make_pad<T>};
+  for (const bool to_space : {false, true})
+    table[to_space ? "DepthToSpace" : "SpaceToDepth"] = {
+        LayoutRule::any,
+        1,
+        false,
+        {{1, 1}},
+        [to_space](OperatorContext& context) { return detail::make_depth_space<T>(context, to_space); },
+        {{"blocksize", 1, largest_extent}}};
 }
 
 }  // namespace tapestry::nn

@@ -73,13 +73,13 @@ void add_pass_on(OperatorTable<T>& table) {
   const auto identity = [](OperatorContext& context) {
     return std::make_unique<PassOn<T>>(context.input(0).shape, context.input(0).type);
   };
-  table["Identity"] = {LayoutRule::any, 1, false, identity};
-  table["FlattenPixels"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
+  table["Identity"] = {LayoutRule::any, 1, false, {{1, 1}}, identity};
+  table["FlattenPixels"] = {LayoutRule::channels_last, 1, false, {{1, 1}}, [](OperatorContext& context) {
                               const Shape& shape = picture_shape(context);
                               return std::make_unique<PassOn<T>>(
                                   Shape{shape[0], shape[1] * shape[2], shape[3]}, context.input(0).type);
                             }};
-  table["Dropout"] = {LayoutRule::any, 1, false, detail::make_dropout<T>};
+  table["Dropout"] = {LayoutRule::any, 1, false, {{1, 1}, {1, 3, 12}}, detail::make_dropout<T>};
 }
 
 namespace detail {
@@ -115,8 +115,8 @@ void add_cast_operators(OperatorTable<T>& table) {
     context.ignore("saturate");
     return detail::make_cast<T>(context.input(0), context.input(1).type);
   };
-  table["Cast"] = {LayoutRule::any, 1, false, cast};
-  table["CastLike"] = {LayoutRule::any, 1, false, cast_like};
+  table["Cast"] = {LayoutRule::any, 1, false, {{1, 1}}, cast};
+  table["CastLike"] = {LayoutRule::any, 1, false, {{2, 2}}, cast_like};
 }
 
 }  // namespace tapestry::nn

@@ -91,11 +91,15 @@ class PixelUnshuffle : public Operation<T> {
 template <std::floating_point T>
 void add_pixel_unshuffle(OperatorTable<T>& table) {
   table["PixelUnshuffle"] = {
-      LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
+      LayoutRule::channels_last,
+      1,
+      false,
+      {{1, 1}},
+      [](OperatorContext& context) {
         const Shape& shape = picture_shape(context);
         PixelBlocks blocks;
         std::size_t block[2] = {1, 1};
-        detail::read_extents(context, "block", 1, 2, block);
+        detail::read_extents(context, "block", 2, block);
         blocks.rows = block[0];
         blocks.columns = block[1];
         const auto places = context.integers("places");
@@ -108,7 +112,8 @@ void add_pixel_unshuffle(OperatorTable<T>& table) {
         if (blocks.places.empty() || shape[1] % block[0] != 0 || shape[2] % block[1] != 0)
           throw ShapeError("a picture " + tapestry::detail::to_text(shape) + " is not one of whole blocks");
         return std::make_unique<PixelUnshuffle<T>>(shape, std::move(blocks));
-      }};
+      },
+      {{"block", 1, largest_window}, {"places", 0, largest_window}}};
 }
 
 }  // namespace tapestry::nn

@@ -136,11 +136,16 @@ class MaxPool : public Operation<T> {
 /// MaxPool without the result Indices, and GlobalMaxPool.
 template <std::floating_point T>
 void add_max_pool(OperatorTable<T>& table) {
-  table["MaxPool"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
+  table["MaxPool"] = {LayoutRule::channels_last,
+                      1,
+                      false,
+                      {{1, 1}},
+                      [](OperatorContext& context) {
                         context.ignore("storage_order");  // concerns only Indices
                         return std::make_unique<MaxPool<T>>(plan_pooling(context, false));
-                      }};
-  table["GlobalMaxPool"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
+                      },
+                      window_ranges()};
+  table["GlobalMaxPool"] = {LayoutRule::channels_last, 1, false, {{1, 1}}, [](OperatorContext& context) {
                               return std::make_unique<MaxPool<T>>(plan_global_pooling(context));
                             }};
 }
@@ -260,26 +265,24 @@ class LpPool : public Operation<T> {
 
 template <std::floating_point T>
 void add_average_pool(OperatorTable<T>& table) {
-  const auto norm = [](OperatorContext& context) {
-    const std::int64_t p = context.integer("p", 2);
-    if (p < 1) throw DomainError("attribute 'p' is " + std::to_string(p) + ", expected at least 1");
-    return static_cast<double>(p);
+  const auto average = [](OperatorContext& context) {
+    const bool counts_padding = context.integer("count_include_pad", 0) != 0;
+    return std::make_unique<AveragePool<T>>(plan_pooling(context, true), counts_padding);
   };
-  table["AveragePool"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
-                            const bool counts_padding = context.integer("count_include_pad", 0) != 0;
-                            return std::make_unique<AveragePool<T>>(plan_pooling(context, true),
-                                                                    counts_padding);
-                          }};
-  table["GlobalAveragePool"] = {LayoutRule::channels_last, 1, false, [](OperatorContext& context) {
-                                  return std::make_unique<AveragePool<T>>(plan_global_pooling(context),
-                                                                          false);
-                                }};
-  table["LpPool"] = {LayoutRule::channels_last, 1, false, [norm](OperatorContext& context) {
-                       return std::make_unique<LpPool<T>>(plan_pooling(context, true), norm(context));
-                     }};
-  table["GlobalLpPool"] = {LayoutRule::channels_last, 1, false, [norm](OperatorContext& context) {
-                             return std::make_unique<LpPool<T>>(plan_global_pooling(context), norm(context));
-                           }};
+  const auto average_all = [](OperatorContext& context) {
+    return std::make_unique<AveragePool<T>>(plan_global_pooling(context), false);
+  };
+  const auto norm = [](OperatorContext& context) {
+    const bool is_global = context.node().operation == "GlobalLpPool";
+    PoolingPlan plan = is_global ? plan_global_pooling(context) : plan_pooling(context, true);
+    return std::make_unique<LpPool<T>>(std::move(plan), static_cast<double>(context.integer("p", 2)));
+  };
+  const AttributeRange norms{"p", 1, largest_extent};
+  constexpr auto layout = LayoutRule::channels_last;
+  table["AveragePool"] = {layout, 1, false, {{1, 1}}, average, window_ranges()};
+  table["GlobalAveragePool"] = {layout, 1, false, {{1, 1}}, average_all};
+  table["LpPool"] = {layout, 1, false, {{1, 1}}, norm, window_ranges({norms})};
+  table["GlobalLpPool"] = {layout, 1, false, {{1, 1}}, norm, {norms}};
 }
 
 }  // namespace tapestry::nn

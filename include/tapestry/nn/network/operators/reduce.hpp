@@ -258,7 +258,7 @@ void add_reduce_operators(OperatorTable<T>& table) {
     const auto make = [reduction = kind, since](OperatorContext& context) {
       return detail::make_reduce<T>(context, reduction, since);
     };
-    table[name] = {LayoutRule::any, 1, false, make};
+    table[name] = {LayoutRule::any, 1, false, {{1, 1}, {1, 2, since}}, make};
   }
 }
 

@@ -17,7 +17,7 @@ namespace detail {
 
 /// An extent that a node states. \throws DomainError outside 0 … 2^31 − 1
 [[nodiscard]] inline std::size_t to_extent(std::int64_t value) {
-  if (value < 0 || value > std::numeric_limits<std::int32_t>::max())
+  if (value < 0 || value > largest_extent)
     throw DomainError("extent " + std::to_string(value) + ", expected 0 to 2147483647");
   return static_cast<std::size_t>(value);
 }
@@ -125,10 +125,10 @@ template <std::floating_point T>
 /// Operators that keep the values and their order, and change the axes.
 template <std::floating_point T>
 void add_reshape_operators(OperatorTable<T>& table) {
-  table["Reshape"] = {LayoutRule::plain, 1, false, detail::make_reshape<T>};
-  table["Flatten"] = {LayoutRule::plain, 1, false, detail::make_flatten<T>};
-  table["Squeeze"] = {LayoutRule::plain, 1, false, detail::make_squeeze<T>};
-  table["Unsqueeze"] = {LayoutRule::plain, 1, false, detail::make_unsqueeze<T>};
+  table["Reshape"] = {LayoutRule::plain, 1, false, {{2, 2}}, detail::make_reshape<T>};
+  table["Flatten"] = {LayoutRule::plain, 1, false, {{1, 1}}, detail::make_flatten<T>};
+  table["Squeeze"] = {LayoutRule::plain, 1, false, {{1, 1}, {1, 2, 13}}, detail::make_squeeze<T>};
+  table["Unsqueeze"] = {LayoutRule::plain, 1, false, {{1, 1}, {2, 2, 13}}, detail::make_unsqueeze<T>};
 }
 
 }  // namespace tapestry::nn

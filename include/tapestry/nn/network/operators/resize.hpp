@@ -186,8 +186,8 @@ void add_resize(OperatorTable<T>& table) {
     return std::make_unique<Resize<T>>(x.shape, std::move(out), x.type, std::move(tables),
                                        attributes.extrapolation);
   };
-  table["Resize"] = {LayoutRule::channels_last, 1, false, make};
-  table["Upsample"] = {LayoutRule::channels_last, 1, false, make};
+  table["Resize"] = {LayoutRule::channels_last, 1, false, {{2, 2}, {1, 4, 11}}, make};
+  table["Upsample"] = {LayoutRule::channels_last, 1, false, {{1, 1}, {2, 2, 9}}, make};
 }
 
 }  // namespace tapestry::nn

@@ -95,7 +95,7 @@ inline void cubic_weights(double a, double t, double* weights) {
 }
 }  // namespace detail
 
-/// \throws DomainError for a mode that is none
+/// \throws DomainError for a mode that is none, and for coordinates that are not finite
 [[nodiscard]] inline ResizeTable resize_table(const ResizeRule& rule, const ResizeAxis& axis) {
   if (rule.mode != "nearest" && rule.mode != "linear" && rule.mode != "cubic")
     throw DomainError("attribute 'mode' is " + in_quotes(rule.mode));
@@ -104,6 +104,10 @@ inline void cubic_weights(double a, double t, double* weights) {
   const auto last = static_cast<double>(axis.input - 1);
   for (std::size_t i = 0; i < axis.output; ++i) {
     const double x = detail::resize_coordinate(rule, axis, i);
+    if (!std::isfinite(x))
+      throw DomainError("output " + std::to_string(i) + " lies at " + std::to_string(x) +
+                        " among the inputs; roi is " + std::to_string(axis.start) + " to " +
+                        std::to_string(axis.end));
     double weights[4] = {1, 0, 0, 0};
     double first = std::floor(x);
     if (rule.mode == "nearest") first = detail::nearest_input(rule, axis, x);

@@ -197,7 +197,7 @@ void add_softmax_operators(OperatorTable<T>& table) {
     const auto make = [is_log](OperatorContext& context) {
       return std::make_unique<Softmax<T>>(context.input(0), detail::softmax_runs(context), is_log);
     };
-    table[is_log ? "LogSoftmax" : "Softmax"] = {LayoutRule::any, 1, false, make};
+    table[is_log ? "LogSoftmax" : "Softmax"] = {LayoutRule::any, 1, false, {{1, 1}}, make};
   }
 }
 

@@ -171,7 +171,7 @@ template <std::floating_point T>
     return std::make_unique<UnaryOperation<T>>(x, loops.is_test ? ElementType::boolean : x.type, loops,
                                                value(a), value(b));
   };
-  return {LayoutRule::any, 1, false, make};
+  return {LayoutRule::any, 1, false, {{1, 1}}, make};
 }
 
 template <class F, std::floating_point T>
@@ -255,10 +255,10 @@ void add_unary_operators(OperatorTable<T>& table) {
       return std::make_unique<Rectifier<T>>(context.input(0), static_cast<T>(slope));
     };
   };
-  table["Relu"] = {LayoutRule::any, 1, false, rectifier(0, nullptr)};
-  table["LeakyRelu"] = {LayoutRule::any, 1, false, rectifier(0.01, "alpha")};
-  table["Clip"] = {LayoutRule::any, 1, false, detail::make_clip<T>};
-  table["Gelu"] = {LayoutRule::any, 1, false, detail::make_gelu<T>};
+  table["Relu"] = {LayoutRule::any, 1, false, {{1, 1}}, rectifier(0, nullptr)};
+  table["LeakyRelu"] = {LayoutRule::any, 1, false, {{1, 1}}, rectifier(0.01, "alpha")};
+  table["Clip"] = {LayoutRule::any, 1, false, {{1, 1}, {1, 3, 11}}, detail::make_clip<T>};
+  table["Gelu"] = {LayoutRule::any, 1, false, {{1, 1}}, detail::make_gelu<T>};
   add_unary<unary::Sigmoid>(table, "Sigmoid");
   add_unary<unary::Swish>(table, "Swish", {"alpha", 1});
   add_unary<unary::HardSigmoid>(table, "HardSigmoid", {"alpha", 0.2}, {"beta", 0.5});
@@ -277,7 +277,7 @@ void add_unary_operators(OperatorTable<T>& table) {
   add_unary<unary::Not>(table, "Not");
   add_unary<unary::IsNan>(table, "IsNaN");
   detail::add_elementary_operators(table);
-  table["IsInf"] = {LayoutRule::any, 1, false, detail::make_is_inf<T>};
+  table["IsInf"] = {LayoutRule::any, 1, false, {{1, 1}}, detail::make_is_inf<T>};
 }
 
 }  // namespace tapestry::nn

@@ -196,19 +196,19 @@ void add_variadic_operators(OperatorTable<T>& table) {
       const T scale = is_mean ? 1 / static_cast<T>(context.inputs.size()) : T(1);
       return std::make_unique<SumOf<T>>(context.inputs, scale);
     };
-    table[is_mean ? "Mean" : "Sum"] = {LayoutRule::any, all_inputs, true, make};
+    table[is_mean ? "Mean" : "Sum"] = {LayoutRule::any, all_inputs, true, {{1, all_inputs}}, make};
   }
   for (const bool is_largest : {false, true}) {
     const auto make = [=](OperatorContext& context) -> std::unique_ptr<Operation<T>> {
       require_operands(context);
       return std::make_unique<ExtremeOf<T>>(context.inputs, is_largest);
     };
-    table[is_largest ? "Max" : "Min"] = {LayoutRule::any, all_inputs, true, make};
+    table[is_largest ? "Max" : "Min"] = {LayoutRule::any, all_inputs, true, {{1, all_inputs}}, make};
   }
   const auto make_where = [](OperatorContext& context) -> std::unique_ptr<Operation<T>> {
     return std::make_unique<Where<T>>(context.input(0), context.input(1), context.input(2));
   };
-  table["Where"] = {LayoutRule::any, all_inputs, true, make_where};
+  table["Where"] = {LayoutRule::any, all_inputs, true, {{3, 3}}, make_where};
 }
 
 }  // namespace tapestry::nn

@@ -233,12 +233,12 @@ template <std::floating_point T>
 /// Operators that take, join, reverse and repeat boxes of elements.
 template <std::floating_point T>
 void add_view_operators(OperatorTable<T>& table) {
-  table["Transpose"] = {LayoutRule::plain, 1, false, detail::make_transpose<T>};
-  table["Slice"] = {LayoutRule::any, 1, false, detail::make_slice<T>};
-  table["Concat"] = {LayoutRule::any, all_inputs, false, detail::make_concat<T>};
-  table["Split"] = {LayoutRule::any, 1, false, detail::make_split<T>};
-  table["Expand"] = {LayoutRule::any, 1, false, detail::make_expand<T>};
-  table["Tile"] = {LayoutRule::any, 1, false, detail::make_tile<T>};
+  table["Transpose"] = {LayoutRule::plain, 1, false, {{1, 1}}, detail::make_transpose<T>};
+  table["Slice"] = {LayoutRule::any, 1, false, {{1, 1}, {3, 5, 10}}, detail::make_slice<T>};
+  table["Concat"] = {LayoutRule::any, all_inputs, false, {{1, all_inputs}}, detail::make_concat<T>};
+  table["Split"] = {LayoutRule::any, 1, false, {{1, 1}, {1, 2, 13}}, detail::make_split<T>};
+  table["Expand"] = {LayoutRule::any, 1, false, {{2, 2}}, detail::make_expand<T>};
+  table["Tile"] = {LayoutRule::any, 1, false, {{2, 2}}, detail::make_tile<T>};
 }
 
 }  // namespace tapestry::nn

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tapestry/nn/network/operator_context.hpp>
 #include <tapestry/nn/network/simplify/editable_graph.hpp>
 #include <utility>
 #include <vector>
@@ -74,7 +75,7 @@ inline void merge_shuffle(EditableGraph& graph, std::size_t i) {
   if (graph.opset() >= 11) {
     const Constant* known = graph.constant(pad.inputs[1]);
     if (known == nullptr) return {};
-    for (std::size_t i = 0; i < known->size(); ++i) pads.push_back(static_cast<std::int64_t>(known->at(i)));
+    for (std::size_t i = 0; i < known->size(); ++i) pads.push_back(OperatorContext::to_integer(known->at(i)));
   }
   const Shape* shape = graph.shape(pad.inputs[0]);
   if (pads.size() != 8 || shape == nullptr || shape->size() != 4) return {};

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tapestry/nn/network/operator_context.hpp>
 #include <tapestry/nn/network/simplify/editable_graph.hpp>
 #include <utility>
 #include <vector>
@@ -63,9 +64,12 @@ struct GridOfPixels {
   const Shape *in = graph.shape(node.inputs[0]), *out = graph.shape(node.outputs[0]);
   if (in == nullptr || out == nullptr || in->size() != 4) return false;
   for (std::size_t k = 0; k < given[3]->size(); ++k) {
-    const double first = given[1]->at(k), axis = given[3]->at(k), step = given[4]->at(k);
+    const auto integer = [&](std::size_t operand) {
+      return OperatorContext::to_integer(given[operand]->at(k));
+    };
+    const std::int64_t first = integer(1), axis = integer(3), step = integer(4);
     const auto place = static_cast<std::size_t>(axis < 0 ? axis + 4 : axis);
-    if (place < 2 || place > 3 || step < 1 || first < 0 || first >= static_cast<double>((*in)[place]))
+    if (place < 2 || place > 3 || step < 1 || first < 0 || static_cast<std::size_t>(first) >= (*in)[place])
       return false;
     const std::size_t own = place - 2, start = static_cast<std::size_t>(first);
     const auto stride = static_cast<std::size_t>(step);

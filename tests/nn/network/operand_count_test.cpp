@@ -1,0 +1,158 @@
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+#include <tapestry/nn/network/operators.hpp>
+#include <utility>
+
+#include "../../support/operator_case.hpp"
+#include "../../support/vocabulary_cases.hpp"
+
+namespace nn = tapestry::nn;
+using namespace tapestry::test;
+
+namespace {
+using Counts = std::pair<std::size_t, std::size_t>;
+constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
+
+/// Least and most operands at the opsets of the vocabulary's cases, where they are not one and one.
+/// Source: onnx.ai, Operators.md; those of Tapestry's own operators: their headers.
+const std::map<std::string, Counts>& counts() {
+  static const std::map<std::string, Counts> all = [] {
+    std::map<std::string, Counts> known{{"BatchNormalization", {5, 5}},
+                                        {"Clip", {1, 3}},
+                                        {"Conv", {2, 3}},
+                                        {"ConvTranspose", {2, 3}},
+                                        {"Dropout", {1, 3}},
+                                        {"FusedConv", {3, 4}},
+                                        {"Gemm", {2, 3}},
+                                        {"LayerNormalization", {2, 3}},
+                                        {"NonMaxSuppression", {2, 5}},
+                                        {"Pad", {2, 3}},
+                                        {"Resize", {1, 4}},
+                                        {"Slice", {3, 5}},
+                                        {"Split", {1, 2}},
+                                        {"Squeeze", {1, 2}},
+                                        {"Trilu", {1, 2}}};
+    for (const char* name : {"Add",
+                             "And",
+                             "CastLike",
+                             "CumSum",
+                             "Div",
+                             "Equal",
+                             "Expand",
+                             "Gather",
+                             "GatherElements",
+                             "GatherND",
+                             "Greater",
+                             "GreaterOrEqual",
+                             "GridSample",
+                             "InterleaveChannels",
+                             "Less",
+                             "LessOrEqual",
+                             "MatMul",
+                             "Mod",
+                             "Mul",
+                             "Or",
+                             "PRelu",
+                             "Pow",
+                             "Reshape",
+                             "Sub",
+                             "Tile",
+                             "TopK",
+                             "Unsqueeze",
+                             "Upsample",
+                             "Xor"})
+      known[name] = {2, 2};
+    for (const char* name : {"GroupNormalization", "InstanceNormalization", "OneHot", "Range", "Scatter",
+                             "ScatterElements", "ScatterND", "Where"})
+      known[name] = {3, 3};
+    for (const char* name : {"Concat", "Max", "Mean", "Min", "Sum"}) known[name] = {1, any};
+    for (const char* name : {"ReduceL1", "ReduceL2", "ReduceLogSum", "ReduceLogSumExp", "ReduceMax",
+                             "ReduceMean", "ReduceMin", "ReduceProd", "ReduceSum", "ReduceSumSquare"})
+      known[name] = {1, 2};
+    return known;
+  }();
+  return all;
+}
+
+Counts counts_of(const std::string& operation) {
+  const auto found = counts().find(operation);
+  return found == counts().end() ? Counts{1, 1} : found->second;
+}
+
+std::int64_t opset_of(const std::string& operation) {
+  for (const VocabularyCase& given : vocabulary_cases())
+    if (given.operation == operation) return given.opset;
+  return 17;
+}
+
+/// The error of a node of so many operands, the same one each.
+std::string complaint(const std::string& operation, std::int64_t opset, std::size_t count) {
+  OperatorCase given{operation, std::vector<nn::Shape>(count, {1, 2, 3, 4}), {}, {}, opset};
+  return complaint_of(given);
+}
+}  // namespace
+
+TEST_CASE("every operator refuses operands beyond those of ONNX's definition, and too few of them",
+          "[nn][network]") {
+  for (const auto& [name, kind] : nn::operators<double>()) {
+    const auto [least, most] = counts_of(name);
+    const std::int64_t opset = opset_of(name);
+    CAPTURE(name, opset);
+    for (std::size_t count = 0; count < 9; ++count) {
+      CAPTURE(count);
+      const bool is_refused =
+          complaint(name, opset, count).starts_with(std::to_string(count) + " operands, expected ");
+      CHECK(is_refused == (count < least || count > most));
+    }
+  }
+}
+
+TEST_CASE("operands that a later version of an operator has are refused in earlier ones", "[nn][network]") {
+  const std::map<std::string, std::pair<std::int64_t, Counts>> before{
+      {"Clip", {10, {1, 1}}},      {"Dropout", {11, {1, 1}}},    {"Pad", {10, {1, 1}}},
+      {"ReduceSum", {12, {1, 1}}}, {"ReduceMean", {17, {1, 1}}}, {"Resize", {10, {2, 2}}},
+      {"Slice", {9, {1, 1}}},      {"Split", {12, {1, 1}}},      {"Squeeze", {12, {1, 1}}},
+      {"TopK", {9, {1, 1}}},       {"Unsqueeze", {12, {1, 1}}},  {"Upsample", {8, {1, 1}}}};
+  for (const auto& [name, version] : before) {
+    CAPTURE(name);
+    const auto& [opset, expected] = version;
+    CHECK(complaint(name, opset, expected.second + 1) ==
+          std::to_string(expected.second + 1) + " operands, expected " + std::to_string(expected.second));
+    CHECK(complaint(name, opset, expected.second).find("operands, expected") == std::string::npos);
+  }
+  CHECK(complaint("Pad", 17, 4) == "4 operands, expected 2 to 3");  // its axes came with opset 18
+  CHECK(complaint("Pad", 18, 4).find("operands, expected") == std::string::npos);
+}
+
+TEST_CASE("places that are left empty behind the last operand do not count", "[nn][network]") {
+  nn::NetworkDescription network = description_of({"Relu", {{2}}});
+  network.nodes.back().inputs = {"x0", "", ""};
+  CHECK(nn::Network<float>(network).output_shape(0) == nn::Shape{2});
+  network.nodes.back().inputs = {"x0", "", "x0"};
+  CHECK_THROWS_WITH(nn::Network<float>(network),
+                    "net.onnx: 1 node cannot be run: Relu \"y0\" (opset 17): 3 operands, expected 1");
+}
+
+TEST_CASE("values of attributes beyond an operator's range are refused by name", "[nn][network]") {
+  const auto complaint_with = [](const std::string& operation, const std::string& name,
+                                 const nn::Attribute& value) {
+    const auto [least, most] = counts_of(operation);
+    return complaint_of({operation, std::vector<nn::Shape>(least, {1, 2, 3, 4}), {{name, value}}});
+  };
+  for (const char* operation : {"Conv", "ConvTranspose", "ChannelShuffle"})
+    CHECK(complaint_with(operation, "group", std::int64_t(0)) ==
+          "attribute 'group' is out of range: 0, expected 1 to 2147483647");
+  for (const char* operation : {"AveragePool", "Conv", "ConvTranspose", "LpPool", "MaxPool"})
+    CHECK(complaint_with(operation, "dilations", std::vector<std::int64_t>{1, -2}) ==
+          "attribute 'dilations' is out of range: -2, expected 1 to 1048576");
+  CHECK(complaint_with("GatherND", "batch_dims", std::int64_t(-1)) ==
+        "attribute 'batch_dims' is out of range: -1, expected 0 to 32");
+  CHECK(complaint_with("DepthToSpace", "blocksize", std::int64_t(0)) ==
+        "attribute 'blocksize' is out of range: 0, expected 1 to 2147483647");
+  CHECK(complaint_with("NonMaxSuppression", "center_point_box", std::int64_t(2)) ==
+        "attribute 'center_point_box' is out of range: 2, expected 0 to 1");
+}
