@@ -92,7 +92,8 @@ template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto fmin(const X& x, const Y& y) { return detail::make_binary<detail::Fmin>(x, y); }
 
-/// x held within [low, high]. The derivative by x is 1 on the closed interval and 0 outside.
+/// x held within [low, high]. The derivative by x is 1 on the closed interval and for a NaN, which stays one,
+/// and 0 outside.
 template <Differentiable X, Number N>
 [[nodiscard]] auto clamp(const X& x, N low, N high) {
   return min(max(x, low), high);

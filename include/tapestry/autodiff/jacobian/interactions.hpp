@@ -136,6 +136,8 @@ template <class D>
 inline constexpr bool is_interacting = false;
 template <class T>
 inline constexpr bool is_interacting<Interacting<T>> = true;
+template <class T>
+inline constexpr bool takes_partials<Interacting<T>> = false;
 
 template <class Operation, class... Others>
 inline constexpr bool is_any_of = (std::is_same_v<Operation, Others> || ...);
