@@ -12,7 +12,8 @@
 ///
 /// LU, Cholesky and QR decompositions are right at exact zeros, too; where a matrix has no full rank, its QR
 /// decomposition has no derivative, and what it gives is none. SelfAdjointEigenSolver is one of its own, see
-/// eigen/eigen_solvers.hpp. JacobiSVD, BDCSVD, EigenSolver, RealSchur and RealQZ do not compile for variables.
+/// eigen/eigen_solvers.hpp. JacobiSVD, BDCSVD, EigenSolver, RealSchur and RealQZ do not compile for
+/// variables.
 
 namespace tapestry::detail {
 template <class S, class B>

@@ -153,10 +153,15 @@ class JacobiSVD<Matrix, Preconditioner> {
   static_assert(tapestry::detail::is_right_for_variables<Matrix>,
                 "Eigen's SVDs drop derivatives of variables where an entry is 0: take "
                 "tapestry::matrix::singular_values() of tapestry/autodiff/matrix.hpp");
+
+ public:
+  template <class... Arguments>
+  explicit JacobiSVD(const Arguments&...) {}
 };
 template <class Matrix>
 requires tapestry::Differentiable<typename Matrix::Scalar>
-class BDCSVD<Matrix> : JacobiSVD<Matrix> {
+class BDCSVD<Matrix> : public JacobiSVD<Matrix> {
+  using JacobiSVD<Matrix>::JacobiSVD;
 };
 template <class Matrix>
 requires tapestry::Differentiable<typename Matrix::Scalar>
@@ -164,13 +169,19 @@ class RealSchur<Matrix> {
   static_assert(tapestry::detail::is_right_for_variables<Matrix>,
                 "Eigen's solvers for matrices that are not symmetric drop derivatives of variables where an "
                 "entry is 0; there is none for these");
+
+ public:
+  template <class... Arguments>
+  explicit RealSchur(const Arguments&...) {}
 };
 template <class Matrix>
 requires tapestry::Differentiable<typename Matrix::Scalar>
-class EigenSolver<Matrix> : RealSchur<Matrix> {
+class EigenSolver<Matrix> : public RealSchur<Matrix> {
+  using RealSchur<Matrix>::RealSchur;
 };
 template <class Matrix>
 requires tapestry::Differentiable<typename Matrix::Scalar>
-class RealQZ<Matrix> : RealSchur<Matrix> {
+class RealQZ<Matrix> : public RealSchur<Matrix> {
+  using RealSchur<Matrix>::RealSchur;
 };
 }  // namespace Eigen

@@ -139,7 +139,8 @@ template <ScalarRange R>
   }
   using detail::sqrt;
   const Wide<T> length = sqrt(total);
-  LengthAndDirection<T> result{static_cast<T>(length * up * up), {}};
+  const auto wide_up = static_cast<Wide<T>>(up);
+  LengthAndDirection<T> result{static_cast<T>(length * wide_up * wide_up), {}};
   for (const auto& entry : scaled) result.direction.push_back(static_cast<T>(entry / length));
   return result;
 }

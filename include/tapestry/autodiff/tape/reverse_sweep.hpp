@@ -1,8 +1,11 @@
 #pragma once
+#include <bit>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <new>
 #include <string>
 #include <tapestry/autodiff/tape/huge_page_allocator.hpp>
@@ -12,6 +15,7 @@
 #include <tapestry/autodiff/tape/statement_walk.hpp>
 #include <tapestry/autodiff/tape/tape_memory.hpp>
 #include <tapestry/core/instruction_set.hpp>
+#include <type_traits>
 
 namespace tapestry::detail {
 
@@ -78,15 +82,29 @@ template <class T, class Skip>
   return part;
 }
 
-/// sum + factor · partial, rounded once if IsFused.
+/// sum + factor · partial, rounded once if IsFused; of duals by chain().
 template <bool IsFused, class T>
 [[nodiscard, gnu::always_inline]] inline T add_product(const T& sum, const T& factor, const T& partial) {
   if constexpr (IsFused && std::same_as<T, double>) {
     return __builtin_fma(factor, partial, sum);
   } else if constexpr (IsFused && std::same_as<T, float>) {
     return __builtin_fmaf(factor, partial, sum);
-  } else {
+  } else if constexpr (std::floating_point<T>) {
     return sum + factor * partial;
+  } else {
+    return sum + chain(factor, partial);
+  }
+}
+
+/// Whether a number is finite and not 0, in one comparison.
+template <std::floating_point T>
+[[nodiscard, gnu::always_inline]] inline bool is_finite_and_not_zero(T x) {
+  if constexpr (sizeof(T) > sizeof(std::uint64_t)) {
+    return x != T(0) && std::isfinite(x);
+  } else {
+    using Bits = std::conditional_t<sizeof(T) == sizeof(std::uint32_t), std::uint32_t, std::uint64_t>;
+    constexpr Bits infinity = std::bit_cast<Bits>(std::numeric_limits<T>::infinity()) << 1U;
+    return static_cast<Bits>((std::bit_cast<Bits>(x) << 1U) - 1U) < infinity - 1U;  // without the sign
   }
 }
 
@@ -119,6 +137,13 @@ class ReverseSweep {
     [[gnu::always_inline]] T& own(Word index) const { return adjoints[index]; }
     [[gnu::always_inline]] T& of(Word operand) const { return adjoints[operand]; }
     [[gnu::always_inline]] static bool is_zero(const T& adjoint) { return detail::is_zero(adjoint); }
+    [[gnu::always_inline]] static bool takes_products(const T& adjoint) {
+      if constexpr (std::floating_point<T>) {
+        return is_finite_and_not_zero(adjoint);
+      } else {
+        return !detail::is_zero(adjoint);
+      }
+    }
     [[gnu::always_inline]] static void add_product(T& sum, const T& adjoint, const T& partial) {
       sum = detail::add_product<IsFused>(sum, adjoint, partial);
     }
