@@ -12,8 +12,9 @@
 #include <tapestry/version.hpp>
 
 // Before those that include them, so that a compiler's message about them names few files.
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape/dual_number.hpp>
+
+#include <tapestry/autodiff/tape.hpp>
 
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/dual.hpp>

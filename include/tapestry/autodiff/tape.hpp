@@ -167,9 +167,11 @@ class Tape {
 
   /// How often in the last reverse() a zero met a number that is not finite. By the rule of this library a
   /// zero passes nothing on and nothing through, on the tape as in duals: 0 · ∞ = 0 · NaN = 0 wherever slopes
-  /// are multiplied. Masks need it. Where a limit is not 0 it is wrong, as for √x · √x at 0, whose slope is
-  /// 1: compute x there. Counts products of adjoints and recorded partial derivatives; products within one
-  /// formula are not on the tape, unless its parts are assigned to variables.
+  /// are multiplied. One case is left out, to keep sweeps fast: an infinite adjoint that meets a zero partial
+  /// derivative of another statement gives NaN. Masks need the rule. Where a limit is not 0 it is wrong, as
+  /// for √x · √x at 0, whose slope is 1: compute x there. Counts products of adjoints and recorded partial
+  /// derivatives; products within one formula are not on the tape, unless its parts are assigned to
+  /// variables.
   [[nodiscard]] ZeroProducts zero_products() const { return detail::zero_products(state()); }
 
   /// Sets every variable's adjoint to seed · d root / d variable. Adjoints start from zero each time, so that

@@ -1,18 +1,16 @@
 #pragma once
 #include <cstddef>
-#include <tapestry/autodiff/tape/scalar.hpp>
 #include <tapestry/autodiff/tape/statement.hpp>
 
 namespace tapestry::detail {
 
 /// Passes the adjoints of statements on to their operands, as StatementWalk finds them: each adds
 /// adjoint · partial to the adjoint of an operand. A zero adjoint passes nothing on, not even through an
-/// infinite partial, and no adjoint passes a zero partial, not even an infinite one.
+/// infinite partial.
 ///
 /// \tparam Adjoints  access to adjoints. Has types T of partials, Value of adjoints and, all to be inlined,
 ///   own(index), the adjoint of the current statement, and of(operand)
 ///   is_zero(adjoint), and touch(), called where it is not and at operations with a pullback
-///   takes_products(adjoint), whether add_product() keeps this rule with it, whatever the partials are
 ///   add_product(sum, adjoint, partial)
 ///   pass(index), called when the sweep is done with that statement; pass_many(index), with all from there on
 /// \tparam PullBack  pull_back(index) runs an operation with a pullback
@@ -35,27 +33,15 @@ struct PullVisitor {
   }
   [[gnu::always_inline]] void pull(const OperandCounts& counts, const Word* words) {
     const Value adjoint = adjoints.own(--index);
-    if (adjoints.takes_products(adjoint)) [[likely]] {
+    if (!adjoints.is_zero(adjoint)) [[likely]] {
       adjoints.touch();
       __builtin_prefetch(words - prefetched_words);
       for (std::size_t i = 0; i < counts.general; ++i, words += pair_words<T>)
         adjoints.add_product(adjoints.of(index_of_pair<T>(words)), adjoint, partial_of_pair<T>(words));
       for (std::size_t i = 0; i < counts.plus; ++i) adjoints.of(*words++) += adjoint;
       for (std::size_t i = 0; i < counts.minus; ++i) adjoints.of(*words++) -= adjoint;
-    } else if (!adjoints.is_zero(adjoint)) {
-      pull_with_care(counts, words);
     }
     adjoints.pass(index);
-  }
-  /// The same of the current statement where its adjoint is not finite.
-  [[gnu::noinline, gnu::cold]] void pull_with_care(const OperandCounts& counts, const Word* words) {
-    const Value adjoint = adjoints.own(index);
-    adjoints.touch();
-    for (std::size_t i = 0; i < counts.general; ++i, words += pair_words<T>)
-      if (const T partial = partial_of_pair<T>(words); !detail::is_zero(partial))
-        adjoints.add_product(adjoints.of(index_of_pair<T>(words)), adjoint, partial);
-    for (std::size_t i = 0; i < counts.plus; ++i) adjoints.of(*words++) += adjoint;
-    for (std::size_t i = 0; i < counts.minus; ++i) adjoints.of(*words++) -= adjoint;
   }
 
   /// Consecutive statements of one kind. A value that one writes and the next one reads does not go through
@@ -73,16 +59,13 @@ struct PullVisitor {
       const Word statement = --visitor_.index;
       Value adjoint = last_;
       if (statement != last_operand_) adjoint = all.own(statement);
-      if (all.takes_products(adjoint)) [[likely]] {
+      if (!all.is_zero(adjoint)) [[likely]] {
         all.touch();
         __builtin_prefetch(words - prefetched_words);
         for (std::size_t i = General; i-- > 0;) add(i, words + i * pair_words<T>, adjoint);
         const Word* const units = words + General * pair_words<T>;
         for (std::size_t i = Plus + Minus; i-- > Plus;) write(units[i], all.of(units[i]) -= adjoint);
         for (std::size_t i = Plus; i-- > 0;) write(units[i], all.of(units[i]) += adjoint);
-      } else if (!all.is_zero(adjoint)) {
-        visitor_.pull_with_care({Plus, Minus, General}, words);
-        last_operand_ = held_operand_ = 0;  // values in registers are old
       }
       all.pass(statement);
     }

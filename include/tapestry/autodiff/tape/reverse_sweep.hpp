@@ -1,11 +1,8 @@
 #pragma once
-#include <bit>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <new>
 #include <string>
 #include <tapestry/autodiff/tape/huge_page_allocator.hpp>
@@ -15,7 +12,6 @@
 #include <tapestry/autodiff/tape/statement_walk.hpp>
 #include <tapestry/autodiff/tape/tape_memory.hpp>
 #include <tapestry/core/instruction_set.hpp>
-#include <type_traits>
 
 namespace tapestry::detail {
 
@@ -96,18 +92,6 @@ template <bool IsFused, class T>
   }
 }
 
-/// Whether a number is finite and not 0, in one comparison.
-template <std::floating_point T>
-[[nodiscard, gnu::always_inline]] inline bool is_finite_and_not_zero(T x) {
-  if constexpr (sizeof(T) > sizeof(std::uint64_t)) {
-    return x != T(0) && std::isfinite(x);
-  } else {
-    using Bits = std::conditional_t<sizeof(T) == sizeof(std::uint32_t), std::uint32_t, std::uint64_t>;
-    constexpr Bits infinity = std::bit_cast<Bits>(std::numeric_limits<T>::infinity()) << 1U;
-    return static_cast<Bits>((std::bit_cast<Bits>(x) << 1U) - 1U) < infinity - 1U;  // without the sign
-  }
-}
-
 /// Runs statements backwards.
 template <class Scalar>
 class ReverseSweep {
@@ -137,13 +121,6 @@ class ReverseSweep {
     [[gnu::always_inline]] T& own(Word index) const { return adjoints[index]; }
     [[gnu::always_inline]] T& of(Word operand) const { return adjoints[operand]; }
     [[gnu::always_inline]] static bool is_zero(const T& adjoint) { return detail::is_zero(adjoint); }
-    [[gnu::always_inline]] static bool takes_products(const T& adjoint) {
-      if constexpr (std::floating_point<T>) {
-        return is_finite_and_not_zero(adjoint);
-      } else {
-        return !detail::is_zero(adjoint);
-      }
-    }
     [[gnu::always_inline]] static void add_product(T& sum, const T& adjoint, const T& partial) {
       sum = detail::add_product<IsFused>(sum, adjoint, partial);
     }

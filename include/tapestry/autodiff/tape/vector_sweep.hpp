@@ -135,9 +135,7 @@ class VectorSweep {
         if (adjoint[k] != T(0)) return false;
       return true;
     }
-    [[gnu::always_inline]] static bool takes_products(const Lanes& adjoint) { return !is_zero(adjoint); }
     [[gnu::always_inline]] static void add_product(Lanes& sum, const Lanes& adjoint, T partial) {
-      if (partial == T(0)) return;
       const Lanes added = sum + adjoint * partial;
       sum = adjoint == Lanes{} ? sum : added;
     }
