@@ -9,8 +9,14 @@
 ///   autodiff/matrix.hpp               linear algebra, one record an operation
 ///   autodiff/jacobian.hpp             jacobian(f, x); sparse ones: autodiff/compressed_jacobian.hpp
 ///   autodiff/replay.hpp               recordings used again for other inputs; many at once: replay_lanes.hpp
+#include <tapestry/version.hpp>
+
+// Before those that include them, so that a compiler's message about them names few files.
+#include <tapestry/autodiff/tape/dual_number.hpp>
+
+#include <tapestry/autodiff/tape.hpp>
+
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>

@@ -1,6 +1,7 @@
 #pragma once
 #if __cplusplus < 202002L
 #error "Tapestry needs C++20: compile with -std=c++20"
+#include <of-C++20>  // there is none: a compiler ends here, and not after thousands of other errors
 #endif
 
 /// The one home of the version: CMake reads these three numbers.

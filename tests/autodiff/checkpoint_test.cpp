@@ -3,6 +3,8 @@
 #include <span>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
+#include <tapestry/autodiff/checkpointed_scan.hpp>
+#include <tapestry/autodiff/derivatives.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"
@@ -112,4 +114,66 @@ TEST_CASE("segments refuse variables of another tape", "[autodiff][segment]") {
   CHECK_THROWS_AS(tapestry::checkpoint<double>(hundred_steps, x), DomainError);
   CHECK_THROWS_AS(tapestry::preaccumulate<double>([](Variables v) { return v[0] * v[1]; }, x), DomainError);
   CHECK(tape.statement_count() == 1);
+}
+
+namespace {
+/// Checkpoints a function of a span of variables, by checkpoint() or as a scan of one step.
+template <class S, class Function>
+std::vector<S> apart(bool is_scan, Function f, std::span<const S> x) {
+  using T = typename S::value_type;
+  if (!is_scan) return tapestry::checkpoint<T>(f, x);
+  const auto step = [f](std::size_t, std::span<const S> state, std::span<const S>) { return f(state); };
+  return tapestry::checkpointed_scan<T>(step, 1, x, std::vector<S>());
+}
+}  // namespace
+
+TEST_CASE("second derivatives pass a checkpoint whose results have adjoint 0", "[autodiff][segment]") {
+  for (const bool is_scan : {false, true}) {
+    const auto squared = [is_scan]<class S>(std::span<const S> x) {  // (x² − 4)²: 12 x² − 16
+      const auto rest = [](std::span<const S> v) { return std::vector<S>{v[0] * v[0] - 4}; };
+      const S c = apart<S>(is_scan, rest, x)[0];
+      return S(c * c);
+    };
+    CHECK(tapestry::hessian(squared, {2.0}) == std::vector<double>{32});
+    CHECK(tapestry::hessian_product(squared, {2.0}, {0.5}).product == std::vector<double>{16});
+
+    // a·exp(b·t) at its exact fit, a = 2, b = 1: the Hessian is 2·JᵀJ with rows (exp t, 2 t exp t).
+    const auto fit = [is_scan]<class S>(std::span<const S> x) {
+      const auto model = [](std::span<const S> v) {
+        return std::vector<S>{v[0] * exp(0.5 * v[1]), v[0] * exp(1.0 * v[1])};
+      };
+      const auto y = apart<S>(is_scan, model, x);
+      return S(square(y[0] - 2 * std::exp(0.5)) + square(y[1] - 2 * std::exp(1.0)));
+    };
+    const double e = std::exp(1.0), squares = e * e;
+    const std::vector<double> expected = {2 * (e + squares), 2 * (e + 2 * squares), 2 * (e + 2 * squares),
+                                          2 * (e + 4 * squares)};
+    const auto found = tapestry::hessian(fit, {2.0, 1.0});
+    for (std::size_t i = 0; i < 4; ++i) CHECK(std::abs(found[i] - expected[i]) <= 1e-13 * expected[i]);
+  }
+}
+
+TEST_CASE("a checkpoint whose function captures an active variable is refused", "[autodiff][segment]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const std::vector<Variable<double>> x = {tape.input(2.0)};
+  const Variable<double> captured = tape.input(3.0);
+  const auto product = [&](Variables v) { return std::vector<Variable<double>>{v[0] * captured}; };
+  CHECK_THROWS_WITH(
+      tapestry::checkpoint<double>(product, x),
+      "checkpoint: the function uses an active variable beside its arguments; make it an input");
+  CHECK(tape.statement_count() == 2);
+}
+
+TEST_CASE("a checkpoint whose function returns another number of variables later is refused",
+          "[autodiff][segment]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const std::vector<Variable<double>> x = {tape.input(2.0)};
+  std::size_t count = 2;
+  const auto growing = [&count](Variables v) { return std::vector<Variable<double>>(count, v[0] * 2.0); };
+  const auto results = tapestry::checkpoint<double>(growing, x);
+  count = 3;
+  CHECK_THROWS_WITH(tape.reverse(results[0]),
+                    "checkpoint: the function returned 3 variables, and 2 when first called");
 }

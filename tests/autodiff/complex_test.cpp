@@ -64,3 +64,21 @@ TEST_CASE("complex numbers of duals carry derivatives", "[autodiff][complex]") {
   CHECK(std::abs(w.imag().tangent(0) - expected.imag()) <= 1e-14);
   CHECK(std::abs(w.real().tangent(1) + expected.imag()) <= 1e-14);
 }
+
+TEST_CASE("complex variables and duals go with plain numbers", "[autodiff][complex]") {
+  const auto rational = []<class S>(const S& x) {  // (2 (x + i) − 1) / 4 + 8 / (3 − (1 + (x + i)))
+    const std::complex<S> z(x, S(1));
+    const std::complex<S> sum = (2.0 * z * 1 - 1.0) / 4 + 8 / (3 - (1.0 + (z + 0)));
+    return S(sum.real() + 10 * sum.imag());
+  };
+  // 8 / (2 − x − i) = 8 (2 − x + i) / ((2 − x)² + 1); at x = 1: real ½ − ¼ + 4, imaginary ½ + 4. With n = 2:
+  // d real = ½ + 8 (−n + 2) / n² = ½, d imaginary = 8 · 2 / n² = 4.
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variable<double> x = tape.input(1.0);
+  const Variable<double> y = rational(x);
+  CHECK(y.value() == 4.25 + 45);
+  tape.reverse(y);
+  CHECK(x.adjoint() == 0.5 + 40);
+  CHECK(rational(tapestry::Dual<double>::input(1.0)).tangent() == 40.5);
+}

@@ -218,3 +218,41 @@ TEST_CASE("random scalar programs have the derivatives of differences in every m
   std::cout << smooth << " of the programs were smooth\n";
   CHECK(smooth > 0);
 }
+
+TEST_CASE(
+    "Hessians of random programs are the same where a part is a checkpoint whose results have adjoint 0",
+    "[autodiff][differential]") {
+  using Second = Dual<double>;
+  using Seconds = std::vector<Variable<Second>>;
+  Tape<Second> tape;
+  const auto scope = tape.activate();
+  std::size_t curved = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const ScalarProgram program(seed, points_around);
+    const std::size_t split = seed % (program.size() + 1);
+    const auto rest = [&](std::span<const Variable<Second>> all) {
+      Seconds further(all.begin(), all.end());
+      program.run(further, split, program.size());
+      return Seconds{further.back()};
+    };
+    // The second derivative of (f − f₀)² / 2 along (1, 1, 1, 1), by each input; f₀ is the value of f.
+    const auto curvature = [&](bool is_checkpoint) {
+      tape.clear();
+      Seconds inputs;
+      for (const double entry : program.point) inputs.push_back(tape.input(Second::input(entry)));
+      Seconds registers = inputs;
+      program.run(registers, 0, split);
+      const Variable<Second> f =
+          is_checkpoint ? tapestry::checkpoint<Second>(rest, registers)[0] : rest(registers)[0];
+      tape.reverse(Variable<Second>(square(f - f.value().value()) / 2));
+      Gradient result{};
+      for (std::size_t i = 0; i < input_count; ++i) result[i] = inputs[i].adjoint().tangent();
+      return result;
+    };
+    INFO(program.text());
+    const Gradient expected = curvature(false);
+    CHECK(curvature(true) == expected);
+    if (expected != Gradient{}) ++curved;
+  }
+  CHECK(curved > 50);
+}

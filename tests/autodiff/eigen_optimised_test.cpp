@@ -5,7 +5,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -45,8 +44,7 @@ std::vector<double> some_entries() {
 
 /// The gradient of f on the tape against Richardson-extrapolated central differences in double.
 template <class Function>
-void check_on_tape(const Function& f) {
-  const auto x0 = some_entries();
+void check_on_tape(const Function& f, const std::vector<double>& x0 = some_entries()) {
   Tape<double> tape;
   const auto scope = tape.activate();
   std::vector<Variable<double>> x;
@@ -97,7 +95,7 @@ TEST_CASE("Cholesky decompositions of variables are differentiated", "[autodiff]
   });
 }
 
-TEST_CASE("eigenvalues and singular values of variables are differentiated", "[autodiff][eigen]") {
+TEST_CASE("eigenvalues and vectors of variables are differentiated", "[autodiff][eigen]") {
   check_on_tape([]<class S>(const std::vector<S>& x) {
     const Matrix3<S> a = matrix_of(x);
     const Matrix3<S> symmetric = a + a.transpose();
@@ -105,33 +103,111 @@ TEST_CASE("eigenvalues and singular values of variables are differentiated", "[a
     const Vector3<S> turned = solver.eigenvectors().transpose() * side_of(x);
     return S(exp(solver.eigenvalues()(0) / 8) + solver.eigenvalues()(2) * turned(1) * turned(1));
   });
-  check_on_tape([]<class S>(const std::vector<S>& x) {
-    const Eigen::JacobiSVD<Matrix3<S>> svd(matrix_of(x));
-    return S(log(svd.singularValues()(0)) + svd.singularValues()(2));
-  });
 }
 
-TEST_CASE("a symmetric matrix has singular values, and its eigenvalues have slopes", "[autodiff][eigen]") {
+TEST_CASE("an eigenvalue's slope is that of its vectors, by the lower triangle", "[autodiff][eigen]") {
   using Matrix5 = Eigen::MatrixXd;
   Matrix5 a(5, 5);
   for (Eigen::Index i = 0; i < 25; ++i) a(i / 5, i % 5) = 0.1 * static_cast<double>((i * 7) % 19) - 0.9;
   const Matrix5 symmetric = (a * a.transpose()).array() + 2;
-  const Eigen::JacobiSVD<Matrix5> svd_of_numbers(symmetric);
   const Eigen::SelfAdjointEigenSolver<Matrix5> solver_of_numbers(symmetric);
   Tape<double> tape;
   const auto scope = tape.activate();
   Matrix3<Variable<double>> x(5, 5);
   for (Eigen::Index i = 0; i < 25; ++i) x(i / 5, i % 5) = tape.input(symmetric(i / 5, i % 5));
-  const Eigen::JacobiSVD<Matrix3<Variable<double>>> svd(x);
-  for (Eigen::Index i = 0; i < 5; ++i)  // its threshold is the smallest number of the type, which once was 0
-    CHECK(std::abs(svd.singularValues()(i).value() - svd_of_numbers.singularValues()(i)) <= 1e-13);
   const Eigen::SelfAdjointEigenSolver<Matrix3<Variable<double>>> solver(x);
   tape.reverse(solver.eigenvalues()(4));
-  const Eigen::VectorXd v =
-      solver_of_numbers.eigenvectors().col(4);  // the slope is v vᵀ, by the lower triangle
+  const Eigen::VectorXd v = solver_of_numbers.eigenvectors().col(4);
   for (Eigen::Index i = 0; i < 5; ++i)
-    for (Eigen::Index j = 0; j <= i; ++j)
-      CHECK(std::abs(x(i, j).adjoint() - (i == j ? 1 : 2) * v(i) * v(j)) <= 1e-12);
+    for (Eigen::Index j = 0; j < 5; ++j)
+      CHECK(std::abs(x(i, j).adjoint() - (i < j ? 0 : i == j ? 1 : 2) * v(i) * v(j)) <= 1e-12);
+}
+
+namespace {
+/// Entries of exact zeros on a matrix of 2.5, 3.5 and 5.5, and a right side.
+std::vector<double> diagonal_entries() { return {-1.5, 0, 0, 0, -0.5, 0, 0, 0, 1.5, 0.25, -0.5, 1}; }
+}  // namespace
+
+TEST_CASE("decompositions of variables are differentiated at entries that are exactly 0",
+          "[autodiff][eigen]") {
+  std::vector<double> upper = diagonal_entries(), equal = diagonal_entries();
+  upper[1] = 2;
+  upper[5] = -3;
+  equal[4] = equal[0];
+  for (const auto& point : {diagonal_entries(), upper, equal}) {
+    const auto check = [&](const auto& solve) {
+      check_on_tape(
+          [&]<class S>(const std::vector<S>& x) {
+            return S(Vector3<S>(solve(matrix_of(x)).solve(side_of(x))).squaredNorm());
+          },
+          point);
+    };
+    check([](const auto& a) { return a.partialPivLu(); });
+    check([](const auto& a) { return a.fullPivLu(); });
+    check([](const auto& a) { return a.householderQr(); });
+    check([](const auto& a) { return a.colPivHouseholderQr(); });
+    check([](const auto& a) { return a.fullPivHouseholderQr(); });
+    check([](const auto& a) { return a.completeOrthogonalDecomposition(); });
+  }
+  for (const auto& point : {diagonal_entries(), equal})
+    check_on_tape(
+        []<class S>(const std::vector<S>& x) {
+          const Matrix3<S> a = matrix_of(x), symmetric = a + a.transpose();
+          const Vector3<S> b = side_of(x);
+          return S(Vector3<S>(symmetric.llt().solve(b)).squaredNorm() + symmetric.ldlt().solve(b).sum());
+        },
+        point);
+  check_on_tape(
+      []<class S>(const std::vector<S>& x) {  // bᵀ exp(A + Aᵀ) b
+        const Matrix3<S> a = matrix_of(x), symmetric = (a + a.transpose()) / 8.0;
+        const Eigen::SelfAdjointEigenSolver<Matrix3<S>> solver(symmetric);
+        const Vector3<S> turned = solver.eigenvectors().transpose() * side_of(x);
+        return S((solver.eigenvalues().array().exp() * turned.array().square()).sum());
+      },
+      diagonal_entries());
+}
+
+TEST_CASE("least squares by QR of variables are differentiated at a column of the axis",
+          "[autodiff][eigen]") {
+  // |A⁺ b|² of A = [1 0; 0 2; p q; 0 0]: at p = q = 0, x = (b₀, b₁ / 2), r = b₂, and by the normal equations
+  // dx = (AᵀA)⁻¹ (dAᵀ r): 2 x₀ r by p, 2 x₁ r / 4 by q.
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variable<double> p = tape.input(0.0), q = tape.input(0.0);
+  const auto check = [&](const auto& decompose) {
+    Matrix3<Variable<double>> a = Matrix3<double>::Zero(4, 2).cast<Variable<double>>();
+    a(0, 0) = 1.0;
+    a(1, 1) = 2.0;
+    a(2, 0) = p;
+    a(2, 1) = q;
+    Vector3<Variable<double>> b(4);
+    b << 3.0, 8.0, 0.5, 7.0;
+    const Variable<double> root = Vector3<Variable<double>>(decompose(a).solve(b)).squaredNorm();
+    CHECK(std::abs(root.value() - 25) <= 1e-13);
+    tape.reverse(root);
+    CHECK(std::abs(p.adjoint() - 3) <= 1e-14);
+    CHECK(std::abs(q.adjoint() - 1) <= 1e-14);
+  };
+  check([](const auto& a) { return a.householderQr(); });
+  check([](const auto& a) { return a.colPivHouseholderQr(); });
+  check([](const auto& a) { return a.fullPivHouseholderQr(); });
+  check([](const auto& a) { return a.completeOrthogonalDecomposition(); });
+}
+
+TEST_CASE("eigenvalues of duals have second derivatives where an entry is 0", "[autodiff][eigen]") {
+  // λ of [1 r; r 3]: 2 ± √(1 + r²), of second derivative ±1 at r = 0. The vector of 3 turns by r / 2.
+  using D = Dual<double>;
+  using Second = Dual<D>;
+  const Second r(D::input(0.0), {D(1.0)});
+  Matrix3<Second> a(2, 2);
+  a << Second(1.0), r, r, Second(3.0);
+  const Eigen::SelfAdjointEigenSolver<Matrix3<Second>> solver(a);
+  CHECK(solver.eigenvalues()(0).value().value() == 1);
+  CHECK(solver.eigenvalues()(0).tangent().value() == 0);
+  CHECK(std::abs(solver.eigenvalues()(0).tangent().tangent() + 1) <= 1e-15);
+  CHECK(std::abs(solver.eigenvalues()(1).tangent().tangent() - 1) <= 1e-15);
+  const Second slope = solver.eigenvectors()(0, 1) / solver.eigenvectors()(1, 1);
+  CHECK(std::abs(slope.tangent().value() - 0.5) <= 1e-15);
 }
 
 TEST_CASE("matrices of duals carry derivatives through a decomposition", "[autodiff][eigen]") {

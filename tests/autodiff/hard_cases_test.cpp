@@ -1,14 +1,19 @@
-#include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/tape.hpp>
-#include <tapestry/autodiff/variable.hpp>
+#include <tapestry/autodiff.hpp>
+#include <tapestry/autodiff/jacobian.hpp>
+#include <tapestry/autodiff/replay.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <random>
+#include <span>
+#include <type_traits>
 #include <vector>
 
 #include "../support/catch.hpp"
 
+using tapestry::Dual;
 using tapestry::Tape;
 using tapestry::Variable;
 
@@ -138,4 +143,75 @@ TEST_CASE("an infinite slope upstream of what has no adjoint does no harm", "[au
               return x[0] < 1 ? Variable<double>(2 * x[0]) : Variable<double>(sqrt(x[0] - 1));
             },
             {0})[0] == 2);
+}
+
+TEST_CASE("where a zero meets an infinite slope, the tape, many roots, duals and replays say 0 alike",
+          "[autodiff][hard]") {
+  const auto at_zero = [](const auto& f, double expected) {
+    const auto recorded = [&](std::span<const Variable<double>> x) { return Variable<double>(f(x[0])); };
+    CHECK(tapestry::gradient(recorded, {0.0}).gradient == Values{expected});
+    CHECK(tapestry::derivative([&](const auto& x) { return f(x); }, 0.0).derivative == expected);
+    Tape<double> tape;
+    const auto scope = tape.activate();
+    const std::vector<Variable<double>> x = {tape.input(0.0)};
+    const std::vector<Variable<double>> roots = {f(x[0]), Variable<double>(2 * x[0]), f(x[0])};
+    CHECK(tapestry::jacobian(tape, roots, x) == Values{expected, 2, expected});
+    tapestry::Replay<double> replay([&](const auto* v) { return f(v[0]); }, Values{0.0});
+    Values slope(1);
+    static_cast<void>(replay.gradient(Values{0.0}, slope));
+    CHECK(slope == Values{expected});
+  };
+  at_zero(
+      [](const auto& x) {
+        using S = std::remove_cvref_t<decltype(x)>;
+        const S root = sqrt(x);
+        return S(root * root);
+      },
+      0);
+  at_zero([](const auto& x) { return std::remove_cvref_t<decltype(x)>(sqrt(x) * sqrt(x)); }, 0);
+  at_zero([](const auto& x) { return std::remove_cvref_t<decltype(x)>(x * log(x)); }, -infinity);
+  at_zero([](const auto& x) { return std::remove_cvref_t<decltype(x)>(exp(log(x))); }, 0);
+  at_zero([](const auto& x) { return std::remove_cvref_t<decltype(x)>(sqrt(x * x)); }, 0);  // ∞ · 0
+  at_zero([](const auto& x) { return std::remove_cvref_t<decltype(x)>(max(sqrt(x), 1.0) + x); }, 1);
+  using Second = Dual<Dual<double>>;
+  const Second x(Dual<double>::input(0.0), {Dual<double>(1.0)});
+  const Second f = x * (1 - pow(x, 1.1));  // its second derivative is −2.31 x^0.1
+  CHECK(f.tangent().tangent() == 0);
+}
+
+TEST_CASE("a product of slopes is 0 with a zero among infinite ones, or NaN on the tape, and counted there",
+          "[autodiff][hard]") {
+  std::mt19937_64 random(1);
+  const std::array<double, 6> slopes = {0, infinity, -2, 0.5, -infinity, 3};
+  for (int again = 0; again < 2000; ++again) {
+    std::array<double, 5> chain;
+    for (double& slope : chain) slope = slopes[random() % slopes.size()];
+    Tape<double> tape;
+    const auto scope = tape.activate();
+    const Variable<double> input = tape.input(1.0);
+    Variable<double> x = input;
+    Dual<double> dual = Dual<double>::input(1.0);
+    double expected = 1;
+    for (const double slope : chain) {
+      const std::array<Variable<double>, 1> of = {x};
+      const std::array<double, 1> by = {slope};
+      x = tapestry::record_partials<double>(1.0, of, by);
+      dual = Dual<double>(1.0, {tapestry::detail::chain(dual.tangent(), slope)});
+      expected = expected == 0 || slope == 0 ? 0 : expected * slope;
+    }
+    tape.reverse(x);
+    CHECK(dual.tangent() == expected);
+    CHECK((input.adjoint() == expected || (std::isnan(input.adjoint()) && expected == 0)));
+    if (std::isnan(input.adjoint())) CHECK(tape.zero_products().count > 0);
+  }
+}
+
+TEST_CASE("fdim of equal infinities is 0, and keeps the slopes of duals at a tie", "[autodiff][hard]") {
+  CHECK(fdim(Variable<double>(infinity), infinity).value() == 0);
+  CHECK(fdim(Variable<double>(-infinity), -infinity).value() == 0);
+  CHECK(fdim(Variable<double>(infinity), 1.0).value() == infinity);
+  CHECK(std::isnan(fdim(Variable<double>(std::nan("")), 1.0).value()));
+  using D = Dual<double>;
+  CHECK(fdim(D::input(2.0), 2.0).tangent() == 1);
+  CHECK(fdim(Dual<D>(D::input(2.0), {D(1)}), 2.0).value().tangent() == 1);
 }

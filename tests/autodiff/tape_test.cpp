@@ -1,5 +1,6 @@
 #include <tapestry/autodiff.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -352,4 +353,14 @@ TEST_CASE("denormal adjoints survive", "[autodiff][tape]") {
   const double tiny = std::numeric_limits<double>::denorm_min();
   tape.reverse(Variable<double>(x * 3), tiny);
   CHECK(x.adjoint() == 3 * tiny);
+}
+
+TEST_CASE("a vector of numbers is a vector of inputs", "[autodiff][tape]") {
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const std::vector<Variable<double>> x = tape.input(std::vector<double>{2, 3});
+  tape.reverse(Variable<double>(x[0] * x[1]));
+  CHECK(x[0].adjoint() == 3);
+  CHECK(tape.input(std::array<double, 3>{1, 2, 4})[2].value() == 4);
+  CHECK(tape.statement_count() == 6);
 }

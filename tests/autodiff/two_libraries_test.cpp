@@ -12,9 +12,15 @@ using tapestry::Variable;
 namespace {
 void nothing() {}
 void record_cubic() { cubic_record(2, nothing); }
+Tape<double>* own_tape = nullptr;
 const Variable<double>* own_input = nullptr;
 /// A statement on this program's tape.
-void record_here() { static_cast<void>(Variable<double>(*own_input * 2.0)); }
+void record_here() {
+  const auto scope = own_tape->activate();
+  static_cast<void>(Variable<double>(*own_input * 2.0));
+}
+/// The same without a scope: the library's tape is the active one, even where it hides its symbols.
+void record_there() { CHECK_THROWS_AS(Variable<double>(*own_input * 2.0), tapestry::DomainError); }
 }  // namespace
 
 TEST_CASE("two libraries and the program record on their own tapes in turn", "[autodiff][tape]") {
@@ -39,8 +45,11 @@ TEST_CASE("what the program and another library record in the middle of a librar
   Tape<double> tape;
   const auto scope = tape.activate();
   const Variable<double> x = tape.input(5.0);
+  own_tape = &tape;
   own_input = &x;
-  quadratic_record(7, record_here);  // hides its symbols: this tape is still the program's active one
+  quadratic_record(7, record_there);
+  cubic_record(7, record_there);
+  quadratic_record(7, record_here);
   CHECK(tape.statement_count() == 2);
   CHECK(quadratic_statements() == 2);
   quadratic_record(7, record_cubic);

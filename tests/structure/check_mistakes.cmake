@@ -1,5 +1,5 @@
 # Compiles common mistakes, each of which must be refused in few lines.
-# Needs COMPILER, INCLUDE_DIR and MISTAKES_DIR. Of functions of std the standard library lists every candidate.
+# Needs COMPILER, INCLUDE_DIR, DEPENDENCIES (flags of the folders of other libraries) and MISTAKES_DIR. Of functions of std the standard library lists every candidate.
 file(GLOB mistakes ${MISTAKES_DIR}/*.cpp)
 list(LENGTH mistakes count)
 if(count LESS 10)
@@ -8,10 +8,16 @@ endif()
 foreach(mistake IN LISTS mistakes)
   cmake_path(GET mistake STEM name)
   set(most 20)
+  set(standard 20)
   if(name MATCHES "_of_std$")
     set(most 60)
+  elseif(name MATCHES "_at_17$")
+    set(most 10)
+    set(standard 17)
+  elseif(name MATCHES "^(input|dual|derivative|singular)_|_brackets$")
+    set(most 10)
   endif()
-  execute_process(COMMAND ${COMPILER} -std=c++20 -fsyntax-only -I${INCLUDE_DIR} ${mistake}
+  execute_process(COMMAND ${COMPILER} -std=c++${standard} -fsyntax-only -I${INCLUDE_DIR} ${DEPENDENCIES} ${mistake}
                   RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
   string(REGEX MATCHALL "\n" ends "${output}")
   list(LENGTH ends lines)

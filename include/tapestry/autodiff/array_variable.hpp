@@ -147,6 +147,12 @@ class ArrayVariable {
                 std::shared_ptr<detail::ArrayAdjoint<T, Rank>> adjoint, detail::Link link)
       : value_(std::move(value)), adjoint_(std::move(adjoint)), link_(link) {}
 
+  // Elements are named, for a loop over them would record each:
+  void operator[](std::size_t) const =
+      delete;  // take element(x, {i}) or select(x, ...) of array_functions.hpp
+  void operator()(std::size_t, std::size_t = 0, std::size_t = 0, std::size_t = 0) const = delete;  // as well
+  void begin() const = delete;  // take sum(x), element(x, {i}) or value()
+
   /// The numbers; they never change.
   [[nodiscard]] const Array<T, Rank>& value() const { return *value_; }
   /// The value for a pullback to keep, without a copy.
@@ -188,6 +194,11 @@ template <class T, std::size_t Rank>
 }
 
 namespace detail {
+template <class T, std::size_t Rank>
+inline constexpr bool is_array_input<T, Array<T, Rank>> = true;
+template <class T, std::size_t Rank>
+inline constexpr bool is_array_input<T, ArrayVariable<T, Rank>> = true;
+
 /// Tape::input() of an array.
 template <class T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> array_input(TapeState<T>& state, Array<T, Rank> value) {

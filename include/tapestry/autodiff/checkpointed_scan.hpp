@@ -1,8 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
 #include <tapestry/autodiff/checkpoint.hpp>
@@ -50,13 +48,6 @@ template <class T, class Step>
   return next;
 }
 
-template <class T>
-[[nodiscard]] std::vector<Variable<T>> passive_copies(std::span<const Variable<T>> variables) {
-  std::vector<Variable<T>> copies;
-  for (const Variable<T>& variable : variables) copies.push_back(passive(variable));
-  return copies;
-}
-
 /// The state behind all steps. \throws DomainError if a step makes an active one of constants
 template <class T, class Step>
 [[nodiscard]] std::vector<Variable<T>> last_state(const Step& step, std::size_t step_count,
@@ -64,38 +55,28 @@ template <class T, class Step>
                                                   std::span<const Variable<T>> parameters) {
   std::vector<Variable<T>> state = passive_copies(initial);
   const std::vector<Variable<T>> constants = passive_copies(parameters);
-  TapeState<T>* const tape = TapeState<T>::is_any_active() ? &TapeState<T>::require_active() : nullptr;
-  const TapePosition before = tape == nullptr ? TapePosition() : tape->mark();
-  const auto is_active = [](const Variable<T>& variable) { return variable.is_active(); };
+  const PassiveOnly<T> check;
   for (std::size_t i = 0; i < step_count; ++i) {
     state = checked_step<T>(step, i, state, constants);
-    if (std::none_of(state.begin(), state.end(), is_active)) continue;
-    if (tape != nullptr) tape->rewind(before);
-    throw DomainError("checkpointed_scan: step " + std::to_string(i) +
-                      " uses an active variable beside its arguments; make it a parameter");
+    if (any_active<T>(state)) check.refuse("checkpointed_scan: step " + std::to_string(i), "a parameter");
   }
   return state;
-}
-
-template <class T>
-void add_adjoints(T* adjoints, std::span<const Variable<T>> variables, std::span<const T> parts) {
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    if (variables[i].is_active()) adjoints[variables[i].link().index()] += parts[i];
 }
 
 /// One reverse sweep through all steps.
 template <class T, class Step>
 class ScanSweep {
  public:
-  /// The adjoints of the last state become those of the first. The adjoints of the first state and of the
-  /// parameters start from their present values, and are added to in the order of statements, as on one tape:
-  /// with its bits.
-  struct Adjoints {
-    std::vector<T> initial, state, parameters;
-  };
-
-  ScanSweep(const Step& step, std::span<const Variable<T>> parameters, Adjoints& adjoints)
-      : step_(step), parameters_(parameters), adjoints_(adjoints), constants_(passive_copies(parameters)) {}
+  /// \param inputs          the first state, then the parameters
+  /// \param adjoints        of the last state; become those of the first
+  /// \param input_adjoints  are added to
+  ScanSweep(const Step& step, std::span<const Variable<T>> inputs, std::span<const T> adjoints,
+            std::span<T> input_adjoints)
+      : step_(step),
+        parameters_(inputs.subspan(adjoints.size())),
+        adjoints_(adjoints.begin(), adjoints.end()),
+        input_adjoints_(input_adjoints),
+        constants_(passive_copies(parameters_)) {}
 
   /// Steps [begin, end) backwards. \param state  at begin; `snapshots` may be kept, this one included
   void run(std::vector<T> state, std::size_t begin, std::size_t end, std::size_t snapshots) {
@@ -137,71 +118,44 @@ class ScanSweep {
   void pull_back(const std::vector<T>& state, std::size_t index) {
     tape_->clear();
     const auto scope = tape_->activate();
-    std::vector<Variable<T>> inputs(state.size()), parameters;
+    std::vector<Variable<T>> inputs(state.size());
     tape_->input(state, inputs);
     for (const Variable<T>& parameter : parameters_)
-      parameters.push_back(parameter.is_active() ? tape_->input(parameter.value()) : parameter);
-    const auto next = checked_step<T>(step_, index, inputs, parameters);
-    for (const Variable<T>& variable : next) tape_->shared_state()->require_own_if_active(variable.link());
-    tape_->shared_state()->reverse(tape_->statement_count(), [&](T* adjoints) {
-      if (index == 0) add_adjoints<T>(adjoints, inputs, adjoints_.initial);
-      add_adjoints<T>(adjoints, parameters, adjoints_.parameters);
-      add_adjoints<T>(adjoints, next, adjoints_.state);
-    });
-    tape_->adjoints(inputs, adjoints_.state);
-    tape_->adjoints(parameters, adjoints_.parameters);
+      inputs.push_back(parameter.is_active() ? tape_->input(parameter.value()) : parameter);
+    const std::span<const Variable<T>> all(inputs);
+    const auto next = checked_step<T>(step_, index, all.first(state.size()), all.subspan(state.size()));
+    std::vector<T> apart(state.size());
+    const auto exchange_first = [&] {
+      if (index > 0) std::swap_ranges(apart.begin(), apart.end(), input_adjoints_.begin());
+    };
+    exchange_first();  // those of the first state wait, while this one's are there
+    sweep_results<T>(*tape_, next, adjoints_, all, input_adjoints_);
+    exchange_first();
+    adjoints_ = std::move(apart);
   }
 
   const Step& step_;
   std::span<const Variable<T>> parameters_;
-  Adjoints& adjoints_;
+  std::vector<T> adjoints_;
+  std::span<T> input_adjoints_;
   std::vector<Variable<T>> constants_;
   SpareTape<T> tape_;
 };
 
-/// Many steps that are not recorded. The last state is the statements behind it.
+/// The part that is many steps.
 template <class T, class Step>
-class ScanRecord final : public TapeRecord<T> {
- public:
-  ScanRecord(Step step, std::size_t step_count, std::span<const Variable<T>> initial,
-             std::span<const Variable<T>> parameters, std::size_t snapshots)
-      : step_(std::move(step)),
-        step_count_(step_count),
-        initial_(initial.begin(), initial.end()),
-        parameters_(parameters.begin(), parameters.end()),
-        snapshots_(snapshots) {}
+struct ScanPart {
+  Step step;
+  std::size_t step_count, snapshots;
 
-  void pull_back(T* adjoints, std::size_t statement) override {
-    const T* const results = adjoints + statement + 1;
-    typename ScanSweep<T, Step>::Adjoints parts;
-    parts.state.assign(results, results + initial_.size());
-    if (std::all_of(parts.state.begin(), parts.state.end(), [](const T& x) { return is_zero(x); })) return;
-    parts.initial = taken(adjoints, initial_);
-    parts.parameters = taken(adjoints, parameters_);
+  /// \param inputs  the first state, of as many numbers as the last one, then the parameters
+  void operator()(std::span<const Variable<T>> inputs, std::span<const T> result_adjoints,
+                  std::span<T> input_adjoints) const {
     std::vector<T> state;
-    for (const Variable<T>& variable : initial_) state.push_back(variable.value());
-    ScanSweep<T, Step>(step_, parameters_, parts).run(state, 0, step_count_, snapshots_);
-    add_adjoints<T>(adjoints, initial_, parts.state);
-    add_adjoints<T>(adjoints, parameters_, parts.parameters);
+    for (const Variable<T>& variable : inputs.first(result_adjoints.size()))
+      state.push_back(variable.value());
+    ScanSweep<T, Step>(step, inputs, result_adjoints, input_adjoints).run(state, 0, step_count, snapshots);
   }
-  void list_inputs(std::vector<std::uint32_t>& statements) const override {
-    list_variables<T>(initial_, statements);
-    list_variables<T>(parameters_, statements);
-  }
-
- private:
-  /// Returns the adjoints of variables and sets them to zero; of a variable that stands there twice, once.
-  static std::vector<T> taken(T* adjoints, const std::vector<Variable<T>>& variables) {
-    std::vector<T> found;
-    for (const Variable<T>& variable : variables)
-      found.push_back(variable.is_active() ? std::exchange(adjoints[variable.link().index()], T(0)) : T(0));
-    return found;
-  }
-
-  Step step_;
-  std::size_t step_count_;
-  std::vector<Variable<T>> initial_, parameters_;
-  std::size_t snapshots_;
 };
 }  // namespace detail
 
@@ -234,22 +188,13 @@ template <class T, class Step>
                                                          std::span<const Variable<T>> initial,
                                                          std::span<const Variable<T>> parameters,
                                                          std::size_t most_states = 100) {
-  const auto is_active = [](const Variable<T>& variable) { return variable.is_active(); };
-  const bool any_active = std::any_of(initial.begin(), initial.end(), is_active) ||
-                          std::any_of(parameters.begin(), parameters.end(), is_active);
   if (step_count == 0) return {initial.begin(), initial.end()};
   std::vector<Variable<T>> state = detail::last_state<T>(step, step_count, initial, parameters);
-  if (!any_active || state.empty()) return state;
-  auto& tape = detail::TapeState<T>::require_active();
-  for (const auto& from : {initial, parameters})
-    for (const Variable<T>& variable : from) tape.require_own_if_active(variable.link());
-  using Record = detail::ScanRecord<T, Step>;
-  static_cast<void>(
-      tape.append_record(std::make_unique<Record>(std::move(step), step_count, initial, parameters,
-                                                  std::max<std::size_t>(most_states, 2) - 1),
-                         state.size()));
-  for (Variable<T>& variable : state) variable = {variable.value(), tape.append_input()};
-  return state;
+  std::vector<Variable<T>> inputs(initial.begin(), initial.end());
+  inputs.insert(inputs.end(), parameters.begin(), parameters.end());
+  return detail::record_checkpoint<T>(
+      detail::ScanPart<T, Step>{std::move(step), step_count, std::max<std::size_t>(most_states, 2) - 1},
+      std::move(inputs), std::move(state));
 }
 
 }  // namespace tapestry

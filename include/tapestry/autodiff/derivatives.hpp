@@ -46,6 +46,13 @@ template <class Function, Scalar T>
   return {y.value(), y.tangent()};
 }
 
+/// Refuses a Variable. The tape gives its derivative.
+template <class Function, ScalarExpression X>
+void derivative(const Function&, const X&) {
+  static_assert(detail::is_scalar<X>,
+                "derivative() takes a number or a Dual: record f(x) and call Tape::reverse() for a Variable");
+}
+
 /// Result of gradient().
 template <class T>
 struct ValueAndGradient {

@@ -2,14 +2,18 @@
 #include <Eigen/Core>
 #include <concepts>
 #include <tapestry/autodiff/dual.hpp>
+#include <tapestry/autodiff/eigen/eigen_solvers.hpp>
+#include <tapestry/autodiff/eigen/householder.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/variable.hpp>
 
 /// Variables and duals as scalars of Eigen: Eigen::Matrix<tapestry::Variable<double>, 3, 3> with its products
 /// and decompositions. Each of their operations is differentiated. Pivoting compares the values.
 ///
-/// For a symmetric matrix take SelfAdjointEigenSolver, not JacobiSVD: the latter begins by a division by the
-/// difference of two entries, which is then a rounding or 0; its values are right, its derivatives are not.
+/// LU, Cholesky and QR decompositions are right at exact zeros, too; where a matrix has no full rank, its QR
+/// decomposition has no derivative, and what it gives is none. SelfAdjointEigenSolver is one of its own, see
+/// eigen/eigen_solvers.hpp. JacobiSVD, BDCSVD, EigenSolver, RealSchur and RealQZ do not compile for
+/// variables.
 
 namespace tapestry::detail {
 template <class S, class B>

@@ -10,6 +10,7 @@
 #include <tapestry/autodiff/tape/tape_state.hpp>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 /// \file
 /// The first header of autodiff/: derivatives by reverse-mode automatic differentiation.
@@ -34,6 +35,12 @@ namespace tapestry {
 
 template <class T>
 class Variable;
+
+namespace detail {
+/// Whether array_variable.hpp makes an input of Values for a tape of T.
+template <class T, class Values>
+inline constexpr bool is_array_input = false;
+}  // namespace detail
 
 /// A place on a tape, to rewind to. Made by Tape::mark().
 using Position = detail::TapePosition;
@@ -95,9 +102,24 @@ class Tape {
 
   /// The same for an Array<T, R>; returns an ArrayVariable<T, R>. Include array_variable.hpp for it.
   template <class Values>
-  requires(!std::is_arithmetic_v<Values>) [[nodiscard]] auto input(Values values) {
-    state().require_idle("input");
-    return array_input(state(), std::move(values));
+  requires(!std::is_arithmetic_v<Values> &&
+           (detail::is_array_input<T, Values> || !std::is_convertible_v<const Values&, std::span<const T>>))
+      [[nodiscard]] auto input(Values values) {
+    if constexpr (detail::is_array_input<T, Values>) {
+      state().require_idle("input");
+      return array_input(state(), std::move(values));
+    } else {
+      static_assert(detail::is_array_input<T, Values>,
+                    "Tape::input() takes a number, a std::vector of numbers of the tape's type, or, with "
+                    "tapestry/autodiff/array_variable.hpp, a tapestry::Array");
+    }
+  }
+
+  /// Variables to differentiate by, of the values of a std::vector, std::array or std::span.
+  [[nodiscard]] std::vector<Variable<T>> input(std::span<const T> values) {
+    std::vector<Variable<T>> variables(values.size());
+    input(values, variables);
+    return variables;
   }
 
   /// Variables to differentiate by, of the given values; writes to the variables. Costs less than one by one.
@@ -143,12 +165,20 @@ class Tape {
     return detail::first_non_finite(state());
   }
 
+  /// How often in the last reverse() a zero met a number that is not finite. By the rule of this library a
+  /// zero passes nothing on and nothing through, on the tape as in duals: 0 · ∞ = 0 · NaN = 0 wherever slopes
+  /// are multiplied. One case is left out, to keep sweeps fast: an infinite adjoint that meets a zero partial
+  /// derivative of another statement gives NaN. Masks need the rule. Where a limit is not 0 it is wrong, as
+  /// for √x · √x at 0, whose slope is 1: compute x there. Counts products of adjoints and recorded partial
+  /// derivatives; products within one formula are not on the tape, unless its parts are assigned to
+  /// variables.
+  [[nodiscard]] ZeroProducts zero_products() const { return detail::zero_products(state()); }
+
   /// Sets every variable's adjoint to seed · d root / d variable. Adjoints start from zero each time, so that
   /// a second call repeats the first and does not add to it. A passive root depends on nothing, which is no
-  /// error: every adjoint is then zero. A zero adjoint passes nothing on, even where a partial derivative is
-  /// infinite or NaN. If a pullback throws, so does this; the tape stays usable, with the adjoints computed
-  /// so far.
-  /// \throws DomainError if root is not on this tape, or if called from within a pullback
+  /// error: every adjoint is then zero. A zero passes nothing on, see zero_products(). If a pullback throws,
+  /// so does this; the tape stays usable, with the adjoints computed so far. \throws DomainError if root is
+  /// not on this tape, or if called from within a pullback
   void reverse(const Variable<T>& root, T seed = T(1)) {
     const detail::Link link = root.link();
     const auto sweep = [this, link, seed] {  // copies: with its address known, the root would live in memory

@@ -24,7 +24,7 @@ namespace detail {
 }
 
 /// The thread limit of the calling thread.
-[[nodiscard]] inline int& thread_limit() {
+[[nodiscard, gnu::visibility("default")]] inline int& thread_limit() {
   static const int otherwise = default_thread_count();
   static thread_local int limit = otherwise;
   return limit;

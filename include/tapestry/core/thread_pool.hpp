@@ -28,15 +28,15 @@ class ThreadPool {
     std::size_t count = 0;
   };
 
-  /// The pool of this program. It is never destroyed, since loops may run during destruction of other
-  /// objects.
-  [[nodiscard]] static ThreadPool& instance() {
+  /// The pool of this program, one for all its shared libraries, those that hide their symbols included. It
+  /// is never destroyed, since loops may run during destruction of other objects.
+  [[nodiscard, gnu::visibility("default")]] static ThreadPool& instance() {
     static ThreadPool& pool = *new ThreadPool;
     return pool;
   }
 
   /// Whether the calling thread is within a loop already.
-  [[nodiscard]] static bool& is_inside() {
+  [[nodiscard, gnu::visibility("default")]] static bool& is_inside() {
     static thread_local bool inside = false;
     return inside;
   }

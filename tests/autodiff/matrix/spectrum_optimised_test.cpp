@@ -182,6 +182,26 @@ TEST_CASE("norms of huge and tiny numbers neither overflow nor vanish", "[autodi
   }
 }
 
+TEST_CASE("singular vectors of tiny and huge matrices have the slopes of ordinary ones, by the scale",
+          "[autodiff][matrix]") {
+  const auto slopes = [](double scale) {
+    Tape<double> tape;
+    const auto scope = tape.activate();
+    const auto a =
+        tape.input(Array<double, 2>{{3 * scale, scale}, {scale / 2, 4 * scale}, {2 * scale, scale}});
+    const auto svd = matrix::singular_values(a);
+    tape.reverse(Variable<double>(sum(svd.u * svd.u * svd.u) + sum(svd.v * svd.v * svd.v)));
+    std::vector<double> result;
+    for (const double slope : a.adjoint().storage()) result.push_back(slope * scale);
+    return result;
+  };
+  const auto expected = slopes(1);
+  for (const double scale : {0x1p-530, 0x1p+530}) {
+    const auto found = slopes(scale);
+    for (std::size_t i = 0; i < 6; ++i) CHECK(std::abs(found[i] - expected[i]) <= 1e-13);
+  }
+}
+
 TEST_CASE("vectors of values that are not 0 have a derivative beside values that are", "[autodiff][matrix]") {
   const auto square_of_first = [](const auto& a) {
     const auto u = matrix::singular_values(a).u;

@@ -215,3 +215,39 @@ TEST_CASE("an operation has the name of the function that its pullback stands in
   CHECK(operation_name("i") == "unnamed");
   CHECK(operation_name("") == "unnamed");
 }
+
+TEST_CASE("a zero that hides an infinite slope is counted, with the labels around it",
+          "[autodiff][diagnosis]") {
+  Tape<double> tape;
+  const auto active = tape.activate();
+  const auto x = tape.input(0.0);
+  const auto scope = tape.label("root");
+  const Variable<double> root = sqrt(x);
+  CHECK(tape.zero_products().count == 0);
+  const Variable<double> product = root * root;
+  const Variable<double> behind = log(product);
+  tape.reverse(product);  // 0 · ∞ instead of 1
+  CHECK(x.adjoint() == 0);
+  const auto found = tape.zero_products();
+  CHECK(found.count == 1);
+  CHECK(found.statement == 2);
+  CHECK(found.description() == "1 times 0 met a number that is not finite, first in statement 2, root");
+  tape.reverse(Variable<double>(2 * x));
+  CHECK(tape.zero_products().count == 2);  // what nothing depends on: both logarithm and root
+  tape.reverse(root);
+  CHECK(x.adjoint() == infinity);
+  CHECK(tape.zero_products().count == 0);
+  CHECK(tape.zero_products().description() == "0 times 0 met a number that is not finite");
+  static_cast<void>(behind);
+}
+
+TEST_CASE("an infinite adjoint that meets a zero slope is counted, for duals too", "[autodiff][diagnosis]") {
+  using D = tapestry::Dual<double>;
+  Tape<D> tape;
+  const auto active = tape.activate();
+  const Variable<D> x = tape.input(D::input(0.0));
+  const Variable<D> squared = x * x;
+  tape.reverse(Variable<D>(sqrt(squared)));
+  CHECK(x.adjoint().value() == 0);
+  CHECK(tape.zero_products().count == 3);  // twice x; and the root, the tangent of whose adjoint is 0
+}

@@ -121,7 +121,10 @@ struct Clamp {
   T low;
   T high;
   [[nodiscard]] T value(T x) const { return Min::value(Max::value(x, low), high); }
-  [[nodiscard]] T partial(T x, T) const { return x >= low && x <= high ? T(1) : T(0); }
+  [[nodiscard]] T partial(T x, T) const {
+    const T raised = Max::value(x, low);
+    return Max::partial_x(x, low, raised) * Min::partial_x(raised, high, raised);
+  }
 };
 }  // namespace detail
 
@@ -234,7 +237,8 @@ requires(detail::ArrayPair<M, X>&& detail::ArrayPair<M, Y>)
                                                                             std::move(second));
 }
 
-/// Each element held within [low, high]; the derivative is 1 on the closed interval and 0 outside.
+/// Each element held within [low, high]; the derivative is 1 on the closed interval and for a NaN, which
+/// stays one, and 0 outside.
 template <DifferentiableArray X>
 [[nodiscard]] auto clamp(const X& x, std::type_identity_t<detail::ArrayScalarType<X>> low,
                          std::type_identity_t<detail::ArrayScalarType<X>> high) {

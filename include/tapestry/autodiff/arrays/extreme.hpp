@@ -41,12 +41,6 @@ template <class X, class IsBetter>
   };
   return record_array(std::move(value), std::move(pullback), variable);
 }
-
-/// Whether a is better than b; a NaN is the best of all.
-template <class T>
-[[nodiscard]] bool is_beyond(bool is_further, T a, T b) {
-  return b == b && (is_further || a != a);
-}
 }  // namespace detail
 
 /// The largest element along one axis, which is dropped: the first of several equal ones, or the first NaN.

@@ -21,7 +21,10 @@ template <class T, std::size_t Rank>
                        detail::to_text(x.shape()));
     place = place * x.shape()[axis] + index[axis];
   }
-  return detail::element_at(x, place);
+  const auto pullback = [place](T value_adjoint, Array<T, Rank>* x_adjoint) {
+    x_adjoint->data()[place] += value_adjoint;
+  };
+  return record_scalar(x.value().data()[place], pullback, x);
 }
 
 /// The same elements in row-major order under other extents. \throws ShapeError if their number differs

@@ -111,7 +111,8 @@ template <Exponential Policy = Exponential::vector, DifferentiableArray X>
       detail::softmax_line<Policy>(variable.value().data(), weights->data(), variable.size(), std::size_t(1));
   const auto pullback = [weights](T value_adjoint, Array<T, X::rank>* x_adjoint) {
     T* const to = x_adjoint->data();
-    for (std::size_t i = 0; i < weights->size(); ++i) to[i] += value_adjoint * weights->data()[i];
+    for (std::size_t i = 0; i < weights->size(); ++i)
+      to[i] += detail::chain(value_adjoint, weights->data()[i]);
   };
   return record_scalar(value, pullback, variable);
 }
@@ -179,6 +180,24 @@ template <Exponential Policy = Exponential::vector, DifferentiableArray X>
   return record_array(std::move(value), pullback, variable);
 }
 
+namespace detail {
+/// x̄ᵢ += yᵢ·(ḡᵢ − Σ ḡⱼ·yⱼ) of a line of the softmax y, summed in double. All ḡ are taken less that of the
+/// largest yₘ, so that 1 − yₘ keeps its digits as yₘ nears 1.
+template <class T>
+void pull_back_softmax_line(const T* g, const T* y, T* x_adjoint, std::size_t count, std::size_t step) {
+  std::size_t top = 0;
+  for (std::size_t i = 1; i < count; ++i)
+    if (y[i * step] > y[top * step]) top = i;
+  const auto beyond_top = [=](std::size_t i) {
+    return i == top ? 0 : static_cast<double>(g[i * step]) - static_cast<double>(g[top * step]);
+  };
+  double mean = 0;
+  for (std::size_t i = 0; i < count; ++i) mean += chain(beyond_top(i), static_cast<double>(y[i * step]));
+  for (std::size_t i = 0; i < count; ++i)
+    x_adjoint[i * step] += chain(static_cast<T>(beyond_top(i) - mean), y[i * step]);
+}
+}  // namespace detail
+
 /// exp x / Σ exp along one axis, without overflow. The pullback, y·(g − Σ g·y), sums in double.
 /// \throws ShapeError if there is no such axis
 template <Exponential Policy = Exponential::vector, DifferentiableArray X>
@@ -194,21 +213,15 @@ template <Exponential Policy = Exponential::vector, DifferentiableArray X>
   });
   const auto pullback = [layout, value](const Array<T, rank>& value_adjoint, Array<T, rank>* x_adjoint) {
     detail::for_each_line(layout, [&](std::size_t first, std::size_t) {
-      const T* const g = value_adjoint.data() + first;
-      const T* const y = value->data() + first;
-      double mean = 0;
-      for (std::size_t i = 0; i < layout.count; ++i)
-        mean += static_cast<double>(g[i * layout.inner]) * static_cast<double>(y[i * layout.inner]);
-      for (std::size_t i = 0; i < layout.count; ++i)
-        x_adjoint->data()[first + i * layout.inner] +=
-            y[i * layout.inner] * (g[i * layout.inner] - static_cast<T>(mean));
+      detail::pull_back_softmax_line(value_adjoint.data() + first, value->data() + first,
+                                     x_adjoint->data() + first, layout.count, layout.inner);
     });
   };
   return record_array(std::shared_ptr<const Array<T, rank>>(value), pullback, variable);
 }
 
 /// Euclidean length √Σ x², without overflow or underflow of the squares; 0 for none. At the origin all
-/// derivatives are 0, a subgradient.
+/// derivatives are 0, a subgradient; an infinite element has the derivative ±1.
 template <DifferentiableArray X>
 [[nodiscard]] auto norm(const X& x) {
   using T = detail::ArrayScalarType<X>;
@@ -224,43 +237,54 @@ template <DifferentiableArray X>
     return part * part;
   });
   const double length = std::sqrt(sum.total());
-  const auto pullback = [kept = variable.shared_value(), scale, length](T value_adjoint,
+  const auto slope = [scale, length](T element) {
+    if (std::isinf(length)) return std::isinf(element) ? std::copysign(T(1), element) : T(0);
+    return static_cast<T>(static_cast<double>(element) / scale / length);
+  };
+  const auto pullback = [kept = variable.shared_value(), length, slope](T value_adjoint,
                                                                         Array<T, X::rank>* x_adjoint) {
     if (length == 0) return;
     for (std::size_t i = 0; i < kept->size(); ++i)
-      x_adjoint->data()[i] +=
-          value_adjoint * static_cast<T>(static_cast<double>(kept->data()[i]) / scale / length);
+      x_adjoint->data()[i] += detail::chain(value_adjoint, slope(kept->data()[i]));
   };
   return record_scalar(static_cast<T>(length * scale), pullback, variable);
 }
 
 namespace detail {
-template <class T, std::size_t Rank>
-[[nodiscard]] Variable<T> element_at(const ArrayVariable<T, Rank>& x, std::size_t place) {
-  const auto pullback = [place](T value_adjoint, Array<T, Rank>* x_adjoint) {
-    x_adjoint->data()[place] += value_adjoint;
+/// Whether a is better than b; a NaN is the best of all.
+template <class T>
+[[nodiscard]] bool is_beyond(bool is_further, T a, T b) {
+  return b == b && (is_further || a != a);
+}
+
+/// The element that is better than those before it and no worse than those behind.
+/// \throws ShapeError if there are none
+template <class T, std::size_t Rank, class Better>
+[[nodiscard]] Variable<T> extreme(const char* operation, const ArrayVariable<T, Rank>& x, Better is_better) {
+  if (x.size() == 0) throw ShapeError(std::string(operation) + ": the array has no elements");
+  const T* const elements = x.value().data();
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < x.size(); ++i)
+    if (is_better(elements[i], elements[best])) best = i;
+  const auto pullback = [best](T value_adjoint, Array<T, Rank>* x_adjoint) {
+    x_adjoint->data()[best] += value_adjoint;
   };
-  return record_scalar(x.value().data()[place], pullback, x);
+  return record_scalar(elements[best], pullback, x);
 }
 }  // namespace detail
 
-/// The largest element as a scalar, the first of several equal ones; its adjoint goes to that element.
+/// The largest element as a scalar: the first of several equal ones, or the first NaN. Its adjoint goes to
+/// that element.
 /// \throws ShapeError if there are none
 template <class T, std::size_t Rank>
 [[nodiscard]] Variable<T> largest(const ArrayVariable<T, Rank>& x) {
-  if (x.size() == 0) throw ShapeError("largest: the array has no elements");
-  const auto& elements = x.value().storage();
-  return detail::element_at(
-      x, static_cast<std::size_t>(std::max_element(elements.begin(), elements.end()) - elements.begin()));
+  return detail::extreme("largest", x, [](T a, T b) { return detail::is_beyond(a > b, a, b); });
 }
 
 /// The smallest one; otherwise as largest().
 template <class T, std::size_t Rank>
 [[nodiscard]] Variable<T> smallest(const ArrayVariable<T, Rank>& x) {
-  if (x.size() == 0) throw ShapeError("smallest: the array has no elements");
-  const auto& elements = x.value().storage();
-  return detail::element_at(
-      x, static_cast<std::size_t>(std::min_element(elements.begin(), elements.end()) - elements.begin()));
+  return detail::extreme("smallest", x, [](T a, T b) { return detail::is_beyond(a < b, a, b); });
 }
 
 }  // namespace tapestry

@@ -120,6 +120,48 @@ template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto operator/(const X& x, const Y& y) { return detail::make_binary<detail::Divide>(x, y); }
 
+namespace detail {
+/// std::complex of variables or duals; it need not be included.
+template <class Z>
+concept ComplexOfDifferentiable = Differentiable<typename Z::value_type> && requires(const Z& z) {
+  Z(z.real(), z.imag());
+};
+}  // namespace detail
+
+// Complex numbers beside plain ones.
+template <detail::ComplexOfDifferentiable Z, Number N>
+[[nodiscard]] Z operator+(const Z& z, N x) {
+  return Z(z.real() + x, z.imag());
+}
+template <detail::ComplexOfDifferentiable Z, Number N>
+[[nodiscard]] Z operator+(N x, const Z& z) {
+  return Z(x + z.real(), z.imag());
+}
+template <detail::ComplexOfDifferentiable Z, Number N>
+[[nodiscard]] Z operator-(const Z& z, N x) {
+  return Z(z.real() - x, z.imag());
+}
+template <detail::ComplexOfDifferentiable Z, Number N>
+[[nodiscard]] Z operator-(N x, const Z& z) {
+  return Z(x - z.real(), -z.imag());
+}
+template <detail::ComplexOfDifferentiable Z, Number N>
+[[nodiscard]] Z operator*(const Z& z, N x) {
+  return Z(z.real() * x, z.imag() * x);
+}
+template <detail::ComplexOfDifferentiable Z, Number N>
+[[nodiscard]] Z operator*(N x, const Z& z) {
+  return Z(x * z.real(), x * z.imag());
+}
+template <detail::ComplexOfDifferentiable Z, Number N>
+[[nodiscard]] Z operator/(const Z& z, N x) {
+  return Z(z.real() / x, z.imag() / x);
+}
+template <detail::ComplexOfDifferentiable Z, Number N>
+[[nodiscard]] Z operator/(N x, const Z& z) {
+  return Z(typename Z::value_type(x)) / z;
+}
+
 template <Differentiable X>
 [[nodiscard]] auto operator-(const X& x) {
   return detail::make_unary<detail::Negate>(x);

@@ -6,11 +6,6 @@
 
 namespace tapestry {
 namespace detail {
-/// a || b, without a branch that would keep a loop from being one of vectors.
-[[nodiscard]] constexpr bool either(bool a, bool b) {
-  return (static_cast<int>(a) | static_cast<int>(b)) != 0;
-}
-
 struct Abs {
   static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
@@ -39,6 +34,20 @@ struct Fmax : Selection<Fmax> {
 };
 struct Fmin : Selection<Fmin> {
   static bool takes_x(auto x, auto y) { return either(x <= y, y != y); }
+};
+struct Fdim {
+  static constexpr bool is_cheap = true;
+  static constexpr bool skips_zero = true;
+  template <std::floating_point T>
+  static T value(T x, T y) {
+    return x <= y ? T(0) : x - y;
+  }
+  template <DualNumber T>
+  static T value(const T& x, const T& y) {
+    return dual_binary<Fdim, T>(x, y);
+  }
+  static auto partial_x(auto x, auto y, auto) { return decltype(x)(x < y ? 0 : 1); }
+  static auto partial_y(auto x, auto y, auto) { return decltype(x)(x < y ? 0 : -1); }
 };
 struct Fmod {
   static constexpr bool skips_zero = true;
@@ -72,7 +81,8 @@ template <Differentiable X>
 }
 
 /// The larger one, and its derivative. At a tie the first argument has the whole derivative. A NaN on
-/// either side gives NaN. The argument not taken receives no gradient, whatever is upstream.
+/// either side gives NaN. The argument not taken receives no gradient, whatever is upstream. std::max takes
+/// two variables but no number beside one: write max(x, 0.0) without std::, and likewise clamp(x, 0.0, 1.0).
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto max(const X& x, const Y& y) { return detail::make_binary<detail::Max>(x, y); }
@@ -92,16 +102,17 @@ template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto fmin(const X& x, const Y& y) { return detail::make_binary<detail::Fmin>(x, y); }
 
-/// x held within [low, high]. The derivative by x is 1 on the closed interval and 0 outside.
+/// x held within [low, high]. The derivative by x is 1 on the closed interval and for a NaN, which stays one,
+/// and 0 outside.
 template <Differentiable X, Number N>
 [[nodiscard]] auto clamp(const X& x, N low, N high) {
   return min(max(x, low), high);
 }
 
-/// max(x − y, 0); at x = y the derivatives are those of x − y.
+/// max(x − y, 0), and 0 of two equal infinities; at x = y the derivatives are those of x − y.
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto fdim(const X& x, const Y& y) { return max(x - y, 0); }
+[[nodiscard]] auto fdim(const X& x, const Y& y) { return detail::make_binary<detail::Fdim>(x, y); }
 
 /// Like std::fmod; the derivatives are those between its jumps: 1, and −trunc(x / y).
 template <class X, class Y>

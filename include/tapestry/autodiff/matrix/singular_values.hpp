@@ -31,7 +31,7 @@ template <std::floating_point T>
   return std::make_shared<const SingularTriples<T>>(std::move(triples));
 }
 
-/// F ∘ (P − Pᵀ) with F[i, j] = 1 / (s[j]² − s[i]²), 0 on the diagonal.
+/// (F ∘ (P − Pᵀ)) diag(s) with F[i, j] = 1 / (s[j]² − s[i]²), 0 on the diagonal.
 template <std::floating_point T>
 [[nodiscard]] DenseMatrix<T> turned_singular_vectors(const DenseMatrix<T>& s, const DenseMatrix<T>& p) {
   const Eigen::Index k = s.rows();
@@ -42,7 +42,9 @@ template <std::floating_point T>
     for (Eigen::Index i = 0; i < j; ++i) {
       const T by_difference =
           divided_by_gap("singular_values", p(i, j) - p(j, i), s(j) - s(i), turn_size, rounding * s(0));
-      turned(i, j) = turned(j, i) = by_difference == T(0) ? T(0) : by_difference / (s(j) + s(i));
+      if (by_difference == T(0)) continue;
+      turned(i, j) = by_difference * (s(j) / (s(j) + s(i)));  // F alone may overflow
+      turned(j, i) = by_difference * (s(i) / (s(j) + s(i)));
     }
   return turned;
 }
@@ -54,7 +56,7 @@ template <std::floating_point T>
                                                         const DenseMatrix<T>& v,
                                                         const DenseMatrix<T>& u_adjoint) {
   const DenseMatrix<T> p = u.transpose() * u_adjoint;
-  DenseMatrix<T> left = u * (turned_singular_vectors(s, p) * s.col(0).asDiagonal());
+  DenseMatrix<T> left = u * turned_singular_vectors(s, p);
   if (u.rows() > u.cols() && s.rows() > 0) {
     const T least = T(16) * static_cast<T>(u.rows()) * std::numeric_limits<T>::epsilon() * s(0);
     const T rounding =

@@ -42,7 +42,7 @@ struct ReplayRecorder {
     }
     recording.first_of_window = recording.slot_count();
   }
-  static inline constinit thread_local ReplayRecorder* active = nullptr;
+  [[gnu::visibility("default")]] static inline constinit thread_local ReplayRecorder* active = nullptr;
 };
 
 template <class E>

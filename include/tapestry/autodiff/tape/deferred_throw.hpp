@@ -10,7 +10,7 @@ namespace tapestry::detail {
 // is used after the call.
 
 /// The exception of such a call on this thread.
-inline std::exception_ptr& deferred_exception() {
+[[gnu::visibility("default")]] inline std::exception_ptr& deferred_exception() {
   static thread_local std::exception_ptr failure;
   return failure;
 }

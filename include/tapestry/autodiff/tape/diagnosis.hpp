@@ -26,6 +26,20 @@ struct NonFinite {
   }
 };
 
+/// Products of slopes in which a zero hid a number that is not finite.
+struct ZeroProducts {
+  std::size_t count = 0;
+  std::size_t statement = 0;  ///< the first one, counted from 1; 0 if there is none
+  std::string label{};        ///< as in NonFinite
+
+  /// One line for a message.
+  [[nodiscard]] std::string description() const {
+    return std::to_string(count) + " times 0 met a number that is not finite" +
+           (count == 0 ? "" : ", first in statement " + std::to_string(statement)) +
+           (label.empty() ? "" : ", " + label);
+  }
+};
+
 namespace detail {
 
 /// Records of a tape beside its statements, to find where a NaN came from. Writing a statement does not touch

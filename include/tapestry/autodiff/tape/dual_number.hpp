@@ -20,11 +20,14 @@ namespace tapestry {
 /// different types: a sum of the two does not compile, unless one is the T of the other and so the constant
 /// that it should be. derivatives.hpp tags by the function that is differentiated.
 ///
-/// On the tape as here, a zero tangent passes nothing on, not even through an infinite partial derivative.
-/// Comparisons look at the values only.
+/// On the tape as here, a zero passes nothing on and nothing through: 0 · ∞ = 0 · NaN = 0 wherever slopes are
+/// multiplied; see Tape::zero_products(). Comparisons look at the values only.
 template <class T, std::size_t N = 1, class Tag = void>
 class Dual {
-  static_assert(Scalar<T> && N > 0);
+  static_assert(
+      detail::is_scalar<T> && N > 0,
+      "a Dual holds floating-point numbers or Duals: for second derivatives record Duals on a tape, "
+      "Variable<Dual<double>>, see derivatives.hpp");
 
  public:
   using value_type = T;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <tapestry/autodiff/tape/diagnosis.hpp>
 #include <tapestry/autodiff/tape/formula.hpp>
@@ -43,6 +44,27 @@ template <class T>
   });
   if (first) first->label = state.label_of(first->statement);
   return first;
+}
+
+/// The products of adjoints and partial derivatives of the last reverse sweep in which a zero hid a number
+/// that is not finite.
+template <class T>
+[[nodiscard]] ZeroProducts zero_products(const TapeState<T>& state) {
+  ZeroProducts found;
+  const std::span<const T> adjoints = state.adjoints();
+  state.visit_backwards([&](const StatementRun& run) {
+    const Word* end = run.words_end;
+    for (std::size_t i = run.end_index; i-- > run.first_index;) {
+      const T adjoint = i < adjoints.size() ? adjoints[i] : T(1);
+      end = for_each_operand<T>(end, run.kinds[i - run.first_index], [&](std::size_t, const T& partial) {
+        if (!hides_infinity(adjoint, partial)) return;
+        ++found.count;
+        found.statement = i;
+      });
+    }
+  });
+  if (found.count > 0) found.label = state.label_of(found.statement);
+  return found;
 }
 
 }  // namespace detail

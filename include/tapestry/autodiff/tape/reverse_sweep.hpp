@@ -78,15 +78,17 @@ template <class T, class Skip>
   return part;
 }
 
-/// sum + factor · partial, rounded once if IsFused.
+/// sum + factor · partial, rounded once if IsFused; of duals by chain().
 template <bool IsFused, class T>
 [[nodiscard, gnu::always_inline]] inline T add_product(const T& sum, const T& factor, const T& partial) {
   if constexpr (IsFused && std::same_as<T, double>) {
     return __builtin_fma(factor, partial, sum);
   } else if constexpr (IsFused && std::same_as<T, float>) {
     return __builtin_fmaf(factor, partial, sum);
-  } else {
+  } else if constexpr (std::floating_point<T>) {
     return sum + factor * partial;
+  } else {
+    return sum + chain(factor, partial);
   }
 }
 

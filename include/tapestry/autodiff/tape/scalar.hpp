@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <type_traits>
@@ -29,6 +30,10 @@ concept Scalar = std::floating_point<T> || DualNumber<T>;
 
 namespace detail {
 
+/// Whether T is a Scalar: for static_assert, whose message would otherwise explain the concept, too.
+template <class T>
+inline constexpr bool is_scalar = Scalar<T>;
+
 /// The floating-point type at the bottom of a scalar type.
 template <class T>
 struct BaseOf {
@@ -51,12 +56,18 @@ template <DualNumber T>
   return x.is_zero();
 }
 
-/// factor · partial; a zero factor passes nothing, not even an infinite partial. The product comes first, so
+/// a || b, without a branch that would keep a loop from being one of vectors.
+[[nodiscard]] constexpr bool either(bool a, bool b) {
+  return (static_cast<int>(a) | static_cast<int>(b)) != 0;
+}
+
+/// factor · partial, of which a zero on either side passes nothing, not even from infinity or a NaN: a
+/// product of slopes is then the same from either end, on the tape and in duals. The product comes first, so
 /// that loops of this need no branch.
 template <std::floating_point T>
 [[nodiscard]] constexpr T chain(T factor, T partial) {
   const T product = factor * partial;
-  return factor == T(0) ? T(0) : product;
+  return either(factor == T(0), partial == T(0)) ? T(0) : product;
 }
 template <DualNumber T>
 [[nodiscard]] constexpr T chain(const T& factor, const T& partial) {
@@ -66,8 +77,22 @@ template <DualNumber T>
   return {chain(factor.value(), partial.value()), tangents};
 }
 
-/// Operations at a kink name one side and give the other the partial 0; it must then stay out of the
-/// statement, so that an infinite adjoint cannot turn it into NaN. They declare `skips_zero`.
+/// Whether chain() of two numbers hid one that is not finite.
+template <std::floating_point T>
+[[nodiscard]] bool hides_infinity(T factor, T partial) {
+  return (factor == T(0) && !std::isfinite(partial)) || (partial == T(0) && !std::isfinite(factor));
+}
+template <DualNumber T>
+[[nodiscard]] bool hides_infinity(const T& factor, const T& partial) {
+  bool hides = hides_infinity(factor.value(), partial.value());
+  for (std::size_t k = 0; k < T::direction_count; ++k)
+    hides = hides || hides_infinity(factor.tangent(k), partial.value()) ||
+            hides_infinity(factor.value(), partial.tangent(k));
+  return hides;
+}
+
+/// Operations at a kink name one side and give the other the partial 0, which is left out of the statement.
+/// They declare `skips_zero`.
 template <class Operation>
 concept SkipsZero = requires {
   Operation::skips_zero;

@@ -35,7 +35,7 @@ class Link {
 inline constexpr std::uint32_t no_generation = 0xFFFFFFFFU;
 
 /// Unique numbers by which a tape recognises its own variables.
-inline std::uint32_t next_generation() {
+[[gnu::visibility("default")]] inline std::uint32_t next_generation() {
   static std::uint32_t last = 0;
   std::uint32_t next = 0;  // the mark of passive variables, and no_generation of those without a tape
   while (next == 0 || next == no_generation) next = __atomic_add_fetch(&last, 1, __ATOMIC_RELAXED);

@@ -11,16 +11,19 @@
 #include <tapestry/core/error.hpp>
 #include <vector>
 
-namespace tapestry {
+namespace tapestry::detail {
 
-namespace detail {
+// What a program has once is visible everywhere ([[gnu::visibility("default")]]), even where a shared library
+// hides its symbols: one library's functions may be replaced by another's, and must find the same tape.
 
 /// The head of threads without an active tape: no variable has its generation, and it has no room.
 template <class T>
-inline constinit WriteHead no_tape{nullptr, nullptr, Link(0, no_generation), 0};
+[[gnu::visibility("default")]] inline constinit WriteHead no_tape{nullptr, nullptr, Link(0, no_generation),
+                                                                  0};
 /// The same for threads whose tape is swept.
 template <class T>
-inline constinit WriteHead swept_tape{nullptr, nullptr, Link(0, no_generation), 0};
+[[gnu::visibility("default")]] inline constinit WriteHead swept_tape{nullptr, nullptr, Link(0, no_generation),
+                                                                     0};
 
 /// A place on the tape; see Tape::mark().
 struct TapePosition {
@@ -49,7 +52,7 @@ class TapeState : public TapeDiagnosis {
   TapeState& operator=(const TapeState&) = delete;
 
   /// Head that this thread writes statements to: that of a TapeState, or one without room.
-  static inline constinit thread_local WriteHead* active = &no_tape<T>;
+  [[gnu::visibility("default")]] static inline constinit thread_local WriteHead* active = &no_tape<T>;
 
   static bool is_any_active() { return active != &no_tape<T> && active != &swept_tape<T>; }
 
@@ -115,6 +118,7 @@ class TapeState : public TapeDiagnosis {
   void reverse(std::size_t root, Seed seed) {
     const Sweeping sweeping(*this);
     adjoints_.zero(root + most_results_);
+    root_ = root;
     for (const auto& held : records_) held.record->forget_adjoint();
     seed(adjoints_.data());
     std::size_t record = records_.size();
@@ -140,6 +144,11 @@ class TapeState : public TapeDiagnosis {
     if (!link.is_active()) return T(0);
     require_own(link);
     return link.index() < adjoints_.size() ? adjoints_.data()[link.index()] : T(0);
+  }
+
+  /// Adjoints of the last reverse(), by statement, up to its root.
+  [[nodiscard]] std::span<const T> adjoints() const {
+    return {adjoints_.data(), adjoints_.size() < root_ + 1 ? adjoints_.size() : root_ + 1};
   }
 
   [[nodiscard]] TapePosition mark() const {
@@ -247,9 +256,8 @@ class TapeState : public TapeDiagnosis {
   [[noreturn]] static void throw_no_tape() {
     if (active == &swept_tape<T>)
       throw DomainError(
-          "an operation on an active variable cannot be recorded while reverse() sweeps its tape: a "
-          "pullback, "
-          "or a function that is computed again, takes values, or activates a tape of its own");
+          "an operation on an active variable cannot be recorded while reverse() sweeps its tape: "
+          "a pullback, or a function that is computed again, takes values, or activates a tape of its own");
     throw DomainError(
         "an operation on an active variable needs an active tape: keep the result of "
         "Tape::activate() alive on this thread");
@@ -285,8 +293,8 @@ class TapeState : public TapeDiagnosis {
   AdjointMemory<T> adjoints_;
   std::vector<Segment> segments_;
   std::size_t most_results_ = 0;
+  std::size_t root_ = 0;  // of the last sweep
   bool is_sweeping_ = false;
 };
 
-}  // namespace detail
-}  // namespace tapestry
+}  // namespace tapestry::detail

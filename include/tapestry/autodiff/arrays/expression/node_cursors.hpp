@@ -8,24 +8,13 @@
 
 namespace tapestry::detail {
 
-/// g · partial; for an operation with kinks, a zero on either side passes nothing on.
-template <class Operation, class T>
-[[nodiscard, gnu::always_inline]] inline T chain_of(T g, T partial) {
-  const T product = chain(g, partial);
-  if constexpr (SkipsZero<Operation>) {
-    return partial == T(0) ? T(0) : product;
-  } else {
-    return product;
-  }
-}
-
 /// Gradient of one side of an operation; those whose partials are 0 or ±1 define pass_x(), without a product.
 template <class Operation, class T>
 [[nodiscard, gnu::always_inline]] inline T pass_x_of(T g, T x, T y, T value) {
   if constexpr (requires { Operation::pass_x(g, x, y); }) {
     return Operation::pass_x(g, x, y);
   } else {
-    return chain_of<Operation, T>(g, Operation::partial_x(x, y, value));
+    return chain(g, Operation::partial_x(x, y, value));
   }
 }
 template <class Operation, class T>
@@ -33,7 +22,7 @@ template <class Operation, class T>
   if constexpr (requires { Operation::pass_y(g, x, y); }) {
     return Operation::pass_y(g, x, y);
   } else {
-    return chain_of<Operation, T>(g, Operation::partial_y(x, y, value));
+    return chain(g, Operation::partial_y(x, y, value));
   }
 }
 
@@ -53,8 +42,7 @@ struct UnaryReader {
         : of_x(reader.x, i), value(known) {}
   };
   [[gnu::always_inline]] void push(const Value& v, std::size_t i, T g) const {
-    if constexpr (x_may_be_active)
-      x.push(v.of_x, i, chain_of<Operation, T>(g, operation.partial(v.of_x.value, v.value)));
+    if constexpr (x_may_be_active) x.push(v.of_x, i, chain(g, T(operation.partial(v.of_x.value, v.value))));
   }
 };
 
