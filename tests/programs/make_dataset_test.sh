@@ -82,7 +82,7 @@ grep -q 'assumed' command.out && fail "what is given is assumed" || pass
 expect_exit 0 "camouflage takes them" "$programs/camouflage" --frames photographed --epochs 1 --batch 2 --texels 8 --output run2
 printf 'no picture' >photographs/d.png
 expect_exit 0 "one unusable photograph" frames --backgrounds photographs --camera-height 2 --camera-pitch 8 --output three
-grep -q '^warning: photographs/d.png: .*; the photograph is left out$' command.err && pass || fail "no word on it: $(cat command.err)"
+grep -q '^warning: photographs/d.png:.*; the photograph is left out$' command.err && pass || fail "no word on it: $(cat command.err)"
 expect_same three/test/0001.npz photographed/test/0001.npz
 expect_exit 4 "a lens in which no car fits" frames --backgrounds photographs --fov 5 5 --output tele
 expect_error_line "photographs: too few .*found 0, and 4 left out, such as photographs/a.png: the car does not lie in it"

@@ -94,7 +94,4 @@ struct MeshAxes {
 /// \throws DomainError as world_from_mesh()
 [[nodiscard]] Mesh turned_upright(Mesh mesh, const MeshAxes& axes);
 
-/// Whether an upright mesh is higher than long. No car is; such a mesh stands on its nose or tail.
-[[nodiscard]] bool is_higher_than_long(const Mesh& upright);
-
 }  // namespace tapestry::geometry

@@ -143,12 +143,6 @@ Mesh turned_upright(Mesh mesh, const MeshAxes& axes) {
   return mesh;
 }
 
-bool is_higher_than_long(const Mesh& upright) {
-  const Bounds bounds = bounds_of(upright.positions);
-  const Vector3 extent = subtract(bounds.high, bounds.low);
-  return extent[2] > extent[0];
-}
-
 }  // namespace tapestry::geometry
 
 namespace tapestry::geometry::detail {
