@@ -1,5 +1,6 @@
 #pragma once
 #include <compare>
+#include <concepts>
 #include <iosfwd>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/formula.hpp>
@@ -124,7 +125,7 @@ namespace detail {
 /// std::complex of variables or duals; it need not be included.
 template <class Z>
 concept ComplexOfDifferentiable = Differentiable<typename Z::value_type> && requires(const Z& z) {
-  Z(z.real(), z.imag());
+  { Z(z.real(), z.imag()).real() } -> std::same_as<typename Z::value_type>;
 };
 }  // namespace detail
 
