@@ -11,7 +11,8 @@
 
 /// How a car fares in a picture. A detector that calls it an umbrella has not lost it: P@0.5 and the paper's
 /// attack success ("not detected or false detected") count that as a success, and these five tell it apart
-/// from a picture in which no box covers the car. As Bolya et al., TIDE (ECCV 2020), separate kinds of error.
+/// from a picture in which nothing is found where the car is. As Bolya et al., TIDE (ECCV 2020), separate
+/// kinds of error.
 namespace tapestry::evaluate {
 
 /// Fate of a car in a picture: the first in this order that holds for some detection.
@@ -20,7 +21,7 @@ namespace tapestry::evaluate {
 ///     related    a class like it, see related_classes(), IoU ≥ .5
 ///     renamed    any other class,                  IoU ≥ .5
 ///     misplaced  the target's class,               .1 ≤ IoU < .5
-///     lost       none of these: no box covers the car
+///     lost       none of these; boxes of other classes may still overlap the car by less than .5
 enum class Fate : std::uint8_t { found, related, renamed, misplaced, lost };
 
 /// Names of the fates, in the order of Fate.

@@ -102,7 +102,8 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
       ", that overlaps the box around the car's silhouette by IoU >= 0.5; the best confidence is that of the "
       "surest such box, however low, before suppression. Else the frame is related (such a box is of another "
       "vehicle), renamed (of any other class), misplaced (a box of the class overlaps it by 0.1 to 0.5) or "
-      "lost: no box covers it. Attack success counts the frames that are found in clean and not with the "
+      "lost: none of these; other classes may still overlap it by less than 0.5. Attack success counts the "
+      "frames that are found in clean and not with the "
       "texture; where none is found in clean it is not defined (-). Brackets: 95 % by Wilson.");
   if (result.has_camouflage)
     for (const auto& note : notes_on_effects(result, request)) notes.push_back(note);
