@@ -239,7 +239,8 @@ class CamouflageRun {
     report.exported =
         export_difference_of(reshaped ? reshaped->store() : test, usable.front(), paint.colours);
     write_matched_controls(textures.controls);
-    if (inputs_.photo_light) write_text(path("light.json"), report_text(light_json(test, usable)));
+    if (inputs_.photo_light)
+      write_text(path("light.json"), report_text(light_json(test, usable, inputs_.car.painted)));
     write_sheets(before, after);
     report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     report.held_out = inputs_.frames.held_out;
@@ -298,16 +299,16 @@ class CamouflageRun {
 
   /// Draws a view with the car of the written files, and compares it with the run's own picture.
   /// \param store  views of the car in its final shape
-  [[nodiscard]] ExportDifference export_difference_of(camouflage::ViewStore<float>& store, std::size_t index,
-                                                      const Array<float, 2>& colours) const {
+  [[nodiscard]] PictureDifference export_difference_of(camouflage::ViewStore<float>& store, std::size_t index,
+                                                       const Array<float, 2>& colours) const {
     const auto& settings = store.settings();
     const auto own = store.view(index);
     const auto [car, texels] = read_exported_car(path("painted.obj"), inputs_.car.painted);
     const auto view =
         camouflage::make_view<float>(test_loaders()[index](), car, settings.height, settings.width,
                                      settings.samples_per_axis, settings.fit, settings.photo_light);
-    const auto difference =
-        export_difference(camouflage::picture_of(*own, colours), camouflage::picture_of(view, texels), *own);
+    const auto difference = difference_over_car(camouflage::picture_of(*own, colours),
+                                                camouflage::picture_of(view, texels), *own);
     if (difference.mean > most_export_difference)
       print_warnings({path("painted.obj") + ": drawn again, the exported paint differs from the run's by " +
                       decimal_text(difference.mean) + " of 1 on average"});

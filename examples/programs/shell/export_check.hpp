@@ -45,19 +45,17 @@ inline ExportedCar read_exported_car(const std::string& obj, const raster::Paint
   return exported;
 }
 
-/// Compares two pictures over the pixels that show the car.
-/// \param picture, exported  [H, W, 3], of the same view
-/// \param view               of the run
-inline ExportDifference export_difference(const Array<float, 3>& picture, const Array<float, 3>& exported,
-                                          const camouflage::View<float>& view) {
+/// Compares two pictures of a view, [H, W, 3], over the pixels that show the car.
+inline PictureDifference difference_over_car(const Array<float, 3>& picture, const Array<float, 3>& other,
+                                             const camouflage::View<float>& view) {
   const auto& coverage = view.paint_to_picture->coverage;
-  ExportDifference difference;
+  PictureDifference difference;
   double count = 0;
   for (std::size_t y = 0; y < coverage.shape(0); ++y)
     for (std::size_t x = 0; x < coverage.shape(1); ++x)
       for (std::size_t c = 0; c < 3 && coverage(y, x) > 0; ++c) {
         const std::size_t row = view.window.top + y, column = view.window.left + x;
-        const double step = std::abs(static_cast<double>(picture(row, column, c) - exported(row, column, c)));
+        const double step = std::abs(static_cast<double>(picture(row, column, c) - other(row, column, c)));
         difference.mean += step;
         difference.largest = std::max(difference.largest, step);
         ++count;

@@ -13,9 +13,8 @@
 
 namespace tapestry::shell {
 
-/// Difference between a picture of a run's paint and one of the files that it exported, over the pixels that
-/// show the car: of a colour channel, in [0, 1].
-struct ExportDifference {
+/// Difference between two pictures of a car, over the pixels that show it: of a colour channel, in [0, 1].
+struct PictureDifference {
   double mean = 0, largest = 0;
 };
 
@@ -26,7 +25,7 @@ struct RunReport {
   bool held_out = false;
   std::vector<camouflage::ObjectiveTerms> history;
   Json options;
-  std::optional<ExportDifference> exported{};  ///< if files were exported
+  std::optional<PictureDifference> exported{};  ///< of the paint in the exported files, if any
 };
 
 Json json_of(const evaluate::Measurement& measurement);
