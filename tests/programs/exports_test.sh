@@ -43,7 +43,7 @@ exports_well plain --texture cube --texels 4
 cp mirrored.obj shared.obj
 exports_well shared --texture cube --texels 4
 grep -q '^vt ' plain/painted.obj && pass || fail "the exported mesh has no texture coordinates"
-[ "$("$render" --mesh plain/painted.obj --size 64 --output plain.png >/dev/null && wc -c <plain.png)" -gt 2500 ] && pass ||
+[ "$("$render" --mesh plain/painted.obj --size 256 --output plain.png >/dev/null && wc -c <plain.png)" -gt 15000 ] && pass ||
   fail "the exported paint is of one colour"
 
 # A texture without a description: what is assumed is said; a description of another picture is refused.

@@ -89,11 +89,11 @@ for rank in 0 1; do
   mkdir "machine$rank" && cp -r frames run "machine$rank" && cp "$assets"/detector.{cfg,weights,names} "machine$rank"
 done
 printf '\0' | dd of=machine1/detector.weights bs=1 seek=5000 conv=notrunc status=none
-foreign=(--frames frames --cfg detector.cfg --weights detector.weights --names detector.names --threads 1)
+foreign=(--cfg detector.cfg --weights detector.weights --names detector.names --threads 1)
 two_machines() { # two_machines PROGRAM OPTION...: a rank in each folder
   timeout 120 mpirun "${here[@]}" -n 1 -wdir machine0 "$@" : -n 1 -wdir machine1 "$@"
 }
-expect_exit 4 "other weights at one rank" two_machines "$camouflage" "${foreign[@]}" --texels 8 --epochs 1 --output mixed
+expect_exit 4 "other weights at one rank" two_machines "$camouflage" "${foreign[@]}" --frames frames --texels 8 --epochs 1 --output mixed
 grep -Eq '^error: (rank 1: )?options and inputs of rank [01] are others' command.err && pass || fail "mixed: $(cat command.err)"
 [ -e machine0/mixed/history.csv ] && fail "ranks of different detectors took a step" || pass
 expect_exit 4 "other epochs at one rank" timeout 120 mpirun "${here[@]}" -n 1 "$camouflage" "${paint[@]}" --epochs 4 --output unequal \

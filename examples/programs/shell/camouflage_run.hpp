@@ -90,6 +90,8 @@ class CamouflageRun {
       throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car");
     auto& epochs = options_.optimisation.epochs;
     if (epochs == 0) epochs = default_epochs(usable_train.size(), inputs_.frames.drawn > 0);
+    auto start_parameter = camouflage::first_parameter(
+        objective_.method(), start_texture(options_.optimisation, inputs_.car.painted));
     open_folder();
 
     camouflage::TrainingOptions training_options;
@@ -99,11 +101,8 @@ class CamouflageRun {
     training_options.seed = options_.optimisation.seed;
     training_options.adam.learning_rate = options_.optimisation.learning_rate;
     training_options.conditions = image::conditions_by_names(options_.optimisation.conditions);
-    camouflage::Training<float> training(
-        objective_, train_, usable_train,
-        camouflage::first_parameter(objective_.method(),
-                                    start_texture(options_.optimisation, inputs_.car.painted)),
-        training_options);
+    camouflage::Training<float> training(objective_, train_, usable_train, std::move(start_parameter),
+                                         training_options);
     if (options_.resume) restore(training);
     if (ranks_.count() > 1)
       training.share({ranks_.count(), ranks_.index(),

@@ -36,6 +36,7 @@ inline ExportedCar read_exported_car(const std::string& obj, const raster::Paint
     car.painted.push_back(is_paint ? 1 : 0);
   }
   const auto atlas = image::from_bytes<float>(io::read_image(texture));
+  car.layout.kind = raster::TextureKind::atlas;
   car.layout.height = atlas.shape(0);
   car.layout.width = atlas.shape(1);
   car.layout.u_extent = 1;  // the writer divides u by the extent

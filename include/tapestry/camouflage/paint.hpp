@@ -63,7 +63,8 @@ template <std::floating_point T>
 [[nodiscard]] raster::PaintedMesh with_atlas(raster::PaintedMesh car);
 
 /// A texture as an atlas picture for a viewer, [H, W, 3] in [0, 1] with row 0 at v = 1, in the layout of
-/// with_atlas(). Texels that no painted face refers to take colours of those around them.
+/// with_atlas(). Texels that no painted face refers to take colours of those around them. Texels of other
+/// kinds are interpolated in the car's colour space, as when it is drawn.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours);
 

@@ -12,6 +12,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/raster/bake.hpp>
@@ -170,7 +171,8 @@ Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours)
       return raster::with_unused_filled(car.layout, raster::used_texels_or_all<T>(car), colours);
     raster::PaintedMesh charted = with_atlas(car);
     const raster::TextureLayout layout = std::exchange(charted.layout, car.layout);
-    return raster::bake_atlas(charted, colours, layout);
+    const auto baked = raster::bake_atlas(charted, image::in_space(car.space, colours), layout);
+    return car.space == image::ColourSpace::linear ? image::encoded(baked) : baked;
   }();
   const auto layout = with_atlas(car).layout;
   Array<T, 3> picture(Extents<3>{layout.height, layout.width, 3});
