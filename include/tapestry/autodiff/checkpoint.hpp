@@ -28,6 +28,13 @@ template <class T>
                      [](const Variable<T>& variable) { return variable.is_active(); });
 }
 
+/// Appends the statements of the active variables.
+template <class T>
+void list_variables(std::span<const Variable<T>> variables, std::vector<std::uint32_t>& statements) {
+  for (const Variable<T>& variable : variables)
+    if (variable.is_active()) statements.push_back(variable.link().index());
+}
+
 template <class T>
 void add_adjoints(T* adjoints, std::span<const Variable<T>> variables, std::span<const T> parts) {
   for (std::size_t i = 0; i < parts.size(); ++i)
@@ -94,8 +101,7 @@ class CheckpointRecord final : public TapeRecord<T> {
     add_adjoints<T>(adjoints, inputs_, input_adjoints);
   }
   void list_inputs(std::vector<std::uint32_t>& statements) const override {
-    for (const Variable<T>& input : inputs_)
-      if (input.is_active()) statements.push_back(input.link().index());
+    list_variables<T>(inputs_, statements);
   }
   [[nodiscard]] const char* operation() const noexcept override { return type_name<Part>(); }
 

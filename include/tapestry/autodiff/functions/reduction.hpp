@@ -18,14 +18,25 @@
 
 namespace tapestry {
 
-/// Contiguous scalars along one axis: std::vector, std::array or std::span of variables, duals, or any other
-/// scalar that a function is differentiated with, or of plain numbers.
+namespace detail {
 template <class R>
-concept ScalarRange = (Differentiable<typename R::value_type> ||
-                       std::floating_point<typename R::value_type>)&&!requires(const R& range) {
+concept HasShape = requires(const R& range) {
   range.shape();
-}
-&&requires(const R& range) { std::span<const typename R::value_type>(range.data(), range.size()); };
+};
+template <class R>
+concept Contiguous = requires(const R& range) {
+  std::span<const typename R::value_type>(range.data(), range.size());
+};
+/// Numbers along one axis: arrays of them, which have a shape, have reductions of their own.
+template <class R>
+concept PlainRange = std::floating_point<typename R::value_type> && !HasShape<R>;
+}  // namespace detail
+
+/// Contiguous scalars along one axis: std::vector, std::array, std::span or Array of variables, duals, or any
+/// other scalar that a function is differentiated with; of plain numbers the first three.
+template <class R>
+concept ScalarRange = detail::Contiguous<R> &&
+    (Differentiable<typename R::value_type> || detail::PlainRange<R>);
 
 namespace detail {
 
