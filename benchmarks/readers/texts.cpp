@@ -87,7 +87,7 @@ void read_labels(const std::string& path) {
 }
 
 std::string manifest(std::size_t bytes) {
-  shell::Json json = shell::make_manifest("camouflage", {{"seed", 1}}, 1, true, {});
+  shell::Json json = shell::make_manifest("camouflage", {{"seed", 1}}, 1, true);
   json.erase("inputs");
   std::string beginning = json.dump();
   beginning.back() = ',';
