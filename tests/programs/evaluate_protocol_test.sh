@@ -189,7 +189,7 @@ expect_exit 7 "all views" "$evaluate" --protocol occlusion "${small[@]:0:2}" "${
 expect_error_line '--quick \(was true, now false\)'
 expect_exit 0 "another camouflage" "$programs/camouflage" --frames frames --texels 8 --epochs 1 --seed 2 --start random --output other
 expect_exit 7 "the camouflage of another run" "$evaluate" --protocol occlusion --run other "${small[@]:2}" --output whole
-expect_error_line 'inputs: other/texture.npz'
+expect_error_line 'inputs: other/manifest.json .*other/texture.npz'
 expect_exit 7 "the folder of a run" "$evaluate" --protocol views "${small[@]}" --output run
 expect_error_line 'run holds a run'
 cmp -s whole/occlusion.csv before.csv && pass || fail "a refused measurement changed the files"

@@ -71,7 +71,7 @@ expect_exit 0 "a run beside one in another shape" "$programs/evaluate" --run two
 row() { sed -n "s/^$1,//p" "$2/metrics.csv" | cut -d, -f1-6; }
 [ "$(row clean beside)" = "$(row clean mesh_adv)" ] && pass || fail "clean is not the car as it is"
 [ "$(row 'other run' beside)" = "$(row adversarial mesh_adv)" ] && pass || fail "the other run is not measured in its shape"
-sed '/^f/i usemtl body' front.obj >body.obj
+awk '$1 == "vt" { $2 *= 2 } $1 == "f" { print "usemtl body" } { print }' front.obj >body.obj  # u as wide as the car's
 expect_exit 4 "a shape of another mesh" "$programs/evaluate" --run mesh_adv --mesh body.obj
 expect_error_line 'mesh_adv/texture.npz: the shape does not fit the car'
 expect_exit 4 "a shape of another mesh in a protocol" "$programs/evaluate" --run mesh_adv --mesh body.obj --protocol views
