@@ -37,7 +37,7 @@ TEST_CASE("a ledger holds what was read, with the SHA-256 that others compute", 
   REQUIRE(ledger.records().size() == 1);
   // FIPS 180-2, example B.1
   CHECK(ledger.records().front() ==
-        io::InputRecord{path, 3, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"});
+        io::FileRecord{path, 3, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"});
 }
 
 TEST_CASE("a ledger holds files that other files name", "[io][input_ledger]") {

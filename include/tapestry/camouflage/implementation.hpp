@@ -6,6 +6,7 @@
 #include <tapestry/camouflage/implementation/objective.hpp>
 #include <tapestry/camouflage/implementation/paint.hpp>
 #include <tapestry/camouflage/implementation/photo_session.hpp>
+#include <tapestry/camouflage/implementation/run_state.hpp>
 #include <tapestry/camouflage/implementation/shape_parameter.hpp>
 #include <tapestry/camouflage/implementation/training.hpp>
 #include <tapestry/camouflage/implementation/view.hpp>

@@ -12,12 +12,12 @@ namespace tapestry::io {
 class RegularFile;
 
 /// A file that was read: its path as it was opened, its size in bytes, and the SHA-256 of its content.
-struct InputRecord {
+struct FileRecord {
   std::string path{};
   std::uint64_t size = 0;
   std::string sha256{};
 
-  [[nodiscard]] bool operator==(const InputRecord&) const = default;
+  [[nodiscard]] bool operator==(const FileRecord&) const = default;
 };
 
 /// Records every file that this process opens for reading while the ledger lives, by the bytes that the
@@ -43,7 +43,7 @@ class InputLedger {
   static void note(const std::string& path);
 
   /// Everything recorded so far, in the order of the paths.
-  [[nodiscard]] std::vector<InputRecord> records() const;
+  [[nodiscard]] std::vector<FileRecord> records() const;
 
   /// SHA-256 over all paths and hashes: equal for processes that read the same.
   [[nodiscard]] std::string digest() const;
@@ -55,7 +55,7 @@ class InputLedger {
   friend class RegularFile;
 
   struct Entry {
-    InputRecord record{};
+    FileRecord record{};
     std::string stamp{};  ///< of RegularFile, when the file was hashed
   };
 

@@ -53,7 +53,7 @@ void InputLedger::record(const RegularFile& file) {
   const auto known = entries_.find(file.path());
   if (known != entries_.end() && known->second.stamp == file.stamp()) return;
   lock.unlock();
-  InputRecord record{file.path(), file.size(), file.sha256()};
+  FileRecord record{file.path(), file.size(), file.sha256()};
   file.require_unchanged();
   lock.lock();
   const auto [entry, is_new] = entries_.try_emplace(file.path(), Entry{record, file.stamp()});
@@ -64,16 +64,16 @@ void InputLedger::record(const RegularFile& file) {
   entry->second.stamp = file.stamp();
 }
 
-std::vector<InputRecord> InputLedger::records() const {
+std::vector<FileRecord> InputLedger::records() const {
   const std::lock_guard lock(mutex_);
-  std::vector<InputRecord> records;
+  std::vector<FileRecord> records;
   for (const auto& [path, entry] : entries_) records.push_back(entry.record);
   return records;
 }
 
 std::string InputLedger::digest() const {
   std::string text;
-  for (const InputRecord& record : records()) text += record.path + '\n' + record.sha256 + '\n';
+  for (const FileRecord& record : records()) text += record.path + '\n' + record.sha256 + '\n';
   return sha256(text);
 }
 
