@@ -51,7 +51,7 @@ inline constexpr float least_probability = 1e-7F;
 
 namespace detail {
 
-/// What a description states of an output's values, to be held against those of a first pass.
+/// Values of an output as its description states them, to be held against those of a first pass.
 struct OutputClaim {
   std::string path{};  ///< of the network, for messages
   std::atomic<bool> is_judged = false;

@@ -157,7 +157,7 @@ class JpegScan {
 
 namespace detail {
 
-/// What a decoder says of a file; empty for a sound one.
+/// Error or warning of a decoder; empty for a sound file.
 struct JpegComplaint {
   std::string text{};
   bool is_warning = false;  ///< of damage that leaves a picture

@@ -100,10 +100,10 @@ struct ObjLimits {
 /// to later records. Material files outside the folder of the OBJ are not read. Numbers 4 to 6 of a vertex
 /// are its colour, where there are six or more.
 ///
-/// What changes nothing is a warning, one a kind with a count: words behind the numbers of a record, faces of
-/// fewer than three corners, indices of texture coordinates or normals in a file that has none, normals of no
-/// direction, materials without a definition. Keywords may be of any case; # begins a comment in a record of
-/// numbers.
+/// Oddities that change nothing bring one warning a kind, with a count: words after a record's numbers, faces
+/// of fewer than three corners, indices of texture coordinates or normals in a file that has none, normals of
+/// no direction, materials without a definition. Keywords may be of any case; # begins a comment in a record
+/// of numbers.
 ///
 /// The records are parsed here, not by tinyobjloader. It reads malformed numbers as 0, returns indices beyond
 /// the lists with only a warning, pads short records with 0, and reports no line numbers; these are refused.

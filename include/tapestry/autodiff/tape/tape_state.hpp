@@ -13,8 +13,8 @@
 
 namespace tapestry::detail {
 
-// What a program has once is visible everywhere ([[gnu::visibility("default")]]), even where a shared library
-// hides its symbols: one library's functions may be replaced by another's, and must find the same tape.
+// State of which a program has one copy is visible everywhere ([[gnu::visibility("default")]]), even where a
+// shared library hides its symbols: another library's functions may replace its own, and need the same tape.
 
 /// The head of threads without an active tape: no variable has its generation, and it has no room.
 template <class T>

@@ -127,7 +127,7 @@ std::string_view recognised_format(std::span<const std::byte> beginning) {
   if (starts("version https://git-lfs"sv)) return "a Git LFS pointer, not the file it stands for";
   if (starts("\x1f\x8b"sv)) return "a gzip archive";
   constexpr std::string_view pytorch = "a PyTorch file; export it to ONNX (torch.onnx.export) and give that";
-  // In the first member of a zip archive, whose name begins at byte 30 and has the length at byte 26.
+  // The name of a zip archive's first member begins at byte 30; its length stands at byte 26.
   if (starts("PK\x03\x04"sv) && text.size() > 30)
     if (text.substr(30, static_cast<unsigned char>(text[26])).ends_with("/data.pkl")) return pytorch;
   if (starts("\x80\x02\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19"sv)) return pytorch;  // before 1.6
