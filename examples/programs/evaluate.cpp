@@ -262,7 +262,7 @@ void write_folder(const Options& options, const Written& what, const raster::Pai
   const auto& paint = what.textures.adversarial ? *what.textures.adversarial : what.textures.clean;
   const auto atlas = camouflage::atlas_of<float>(own_car, paint.colours);
   page.atlases = {{shown, image::to_bytes(atlas)}};
-  io::write_painted_glb(options.output + "/painted.glb", what.car, atlas);
+  io::write_painted_glb(options.output + "/painted.glb", camouflage::with_atlas(what.car), atlas);
   page.glb = io::read_text_file(options.output + "/painted.glb");
   page.files = {"painted.glb", sheet, "metrics.csv", "views.csv", "metrics.json"};
   write_text(options.output + "/report.html", page_html(page));

@@ -42,6 +42,10 @@ done
 exports_well plain --texture cube --texels 4
 cp mirrored.obj shared.obj
 exports_well shared --texture cube --texels 4
+for mesh in whole plain shared; do
+  expect_exit 0 "$mesh measured again" "$programs/evaluate" --run "$mesh" --output "$mesh-again"
+  expect_same "$mesh-again/painted.glb" "$mesh/painted.glb"
+done
 grep -q '^vt ' plain/painted.obj && pass || fail "the exported mesh has no texture coordinates"
 [ "$("$render" --mesh plain/painted.obj --size 256 --output plain.png >/dev/null && wc -c <plain.png)" -gt 15000 ] && pass ||
   fail "the exported paint is of one colour"

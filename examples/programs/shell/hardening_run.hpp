@@ -183,6 +183,9 @@ class HardeningRun {
   [[nodiscard]] Array<float, 3> atlas_of(const Colours& colours) const {
     return camouflage::atlas_of<float>(inputs_.car.painted, colours);
   }
+  void write_painted(const std::string& glb, const Colours& colours) const {
+    io::write_painted_glb(glb, camouflage::with_atlas(inputs_.car.painted), atlas_of(colours));
+  }
 
   /// Detections of a detector, the views it was measured on, and pictures of them under its adaptive attack.
   struct Examined {
@@ -247,7 +250,7 @@ class HardeningRun {
     page.atlases = {{"transfer", image::to_bytes(atlas_of(transfer))},
                     {"adaptive, undefended", image::to_bytes(atlas_of(on_undefended))},
                     {"adaptive, hardened", image::to_bytes(atlas_of(on_hardened))}};
-    io::write_painted_glb(path("adaptive_hardened.glb"), inputs_.car.painted, atlas_of(on_hardened));
+    write_painted(path("adaptive_hardened.glb"), on_hardened);
     page.glb = io::read_text_file(path("adaptive_hardened.glb"));
     page.files = {hardened_path().substr(options_.output.size() + 1),
                   "adaptive_hardened.glb",
