@@ -90,8 +90,9 @@ class Training {
   void restore(TrainingState<T> state);
 
   /// One minibatch: records and reverses each view alone, on a thread each, which takes the memory of a view
-  /// a thread, adds their gradients in the minibatch's order, and updates: the same bits for any number of
-  /// threads. If only the worst views count, the losses of all are computed first, without a tape.
+  /// a thread, prepares the next minibatch's views meanwhile, adds their gradients in the minibatch's order,
+  /// and updates: the same bits for any number of threads. If only the worst views count, the losses of all
+  /// are computed first, without a tape.
   ///
   /// \returns the number of views in it
   /// \throws NumericError naming step, term and views if a term or the gradient is not finite; the state is
@@ -101,7 +102,23 @@ class Training {
  private:
   using ViewPointer = std::shared_ptr<const View<T>>;
 
+  /// Views of a step, prepared one by one.
+  struct Batch {
+    std::uint64_t step = 0;
+    std::vector<std::size_t> indices{};  ///< in the store
+    std::vector<ViewPointer> views{};    ///< as many; null until prepared
+  };
+
+  /// The views that a step takes, none prepared.
+  [[nodiscard]] Batch batch_of(std::uint64_t step);
+
+  /// The views of the step at hand, prepared here unless they were during the last one; next_ becomes the
+  /// step's after it.
   [[nodiscard]] std::vector<ViewPointer> next_batch();
+
+  void prepare_next(std::size_t i) {
+    if (!next_.views[i]) next_.views[i] = store_.view(next_.indices[i]);
+  }
 
   /// The session depends on the seed and the step's number only, as does the batch.
   [[nodiscard]] std::optional<PhotoSession> next_session(const std::vector<ViewPointer>& views) const;
@@ -131,8 +148,14 @@ class Training {
       const auto& window = batch[views[k]]->window;
       return window.width * window.height;
     };
-    std::ranges::stable_sort(own, std::greater{}, pixels);  // the longest first: threads end together
-    for_each_view(own.size(), [&](std::size_t j) { shares[own[j]] = find(views[own[j]]); });
+    // The longest first, then those of the next step, which take little: threads end together.
+    std::ranges::stable_sort(own, std::greater{}, pixels);
+    for_each_view(own.size() + next_.views.size(), [&](std::size_t j) {
+      if (j < own.size())
+        shares[own[j]] = find(views[own[j]]);
+      else
+        prepare_next(j - own.size());
+    });
     if (shared_.processes > 1) exchange(shares, extents);
     return shares;
   }
@@ -193,6 +216,7 @@ class Training {
   Pool<Tape<T>> tapes_;
   std::vector<std::size_t> order_;
   std::size_t epoch_of_order_ = 0;
+  Batch next_;
 };
 
 extern template class Training<float>;

@@ -71,18 +71,30 @@ std::size_t Training<T>::step() {
 }
 
 template <std::floating_point T>
-std::vector<typename Training<T>::ViewPointer> Training<T>::next_batch() {
-  const std::size_t epoch = state_.step / steps_per_epoch();
+auto Training<T>::batch_of(std::uint64_t step) -> Batch {
+  const std::size_t epoch = step / steps_per_epoch();
   if (epoch_of_order_ != epoch || order_.empty()) {
     order_ = usable_;
     Random(options_.seed).fork(epoch).shuffle(order_);
     epoch_of_order_ = epoch;
   }
-  const auto [begin, end] = block_range(state_.step % steps_per_epoch(), order_.size(), options_.batch);
-  std::vector<ViewPointer> batch(end - begin);
-  parallel_for(batch.size(),
-               [&, first = begin](std::size_t i) { batch[i] = store_.view(order_[first + i]); });
+  const auto [begin, end] = block_range(step % steps_per_epoch(), order_.size(), options_.batch);
+  const auto first = order_.begin();
+  Batch batch{
+      step, {first + static_cast<std::ptrdiff_t>(begin), first + static_cast<std::ptrdiff_t>(end)}, {}};
+  batch.views.resize(batch.indices.size());
   return batch;
+}
+
+template <std::floating_point T>
+std::vector<typename Training<T>::ViewPointer> Training<T>::next_batch() {
+  if (next_.step != state_.step || next_.views.empty()) {
+    next_ = batch_of(state_.step);
+    parallel_for(next_.views.size(), [&](std::size_t i) { prepare_next(i); });
+  }
+  const std::vector<ViewPointer> views = std::move(next_.views);
+  next_ = state_.step + 1 < step_count() ? batch_of(state_.step + 1) : Batch{};
+  return views;
 }
 
 template <std::floating_point T>
