@@ -35,10 +35,6 @@
 #include <tapestry/autodiff/jacobian/tangent_sweep.hpp>
 #include <tapestry/autodiff/matrix.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/autodiff/replay.hpp>
-#include <tapestry/autodiff/replay/replay_program.hpp>
-#include <tapestry/autodiff/replay/replayable.hpp>
-#include <tapestry/autodiff/replay_lanes.hpp>
 #include <tapestry/autodiff/sparse_hessian.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape/dual_number.hpp>
@@ -69,7 +65,6 @@
 #include <tapestry/core/supported_target.hpp>
 #include <tapestry/core/thread_pool.hpp>
 #include <tapestry/core/vector_exp.hpp>
-#include <tapestry/core/vector_functions.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_decode_variable.hpp>
 #include <tapestry/detect/box_formula.hpp>
