@@ -169,7 +169,6 @@
 #include <tapestry/nn/winograd_plan.hpp>
 #include <tapestry/nn/workspace.hpp>
 #include <tapestry/optim/adam.hpp>
-#include <tapestry/raster/affine_colour.hpp>
 #include <tapestry/raster/atlas_filter.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/clear_coat.hpp>
@@ -185,7 +184,6 @@
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
-#include <tapestry/raster/geometry_picture_variable.hpp>
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/light_adjoint.hpp>
 #include <tapestry/raster/lighting.hpp>
