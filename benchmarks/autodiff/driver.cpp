@@ -34,7 +34,6 @@ struct Variant {
   std::string program;
   int threads = 1;              ///< that compute side by side; the seconds are of one of them
   double largest_error = 1e-6;  ///< beyond, it computes something else
-  int lanes = 1;                ///< gradients that are computed at once; the seconds are of one of them
 };
 const std::vector<Variant> all_variants = {{"plain", "autodiff_tapestry"},
                                            {"hand", "autodiff_tapestry"},
@@ -43,10 +42,6 @@ const std::vector<Variant> all_variants = {{"plain", "autodiff_tapestry"},
                                            {"gradient-call", "autodiff_tapestry"},
                                            {"scalar-8-roots", "autodiff_tapestry"},
                                            {"hessian-product", "autodiff_tapestry"},
-                                           {"replay", "autodiff_tapestry"},
-                                           {"replay-unguarded", "autodiff_tapestry"},
-                                           {"replay-recording", "autodiff_tapestry"},
-                                           {"replay-8-lanes", "autodiff_tapestry", 1, 1e-6, 8},
                                            {"array", "autodiff_tapestry"},
                                            {"array-float", "autodiff_tapestry", 1, 1e-2},
                                            {"array-library-exp", "autodiff_tapestry"},
@@ -156,8 +151,7 @@ template <class Objective>
       result.error = error_of(reference, path);
       if (!(*result.error <= variants[i].largest_error))
         throw Error(ErrorKind::numeric, "computes something else");
-      const int computations =
-          variants[i].lanes * (variants[i].threads == 1 ? 1 : variants[i].threads * computations_a_wait);
+      const int computations = variants[i].threads == 1 ? 1 : variants[i].threads * computations_a_wait;
       const Timing timing = timing_of(contestant.seconds, 0);
       result.seconds = timing.median / computations;
       result.spread = timing.spread;

@@ -1,16 +1,12 @@
 #pragma once
-#include <algorithm>
 #include <atomic>
 #include <barrier>
 #include <cstddef>
 #include <memory>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
-#include <tapestry/autodiff/replay.hpp>
-#include <tapestry/autodiff/replay_lanes.hpp>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -139,59 +135,6 @@ class HessianTimesVector final : public Computation {
  private:
   std::vector<double> x_, direction_;
   HessianProducts<OfSpan<Objective>> products_;
-};
-
-/// Evaluates a recording made beforehand.
-template <class Objective>
-class ReplayedRecording final : public Computation {
- public:
-  ReplayedRecording(const Objective& objective, Guards guards)
-      : x_(objective.start()), replay_([&](const auto* x) { return objective(x); }, x_, guards) {
-    gradient_.resize(x_.size());
-  }
-  void run() override { value_ = replay_.gradient(x_, gradient_); }
-
- private:
-  std::vector<double> x_;
-  Replay<double> replay_;
-};
-
-/// Makes a recording to replay, in newly allocated memory.
-template <class Objective>
-class MadeRecording final : public Computation {
- public:
-  explicit MadeRecording(const Objective& objective) : objective_(objective), x_(objective.start()) {
-    gradient_.resize(x_.size());
-  }
-  void run() override {
-    replay_.emplace([&](const auto* x) { return objective_(x); }, x_);
-  }
-  void finish() override { value_ = replay_->gradient(x_, gradient_); }
-
- private:
-  Objective objective_;
-  std::vector<double> x_;
-  std::optional<Replay<double>> replay_;
-};
-
-/// Evaluates a recording for 8 inputs at once, all of them the same.
-template <class Objective>
-class ReplayedLanes final : public Computation {
- public:
-  explicit ReplayedLanes(const Objective& objective)
-      : x_(objective.start()), replay_([&](const auto* x) { return objective(x); }, x_) {
-    gradient_.resize(x_.size());
-    for (int lane = 0; lane < 8; ++lane) inputs_.insert(inputs_.end(), x_.begin(), x_.end());
-    gradients_.resize(inputs_.size());
-  }
-  void run() override { value_ = replay_.gradients(inputs_, gradients_).back().value(); }
-  void finish() override {
-    std::copy(gradients_.end() - static_cast<std::ptrdiff_t>(x_.size()), gradients_.end(), gradient_.begin());
-  }
-
- private:
-  std::vector<double> x_, inputs_, gradients_;
-  ReplayLanes<double> replay_;
 };
 
 /// Runs copies of a computation, one on each thread, computed computations_a_wait times. The calling thread

@@ -44,11 +44,6 @@ Made make_variant(const Objective& objective, const std::string& variant, std::p
     if (variant == "gradient-call") return std::make_unique<GradientCall<Objective>>(objective);
     if (variant == "scalar-8-roots") return std::make_unique<VectorSweeps<Objective>>(objective);
     if (variant == "hessian-product") return std::make_unique<HessianTimesVector<Objective>>(objective);
-    using Replayed = ReplayedRecording<Objective>;
-    if (variant == "replay") return std::make_unique<Replayed>(objective, Guards::record);
-    if (variant == "replay-unguarded") return std::make_unique<Replayed>(objective, Guards::ignore);
-    if (variant == "replay-recording") return std::make_unique<MadeRecording<Objective>>(objective);
-    if (variant == "replay-8-lanes") return std::make_unique<ReplayedLanes<Objective>>(objective);
     return make_array(objective, variant);
   }
 }

@@ -8,7 +8,6 @@
 ///   autodiff/eigen.hpp                Eigen matrices of variables
 ///   autodiff/matrix.hpp               linear algebra, one record an operation
 ///   autodiff/jacobian.hpp             jacobian(f, x); sparse ones: autodiff/compressed_jacobian.hpp
-///   autodiff/replay.hpp               recordings used again for other inputs; many at once: replay_lanes.hpp
 #include <tapestry/version.hpp>
 
 // Before those that include them, so that a compiler's message about them names few files.

@@ -35,10 +35,6 @@
 #include <tapestry/autodiff/jacobian/tangent_sweep.hpp>
 #include <tapestry/autodiff/matrix.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/autodiff/replay.hpp>
-#include <tapestry/autodiff/replay/replay_program.hpp>
-#include <tapestry/autodiff/replay/replayable.hpp>
-#include <tapestry/autodiff/replay_lanes.hpp>
 #include <tapestry/autodiff/sparse_hessian.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/tape/dual_number.hpp>
@@ -69,7 +65,6 @@
 #include <tapestry/core/supported_target.hpp>
 #include <tapestry/core/thread_pool.hpp>
 #include <tapestry/core/vector_exp.hpp>
-#include <tapestry/core/vector_functions.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_decode_variable.hpp>
 #include <tapestry/detect/box_formula.hpp>
@@ -174,7 +169,6 @@
 #include <tapestry/nn/winograd_plan.hpp>
 #include <tapestry/nn/workspace.hpp>
 #include <tapestry/optim/adam.hpp>
-#include <tapestry/raster/affine_colour.hpp>
 #include <tapestry/raster/atlas_filter.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/clear_coat.hpp>
@@ -190,7 +184,6 @@
 #include <tapestry/raster/fragment_shader.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
-#include <tapestry/raster/geometry_picture_variable.hpp>
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/light_adjoint.hpp>
 #include <tapestry/raster/lighting.hpp>

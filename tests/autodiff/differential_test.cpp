@@ -8,8 +8,6 @@
 #include <span>
 #include <string>
 #include <tapestry/autodiff/checkpoint.hpp>
-#include <tapestry/autodiff/replay.hpp>
-#include <tapestry/autodiff/replay_lanes.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"
@@ -29,24 +27,19 @@ using tapestry::test::Wide;
 namespace {
 using Gradient = std::array<double, input_count>;
 
-/// The step of differences, and how far apart the points of a replay are.
-constexpr double h = 0x1p-13, lane_step = 0x1p-10;
+/// The step of differences.
+constexpr double h = 0x1p-13;
 
 Point moved(const Point& point, std::size_t axis, double step) {
   Point result = point;
   result[axis] += step;
   return result;
 }
-/// The other points of a replay.
-Point lane_point(const Point& point, std::size_t lane) {
-  return moved(point, lane % input_count, static_cast<double>(lane) * lane_step);
-}
 /// All points at which a program must keep off kinks.
 std::vector<Point> points_around(const Point& point) {
   std::vector<Point> points = {point};
   for (std::size_t axis = 0; axis < input_count; ++axis)
     for (const double step : {-h, h}) points.push_back(moved(point, axis, step));
-  for (std::size_t lane = 1; lane < 5; ++lane) points.push_back(lane_point(point, lane));
   return points;
 }
 
@@ -152,26 +145,6 @@ void check_tapes(const ScalarProgram& program, const Reference& reference, std::
   check_mode(is_checkpoint ? "checkpoint" : "preaccumulate", program, reference, value, slopes);
 }
 
-void check_replays(const ScalarProgram& program, const Reference& reference, std::uint64_t seed) {
-  const Point recorded_at = lane_point(program.point, 4);
-  Gradient slopes{};
-  tapestry::Replay<double> replay(program, recorded_at);
-  const double value = replay.gradient(program.point, slopes);
-  check_mode("replay", program, reference, value, slopes);
-
-  std::vector<double> points, gradients(5 * input_count);
-  for (std::size_t lane = 0; lane < 5; ++lane)  // of vectors of four: one is left over
-    for (const double entry : lane_point(program.point, lane)) points.push_back(entry);
-  tapestry::ReplayLanes<double, 4> lanes(program, recorded_at);
-  const auto values = lanes.gradients(points, gradients);
-  check_mode("replay lanes", program, reference, values[0].value_or(NAN), gradients);
-  const std::size_t lane = 1 + seed % 4;
-  Reference other = reference;
-  other.value = by_plain_tape(program, lane_point(program.point, lane), other.slopes);
-  check_mode("another lane", program, other, values[lane].value_or(NAN),
-             std::span(gradients).subspan(lane * input_count));
-}
-
 void check_duals(const ScalarProgram& program, const Reference& reference) {
   using D = Dual<double, input_count>;
   std::array<D, input_count> inputs;
@@ -212,7 +185,6 @@ TEST_CASE("random scalar programs have the derivatives of differences in every m
     if (!reference.is_smooth || reference.size > 1000) continue;
     ++smooth;
     check_tapes(program, reference, run.seed());
-    check_replays(program, reference, run.seed());
     check_duals(program, reference);
   }
   std::cout << smooth << " of the programs were smooth\n";

@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
-#include <tapestry/autodiff/replay.hpp>
 #include <tapestry/autodiff/sparse_hessian.hpp>
 
 #include <algorithm>
@@ -128,16 +127,6 @@ TEST_CASE("the pattern of a function of a vector is that of its Hessian", "[auto
   CHECK(entries([]<class S>(std::span<const S> x) { return S(norm(x)); }) == 9);
   CHECK(entries([]<class S>(std::span<const S> x) { return S(logsumexp(x)); }) == 9);
   CHECK(entries([]<class S>(std::span<const S> x) { return S(softmax(x)[1]); }) == 9);
-}
-
-TEST_CASE("functions of a vector are replayed", "[autodiff][range]") {
-  tapestry::Replay<double> replay(Total(), Values{1, 2, 3});
-  const Values x = {0.5, -1.25, 2};
-  Values gradient(3);
-  const double value = replay.gradient(x, gradient);
-  const auto expected = tapestry::gradient(Total(), x);
-  check_near({value}, {expected.value});
-  check_near(gradient, expected.gradient);
 }
 
 TEST_CASE("a dual vector of infinite entries has the slopes that the tape gives", "[autodiff][range]") {

@@ -1,8 +1,7 @@
-#include <tapestry/raster/geometry_picture_variable.hpp>
+#include <tapestry/raster/geometry_picture.hpp>
 
 #include <cmath>
 #include <limits>
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/geometry/shapes.hpp>
 
 #include "../support/catch.hpp"
@@ -16,7 +15,6 @@ using geometry::Camera;
 using geometry::Mesh;
 using geometry::Vector3;
 using tapestry::Array;
-using tapestry::ArrayVariable;
 using tapestry::test::along;
 using tapestry::test::box;
 using tapestry::test::side;
@@ -265,31 +263,6 @@ TEMPLATE_TEST_CASE("pictures of geometry in hard cases", "[raster][geometry_pict
   }
 }
 
-TEMPLATE_TEST_CASE("pictures of geometry on the tape depend on positions and pose",
-                   "[raster][geometry_picture][variable]", raster::Depth, raster::SurfacePosition,
-                   raster::Normal) {
-  const Mesh mesh = box(true);
-  const auto weights = random_weights<TestType>();
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
-  const auto positions = tape.input(geometry::position_array<double>(mesh));
-  const auto pose = tape.input(tapestry::zeros<double, 1>({6}));
-  const std::size_t before = tape.record_count();
-  const auto picture =
-      raster::geometry_picture<TestType, double>(mesh, Camera{}, side, side, positions, pose);
-  CHECK(tape.record_count() == before + 1);
-  CHECK((picture.value() == drawn<TestType>(mesh)));
-  tape.reverse(picture, weights);
-  const auto gradient = gradient_of<TestType>(mesh, weights);
-  Vector3 shift{};  // of all positions at once: what the pose's translation does
-  for (std::size_t i = 0; i < gradient.size(); ++i) {
-    shift = geometry::add(shift, gradient[i]);
-    for (std::size_t k = 0; k < 3; ++k) CHECK(positions.adjoint()(i, k) == gradient[i][k]);
-  }
-  for (std::size_t k = 0; k < 3; ++k)
-    CHECK(pose.adjoint()(k + 3) == Approx(shift[k]).epsilon(1e-12).margin(1e-12));
-}
-
 TEST_CASE("pictures of geometry refuse what does not fit", "[raster][geometry_picture][bad_input]") {
   std::vector<Vector3> gradient(7);
   CHECK_THROWS_WITH(raster::geometry_picture_adjoint<raster::Depth>(
@@ -301,8 +274,4 @@ TEST_CASE("pictures of geometry refuse what does not fit", "[raster][geometry_pi
                     "geometry_picture_adjoint: picture_adjoint is [4, 4, 2], expected [4, 4, 3]");
   CHECK_THROWS_AS((raster::geometry_picture<raster::Depth, double>(box(true), Camera{}, 0, 4)),
                   tapestry::DomainError);
-  CHECK_THROWS_WITH(
-      (raster::geometry_picture<raster::Depth, double>(
-          box(true), Camera{}, side, side, ArrayVariable<double, 2>(tapestry::zeros<double, 2>({7, 3})))),
-      "geometry_picture: positions is [7, 3], expected [8, 3]");
 }

@@ -6,7 +6,7 @@
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/raster/geometry_picture_variable.hpp>
+#include <tapestry/raster/geometry_picture.hpp>
 #include <tapestry/raster/render_variable.hpp>
 
 #include "../support/brute_force_render.hpp"
@@ -49,12 +49,17 @@ struct Score {
   [[nodiscard]] double error() const { return std::sqrt(error_squared / expected_squared); }
 };
 
-/// ⟨weights, picture⟩ of a supersampled picture of values_of(mesh, face, barycentric) of the mesh in a pose.
-template <class ValuesOf>
-double weighted(Mesh mesh, const Array<double, 1>& pose, ValuesOf values_of) {
+Mesh posed(Mesh mesh, const Array<double, 1>& pose) {
   const auto turned = geometry::exponential_map(Vector3{pose(0), pose(1), pose(2)});
   for (auto& position : mesh.positions)
     position = geometry::add(geometry::multiply(turned, position), {pose(3), pose(4), pose(5)});
+  return mesh;
+}
+
+/// ⟨weights, picture⟩ of a supersampled picture of values_of(mesh, face, barycentric) of the mesh in a pose.
+template <class ValuesOf>
+double weighted(const Mesh& at_rest, const Array<double, 1>& pose, ValuesOf values_of) {
+  const Mesh mesh = posed(at_rest, pose);
   const auto weights = tapestry::test::scoring_weights(size);
   const auto image = tapestry::test::brute_force_render(
       mesh, camera(), size, size, 16,
@@ -154,18 +159,31 @@ TEMPLATE_TEST_CASE("through depth, position and normal, positions and pose have 
   const Mesh mesh = sedan();
   constexpr std::size_t rank = raster::geometry_rank<TestType>;
   const auto weights = tapestry::test::scoring_weights(size);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
-  const auto positions = tape.input(geometry::position_array<double>(mesh));
-  const auto pose = tape.input(some_pose());
-  const auto picture =
-      raster::geometry_picture<TestType, double>(mesh, camera(), size, size, positions, pose);
+  const Mesh body = posed(mesh, some_pose());
+  const auto picture = raster::geometry_picture<TestType, double>(body, camera(), size, size);
   auto seed = tapestry::zeros<double, rank>(picture.shape());
   for (std::size_t i = 0; i < weights.size(); ++i) seed.data()[rank == 2 ? i / 3 : i] += weights.data()[i];
-  tape.reverse(picture, seed);
+  std::vector<Vector3> moving(mesh.positions.size(), Vector3{0, 0, 0});
+  raster::geometry_picture_adjoint<TestType>(body, camera(), seed, moving);
+  // By the chain rule to the mesh at rest; by the pose as central differences of positions, to 1e-9.
+  const auto turned = geometry::exponential_map(Vector3{some_pose()(0), some_pose()(1), some_pose()(2)});
+  auto positions_adjoint = tapestry::zeros<double, 2>({moving.size(), 3});
+  auto pose_adjoint = tapestry::zeros<double, 1>({6});
+  for (std::size_t i = 0; i < moving.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      positions_adjoint(i, k) = geometry::multiply_transposed(turned, moving[i])[k];
+  for (std::size_t axis = 0; axis < 6; ++axis) {
+    auto ahead = some_pose(), behind = some_pose();
+    ahead(axis) += 1e-5;
+    behind(axis) -= 1e-5;
+    const Mesh there = posed(mesh, ahead), back = posed(mesh, behind);
+    for (std::size_t i = 0; i < moving.size(); ++i)
+      pose_adjoint(axis) +=
+          geometry::dot(moving[i], geometry::subtract(there.positions[i], back.positions[i])) / 2e-5;
+  }
   const Vector3 eye = geometry::eye_of(camera());
   const auto scores =
-      score(positions.adjoint(), pose.adjoint(),
+      score(positions_adjoint, pose_adjoint,
             [&](const Mesh& at, std::size_t face, const std::array<double, 3>& b) -> std::array<double, 3> {
               if constexpr (std::is_same_v<TestType, raster::Normal>)
                 return raster::seen_normal(at, face, eye);

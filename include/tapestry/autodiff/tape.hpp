@@ -28,8 +28,8 @@
 /// of the program. An operation on arrays is a single record with a pullback, a function that does the same
 /// for whole arrays.
 ///
-/// Read next: variable.hpp, functions.hpp, array_variable.hpp and record.hpp. derivatives.hpp, jacobian.hpp,
-/// checkpoint.hpp and replay.hpp are built on these.
+/// Read next: variable.hpp, functions.hpp, array_variable.hpp and record.hpp. derivatives.hpp, jacobian.hpp
+/// and checkpoint.hpp are built on these.
 
 namespace tapestry {
 

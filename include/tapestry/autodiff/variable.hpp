@@ -82,10 +82,6 @@ class Variable {
   [[gnu::always_inline]] void push(Factor factor, Sink& sink) const {
     sink.add(link_, factor);
   }
-  template <class Leaves>
-  [[gnu::always_inline]] void write(Leaves& leaves) const {
-    leaves.add_variable(value_, link_);
-  }
 
  private:
   T value_ = T(0);

@@ -184,10 +184,7 @@ template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] std::partial_ordering operator<=>(const X& x, const Y& y) {
   using T = detail::Base<detail::ScalarOf<X, Y>>;
-  const std::partial_ordering order = detail::value_of<T>(x) <=> detail::value_of<T>(y);
-  if constexpr (detail::observes_comparisons<X>() || detail::observes_comparisons<Y>())
-    observe_comparison(x, y, order);
-  return order;
+  return detail::value_of<T>(x) <=> detail::value_of<T>(y);
 }
 
 template <class X, class Y>

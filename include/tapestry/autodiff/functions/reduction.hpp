@@ -264,7 +264,7 @@ template <ScalarRange R>
 /// exp xᵢ / Σ exp xⱼ, without overflow, one statement an entry: the derivative of entry i by xⱼ is
 /// yᵢ·(δᵢⱼ − yⱼ), where 1 − yᵢ is the sum of the others, so that it keeps its digits as yᵢ nears 1. Where the
 /// maximum is infinite, the entries equal to it share 1 equally; where it is +∞, they are NaN for scalars
-/// that record the operations themselves, as Replayable does.
+/// that record the operations themselves, as those of hessian_pattern() do.
 template <ScalarRange R>
 [[nodiscard]] auto softmax(const R& x) {
   using S = typename R::value_type;

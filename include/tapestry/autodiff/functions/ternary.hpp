@@ -72,10 +72,6 @@ class Ternary {
       counts_of_expression<Z, Chained<Factor, T>>();
   static constexpr bool always_pushes_all =
       !SkipsZero<Operation> && pushes_all<X>() && pushes_all<Y>() && pushes_all<Z>();
-  static constexpr bool observes_comparisons = detail::observes_comparisons<X>() ||
-                                               detail::observes_comparisons<Y>() ||
-                                               detail::observes_comparisons<Z>();
-  static constexpr bool is_cheap = false;
 
   Ternary(const X& x, const Y& y, const Z& z)
       : x_(x), y_(y), z_(z), value_(Operation::value(x.value(), y.value(), z.value())) {}
@@ -91,25 +87,8 @@ class Ternary {
     if constexpr (Y::operand_bound != 0) push_partial<Operation>(y_, factor, partials[1], sink);
     if constexpr (Z::operand_bound != 0) push_partial<Operation>(z_, factor, partials[2], sink);
   }
-  template <class Leaves>
-  [[gnu::always_inline]] void write(Leaves& leaves) const {
-    x_.write(leaves);
-    y_.write(leaves);
-    z_.write(leaves);
-  }
-  template <class Leaves>
-  [[nodiscard, gnu::always_inline]] static Ternary read(Leaves& leaves) {
-    return Ternary(FromLeaves(), leaves);
-  }
 
  private:
-  template <class Leaves>
-  [[gnu::always_inline]] Ternary(FromLeaves, Leaves& leaves)
-      : x_(X::read(leaves)),
-        y_(Y::read(leaves)),
-        z_(Z::read(leaves)),
-        value_(Operation::value(x_.value(), y_.value(), z_.value())) {}
-
   X x_;
   Y y_;
   Z z_;

@@ -12,9 +12,7 @@ namespace tapestry {
 
 /// A Variable, or a formula of Variables and numbers that has not been assigned to one yet.
 /// It has value(), is_active(), and push(factor, sink), which hands factor · (partial derivative by v) to
-/// the sink for each variable v in it, at most operand_bound times. One that counts its operands also has
-/// write(leaves), which takes it apart into variables and constants, and one that can be replayed has
-/// read(leaves), which makes it from others.
+/// the sink for each variable v in it, at most operand_bound times.
 template <class E>
 concept ScalarExpression = requires {
   typename std::remove_cvref_t<E>::ExpressionScalar;
@@ -51,36 +49,11 @@ concept ConstantOf = Number<X> ||(DualNumber<X>&& std::convertible_to<X, T>);
 template <class Y, class T>
 concept OperandBeside = ScalarExpression<Y> || ConstantOf<Y, T>;
 
-/// Whether comparisons of E call observe_comparison(), which replay.hpp defines.
-template <class E>
-[[nodiscard]] constexpr bool observes_comparisons() {
-  if constexpr (requires { E::observes_comparisons; }) {
-    return E::observes_comparisons;
-  } else {
-    return false;
-  }
-}
-
-/// Whether computing E and its partial derivatives again costs less than keeping them in memory.
-template <class E>
-[[nodiscard]] constexpr bool is_cheap() {
-  if constexpr (requires { E::is_cheap; }) {
-    return E::is_cheap;
-  } else {
-    return false;
-  }
-}
-
-/// Marks the constructors that make a formula of leaves and construct its parts in place. Copying a part
-/// would copy it in memory, and loops with such copies are not vectorised.
-struct FromLeaves {};
-
 template <class T>
 class ConstantLeaf {
  public:
   using ExpressionScalar = T;
   static constexpr std::size_t operand_bound = 0;
-  static constexpr bool is_cheap = true;
   explicit constexpr ConstantLeaf(T value) : value_(value) {}
   [[nodiscard]] constexpr T value() const { return value_; }
   template <class Factor>
@@ -90,37 +63,9 @@ class ConstantLeaf {
   [[nodiscard]] constexpr std::uint64_t difference(Link) const { return 0; }
   template <class Factor, class Sink>
   [[gnu::always_inline]] constexpr void push(Factor, Sink&) const {}
-  template <class Leaves>
-  [[gnu::always_inline]] void write(Leaves& leaves) const {
-    leaves.add_constant(value_);
-  }
-  template <class Leaves>
-  [[nodiscard, gnu::always_inline]] static ConstantLeaf read(Leaves& leaves) {
-    return ConstantLeaf(leaves.next_constant());
-  }
 
  private:
   T value_;
-};
-
-/// A sink that takes plain products, among them NaN where a factor 0 meets an infinite partial, and handles
-/// these itself: loops over formulas then have no branches.
-template <class Sink>
-concept TakesPlainProducts = Sink::takes_plain_products;
-
-/// factor · partial, for chain_slopes().
-struct PlainProduct {
-  template <class T>
-  [[nodiscard]] constexpr T operator()(const T& factor, const T& partial) const {
-    return factor * partial;
-  }
-};
-/// The same by chain().
-struct ChainedProduct {
-  template <class T>
-  [[nodiscard]] constexpr T operator()(const T& factor, const T& partial) const {
-    return chain(factor, partial);
-  }
 };
 
 /// \param factor   a number, One or MinusOne
@@ -128,14 +73,10 @@ struct ChainedProduct {
 template <class Operation, class Operand, class Factor, class Partial, class Sink>
 [[gnu::always_inline]] inline void push_partial(const Operand& operand, const Factor& factor,
                                                 const Partial& partial, Sink& sink) {
-  if constexpr (TakesPlainProducts<Sink>) {
-    push_factor(operand, chain_slopes(factor, partial, PlainProduct()), sink);
-  } else {
-    if constexpr (SkipsZero<Operation>) {
-      if (is_zero(partial)) return;
-    }
-    push_factor(operand, chain_slopes(factor, partial, ChainedProduct()), sink);
+  if constexpr (SkipsZero<Operation>) {
+    if (is_zero(partial)) return;
   }
+  push_factor(operand, chain_slopes(factor, partial), sink);
 }
 
 /// f(x), where Operation has value(x) and partial(x, f(x)).
@@ -149,8 +90,6 @@ class Unary {
   template <class Factor>
   static constexpr OperandCounts operand_counts = counts_of_expression<X, Chained<Factor, Slope>>();
   static constexpr bool always_pushes_all = !SkipsZero<Operation> && pushes_all<X>();
-  static constexpr bool observes_comparisons = detail::observes_comparisons<X>();
-  static constexpr bool is_cheap = detail::is_cheap<Operation>() && detail::is_cheap<X>();
 
   explicit Unary(const X& x) : x_(x), value_(Operation::value(x.value())) {}
   [[nodiscard]] T value() const { return value_; }
@@ -164,20 +103,8 @@ class Unary {
       push_partial<Operation>(x_, factor, Slope{}, sink);
     }
   }
-  template <class Leaves>
-  [[gnu::always_inline]] void write(Leaves& leaves) const {
-    x_.write(leaves);
-  }
-  template <class Leaves>
-  [[nodiscard, gnu::always_inline]] static Unary read(Leaves& leaves) {
-    return Unary(FromLeaves(), leaves);
-  }
 
  private:
-  template <class Leaves>
-  [[gnu::always_inline]] Unary(FromLeaves, Leaves& leaves)
-      : x_(X::read(leaves)), value_(Operation::value(x_.value())) {}
-
   X x_;
   T value_;
 };
@@ -196,10 +123,6 @@ class Binary {
   static constexpr OperandCounts operand_counts =
       counts_of_expression<X, Chained<Factor, SlopeX>>() + counts_of_expression<Y, Chained<Factor, SlopeY>>();
   static constexpr bool always_pushes_all = !SkipsZero<Operation> && pushes_all<X>() && pushes_all<Y>();
-  static constexpr bool observes_comparisons =
-      detail::observes_comparisons<X>() || detail::observes_comparisons<Y>();
-  static constexpr bool is_cheap =
-      detail::is_cheap<Operation>() && detail::is_cheap<X>() && detail::is_cheap<Y>();
 
   Binary(const X& x, const Y& y) : x_(x), y_(y), value_(Operation::value(x.value(), y.value())) {}
   [[nodiscard]] T value() const { return value_; }
@@ -212,21 +135,8 @@ class Binary {
     if constexpr (X::operand_bound != 0) push_partial<Operation>(x_, factor, slope_x(), sink);
     if constexpr (Y::operand_bound != 0) push_partial<Operation>(y_, factor, slope_y(), sink);
   }
-  template <class Leaves>
-  [[gnu::always_inline]] void write(Leaves& leaves) const {
-    x_.write(leaves);
-    y_.write(leaves);
-  }
-  template <class Leaves>
-  [[nodiscard, gnu::always_inline]] static Binary read(Leaves& leaves) {
-    return Binary(FromLeaves(), leaves);
-  }
 
  private:
-  template <class Leaves>
-  [[gnu::always_inline]] Binary(FromLeaves, Leaves& leaves)
-      : x_(X::read(leaves)), y_(Y::read(leaves)), value_(Operation::value(x_.value(), y_.value())) {}
-
   [[nodiscard]] SlopeX slope_x() const {
     if constexpr (std::is_same_v<SlopeX, T>) {
       return Operation::partial_x(x_.value(), y_.value(), value_);

@@ -3,7 +3,6 @@
 #include <tapestry/autodiff/tape/dual_number.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/numeric_limits.hpp>
-#include <tapestry/autodiff/tape/placed_formula.hpp>
 #include <tapestry/autodiff/tape/scalar.hpp>
 #include <type_traits>
 
@@ -58,7 +57,7 @@ template <class Operation, Differentiable X>
   if constexpr (DualNumber<X>) {
     return dual_unary<Operation>(x);
   } else {
-    return Unary<OperationOf<Operation, X>, X>(x);
+    return Unary<Operation, X>(x);
   }
 }
 
@@ -80,11 +79,11 @@ requires FormulaOperands<X, Y>
   if constexpr (DualOperands<X, Y>) {
     return dual_binary<Operation, T>(x, y);
   } else if constexpr (!ScalarExpression<X>) {
-    return Binary<OperationOf<Operation, Y>, ConstantLeaf<T>, Y>(ConstantLeaf<T>(static_cast<T>(x)), y);
+    return Binary<Operation, ConstantLeaf<T>, Y>(ConstantLeaf<T>(static_cast<T>(x)), y);
   } else if constexpr (!ScalarExpression<Y>) {
-    return Binary<OperationOf<Operation, X>, X, ConstantLeaf<T>>(x, ConstantLeaf<T>(static_cast<T>(y)));
+    return Binary<Operation, X, ConstantLeaf<T>>(x, ConstantLeaf<T>(static_cast<T>(y)));
   } else {
-    return Binary<OperationOf<Operation, X, Y>, X, Y>(x, y);
+    return Binary<Operation, X, Y>(x, y);
   }
 }
 

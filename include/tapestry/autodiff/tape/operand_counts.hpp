@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <tapestry/autodiff/tape/scalar.hpp>
 #include <tapestry/autodiff/tape/statement.hpp>
 #include <type_traits>
 #include <utility>
@@ -23,9 +24,9 @@ template <class T, class Factor>
   }
 }
 
-/// factor · partial by `multiply`, or without it where either is One or MinusOne.
-template <class Factor, class Partial, class Multiply>
-[[nodiscard]] constexpr auto chain_slopes(const Factor& factor, const Partial& partial, Multiply multiply) {
+/// chain(factor, partial), without a product where either is One or MinusOne.
+template <class Factor, class Partial>
+[[nodiscard]] constexpr auto chain_slopes(const Factor& factor, const Partial& partial) {
   if constexpr (std::is_same_v<Factor, One>) {
     return partial;
   } else if constexpr (std::is_same_v<Partial, One>) {
@@ -37,19 +38,12 @@ template <class Factor, class Partial, class Multiply>
   } else if constexpr (std::is_same_v<Partial, MinusOne>) {
     return -factor;
   } else {
-    return multiply(factor, partial);
+    return chain(factor, partial);
   }
 }
 
-/// Stands for the product where only the type matters. It is no lambda, since clang 14 fails on a lambda in a
-/// type that it reads from a precompiled header.
-struct TypeOfFactor {
-  auto operator()(const auto& factor, const auto&) const { return factor; }
-};
-
 template <class Factor, class Slope>
-using Chained = std::remove_cvref_t<decltype(chain_slopes(std::declval<Factor>(), std::declval<Slope>(),
-                                                          TypeOfFactor{}))>;
+using Chained = std::remove_cvref_t<decltype(chain_slopes(std::declval<Factor>(), std::declval<Slope>()))>;
 
 /// The types of an operation's partial derivatives: numbers, unless it declares others.
 template <class Operation, class T>

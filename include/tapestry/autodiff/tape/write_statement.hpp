@@ -28,20 +28,6 @@ class PairSink {
   Word* end_;
 };
 
-/// Links of a formula's variables, in the order in which it pushes to them.
-template <std::size_t Count>
-struct FormulaLinks {
-  Link links[Count];
-  std::size_t count = 0;
-
-  template <class T>
-  [[gnu::always_inline]] void add_constant(const T&) {}
-  template <class T>
-  [[gnu::always_inline]] void add_variable(const T&, Link link) {
-    links[count++] = link;
-  }
-};
-
 /// Collects operands whose number is not known.
 template <class T, std::size_t Bound>
 struct Operands {
@@ -91,7 +77,7 @@ class CountedOperands {
   void add(Link link, T partial) {
     indices_[general_] = link.index();
     general_partials_[general_++] = partial;
-    partials_[count_++] = partial;
+    keep(link, partial);
   }
   void add(Link link, One) {
     plus_ == counts.plus ? add(link, T(1)) : add_unit(link, counts.general + plus_++, T(1));
@@ -106,14 +92,18 @@ class CountedOperands {
     write(words, std::make_index_sequence<counts.general>(),
           std::make_index_sequence<counts.plus + counts.minus>());
   }
-  /// Records in the careful way, for variables with these links.
-  [[gnu::always_inline]] Link record_carefully(const Link* links, const T& value) const {
-    return record_carefully(links, value, std::make_index_sequence<counts.sum()>());
+  /// Records in the careful way.
+  [[gnu::always_inline]] Link record_carefully(const T& value) const {
+    return record_carefully(value, std::make_index_sequence<counts.sum()>());
   }
 
  private:
   void add_unit(Link link, std::size_t place, T partial) {
     indices_[place] = link.index();
+    keep(link, partial);
+  }
+  void keep(Link link, T partial) {
+    links_[count_] = link;
     partials_[count_++] = partial;
   }
   template <std::size_t... General, std::size_t... Unit>
@@ -123,14 +113,15 @@ class CountedOperands {
     ((words[counts.general * pair_words<T> + Unit] = indices_[counts.general + Unit]), ...);
   }
   template <std::size_t... Place>
-  [[gnu::always_inline]] Link record_carefully(const Link* links, const T& value,
-                                               std::index_sequence<Place...>) const {
+  [[gnu::always_inline]] Link record_carefully(const T& value, std::index_sequence<Place...>) const {
+    const Link links[] = {links_[Place]...};
     return record_from_registers<T>(links, value, partials_[Place]...);
   }
 
   Word indices_[counts.sum()];  // in the order of statement.hpp
   T general_partials_[counts.general == 0 ? 1 : counts.general];
-  T partials_[counts.sum()];  // in the order of the formula
+  Link links_[counts.sum()];  // in the order of the formula, as partials_
+  T partials_[counts.sum()];
   std::size_t count_ = 0, general_ = 0, plus_ = 0, minus_ = 0;
 };
 
@@ -162,9 +153,7 @@ template <class E>
     return;
   }
   if (formula.difference(Link()) == 0) return;  // passive
-  FormulaLinks<counts.sum()> variables;
-  formula.write(variables);
-  link = operands.record_carefully(variables.links, formula.value());
+  link = operands.record_carefully(formula.value());
   if (!link.is_active()) [[unlikely]]
     throw_deferred();
 }
