@@ -34,13 +34,20 @@ struct Variant {
   std::string program;
   int threads = 1;              ///< that compute side by side; the seconds are of one of them
   double largest_error = 1e-6;  ///< beyond, it computes something else
+  bool is_of_other_build = false;
+
+  [[nodiscard]] std::string label() const { return name + (is_of_other_build ? " of other build" : ""); }
 };
 const std::vector<Variant> all_variants = {{"plain", "autodiff_tapestry"},
                                            {"hand", "autodiff_tapestry"},
                                            {"scalar", "autodiff_tapestry"},
+                                           {"scalar", "autodiff_tapestry", 1, 1e-6, true},
                                            {"scalar", "autodiff_tapestry", 2},
+                                           {"recording", "autodiff_tapestry"},
+                                           {"recording", "autodiff_tapestry", 1, 1e-6, true},
                                            {"gradient-call", "autodiff_tapestry"},
                                            {"scalar-8-roots", "autodiff_tapestry"},
+                                           {"scalar-8-roots", "autodiff_tapestry", 1, 1e-6, true},
                                            {"hessian-product", "autodiff_tapestry"},
                                            {"array", "autodiff_tapestry"},
                                            {"array-float", "autodiff_tapestry", 1, 1e-2},
@@ -124,20 +131,25 @@ struct Comparison {
   std::vector<Contestant> contestants{};
 };
 
+/// \param other_build  folder of the programs of another build, or empty
 template <class Objective>
-[[nodiscard]] Comparison compare(const Objective& objective, const Folders& folders,
-                                 const Schedule& schedule) {
+[[nodiscard]] Comparison compare(const Objective& objective, const Folders& folders, const Schedule& schedule,
+                                 const fs::path& other_build) {
   Comparison comparison{objective.name, tape_size_of(objective)};
   std::copy_if(all_variants.begin(), all_variants.end(), std::back_inserter(comparison.variants),
-               [&](const Variant& variant) { return applies(variant, objective.name); });
+               [&](const Variant& variant) {
+                 return applies(variant, objective.name) &&
+                        (!variant.is_of_other_build || !other_build.empty());
+               });
   const auto& variants = comparison.variants;
   comparison.contestants.resize(variants.size());
   std::cerr << objective.name << std::endl;
   for (std::size_t i = 0; i < variants.size(); ++i) {
     const Variant& variant = variants[i];
-    comparison.results.push_back({objective.name, variant.name, variant.threads});
-    comparison.contestants[i].start({folders.programs / variant.program, "--case", objective.name,
-                                     "--variant", variant.name, "--threads", std::to_string(variant.threads)},
+    comparison.results.push_back({objective.name, variant.label(), variant.threads});
+    const fs::path& programs = variant.is_of_other_build ? other_build : folders.programs;
+    comparison.contestants[i].start({programs / variant.program, "--case", objective.name, "--variant",
+                                     variant.name, "--threads", std::to_string(variant.threads)},
                                     {}, folders.work);
   }
   run_rounds(comparison.contestants, schedule);
@@ -203,6 +215,7 @@ void print(const Comparison& comparison) {
   Panel panel{comparison.name, is_sum ? "sums a second" : "gradients a second", {}, true};
   for (const Result& result : comparison.results) {
     const bool is_other = result.threads > 1 || result.variant == "scalar-8-roots" ||
+                          result.variant == "recording" || result.variant.ends_with("other build") ||
                           result.variant == "hessian-product" || (result.variant == "plain" && !is_sum);
     if (result.seconds && !is_other) panel.points.push_back(point_of(result, 1e-19, 1 / *result.seconds));
   }
@@ -231,14 +244,15 @@ void check_definitions() {
 void check_definitions() {}
 #endif
 
-void run(const DriverOptions& options) {
+void run(const DriverOptions& options, const std::string& other_build) {
   const Folders folders = make_folders("autodiff", options.output);
+  const fs::path other = other_build.empty() ? fs::path() : fs::absolute(other_build);
   check_definitions();
   std::vector<Result> results;
   std::vector<Panel> panels;
   for_each_objective([&](const auto& objective) {
     if (!std::regex_search(objective.name, std::regex(options.case_pattern))) return;
-    const Comparison comparison = compare(objective, folders, options.schedule);
+    const Comparison comparison = compare(objective, folders, options.schedule, other);
     print(comparison);
     results.insert(results.end(), comparison.results.begin(), comparison.results.end());
     panels.push_back(panel_of(comparison));
@@ -259,5 +273,11 @@ int main(int argc, char** argv) {
   bool is_quick = false;
   app.add_flag("--quick", is_quick, "Few and short turns: 3 of 0.02 seconds where not given");
   benchmarks::add_driver_options(app, options, &is_quick, {3, 0.02});
-  return benchmarks::run_driver(app, argc, argv, [&] { benchmarks::run(options); });
+  std::string other_build;
+  app.add_option(
+         "--other-build", other_build,
+         "Folder of the benchmarks of another build, such as an earlier commit's: its tape, its sweeps "
+         "and its recording run in turn with ours")
+      ->check(CLI::ExistingDirectory);
+  return benchmarks::run_driver(app, argc, argv, [&] { benchmarks::run(options, other_build); });
 }

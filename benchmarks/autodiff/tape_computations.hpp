@@ -74,6 +74,21 @@ class ScalarTape final : public RecordedObjective<Objective> {
   }
 };
 
+/// Records alone; the sweep comes when the answer is saved.
+template <class Objective>
+class RecordingAlone final : public RecordedObjective<Objective> {
+ public:
+  explicit RecordingAlone(const Objective& objective) : RecordedObjective<Objective>(objective) {}
+  void run() override { root_ = this->record(); }
+  void finish() override {
+    this->tape_.reverse(root_);
+    this->tape_.adjoints(this->inputs_, this->gradient_);
+  }
+
+ private:
+  Variable<double> root_;
+};
+
 /// Sweeps back for eight roots at once, all of them the result, and takes the mean of what they give.
 template <class Objective>
 class VectorSweeps final : public RecordedObjective<Objective> {

@@ -41,6 +41,7 @@ Made make_variant(const Objective& objective, const std::string& variant, std::p
     if (variant == "scalar" && threads > 1)
       return std::make_unique<OnThreads<ScalarTape<Objective>>>(objective, threads);
     if (variant == "scalar") return std::make_unique<ScalarTape<Objective>>(objective);
+    if (variant == "recording") return std::make_unique<RecordingAlone<Objective>>(objective);
     if (variant == "gradient-call") return std::make_unique<GradientCall<Objective>>(objective);
     if (variant == "scalar-8-roots") return std::make_unique<VectorSweeps<Objective>>(objective);
     if (variant == "hessian-product") return std::make_unique<HessianTimesVector<Objective>>(objective);

@@ -73,4 +73,13 @@ for csv in docs/results/*.csv; do
       grep -qF -e "$figure" -e "$up" -e "$down" "${csv%.csv}.md" || fail "${csv%.csv}.md lacks $figure of its CSV"
     done
 done
+
+# In the page of the benchmarks each table of figures has the commit that brought it: as many of them in a section as tables.
+awk '/^## / { section = $0 }
+     /^\|---/ { table = 1 } !/^\|/ { table = 0 }
+     table && /[0-9]\.[0-9]/ { tables[section]++; table = 0 }
+     { commits[section] += gsub(/\([0-9a-f][0-9a-f][0-9a-f][0-9a-f][0-9a-f][0-9a-f][0-9a-f]\)/, "") }
+     END { for (section in tables) if (commits[section] < tables[section]) {
+             print "benchmarks/README.md, " section ": " tables[section] " tables, " commits[section] + 0 " commits"; bad = 1 }
+           exit bad }' benchmarks/README.md || fail "say of each table which commit it was measured with"
 echo "$cells figures in $parts parts"

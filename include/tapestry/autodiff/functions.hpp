@@ -3,12 +3,13 @@
 ///
 /// Accuracy in double, with glibc, over the whole range: values are within 2 ulp (cbrt and tgamma 3), first
 /// derivatives within 4, second ones within 5, and third ones, by duals of duals of duals, within 8. There
-/// are four exceptions. Where a third derivative passes through 0 by terms that cancel (sigmoid, tanh, asinh,
+/// are five exceptions. Where a third derivative passes through 0 by terms that cancel (sigmoid, tanh, asinh,
 /// atan, erf, erfc, tgamma, logsumexp, hypot and atan2), its error is within 4 ε of the terms. digamma, and
 /// with it the slopes of lgamma and tgamma, is within 1e-18 beside its roots at negative x. A derivative
-/// below 2^-1070 may be off by 16 units of the smallest number, or 0 where a length overflows. Where a third
-/// derivative overflows, it may be NaN for atan2, by both operands, or on a tape of duals of duals; those of
-/// exp2 are infinite where exp2 is. tests/autodiff/function_table_test.cpp tests every function for this.
+/// below 2^-1070 may be off by 16 units of the smallest number, or 0 where a length overflows. The slope of
+/// x / y by y has the digits of x / y, which are few where that is denormal. Where a third derivative
+/// overflows, it may be NaN for atan2, by both operands, or on a tape of duals of duals; those of exp2 are
+/// infinite where exp2 is. tests/autodiff/function_table_test.cpp tests every function for this.
 #include <tapestry/autodiff/functions/arithmetic.hpp>
 #include <tapestry/autodiff/functions/exponential.hpp>
 #include <tapestry/autodiff/functions/hyperbolic.hpp>

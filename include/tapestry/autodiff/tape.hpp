@@ -167,18 +167,18 @@ class Tape {
 
   /// How often in the last reverse() a zero met a number that is not finite. By the rule of this library a
   /// zero passes nothing on and nothing through, on the tape as in duals: 0 · ∞ = 0 · NaN = 0 wherever slopes
-  /// are multiplied. One case is left out, to keep sweeps fast: an infinite adjoint that meets a zero partial
-  /// derivative of another statement gives NaN. Masks need the rule. Where a limit is not 0 it is wrong, as
-  /// for √x · √x at 0, whose slope is 1: compute x there. Counts products of adjoints and recorded partial
-  /// derivatives; products within one formula are not on the tape, unless its parts are assigned to
-  /// variables.
+  /// are multiplied; but an adjoint of reverse() that is NaN stays NaN. Masks need the rule. Where a limit is
+  /// not 0 it is wrong, as for √x · √x at 0, whose slope is 1: compute x there. Counts products of adjoints
+  /// and recorded partial derivatives; products within one formula are not on the tape, unless its parts are
+  /// assigned to variables.
   [[nodiscard]] ZeroProducts zero_products() const { return detail::zero_products(state()); }
 
   /// Sets every variable's adjoint to seed · d root / d variable. Adjoints start from zero each time, so that
   /// a second call repeats the first and does not add to it. A passive root depends on nothing, which is no
-  /// error: every adjoint is then zero. A zero passes nothing on, see zero_products(). If a pullback throws,
-  /// so does this; the tape stays usable, with the adjoints computed so far. \throws DomainError if root is
-  /// not on this tape, or if called from within a pullback
+  /// error: every adjoint is then zero. A zero passes nothing on, see zero_products(). Where an infinite
+  /// adjoint has met a zero partial derivative, sweeps a second time by that rule: pullbacks are then called
+  /// again. If a pullback throws, so does this; the tape stays usable, with the adjoints computed so far.
+  /// \throws DomainError if root is not on this tape, or if called from within a pullback
   void reverse(const Variable<T>& root, T seed = T(1)) {
     const detail::Link link = root.link();
     const auto sweep = [this, link, seed] {  // copies: with its address known, the root would live in memory
@@ -196,7 +196,7 @@ class Tape {
     reverse_from_array(state(), root, seed);
   }
 
-  /// The result of variable.adjoint(), without the need for an active tape.
+  /// The result of variable.adjoint(), without the need for an active tape: zero before the first reverse().
   [[nodiscard]] T adjoint(const Variable<T>& variable) const { return state().adjoint(variable.link()); }
 
   /// The same of many variables; writes to the adjoints.

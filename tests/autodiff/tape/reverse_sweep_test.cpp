@@ -1,9 +1,13 @@
+#include <algorithm>
 #include <array>
+#include <cfenv>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <random>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
+#include <tapestry/autodiff/record.hpp>
 #include <utility>
 #include <vector>
 
@@ -202,4 +206,85 @@ TEST_CASE("adjoints of many roots may be moved, and what is left used again", "[
   a.reverse(large.tape(), root_of(large));
   CHECK(a.of(large.variables()[0])[0] == expected);
   CHECK(c.of(large.variables()[0])[0] == expected);
+}
+
+TEST_CASE("zeros pass nothing in programs whose adjoints become infinite and NaN",
+          "[autodiff][reverse_sweep]") {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const std::array<double, 6> slopes = {0, 1, infinity, -2, -1, 0.5};
+  std::size_t nans = 0, zeros = 0;
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    std::mt19937_64 random(seed);
+    Tape<double> tape;
+    const auto scope = tape.activate();
+    std::vector<Variable<double>> all = {tape.input(1.0), tape.input(1.0)};
+    std::vector<std::vector<std::pair<std::size_t, double>>> operands(2);
+    while (all.size() < 24) {
+      std::vector<Variable<double>> of;
+      std::vector<double> by;
+      operands.emplace_back();
+      for (std::size_t count = 1 + random() % 3; count > 0; --count) {
+        const std::size_t operand = all.size() - 1 - random() % std::min<std::size_t>(all.size(), 5);
+        of.push_back(all[operand]);
+        by.push_back(slopes[random() % slopes.size()]);
+        operands.back().emplace_back(operand, by.back());
+      }
+      all.push_back(tapestry::record_partials<double>(1.0, of, by));
+    }
+    std::vector<double> expected(all.size());
+    expected.back() = 1;
+    for (std::size_t i = all.size(); i-- > 0;)
+      for (const auto& [operand, slope] : operands[i])
+        if (expected[i] != 0 && (slope != 0 || std::isnan(expected[i])))
+          expected[operand] += expected[i] * slope;
+    tape.reverse(all.back());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      INFO("seed " << seed << ", statement " << i);
+      CHECK((all[i].adjoint() == expected[i] || (std::isnan(all[i].adjoint()) && std::isnan(expected[i]))));
+    }
+    nans += static_cast<std::size_t>(std::isnan(expected[0]));
+    zeros += static_cast<std::size_t>(!std::isnan(expected[0]));
+  }
+  CHECK(nans > 20);
+  CHECK(zeros > 20);
+}
+
+TEST_CASE("a pullback is called again only where its tape's sweep has left NaN",
+          "[autodiff][reverse_sweep]") {
+  int calls = 0;
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Variable<double> x = tape.input(3.0);
+  const Variable<double> y = tapestry::record_scalar(
+      2.0,
+      [&calls](double adjoint, double* to) {
+        ++calls;
+        *to += 5 * adjoint;
+      },
+      x);
+  const auto scaled = [&y](double slope) {
+    return tapestry::record_partials<double>(0.0, std::array{y}, std::array{slope});
+  };
+  const auto root_of = [](const Variable<double>& of, double slope) {
+    return tapestry::record_partials<double>(0.0, std::array{of}, std::array{slope});
+  };
+  const Variable<double> finite = scaled(2), none = scaled(0);
+  const Variable<double> infinite = root_of(none, std::numeric_limits<double>::infinity());
+  const Variable<double> nan = root_of(none, std::nan(""));
+  std::feclearexcept(FE_INVALID);
+  tape.reverse(finite);
+  CHECK(calls == 1);
+  CHECK(x.adjoint() == 10);
+  tape.reverse(nan);
+  CHECK(calls == 2);
+  CHECK(std::isnan(x.adjoint()));
+  tape.reverse(infinite);
+  CHECK(calls == 3);  // once with NaN; with a zero adjoint it is not called
+  CHECK(x.adjoint() == 0);
+  tape.reverse(finite);  // the processor remembers an invalid operation, but no adjoint is NaN
+  CHECK(calls == 4);
+  CHECK(x.adjoint() == 10);
+  tape.reverse(nan);
+  CHECK(calls == 6);
+  CHECK(std::isnan(x.adjoint()));
 }

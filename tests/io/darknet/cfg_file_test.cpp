@@ -89,6 +89,8 @@ std::vector<BadFile> value_rows() {
   const auto limit = ErrorKind::limit;
   std::string deep = net;
   for (int i = 0; i < 4000; ++i) deep += "[dropout]\n";
+  std::string pools;
+  for (int i = 0; i < 9; ++i) pools += "[maxpool]\nsize=255\nstride=255\n";
   std::string long_route = good + "[route]\nlayers=0";
   for (int i = 0; i < 1000; ++i) long_route += ",0";
   return {
@@ -106,6 +108,11 @@ std::vector<BadFile> value_rows() {
       {"G20 width -64", replaced(good, "width=64", "width=-64"), malformed, "2:7", ""},
       {"G20 width 100000", replaced(good, "width=64", "width=100000"), limit, "2:7", ""},
       {"G20 odd size", replaced(good, "height=64", "height=63"), ErrorKind::mismatch, "15", "multiples of 2"},
+      {"G20 odd size, cells of half a pixel",
+       replaced(replaced(good, "height=64", "height=63"), "[yolo]", "[upsample]\nstride=4\n[yolo]"),
+       ErrorKind::mismatch, "17", "multiples of the strides"},
+      {"G20 strides beyond 2^63", replaced(good, "[yolo]", pools + "[yolo]"), ErrorKind::mismatch, "42",
+       "multiples of the strides"},
       {"G21 no channels", replaced(good, "channels=3", "channels=0"), malformed, "4:10", ""},
       {"G21 one channel", replaced(good, "channels=3", "channels=1"), ErrorKind::mismatch, "4:10", "colour"},
       {"G21 four channels", replaced(good, "channels=3", "channels=4"), ErrorKind::mismatch, "4:10",

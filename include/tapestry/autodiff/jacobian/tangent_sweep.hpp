@@ -81,6 +81,8 @@ class TangentVectors {
     const Lanes* lanes;
     Lanes total;
     [[gnu::always_inline]] void operator()(std::uint32_t index, T partial) {
+      if (partial == T(0)) [[unlikely]]
+        return;
       const Lanes tangent = lanes[index];
       const Lanes product = tangent * partial;
       total += tangent == Lanes{} ? Lanes{} : product;

@@ -34,13 +34,9 @@ namespace detail {
 template <class T>
 [[nodiscard]] std::optional<NonFinite> first_non_finite(const TapeState<T>& state) {
   std::optional<NonFinite> first = state.first_value();
-  state.visit_backwards([&](const StatementRun& run) {
-    const Word* end = run.words_end;
-    for (std::size_t i = run.end_index; i-- > run.first_index;)
-      end = for_each_operand<T>(end, run.kinds[i - run.first_index], [&](std::size_t, const T& partial) {
-        const auto number = static_cast<double>(value_of<Base<T>>(partial));
-        if (!std::isfinite(number) && (!first || i < first->statement)) first = NonFinite{i, false, number};
-      });
+  visit_operands<T>(state, [&](std::size_t i, const T& partial) {
+    const auto number = static_cast<double>(value_of<Base<T>>(partial));
+    if (!std::isfinite(number) && (!first || i < first->statement)) first = NonFinite{i, false, number};
   });
   if (first) first->label = state.label_of(first->statement);
   return first;
@@ -52,16 +48,10 @@ template <class T>
 [[nodiscard]] ZeroProducts zero_products(const TapeState<T>& state) {
   ZeroProducts found;
   const std::span<const T> adjoints = state.adjoints();
-  state.visit_backwards([&](const StatementRun& run) {
-    const Word* end = run.words_end;
-    for (std::size_t i = run.end_index; i-- > run.first_index;) {
-      const T adjoint = i < adjoints.size() ? adjoints[i] : T(1);
-      end = for_each_operand<T>(end, run.kinds[i - run.first_index], [&](std::size_t, const T& partial) {
-        if (!hides_infinity(adjoint, partial)) return;
-        ++found.count;
-        found.statement = i;
-      });
-    }
+  visit_operands<T>(state, [&](std::size_t i, const T& partial) {
+    if (!hides_infinity(i < adjoints.size() ? adjoints[i] : T(1), partial)) return;
+    ++found.count;
+    found.statement = i;
   });
   if (found.count > 0) found.label = state.label_of(found.statement);
   return found;

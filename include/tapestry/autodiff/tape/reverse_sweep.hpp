@@ -96,20 +96,19 @@ template <bool IsFused, class T>
 template <class Scalar>
 class ReverseSweep {
  public:
-  explicit ReverseSweep(Scalar* adjoints) : adjoints_(adjoints) {}
-
   /// The statements of `run` up to `root`. Calls pull_back(index) for each record, skip_record() for each
   /// behind the root.
   template <class PullBack, class SkipRecord>
-  void run(const StatementRun& run, std::size_t root, PullBack pull_back, SkipRecord skip_record) const {
+  void run(const StatementRun& run, std::size_t root, Scalar* adjoints, PullBack pull_back,
+           SkipRecord skip_record) const {
     const StatementRun part = run_up_to<Scalar>(root, run, [&](StatementKind kind) {
       if (kind == StatementKind::record) skip_record();
     });
 #if defined(__x86_64__)
     if constexpr (std::floating_point<Scalar>)
-      if (instruction_set() != InstructionSet::portable) return sweep_fused(part, pull_back);
+      if (instruction_set() != InstructionSet::portable) return sweep_fused(part, adjoints, pull_back);
 #endif
-    sweep<false>(part, pull_back);
+    sweep<false>(part, adjoints, pull_back);
   }
 
  private:
@@ -130,20 +129,19 @@ class ReverseSweep {
   };
 
   template <bool IsFused, class PullBack>
-  [[gnu::always_inline]] void sweep(const StatementRun& run, PullBack& pull_back) const {
+  [[gnu::always_inline]] static void sweep(const StatementRun& run, Scalar* adjoints, PullBack& pull_back) {
     using Visitor = PullVisitor<Adjoints<IsFused>, PullBack>;
-    Visitor visitor{{adjoints_}, run.end_index, pull_back};
+    Visitor visitor{{adjoints}, run.end_index, pull_back};
     StatementWalk<Scalar, Visitor>::run(run.words_end, run.kinds + (run.end_index - run.first_index),
                                         visitor);
   }
 #if defined(__x86_64__)
   template <class PullBack>
-  [[gnu::target("avx2,fma")]] void sweep_fused(const StatementRun& run, PullBack& pull_back) const {
-    sweep<true>(run, pull_back);
+  [[gnu::target("avx2,fma")]] static void sweep_fused(const StatementRun& run, Scalar* adjoints,
+                                                      PullBack& pull_back) {
+    sweep<true>(run, adjoints, pull_back);
   }
 #endif
-
-  Scalar* adjoints_;
 };
 
 }  // namespace tapestry::detail

@@ -242,4 +242,15 @@ class TapeMemory : public WriteHead {
   bool has_no_usual_room_ = false;
 };
 
+/// Calls visit(statement, partial) for each operand of each statement, the last statement first.
+template <class T, class Visit>
+void visit_operands(const TapeMemory& memory, Visit visit) {
+  memory.visit_backwards([&](const StatementRun& run) {
+    const Word* end = run.words_end;
+    for (std::size_t i = run.end_index; i-- > run.first_index;)
+      end = for_each_operand<T>(end, run.kinds[i - run.first_index],
+                                [&](std::size_t, const T& partial) { visit(i, partial); });
+  });
+}
+
 }  // namespace tapestry::detail

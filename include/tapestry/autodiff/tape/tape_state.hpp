@@ -1,8 +1,10 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
+#include <tapestry/autodiff/tape/careful_sweep.hpp>
 #include <tapestry/autodiff/tape/diagnosis.hpp>
 #include <tapestry/autodiff/tape/expression.hpp>
 #include <tapestry/autodiff/tape/reverse_sweep.hpp>
@@ -113,22 +115,15 @@ class TapeState : public TapeDiagnosis {
     return commit(StatementKind::record, 1);
   }
 
-  /// Zeroes adjoints up to `root` and its record's last result, lets `seed(adjoints)` set some, and sweeps.
+  /// Lets `seed(adjoints)` set adjoints up to `root`, the others being zero, and sweeps; twice if NaN is
+  /// left.
   template <class Seed>
   void reverse(std::size_t root, Seed seed) {
     const Sweeping sweeping(*this);
-    adjoints_.zero(root + most_results_);
     root_ = root;
-    for (const auto& held : records_) held.record->forget_adjoint();
-    seed(adjoints_.data());
-    std::size_t record = records_.size();
-    const ReverseSweep<T> sweep(adjoints_.data());
-    visit_backwards([&](const StatementRun& run) {
-      sweep.run(
-          run, root,
-          [&](std::size_t statement) { records_[--record].record->pull_back(adjoints_.data(), statement); },
-          [&] { --record; });
-    });
+    sweep_by(ReverseSweep<T>(), seed);
+    if constexpr (std::floating_point<T>)
+      if (may_hide_zeros(adjoints())) sweep_by(CarefulSweep<T>(), seed);
   }
 
   /// Calls sweep(records) while nothing can be recorded, for sweeps that keep their adjoints elsewhere.
@@ -182,15 +177,7 @@ class TapeState : public TapeDiagnosis {
 
   [[nodiscard]] std::size_t operand_count() const {
     std::size_t count = 0;
-    visit_backwards([&](const StatementRun& run) {
-      const Word* end = run.words_end;
-      for (std::size_t i = run.end_index - run.first_index; i-- > 0;) {
-        const StatementKind kind = run.kinds[i];
-        if (kind != StatementKind::record)
-          count += kind == StatementKind::many_pairs ? end[-1] : counts_of(kind).sum();
-        end -= words_before<T>(end, kind);
-      }
-    });
+    visit_operands<T>(*this, [&](std::size_t, const T&) { ++count; });
     return count;
   }
   /// Bytes of the statements, without adjoints and the memory of records.
@@ -252,6 +239,19 @@ class TapeState : public TapeDiagnosis {
     TapeState& state_;
     WriteHead* previous_;
   };
+
+  template <class Sweep, class Seed>
+  void sweep_by(const Sweep& sweep, Seed& seed) {
+    adjoints_.zero(root_ + most_results_);
+    for (const auto& held : records_) held.record->forget_adjoint();
+    T* const adjoints = adjoints_.data();
+    seed(adjoints);
+    std::size_t record = records_.size();
+    const auto pull_back = [&](std::size_t i) { records_[--record].record->pull_back(adjoints, i); };
+    visit_backwards([&, root = root_](const StatementRun& run) {
+      sweep.run(run, root, adjoints, pull_back, [&] { --record; });
+    });
+  }
 
   [[noreturn]] static void throw_no_tape() {
     if (active == &swept_tape<T>)

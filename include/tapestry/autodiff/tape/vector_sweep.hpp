@@ -136,6 +136,8 @@ class VectorSweep {
       return true;
     }
     [[gnu::always_inline]] static void add_product(Lanes& sum, const Lanes& adjoint, T partial) {
+      if (partial == T(0)) [[unlikely]]
+        return;
       const Lanes added = sum + adjoint * partial;
       sum = adjoint == Lanes{} ? sum : added;
     }

@@ -1,6 +1,7 @@
 #pragma once
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <numeric>
 #include <span>
@@ -36,6 +37,16 @@ inline void require_room(const Shape& shape) {
       throw ShapeError("a tensor " + tapestry::detail::to_text(shape) + " is too large");
     count *= extent > 0 ? extent : 1;
   }
+}
+
+/// Place along an axis of an index that may count from the end; `extent` where it is out of range or NaN. The
+/// end is counted in integers: a float loses the last digits of more than 2^24 elements.
+template <std::floating_point T>
+[[nodiscard]] std::size_t place_of_index(T index, std::size_t extent) {
+  if (!(index > T(-0x1p62) && index < T(0x1p62))) return extent;
+  const auto whole = static_cast<std::int64_t>(index), count = static_cast<std::int64_t>(extent);
+  const std::int64_t place = whole < 0 ? whole + count : whole;
+  return place >= 0 && place < count ? static_cast<std::size_t>(place) : extent;
 }
 
 /// Meaning of the elements of a tensor. All are computed in one floating type. Integers (indices and extents)

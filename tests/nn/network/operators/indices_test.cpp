@@ -1,4 +1,5 @@
 #include <tapestry/nn/network/network.hpp>
+#include <tapestry/nn/network/operators/gather.hpp>
 
 #include <cmath>
 #include <limits>
@@ -264,6 +265,23 @@ TEST_CASE("indices out of range are an error when a network runs", "[nn][network
   CHECK_THROWS_AS(results_of(gather, {{1, 2, 3}, {std::nan("")}}, type), tapestry::DomainError);
   CHECK_THROWS_AS(results_of({"ScatterND", {{3}, {1, 1}, {1}}}, {{1, 2, 3}, {1e30}, {1}}, type),
                   tapestry::DomainError);
+}
+
+TEST_CASE("an index from the end of more elements than a float counts is that element, and NaN is none",
+          "[nn][network]") {
+  constexpr std::size_t extent = (std::size_t(1) << 24U) + 4;
+  const nn::IndexPlan plan = nn::IndexPlan::of_axis({extent}, 0, 4);
+  const std::vector<float> indices = {-1, -float(extent), 0, 16777218};
+  std::vector<nn::ElementIndex<float>> places(4);
+  plan.write_places(indices.data(), places.data());
+  CHECK(places == std::vector<nn::ElementIndex<float>>{extent - 1, 0, 0, 16777218});
+  for (const float index : {float(extent), -float(extent) - 2, 1e30F, -1e30F,
+                            std::numeric_limits<float>::infinity(), std::nanf("")}) {
+    CHECK(nn::place_of_index(index, extent) == extent);
+    CHECK_THROWS_AS(plan.write_places(std::vector<float>(4, index).data(), places.data()),
+                    tapestry::DomainError);
+  }
+  CHECK(nn::place_of_index(-1.0, std::size_t(0)) == 0);  // of nothing
 }
 
 TEST_CASE("indices and settings that make no sense are refused", "[nn][network]") {

@@ -157,10 +157,13 @@ inline void check_head(const NetworkConfig& config, std::size_t index, const Fea
     return static_cast<double>(cells) * reduction == static_cast<double>(input);
   };
   if (!fits(height, shape.height, shape.row_reduction) || !fits(width, shape.width, shape.column_reduction)) {
-    throw misfit(
-        config, index, "the input does not divide into its cells",
-        "height and width that are multiples of " + std::to_string(static_cast<long>(shape.row_reduction)),
-        std::to_string(height) + " x " + std::to_string(width));
+    const double side =
+        shape.row_reduction;  // below 1 behind upsampling, beyond any input behind many strides
+    const bool is_count = side >= 1 && side <= 65536;
+    throw misfit(config, index, "the input does not divide into its cells",
+                 "height and width that are multiples of " +
+                     (is_count ? std::to_string(static_cast<long>(side)) : "the strides before it"),
+                 std::to_string(height) + " x " + std::to_string(width));
   }
 }
 

@@ -98,13 +98,12 @@ struct IndexPlan {
     return std::move(*this);
   }
 
-  /// Indices may count from the end.
   template <std::floating_point T>
   [[nodiscard]] std::ptrdiff_t offset(T index, std::size_t j) const {
-    const auto extent = static_cast<T>(extents[j]);
-    if (!(index >= -extent && index < extent))
+    const std::size_t place = place_of_index(index, extents[j]);
+    if (place == extents[j])
       throw DomainError("index " + std::to_string(index) + " of " + std::to_string(extents[j]));
-    return static_cast<std::ptrdiff_t>(index < 0 ? index + extent : index) * strides[j];
+    return static_cast<std::ptrdiff_t>(place) * strides[j];
   }
 };
 

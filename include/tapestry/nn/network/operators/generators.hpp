@@ -44,12 +44,10 @@ class OneHot : public Operation<T> {
     T* const y = call.outputs[0].values;
     std::fill_n(y, call.outputs[0].size(), off_);
     const T* index = call.inputs[0].values;
-    const auto extent = static_cast<T>(runs_.count);
     for (std::size_t outer = 0; outer < runs_.outer; ++outer)
       for (std::size_t inner = 0; inner < runs_.inner; ++inner, ++index) {
-        const T place = *index < 0 ? *index + extent : *index;
-        if (place >= 0 && place < extent)
-          y[(outer * runs_.count + static_cast<std::size_t>(place)) * runs_.inner + inner] = on_;
+        const std::size_t place = place_of_index(*index, runs_.count);
+        if (place < runs_.count) y[(outer * runs_.count + place) * runs_.inner + inner] = on_;
       }
   }
   [[nodiscard]] bool is_differentiable(std::size_t) const override { return false; }
