@@ -128,6 +128,8 @@ Car load_car(const SceneSettings& settings) {
       upright_object(settings.mesh, std::move(car.painted.mesh), settings.axes, settings.object);
   car.painted.space = image::colour_space_by_name(settings.colour_space);
   car.painted.pyramid = raster::pyramid_of(car.painted);
+  car.description = description_of(
+      car.painted, painted_part(settings.material, settings.faces, car.painted.painted), settings.axes);
   return car;
 }
 

@@ -13,6 +13,7 @@
 #include "mesh_inputs.hpp"
 #include "problem_list.hpp"
 #include "settings.hpp"
+#include "texture_description.hpp"
 
 namespace tapestry::shell {
 
@@ -30,6 +31,7 @@ void fill_in_bundled(DetectorSettings& detector);
 struct Car {
   raster::PaintedMesh painted;
   std::vector<std::string> warnings;
+  Json description{};                         ///< of its texture, see description_of()
   std::vector<std::string> material_files{};  ///< read beside the mesh
 };
 
