@@ -50,8 +50,8 @@ FrameLists find_frames(const SceneSettings& scene);
 
 void require_one_scale(const FrameLists& lists);
 
-/// \param posed  see FrameLists; all frames of a run agree in it
-io::Frame load_frame(const std::string& path, const MaskRule& mask, bool posed);
+/// \param posed  see FrameLists; all frames of a run agree in it. None: not known yet
+io::Frame load_frame(const std::string& path, const MaskRule& mask, std::optional<bool> posed);
 
 using FrameLoaders = std::vector<camouflage::ViewStore<float>::Loader>;
 
