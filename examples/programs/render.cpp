@@ -102,6 +102,9 @@ void describe_scene(CLI::App& app, Options& o) {
   app.add_flag(
       "--normalise", o.normalise,
       "centre the mesh and scale it so that its longest side is 2, as poses of the simulator expect");
+}
+
+void describe_light(CLI::App& app, Options& o) {
   app.add_option("--light", o.lighting, "none, flat or smooth")->capture_default_str();
   app.add_option(
          "--colour-space", o.colour_space,
@@ -123,6 +126,7 @@ void describe_scene(CLI::App& app, Options& o) {
 
 void describe(CLI::App& app, Options& o) {
   describe_scene(app, o);
+  describe_light(app, o);
   app.option_defaults()->group("Camera and picture");
   app.add_option("--view", o.view, "colour, normal, uv, face, depth, position or coverage")
       ->capture_default_str();

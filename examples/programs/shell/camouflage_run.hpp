@@ -227,9 +227,8 @@ class CamouflageRun {
                                  {options_.detector.confidence, options_.detector.nms});
     std::vector<MarkedPicture> before;
     std::vector<MarkedPicture> after;
-    const auto& network = inputs_.detector;
     SurveyWatch watch(meter, textures.pictures_a_view() * usable.size(),
-                      std::max(network.input_height(), network.input_width()));
+                      std::max(inputs_.detector.input_height(), inputs_.detector.input_width()));
     watch.collect("clean", before, usable.size());
     watch.collect("adversarial", after, usable.size());
     RunReport report;
