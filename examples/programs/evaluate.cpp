@@ -211,18 +211,20 @@ struct MeasuredViews {
 };
 
 /// The car's own colours, the run's paint and the controls, in the shapes of the runs.
-evaluate::SurveyedTextures<float> surveyed_textures(const Options& options, const raster::PaintedMesh& car,
+evaluate::SurveyedTextures<float> surveyed_textures(const Options& options, const Car& loaded,
                                                     MeasuredViews& views) {
+  const auto& car = loaded.painted;
+  const auto paint_of = [&](const std::string& run) {
+    return read_fitting_paint(run + "/texture.npz", car, loaded.description);
+  };
   evaluate::SurveyedTextures<float> textures{
       camouflage::without_paint(camouflage::own_colours<float>(car)), {}, {}};
   const std::size_t texel_count = textures.clean.colours.shape(0);
-  if (!options.clean_only)
-    textures.adversarial = camouflage::read_paint(options.run + "/texture.npz", texel_count);
+  if (!options.clean_only) textures.adversarial = paint_of(options.run);
   textures.controls = textures.adversarial ? evaluate::make_controls(car, *textures.adversarial, options.seed)
                                            : evaluate::plain_controls<float>(texel_count, options.seed);
   if (!options.against.empty())
-    textures.controls.push_back(
-        {evaluate::other_run_name, camouflage::read_paint(options.against + "/texture.npz", texel_count)});
+    textures.controls.push_back({evaluate::other_run_name, paint_of(options.against)});
   if (views.reshaped) textures.reshaped = &views.reshaped->store();
   if (views.reshaped_by_other) textures.reshaped_by_other = &views.reshaped_by_other->store();
   return textures;
@@ -262,7 +264,7 @@ void write_folder(const Options& options, const Written& what, const raster::Pai
   const auto& paint = what.textures.adversarial ? *what.textures.adversarial : what.textures.clean;
   const auto atlas = camouflage::atlas_of<float>(own_car, paint.colours);
   page.atlases = {{shown, image::to_bytes(atlas)}};
-  io::write_painted_glb(options.output + "/painted.glb", camouflage::with_atlas(what.car), atlas);
+  io::write_painted_glb(options.output + "/painted.glb", what.car, atlas);
   page.glb = io::read_text_file(options.output + "/painted.glb");
   page.files = {"painted.glb", sheet, "metrics.csv", "views.csv", "metrics.json"};
   write_text(options.output + "/report.html", page_html(page));
@@ -276,7 +278,7 @@ int survey_frames(Options& options) {
   const auto changed = changed_since_runs(options, inputs);
   const auto& car = inputs.car.painted;
   MeasuredViews views(options, inputs);
-  const auto textures = surveyed_textures(options, car, views);
+  const auto textures = surveyed_textures(options, inputs.car, views);
   std::optional<RunFolder> claim;
   if (!options.output.empty()) {
     claim.emplace(options.output, !is_there(options.output, ErrorKind::write));

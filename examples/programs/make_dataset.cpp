@@ -52,6 +52,7 @@ struct Options {
   bool is_fov_given = false;
   double occluded = 0.25;
   std::string backgrounds;
+  std::string format = "npz";
   double camera_height = 1.5;
   double camera_pitch = 0;
   std::uint64_t seed = 1;
@@ -79,6 +80,9 @@ void describe_car(CLI::App& app, Options& options) {
   app.add_option("--test", options.test, "frames held out")
       ->capture_default_str()
       ->check(CLI::Range(1, 9999));
+  app.add_option("--format", options.format,
+                 "of the frames: npz, or png: a picture with its mask and a JSON file of its camera")
+      ->capture_default_str();
   app.add_option("--size", options.size, "side of a frame, pixels")
       ->capture_default_str()
       ->check(CLI::Range(32, 2048));
@@ -93,14 +97,16 @@ void describe_views(CLI::App& app, Options& options) {
          "--distance", options.distance,
          "least and largest distance of the camera, metres; left out, the car is .25 to .75 of the picture")
       ->expected(2)
-      ->check(CLI::Range(2.0, 200.0));
+      ->check(CLI::Range(0.3, 200.0));
   app.add_option(
          "--fov", options.fov,
          "least and largest horizontal field of view, degrees; left out, by a photograph's EXIF, else "
          "50 to 60")
       ->capture_default_str()
       ->check(CLI::Range(5.0, 120.0));
-  app.add_option("--occluded", options.occluded, "share of frames with an object in front of the car")
+  app.add_option(
+         "--occluded", options.occluded,
+         "share of frames with an object in front of the car; none in front of what is shorter than 1 m")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--backgrounds", options.backgrounds,
@@ -130,6 +136,7 @@ void describe(CLI::App& app, Options& options) {
 void require_ranges(const Options& options) {
   ProblemList list;
   require_axes(options.axes, options.object, list);
+  list.require_choice("--format", options.format, {"npz", "png"});
   list.throw_first();
   const auto require = [](const char* name, double low, double high) {
     if (low > high)
@@ -140,6 +147,8 @@ void require_ranges(const Options& options) {
   require("--fov", options.fov.first, options.fov.second);
   if (!options.distance.empty()) require("--distance", options.distance[0], options.distance[1]);
 }
+
+constexpr double least_object_m = 0.2;  ///< length of the smallest object that is no car
 
 scenes::Vehicle load_vehicle(const Options& options) {
   auto loaded = io::read_obj(options.mesh);
@@ -152,7 +161,8 @@ scenes::Vehicle load_vehicle(const Options& options) {
   print_warnings(warnings);
   auto mesh = upright_object(options.mesh, std::move(loaded.mesh), options.axes, options.object);
   try {
-    auto vehicle = scenes::stand_on_ground(std::move(mesh), std::move(painted), options.length);
+    const double least_m = options.object == "any" ? least_object_m : 1;
+    auto vehicle = scenes::stand_on_ground(std::move(mesh), std::move(painted), options.length, least_m);
     if (own) scenes::set_texture(vehicle, own->picture, std::move(own->faces));
     return vehicle;
   } catch (const DomainError& error) {
@@ -175,7 +185,13 @@ scenes::SceneOptions scene_options(const Options& options, const scenes::Vehicle
   scene.elevation_deg = options.elevation;
   scene.fov_deg = options.fov;
   if (!options.distance.empty()) scene.distance_m = {options.distance[0], options.distance[1]};
-  scene.occluder_chance = random.chance(options.occluded) ? 1 : 0;
+  if (options.object == "any") {
+    const auto bounds = geometry::bounds_of(vehicle.mesh.positions);
+    scene.nearest_m = std::min(scene.nearest_m, std::max(2 * bounds.half_length(), 0.3));
+    scene.aim_height_m = std::min(scene.aim_height_m, bounds.middle()[2]);
+  }
+  const bool is_occluded = random.chance(options.occluded);
+  scene.occluder_chance = is_occluded && scene.nearest_m >= 1 ? 1 : 0;
   scene.sensor_noise = 0;
   return scene;
 }
@@ -277,8 +293,10 @@ void require_own_folder(const std::string& folder, const Json& manifest) {
     return;
   }
   for (const char* part : {"", "/train", "/test"})
-    if (is_folder(folder + part, ErrorKind::write) &&
-        !io::listed_paths(folder + part, [](const auto& file) { return file.extension() == ".npz"; }).empty())
+    if (is_folder(folder + part, ErrorKind::write) && !io::listed_paths(folder + part, [&](const auto& file) {
+                                                         return *part == 0 ? file.extension() == ".npz"
+                                                                           : is_frame_file(file);
+                                                       }).empty())
       refuse("frames without the manifest of this data set");
 }
 
@@ -318,7 +336,8 @@ void write_frames(const Options& options, const FrameDrawing& draw, bool held_ou
   make_writable_folder(options.output + (held_out ? "/test" : "/train"));
   parallel_for(count, [&](std::size_t index) {
     const FramePlace place{held_out, index};
-    io::write_frame(options.output + "/" + place.name() + ".npz", draw(place));
+    io::write_frame(options.output + "/" + place.name() + (options.format == "png" ? ".json" : ".npz"),
+                    draw(place));
   });
 }
 

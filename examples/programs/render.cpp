@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,6 +20,7 @@
 #include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/io/obj_file.hpp>
+#include <tapestry/raster/painted.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <vector>
 
@@ -49,7 +51,7 @@ struct Options {
   std::vector<double> colour;
   std::string filter = "anisotropic";
   double u_extent = 0;
-  bool is_filter_given = false, is_space_given = false;
+  bool is_filter_given = false, is_space_given = false, is_up_given = false, is_forward_given = false;
   std::string view = "colour";
   double azimuth = 45, elevation = 20, fov = 60;
   std::vector<double> distance;
@@ -80,8 +82,10 @@ void describe_scene(CLI::App& app, Options& o) {
   app.add_option("--up", o.axes.up, up_help)->capture_default_str();
   app.add_option("--forward", o.axes.forward, forward_help)->capture_default_str();
   app.add_option("--object", o.object, object_help)->capture_default_str();
-  app.add_option("--material", o.material,
-                 "materials whose faces are painted; all faces when this and --faces are left out");
+  app.add_option(
+      "--material", o.material,
+      "materials whose faces are painted; when this and --faces are left out, those of the texture's "
+      "description, else all faces");
   app.add_option("--faces", o.faces,
                  "text file of painted faces, one 1-based number a line, instead of --material");
   app.add_option(
@@ -98,6 +102,9 @@ void describe_scene(CLI::App& app, Options& o) {
   app.add_flag(
       "--normalise", o.normalise,
       "centre the mesh and scale it so that its longest side is 2, as poses of the simulator expect");
+}
+
+void describe_light(CLI::App& app, Options& o) {
   app.add_option("--light", o.lighting, "none, flat or smooth")->capture_default_str();
   app.add_option(
          "--colour-space", o.colour_space,
@@ -119,6 +126,7 @@ void describe_scene(CLI::App& app, Options& o) {
 
 void describe(CLI::App& app, Options& o) {
   describe_scene(app, o);
+  describe_light(app, o);
   app.option_defaults()->group("Camera and picture");
   app.add_option("--view", o.view, "colour, normal, uv, face, depth, position or coverage")
       ->capture_default_str();
@@ -274,27 +282,61 @@ void set_atlas(const Options& o, const Bitmap& bitmap, PaintedScene& scene) {
   std::copy_n(picture.data(), picture.size(), scene.texels.data());
 }
 
+/// A texture that an option names, and its description; neither without the option.
+struct GivenTexture {
+  std::optional<Bitmap> picture{};
+  std::optional<Json> description{};
+};
+
 /// Takes what the description of the texture says and no option does; says what is assumed without one.
-void adopt_description(Options& o, const Bitmap& bitmap) {
-  const auto described = read_texture_description(o.texture, {bitmap.shape(0), bitmap.shape(1)});
-  if (described) {
-    if (o.u_extent == 0) o.u_extent = described->u_extent;
-    if (!o.is_filter_given) o.filter = name_of(described->filter);
-    if (!o.is_space_given) o.colour_space = name_of(described->space);
-    return;
+GivenTexture given_texture(Options& o, std::vector<std::string>& warnings) {
+  if (o.texture.empty()) return {};
+  GivenTexture given{io::read_image(o.texture, &warnings)};
+  given.description = read_texture_description(o.texture, {given.picture->shape(0), given.picture->shape(1)});
+  if (!given.description) {
+    if (o.u_extent == 0)
+      remark(o.texture + ": no description beside it; assumed: its width is 1 in u (--u-extent), " +
+             o.filter + " lookup, " + o.colour_space + " colours");
+    return given;
   }
-  if (o.u_extent == 0)
-    remark(o.texture + ": no description beside it; assumed: its width is 1 in u (--u-extent), " + o.filter +
-           " lookup, " + o.colour_space + " colours");
+  const auto& described = *given.description;
+  const auto adopt = [&](const char* name, bool is_given, std::string& option) {
+    if (!is_given) option = described[name].get<std::string>();
+  };
+  adopt("filter", o.is_filter_given, o.filter);
+  adopt("colour_space", o.is_space_given, o.colour_space);
+  adopt("up", o.is_up_given, o.axes.up);
+  adopt("forward", o.is_forward_given, o.axes.forward);
+  if (o.u_extent == 0) o.u_extent = described["u_extent"].get<double>();
+  if (const auto& painted = described["painted"];
+      o.material.empty() && o.faces.empty() && painted.contains("materials"))
+    o.material = painted["materials"].get<std::vector<std::string>>();
+  return given;
 }
 
-void set_texture(Options& o, PaintedScene& scene, std::vector<std::string>& warnings) {
-  if (!o.texture.empty()) {
-    const auto bitmap = io::read_image(o.texture, &warnings);
+/// \throws FileError (mismatch) unless mesh and options are those that the texture's description names
+void require_described(const Options& o, const PaintedScene& scene, const Json& described,
+                       std::vector<std::string>& warnings) {
+  raster::PaintedMesh expected = scene;
+  expected.layout.u_extent = raster::u_extent_of(scene);
+  expected.space = image::colour_space_by_name(o.colour_space);
+  Json json = description_of(expected, painted_part(o.material, o.faces, scene.painted), o.axes);
+  if (has_face_charts(scene.mesh)) json["charts"] = described.value("charts", Json());
+  const std::string path = description_path(o.texture);
+  if (const auto word = require_same_layout(path, described, json); !word.empty()) warnings.push_back(word);
+  if (o.u_extent != json["u_extent"].get<double>())
+    throw FileError(ErrorKind::mismatch, {path, "", "--u-extent is of another layout",
+                                          json["u_extent"].dump(), Json(o.u_extent).dump()});
+}
+
+void set_texture(const Options& o, const GivenTexture& given, PaintedScene& scene,
+                 std::vector<std::string>& warnings) {
+  if (given.picture) {
     require_uvs(o.mesh, scene.mesh, scene.painted, "--texture");
-    adopt_description(o, bitmap);
     scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : 1;
-    return set_atlas(o, bitmap, scene);
+    set_atlas(o, *given.picture, scene);
+    if (given.description) require_described(o, scene, *given.description, warnings);
+    return;
   }
   scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : 1;
   if (!o.colour.empty() && std::ranges::find(scene.painted, 0) != scene.painted.end())
@@ -335,6 +377,7 @@ void require_kept(const Options& o, const io::LoadedMesh& loaded) {
 PaintedScene load_scene(Options& o, bool is_normalised) {
   if (o.mesh.empty()) o.mesh = BundledAssets{}.mesh();
   auto loaded = io::read_obj(o.mesh);
+  const GivenTexture texture = given_texture(o, loaded.warnings);
   PaintedScene scene;
   scene.painted.assign(loaded.mesh.faces.size(), 1);
   if (!o.material.empty() || !o.faces.empty())
@@ -342,7 +385,7 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   require_kept(o, loaded);
   scene.mesh = upright_object(o.mesh, std::move(loaded.mesh), o.axes, o.object);
   if (is_normalised) scene.mesh = geometry::normalise_mesh(std::move(scene.mesh));
-  set_texture(o, scene, loaded.warnings);
+  set_texture(o, texture, scene, loaded.warnings);
   print_warnings(loaded.warnings);
   scene.space = image::colour_space_by_name(o.colour_space);
   scene.lighting = o.lighting;
@@ -587,6 +630,8 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, [&] {
     options.is_filter_given = app.count("--filter") > 0;
     options.is_space_given = app.count("--colour-space") > 0;
+    options.is_up_given = app.count("--up") > 0;
+    options.is_forward_given = app.count("--forward") > 0;
     return run(options);
   });
 }

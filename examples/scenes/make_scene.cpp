@@ -27,11 +27,12 @@ BodyStyle any_style(Random& random, double van_chance) {
 }
 
 /// Width of a mesh in the picture, in shares of the picture.
-double width_in_picture(const geometry::Mesh& mesh, const geometry::Camera& camera) {
+/// \param nearest  depth of points nearer than it
+double width_in_picture(const geometry::Mesh& mesh, const geometry::Camera& camera, double nearest) {
   double low = 1e9, high = -1e9;
   for (std::size_t i = 0; i < mesh.positions.size(); i += 5) {
     const Point q = geometry::view_from_world(camera, mesh.positions[i]);
-    const double column = q[0] / (std::max(q[2], 0.3) * camera.tan_half_fov_x) / 2;
+    const double column = q[0] / (std::max(q[2], nearest) * camera.tan_half_fov_x) / 2;
     low = std::min(low, column);
     high = std::max(high, column);
   }
@@ -49,12 +50,13 @@ geometry::Camera any_camera(Random& random, const SceneOptions& options, const g
   double distance = options.distance_m ? draw(random, *options.distance_m) : 8;
   geometry::Camera camera;
   for (int pass = 0; pass < 4 && !options.distance_m; ++pass) {
-    camera = geometry::orbit_camera(azimuth, elevation, distance, {0, 0, 0.7}, fov);
-    distance = std::clamp(distance * width_in_picture(car, camera) / fill, 4.3, 40.0);
+    camera = geometry::orbit_camera(azimuth, elevation, distance, {0, 0, options.aim_height_m}, fov);
+    const double width = width_in_picture(car, camera, std::min(0.3, options.nearest_m / 4));
+    distance = std::clamp(distance * width / fill, options.nearest_m, 40.0);
   }
   const double reach = distance * camera.tan_half_fov_x;
   const Point target{-std::sin(azimuth) * jitter[0] * reach, std::cos(azimuth) * jitter[0] * reach,
-                     0.7 + 0.6 * jitter[1] * reach};
+                     options.aim_height_m + 0.6 * jitter[1] * reach};
   camera = geometry::orbit_camera(azimuth, elevation, distance, target, fov);
   camera.tan_half_fov_y = camera.tan_half_fov_x / options.aspect;
   return camera;

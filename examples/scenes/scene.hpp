@@ -36,6 +36,8 @@ struct SceneOptions {
   std::pair<double, double> fov_deg{50, 60};            ///< horizontal
   std::pair<double, double> fill{0.25, 0.75};           ///< width of the main car in the picture
   std::optional<std::pair<double, double>> distance_m;  ///< of the camera, instead of `fill`
+  double nearest_m = 4.3;                               ///< least distance by `fill`
+  double aim_height_m = 0.7;                            ///< of the point that the camera looks at
   const Vehicle* vehicle = nullptr;                     ///< drawn instead of a car of our own; not owned
   double aspect = 1;                                    ///< width by height of the picture
   double aim_jitter = 0.1;                              ///< of the picture's half width

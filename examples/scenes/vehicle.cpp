@@ -16,7 +16,8 @@
 
 namespace tapestry::scenes {
 
-Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, double length) {
+Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, double length,
+                        double least_m) {
   constexpr double most = 1e300;
   Point low{most, most, most}, high{-most, -most, -most};
   for (const geometry::Corners& face : mesh.faces)
@@ -30,9 +31,9 @@ Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, 
   Vehicle vehicle;
   vehicle.metres_per_unit = length > 0 ? length / longest : 1;
   const double metres = longest * vehicle.metres_per_unit;
-  if (!(longest > 0 && metres >= 1 && metres <= 20))
-    throw DomainError("the mesh is " + std::to_string(longest > 0 ? metres : 0) +
-                      " m long, expected 1 to 20; --length sets its metres");
+  if (!(longest > 0 && metres >= least_m && metres <= 20))
+    throw DomainError("the mesh is " + std::to_string(longest > 0 ? metres : 0) + " m long, expected " +
+                      (least_m == 1 ? "1" : std::to_string(least_m)) + " to 20; --length sets its metres");
   vehicle.origin = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]};
   for (Point& position : mesh.positions)
     position = geometry::scale(geometry::subtract(position, vehicle.origin), vehicle.metres_per_unit);

@@ -31,8 +31,10 @@ struct Vehicle {
 /// \param mesh     z up, in any units
 /// \param painted  one entry a face
 /// \param length   of the longest side of the mesh's box, metres; 0 where its units are metres
-/// \throws DomainError for a mesh that would be shorter than 1 m or longer than 20 m
-[[nodiscard]] Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, double length);
+/// \param least_m  least length
+/// \throws DomainError for a mesh that would be shorter than that or longer than 20 m
+[[nodiscard]] Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, double length,
+                                      double least_m = 1);
 
 /// Puts the mesh's own texture on some of its faces. A picture that is much larger than frames is halved.
 /// \param picture  [H, W, 3], RGB

@@ -1,12 +1,20 @@
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/raster/bake.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
+#include <tapestry/geometry/camera.hpp>
 #include <tapestry/image/transform/chain.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/io/npy.hpp>
+#include <tapestry/io/obj_file.hpp>
+#include <tapestry/raster/face_charts.hpp>
+#include <tapestry/raster/painted.hpp>
+#include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
@@ -82,6 +90,10 @@ TEST_CASE("a paint is read as it was written", "[camouflage][paint][io]") {
   camouflage::write_paint(path, parameter, paint, offsets);
   CHECK(camouflage::read_paint(path, 3) == paint);
   CHECK((camouflage::read_offsets(path, 5) == offsets));
+  CHECK(camouflage::read_layout(path).empty());
+  camouflage::write_paint(path, parameter, paint, {}, "laid like this");
+  CHECK(camouflage::read_layout(path) == "laid like this");
+  CHECK(camouflage::read_paint(path, 3) == paint);
 }
 
 TEST_CASE("offsets that do not fit, or are none, are refused by name", "[camouflage][paint][io][error]") {
@@ -157,7 +169,7 @@ TEST_CASE("a cube's paint is exported as it is, without texture coordinates or w
   tapestry::Array<float, 2> colours(tapestry::Extents<2>{car.layout.texel_count(car.mesh), 3});
   for (std::size_t i = 0; i < colours.shape(0); ++i)  // a colour for each face
     for (std::size_t c = 0; c < 3; ++c) colours(i, c) = static_cast<float>((i / texels * (c + 2)) % 7) / 7;
-  const auto exported = camouflage::with_atlas(car);
+  const auto exported = tapestry::raster::with_atlas(car);
   const auto atlas = camouflage::atlas_of<float>(car, colours);
   REQUIRE(exported.layout.height == atlas.shape(0));
   for (std::size_t face = 0; face < car.mesh.faces.size(); ++face) {
@@ -168,4 +180,47 @@ TEST_CASE("a cube's paint is exported as it is, without texture coordinates or w
             CHECK(std::abs(atlas(row, column, c) - colours(face * texels, c)) < 1e-6F);
         });
   }
+}
+
+TEST_CASE("cars painted by cubes, vertices or one colour are written as they are drawn",
+          "[camouflage][paint][io]") {
+  const auto kind = GENERATE(tapestry::raster::TextureKind::cube, tapestry::raster::TextureKind::vertex,
+                             tapestry::raster::TextureKind::solid);
+  const auto car = tapestry::test::tiny_car(12, kind);
+  tapestry::Array<float, 2> colours(tapestry::Extents<2>{car.layout.texel_count(car.mesh), 3});
+  for (std::size_t i = 0; i < colours.size(); ++i)  // smooth, so that charts of 16 texels hold it
+    colours.data()[i] = 0.5F + 0.4F * std::sin(0.7F * static_cast<float>(i % 97));
+  if (kind == tapestry::raster::TextureKind::cube)
+    colours = tapestry::filled<float, 2>(colours.shape(), 0.3F);
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path("painted.obj");
+  tapestry::io::write_painted_obj(path, car, camouflage::atlas_of<float>(car, colours));
+  auto written = tapestry::raster::painted(tapestry::io::read_obj(path).mesh, {.material = "paint"});
+  CHECK(written.painted == car.painted);
+  const auto atlas = tapestry::image::from_bytes<float>(tapestry::io::read_image(folder.path("painted.png")));
+  written.layout.height = atlas.shape(0);
+  written.layout.width = atlas.shape(1);
+  written.layout.filter = tapestry::raster::TextureFilter::bilinear;
+  written.pyramid = nullptr;
+  written.space = car.space;
+  tapestry::Array<float, 2> texels(tapestry::Extents<2>{atlas.shape(0) * atlas.shape(1), 3});
+  std::copy_n(atlas.data(), atlas.size(), texels.data());
+  const auto drawn = [](const tapestry::raster::PaintedMesh& body, const tapestry::Array<float, 2>& paint) {
+    const auto camera = tapestry::geometry::orbit_camera(0.7, 0.4, 6, {0, 0, 0}, 1);
+    const auto view =
+        tapestry::raster::texture_operator<float>(body, camera, 64, 64, tapestry::raster::Light{}, 2);
+    return tapestry::raster::render(view, tapestry::image::in_space(body.space, paint));
+  };
+  const auto own = drawn(car, colours), other = drawn(written, texels);
+  double most = 0, brightest = 0;
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    most = std::max(most, static_cast<double>(std::abs(own.data()[i] - other.data()[i])));
+    brightest = std::max(brightest, static_cast<double>(own.data()[i]));
+  }
+  CHECK(brightest > 0.1);
+  CHECK(most < 0.02);  // bytes, and lookups in charts of 16 texels
+  CHECK_THROWS_WITH(
+      tapestry::io::write_painted_glb(folder.path("painted.glb"), car, tapestry::zeros<float, 3>({4, 4, 3})),
+      contains("texture is [4, 4, 3], expected [") && contains("the charts of the faces"));
+  CHECK_NOTHROW(tapestry::io::write_painted_glb(folder.path("painted.glb"), car, atlas));
 }

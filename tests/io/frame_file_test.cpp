@@ -1,4 +1,5 @@
 #include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/image_file.hpp>
 #include <tapestry/io/npy.hpp>
 
 #include <cstdint>
@@ -93,6 +94,79 @@ TEST_CASE("a frame of our own comes back", "[io][frame]") {
   CHECK(io::frame_paths(folder.path()).size() >= 1);
   frame.image = picture(2, 3, 4);
   CHECK_THROWS_AS(io::write_frame(folder.path("again.npz"), frame), tapestry::ShapeError);
+}
+
+TEST_CASE("a frame in three parts comes back", "[io][frame]") {
+  const tapestry::test::TemporaryFolder own;
+  io::Frame frame;
+  frame.image = picture(2, 3, 3);
+  frame.camera = tapestry::geometry::orbit_camera(0.3, 0.2, 7, {0, 0, 0.7}, 1);
+  frame.light = tapestry::raster::Light{0.5, 0.25, {0, 0, 1}, {1, 0.9, 0.8}};
+  frame.mask = Array<std::uint8_t, 2>{{0, 255, 0}, {1, 2, 3}};
+  frame.label = io::Label{1, {1.5, 0.5, 3, 0.25}};
+  io::write_frame(own.path("10.json"), frame);
+  io::write_frame(own.path("10.npz"), frame);
+  const io::Frame again = io::read_frame(own.path("10.json")), other = io::read_frame(own.path("10.npz"));
+  CHECK((again.image == frame.image));
+  REQUIRE((again.mask && again.light && again.label && again.camera));
+  CHECK_FALSE(again.pose);
+  CHECK((*again.mask == *frame.mask));
+  CHECK(again.camera->rotation == other.camera->rotation);
+  CHECK(again.camera->translation == other.camera->translation);
+  CHECK(again.camera->tan_half_fov_y == other.camera->tan_half_fov_y);
+  CHECK(again.light->colour == other.light->colour);
+  CHECK(again.label->box.h == other.label->box.h);
+  CHECK((io::read_picture(own.path("10.json")) == frame.image));
+  CHECK(io::frame_files(own.path("10.json")) ==
+        std::vector{own.path("10.json"), own.path("10.png"), own.path("masks/10.png")});
+  CHECK(io::frame_files(own.path("10.npz")) == std::vector{own.path("10.npz")});
+  CHECK(io::frame_paths(own.path()) == std::vector{own.path("10.npz")});  // which come first
+  std::filesystem::remove(own.path("10.npz"));
+  std::filesystem::remove(own.path("masks/10.png"));
+  frame.camera.reset();
+  frame.mask.reset();
+  frame.pose = tapestry::geometry::CarlaPose{{1, 2, 0.6}, {0, 90, 0}, {3, 4, 5}, {-45, -126.9, 0}};
+  io::write_frame(own.path("9.json"), frame);
+  CHECK(io::frame_paths(own.path()) == std::vector{own.path("9.json"), own.path("10.json")});
+  CHECK(io::read_frame(own.path("9.json")).pose == frame.pose);
+  CHECK_FALSE(io::read_frame(own.path("9.json")).mask);
+}
+
+TEST_CASE("each part of a frame that is missing or malformed is refused by name", "[io][frame][bad_input]") {
+  const tapestry::test::TemporaryFolder own;
+  const std::string path = own.path("a.json");
+  const std::string pose = R"("veh_trans": [[0, 0, 0], [0, 0, 0]], "cam_trans": [[5, 0, 2], [-10, 180, 0]])";
+  const auto refused = [&](ErrorKind kind, const std::string& members, const std::string& text) {
+    own.write("a.json", R"({"format": "tapestry frame 1")" + (members.empty() ? "" : ", " + members) + "}");
+    check_refused(kind, text, [&] { (void)io::read_frame(path); });
+  };
+  refused(ErrorKind::mismatch, pose, "a.json: no picture beside the frame; expected " + own.path("a.png"));
+  io::write_image(own.path("a.png"), picture(4, 6, 3));
+  CHECK(io::read_frame(path).image.shape(1) == 6);
+  refused(ErrorKind::mismatch, "", "member 'veh_trans' is missing; expected veh_trans, found none");
+  refused(ErrorKind::mismatch, R"("camera_fov": [1, 1])", "member 'camera_matrix' is missing");
+  refused(ErrorKind::mismatch, pose + R"(, "lens": [1])",
+          "a.json: unknown member 'lens'; expected camera_matrix");
+  for (const char* light : {"[]", "{}", "1", R"(["bright"])", "[[1, 2], [3]]", "[[1, 2], 3]"})
+    refused(ErrorKind::mismatch, pose + R"(, "light": )" + light, "member 'light' is no list of numbers");
+  refused(ErrorKind::mismatch, pose + R"(, "light": [1, 2])",
+          "'light' has another shape; expected (8,), found (2,)");
+  own.write("a.json", "{" + pose + "}");
+  check_refused(ErrorKind::malformed, "a.json: is not the JSON of a frame; expected a member format",
+                [&] { (void)io::read_frame(path); });
+  own.write("a.json", "[");
+  check_refused(ErrorKind::malformed, "a.json", [&] { (void)io::read_frame(path); });
+  check_refused(ErrorKind::malformed, "b.json", [&] { (void)io::read_frame(own.path("b.json")); });
+  own.write("a.json", R"({"format": "tapestry frame 1", )" + pose + "}");
+  std::filesystem::create_directory(own.path("masks"));
+  io::write_mask(own.path("masks/a.png"), Array<float, 2>{{0, 1}});
+  check_refused(ErrorKind::mismatch, "mask of another size than " + own.path("a.png"),
+                [&] { (void)io::read_frame(path); });
+  own.write("masks/a.png", "no picture");
+  check_refused(ErrorKind::malformed, "masks/a.png", [&] { (void)io::read_frame(path); });
+  std::filesystem::remove(own.path("masks/a.png"));
+  own.write("a.png", "no picture");
+  check_refused(ErrorKind::malformed, "a.png", [&] { (void)io::read_frame(path); });  // N28
 }
 
 TEST_CASE("frames that cannot be are refused", "[io][frame][bad_input]") {

@@ -96,9 +96,9 @@ TEST_CASE("texels that no painted face refers to are written with the colours ar
   };
   io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 1, 1}, layout}, texture);
   CHECK(is_red());
-  layout.kind = tapestry::raster::TextureKind::cube;  // a picture that somebody has baked is written as it is
-  io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 1, 1}, layout}, texture);
-  CHECK_FALSE(is_red());
+  layout.kind = tapestry::raster::TextureKind::cube;  // which is written with charts of the faces
+  CHECK_THROWS_WITH(io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 1, 1}, layout}, texture),
+                    contains("write_painted_obj: texture is [16, 16, 3], expected [32, 32, 3]"));
 }
 
 TEST_CASE("a mesh that cannot be written leaves nothing behind", "[io][obj]") {

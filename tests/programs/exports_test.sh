@@ -8,6 +8,8 @@ assets=$sources/examples/assets
 
 mkdir frames && cp "$assets"/frames/test/00[01].npz frames
 cp "$assets"/car_sedan.{obj,mtl} .
+cp "$assets/result.png" picture.png
+printf '\nnewmtl hood\nKd 0.2 0.6 0.3\nmap_Kd picture.png\nnewmtl shell\nKd 0.2 0.6 0.3\n' >>car_sedan.mtl
 with_u() { # with_u EXPRESSION FILE: the sedan with other u
   awk "\$1 == \"vt\" { u = \$2; print \"vt\", $1, \$3; next } { print }" car_sedan.obj >"$2"
 }
@@ -19,8 +21,10 @@ with_u '(u > 1.98 ? 1.01 : u / 2)' hardly.obj
 sed -E '/^vt /d; s/([0-9]+)\/[0-9]*\/?([0-9]*)/\1/g' car_sedan.obj >plain.obj
 
 difference() { grep -A 2 '"exported_paint"' "$1/metrics.json" | sed -n "s/.*\"$2\": \([0-9.e-]*\),*/\1/p"; }
-exports_well() { # exports_well NAME OPTION...: a run on NAME.obj, whose files show its paint
-  expect_exit 0 "a run on $1.obj" "$camouflage" --mesh "$1.obj" --material body --frames frames --epochs 2 \
+exports_well() { # exports_well NAME OPTION...: a run on NAME.obj or --mesh, whose files show its paint
+  local mesh=(--mesh "$1.obj")
+  [ "$2" != --mesh ] || mesh=()
+  expect_exit 0 "a run on $1.obj" "$camouflage" "${mesh[@]}" --material body --frames frames --epochs 2 \
     --learning-rate 0.5 --start random --output "$1" "${@:2}"
   for file in texture.png texture.json texture.npz painted.obj painted.glb; do expect_file "$1/$file"; done
   awk -v mean="$(difference "$1" mean_difference)" 'BEGIN { exit !(mean != "" && mean <= 0.02) }' && pass ||
@@ -49,6 +53,69 @@ done
 grep -q '^vt ' plain/painted.obj && pass || fail "the exported mesh has no texture coordinates"
 [ "$("$render" --mesh plain/painted.obj --size 256 --output plain.png >/dev/null && wc -c <plain.png)" -gt 15000 ] && pass ||
   fail "the exported paint is of one colour"
+
+# Several materials with texture coordinates, of which one is painted and another has a picture of its own.
+awk '$1 == "usemtl" && $2 == "body" && ++parts % 2 { print "usemtl hood"; next } { print }' whole.obj >several.obj
+exports_well several --texels 16
+exports_well several-cubes --mesh several.obj --texture cube --texels 4
+faces_of() { awk -v name="$1" '$1 == "usemtl" { is_own = $2 == name } is_own && $1 == "f" { n++ } END { print n }' "$2"; }
+for mesh in several several-cubes; do
+  [ "$(faces_of paint "$mesh/painted.obj")" = "$(faces_of body several.obj)" ] && pass ||
+    fail "$mesh: other faces than the painted ones are exported as painted"
+  expect_exit 0 "$mesh measured again" "$programs/evaluate" --run "$mesh" --output "$mesh-again"
+  expect_same "$mesh-again/painted.glb" "$mesh/painted.glb"
+done
+
+# A paint of another layout is refused, with what is found and what is expected. (N29)
+otherwise='the texture is laid on a car in another way'
+start=("$camouflage" --frames frames --epochs 1 --material body --output none)
+expect_exit 4 "texels of another mesh" "${start[@]}" --mesh halved.obj --texels 16 --start whole/texture.npz
+expect_error_line "^error: whole/texture.npz: $otherwise: texels; expected 256, found 512$"
+expect_exit 4 "a cube's texels" "${start[@]}" --mesh plain.obj --texture cube --texels 4 --start whole/texture.npz
+expect_error_line "$otherwise: kind; expected \"cube\", found \"atlas\"$"
+expect_exit 4 "colours of another space" "${start[@]}" --mesh whole.obj --texels 16 --colour-space encoded --start whole/texture.npz
+expect_error_line "$otherwise: colour_space; expected \"encoded\", found \"linear\"$"
+sed 's/^usemtl body$/usemtl shell/' whole.obj >renamed.obj
+measure=("$programs/evaluate" --run whole)
+expect_exit 4 "another material" "${measure[@]}" --mesh renamed.obj --material shell
+expect_error_line "whole/texture.npz: $otherwise: painted; expected .\"materials\":\\[\"shell\"\\]., found .\"materials\":\\[\"body\"\\].$"
+expect_exit 4 "against a run of another layout" "${measure[@]}" --against halved
+expect_error_line "^error: halved/texture.npz: $otherwise: texels; expected 512, found 256$"
+expect_exit 4 "other axes" "${measure[@]}" --object any --up y --forward z
+expect_error_line "$otherwise: up; expected \"y\", found \"z\"$"
+expect_exit 4 "a protocol of another layout" "${measure[@]}" --object any --forward y --protocol views --quick
+expect_error_line "$otherwise: forward; expected \"y\", found \"x\"$"
+expect_exit 0 "another lookup" "${measure[@]}" --filter bilinear
+grep -q '^whole/texture.npz: the texture is made for anisotropic lookup and drawn with bilinear$' command.out && pass ||
+  fail "no word on the lookup"
+if command -v zip >/dev/null; then
+  cp -r whole older && zip -qd older/texture.npz layout.npy
+  expect_exit 0 "a run without a description" "$programs/evaluate" --run older
+  grep -q '^older/texture.npz: no description in it; assumed: laid as the mesh and the options say$' command.out && pass ||
+    fail "nothing is said of what is assumed"
+fi
+
+# So with the atlas beside it: mesh and options must fit, or are taken from it.
+draw=("$render" --texture whole/texture.png --size 128 --output drawn.png)
+expect_exit 0 "the material of the description" "${draw[@]}" --mesh whole.obj
+cp drawn.png adopted.png
+expect_exit 0 "the same material" "${draw[@]}" --mesh whole.obj --material body
+expect_same drawn.png adopted.png
+expect_exit 4 "another u" "${draw[@]}" --mesh halved.obj
+expect_error_line "^error: whole/texture.json: $otherwise: u_extent; expected 1.0, found 2.0$"
+expect_exit 4 "another width in u" "${draw[@]}" --mesh whole.obj --u-extent 1
+expect_error_line '^error: whole/texture.json: --u-extent is of another layout; expected 2.0, found 1.0$'
+expect_exit 4 "another material" "${draw[@]}" --mesh renamed.obj --material shell --panels panels.pdf
+expect_error_line "whole/texture.json: $otherwise: painted"
+expect_exit 4 "another axis" "${draw[@]}" --mesh whole.obj --object any --up x --forward y
+expect_error_line "whole/texture.json: $otherwise: up"
+expect_exit 4 "charts of the faces on a mesh's own uv" "$render" --mesh shared.obj --material body --up z \
+  --texture shared/texture.png --output none.png
+expect_error_line "shared/texture.json: $otherwise: charts; expected \"of the mesh\", found \"of the faces\"$"
+expect_exit 0 "charts on the mesh that is written with them" "$render" --mesh shared/painted.obj --texture shared/texture.png \
+  --size 128 --output charts.png
+expect_exit 0 "that mesh alone" "$render" --mesh shared/painted.obj --filter bilinear --size 128 --output alone.png
+expect_same charts.png alone.png
 
 # A texture without a description: what is assumed is said; a description of another picture is refused.
 mkdir bare && cp halved/texture.png bare

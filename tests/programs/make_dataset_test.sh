@@ -67,6 +67,33 @@ expect_exit 0 "camouflage takes them" "$programs/camouflage" --mesh centimetres.
   --frames centimetres --epochs 1 --batch 2 --texels 8 --output run
 expect_exit 0 "from afar" frames --distance 20 30 --fov 20 25 --elevation 0 10 --occluded 0 --output afar
 
+# Frames in three parts are the same frames.
+expect_exit 0 "three parts" frames --format png --output parts
+[ "$(ls parts/train parts/test parts/*/masks | grep -cE '\.(png|json)$')" = 15 ] && pass || fail "there are $(ls parts/*)"
+start=(--epochs 1 --batch 2 --texels 8)
+expect_exit 0 "camouflage takes them" "$programs/camouflage" --frames parts "${start[@]}" --output run_parts
+expect_exit 0 "camouflage takes the others" "$programs/camouflage" --frames metres "${start[@]}" --output run_npz
+expect_same run_parts/texture.npz run_npz/texture.npz
+grep -q '"path": "parts/test/masks/0000.png"' run_parts/manifest.json && pass || fail "the manifest lacks a mask"
+expect_exit 0 "evaluate takes them" "$programs/evaluate" --run run_parts
+expect_exit 0 "the rest of a set in parts" frames --format png --output parts
+expect_exit 7 "another format in its folder" frames --output parts
+rm parts/test/masks/0001.png
+expect_exit 7 "a mask is gone" "$programs/evaluate" --run run_parts
+rm parts/train/0001.json parts/test/0002.png
+expect_exit 4 "a set that was broken off" "$programs/camouflage" --check --frames parts
+grep -q '^warning: parts/train holds 1 of the 2 frames' command.err && pass || fail "no word on missing frames: $(cat command.err)"
+grep -q 'parts/test/0002.json: no picture beside the frame; expected parts/test/0002.png' command.err && pass || fail "$(cat command.err)"
+
+# An object below a metre is as large in the picture as a car.
+expect_exit 4 "a small car" frames --mesh "$assets/car_sedan.obj" --material body --length 0.4 --output small
+expect_error_line "is 0.400000 m long, expected 1 to 20; --length"
+expect_exit 0 "a small object" frames --mesh "$assets/car_sedan.obj" --material body --length 0.4 --object any --output small
+expect_exit 0 "camouflage takes it" "$programs/camouflage" --mesh "$assets/car_sedan.obj" --object any --material body \
+  --frames small "${start[@]}" --output run_small
+expect_exit 4 "a tiny object" frames --mesh "$assets/car_sedan.obj" --material body --length 0.1 --object any --output tiny
+expect_error_line "is 0.100000 m long, expected 0.200000 to 20; --length"
+
 # Photographs: each either in train or in test.
 mkdir photographs
 for picture in a b c; do

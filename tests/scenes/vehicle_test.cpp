@@ -57,6 +57,10 @@ TEST_CASE("vehicles of no vehicle's length are refused", "[scenes][vehicle]") {
                     contains("400.000000 m long, expected 1 to 20; --length"));
   CHECK_THROWS_WITH(scenes::stand_on_ground(mesh_in_centimetres(), {1, 0}, 0.5), contains("0.5"));
   CHECK_THROWS_WITH(scenes::stand_on_ground({}, {}, 4), contains("m long, expected 1 to 20"));
+  CHECK_THROWS_WITH(scenes::stand_on_ground(mesh_in_centimetres(), {1, 0}, 0.1, 0.2),
+                    contains("0.100000 m long, expected 0.200000 to 20"));
+  CHECK(scenes::stand_on_ground(mesh_in_centimetres(), {1, 0}, 0.5, 0.2).mesh.positions[1][0] ==
+        Approx(0.25));
 }
 
 TEST_CASE("a vehicle's own texture covers its faces, and the others keep their colours",

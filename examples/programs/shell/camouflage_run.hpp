@@ -91,7 +91,8 @@ class CamouflageRun {
     auto& epochs = options_.optimisation.epochs;
     if (epochs == 0) epochs = default_epochs(usable_train.size(), inputs_.frames.drawn > 0);
     auto start_parameter = camouflage::first_parameter(
-        objective_.method(), start_texture(options_.optimisation, inputs_.car.painted));
+        objective_.method(),
+        start_texture(options_.optimisation, inputs_.car.painted, inputs_.car.description));
     open_folder();
 
     camouflage::TrainingOptions training_options;
@@ -226,14 +227,14 @@ class CamouflageRun {
                                  {options_.detector.confidence, options_.detector.nms});
     std::vector<MarkedPicture> before;
     std::vector<MarkedPicture> after;
-    const auto& network = inputs_.detector;
     SurveyWatch watch(meter, textures.pictures_a_view() * usable.size(),
-                      std::max(network.input_height(), network.input_width()));
+                      std::max(inputs_.detector.input_height(), inputs_.detector.input_width()));
     watch.collect("clean", before, usable.size());
     watch.collect("adversarial", after, usable.size());
     RunReport report;
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
-    camouflage::write_paint(path("texture.npz"), training.parameter(), paint, offsets);
+    camouflage::write_paint(path("texture.npz"), training.parameter(), paint, offsets,
+                            exact_text(inputs_.car.description));
     write_painted(reshaped ? reshaped->car() : inputs_.car.painted, paint.colours);
     report.exported =
         export_difference_of(reshaped ? reshaped->store() : test, usable.front(), paint.colours);
@@ -290,10 +291,9 @@ class CamouflageRun {
   /// \param car in its final shape
   void write_painted(const raster::PaintedMesh& car, const Array<float, 2>& colours) const {
     const auto atlas = camouflage::atlas_of<float>(car, colours);
-    const auto exported = camouflage::with_atlas(car);
-    write_described_texture(path("texture.png"), atlas, exported);
-    io::write_painted_obj(path("painted.obj"), exported, atlas);
-    io::write_painted_glb(path("painted.glb"), exported, atlas);
+    write_described_texture(path("texture.png"), atlas, exported_description(car, inputs_.car.description));
+    io::write_painted_obj(path("painted.obj"), car, atlas);
+    io::write_painted_glb(path("painted.glb"), car, atlas);
   }
 
   /// Draws a view with the car of the written files, and compares it with the run's own picture.
@@ -316,11 +316,12 @@ class CamouflageRun {
 
   /// Writes the matched controls as atlases, beside the texture they are made from.
   void write_matched_controls(const std::vector<evaluate::Control<float>>& controls) const {
+    const auto& car = inputs_.car;
     const auto write = [&](const char* control, const char* name) {
       for (const auto& [control_name, paint] : controls)
         if (control_name == control)
-          write_described_texture(path(name), camouflage::atlas_of<float>(inputs_.car.painted, paint.colours),
-                                  camouflage::with_atlas(inputs_.car.painted));
+          write_described_texture(path(name), camouflage::atlas_of<float>(car.painted, paint.colours),
+                                  exported_description(car.painted, car.description));
     };
     write(evaluate::matched_noise_name, "matched_noise.png");
     write(evaluate::shuffled_patches_name, "shuffled.png");

@@ -9,6 +9,11 @@
 
 namespace tapestry::shell {
 
+/// Whether a file may be a frame by its name, see io::frame_paths().
+inline bool is_frame_file(const std::filesystem::path& path) {
+  return path.extension() == ".npz" || path.extension() == ".json";
+}
+
 using io::is_folder;
 using io::is_there;
 using io::status_of;

@@ -9,7 +9,6 @@
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/image/colour_space.hpp>
-#include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 #include <utility>
 #include <vector>
@@ -28,6 +27,7 @@
 #include "step_log.hpp"
 #include "stop_signal.hpp"
 #include "survey_watch.hpp"
+#include "texture_description.hpp"
 #include "texture_training.hpp"
 
 namespace tapestry::shell {
@@ -176,15 +176,13 @@ class HardeningRun {
           return std::string(text);
         });
     auto colours = camouflage::texture_colours(training.parameter());
-    io::write_image(path(name + ".png"), atlas_of(colours));
+    write_described_texture(path(name + ".png"), atlas_of(colours),
+                            exported_description(inputs_.car.painted, inputs_.car.description));
     return colours;
   }
 
   [[nodiscard]] Array<float, 3> atlas_of(const Colours& colours) const {
     return camouflage::atlas_of<float>(inputs_.car.painted, colours);
-  }
-  void write_painted(const std::string& glb, const Colours& colours) const {
-    io::write_painted_glb(glb, camouflage::with_atlas(inputs_.car.painted), atlas_of(colours));
   }
 
   /// Detections of a detector, the views it was measured on, and pictures of them under its adaptive attack.
@@ -250,7 +248,7 @@ class HardeningRun {
     page.atlases = {{"transfer", image::to_bytes(atlas_of(transfer))},
                     {"adaptive, undefended", image::to_bytes(atlas_of(on_undefended))},
                     {"adaptive, hardened", image::to_bytes(atlas_of(on_hardened))}};
-    write_painted(path("adaptive_hardened.glb"), on_hardened);
+    io::write_painted_glb(path("adaptive_hardened.glb"), inputs_.car.painted, atlas_of(on_hardened));
     page.glb = io::read_text_file(path("adaptive_hardened.glb"));
     page.files = {hardened_path().substr(options_.output.size() + 1),
                   "adaptive_hardened.glb",

@@ -39,8 +39,6 @@ raster::TextureLayout layout_of(const SceneSettings& settings, const raster::Pai
   return layout;
 }
 
-bool is_posed(const std::string& frame) { return !io::read_frame(frame).camera; }
-
 /// Checks the files of a detector. The other files are checked even if the cfg is unsound.
 void check_detector(DetectorSettings settings, ProblemList& list, std::vector<std::string>& warnings) {
   fill_in_bundled(settings);
@@ -79,8 +77,7 @@ std::vector<std::string> warnings_about_set(const std::string& folder) {
     const Json count = promised->value(part, Json());
     if (!count.is_number_unsigned()) continue;
     const std::string frames = folder + "/" + part;
-    const auto is_frame = [](const fs::path& file) { return file.extension() == ".npz"; };
-    const std::size_t found = is_folder(frames) ? io::listed_paths(frames, is_frame).size() : 0;
+    const std::size_t found = is_folder(frames) ? io::listed_paths(frames, is_frame_file).size() : 0;
     if (found < count.get<std::size_t>())
       warnings.push_back(frames + " holds " + std::to_string(found) + " of the " + count.dump() +
                          " frames that make_dataset was to draw; the same command again completes them");
@@ -128,6 +125,8 @@ Car load_car(const SceneSettings& settings) {
       upright_object(settings.mesh, std::move(car.painted.mesh), settings.axes, settings.object);
   car.painted.space = image::colour_space_by_name(settings.colour_space);
   car.painted.pyramid = raster::pyramid_of(car.painted);
+  car.description = description_of(
+      car.painted, painted_part(settings.material, settings.faces, car.painted.painted), settings.axes);
   return car;
 }
 
@@ -149,13 +148,13 @@ void require_one_scale(const FrameLists& lists) {
                                           "--scenes see the bundled car in metres"});
 }
 
-io::Frame load_frame(const std::string& path, const MaskRule& mask, bool posed) {
+io::Frame load_frame(const std::string& path, const MaskRule& mask, std::optional<bool> posed) {
   auto frame = io::read_frame(path);
   if (frame.camera.has_value() == posed)
     throw FileError(ErrorKind::mismatch,
                     {path, "", "frames with and without a camera cannot be mixed",
-                     posed ? "poses alone, as in the first frame" : "a camera, as in the first frame",
-                     posed ? "a camera" : "poses alone"});
+                     *posed ? "poses alone, as in the first frame" : "a camera, as in the first frame",
+                     *posed ? "a camera" : "poses alone"});
   apply_mask_rule(mask, path, frame);
   frame.name = fs::path(path).stem().string();
   return frame;
@@ -183,7 +182,7 @@ FrameLoaders train_loaders(const FrameLists& lists, const MaskRule& mask) {
 
 void note_frames(const std::vector<std::string>& frames, const MaskRule& mask) {
   for (const std::string& frame : frames) {
-    io::InputLedger::note(frame);
+    for (const std::string& part : io::frame_files(frame)) io::InputLedger::note(part);
     if (mask.kind == "file") io::InputLedger::note(mask_path_of(frame));
   }
 }
@@ -210,8 +209,10 @@ Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector, const std::
                 warnings_about(scene)};
   inputs.class_index = inputs.detector.class_index(detector.class_name);
   inputs.mask = load_mask_rule(scene);
-  inputs.frames.posed = is_posed(inputs.frames.test.front());
-  if (const auto word = word_on_masks(inputs.mask, inputs.frames.test.front()); !word.empty())
+  const std::string& path = inputs.frames.test.front();
+  const io::Frame first = io::read_frame(path);
+  inputs.frames.posed = !first.camera;
+  if (const auto word = word_on_masks(inputs.mask, path, first); !word.empty())
     inputs.warnings.push_back(word);
   if (inputs.frames.posed)
     inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
@@ -279,13 +280,13 @@ void check_inputs(SceneSettings scene, const DetectorSettings& detector, Problem
   MaskRule mask{scene.mask};
   list.attempt([&] { mask = load_mask_rule(scene); });
   if (mask.kind == "u2net" && !mask.segmenter) mask.kind = "auto";  // the frames can still be checked
-  bool kind_known = false;
+  std::optional<bool> posed;
   for (const auto& path : paths)
     list.attempt([&] {
-      if (!kind_known) frames.posed = is_posed(path);
-      kind_known = true;
-      (void)load_frame(path, mask, frames.posed);
+      const bool has_camera = load_frame(path, mask, posed).camera.has_value();
+      if (!posed) posed = !has_camera;
     });
+  frames.posed = posed.value_or(false);
   list.attempt([&] { require_one_scale(frames); });
 }
 

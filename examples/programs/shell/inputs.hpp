@@ -13,6 +13,7 @@
 #include "mesh_inputs.hpp"
 #include "problem_list.hpp"
 #include "settings.hpp"
+#include "texture_description.hpp"
 
 namespace tapestry::shell {
 
@@ -30,6 +31,7 @@ void fill_in_bundled(DetectorSettings& detector);
 struct Car {
   raster::PaintedMesh painted;
   std::vector<std::string> warnings;
+  Json description{};                         ///< of its texture, see description_of()
   std::vector<std::string> material_files{};  ///< read beside the mesh
 };
 
@@ -48,8 +50,8 @@ FrameLists find_frames(const SceneSettings& scene);
 
 void require_one_scale(const FrameLists& lists);
 
-/// \param posed  see FrameLists; all frames of a run agree in it
-io::Frame load_frame(const std::string& path, const MaskRule& mask, bool posed);
+/// \param posed  see FrameLists; all frames of a run agree in it. None: not known yet
+io::Frame load_frame(const std::string& path, const MaskRule& mask, std::optional<bool> posed);
 
 using FrameLoaders = std::vector<camouflage::ViewStore<float>::Loader>;
 

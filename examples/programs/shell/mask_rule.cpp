@@ -65,13 +65,13 @@ std::string mask_path_of(const std::string& frame) {
   return (folder / ("mask" + (stem.starts_with("data") ? stem.substr(4) : stem) + ".png")).string();
 }
 
-std::string word_on_masks(const MaskRule& rule, const std::string& frame) {
+std::string word_on_masks(const MaskRule& rule, const std::string& path, const io::Frame& frame) {
   if (rule.kind != "file") return {};
-  const std::string path = mask_path_of(frame);
-  const auto mask = io::read_mask(path);
-  const auto picture = io::read_frame(frame).image;
+  const std::string mask_path = mask_path_of(path);
+  const auto mask = io::read_mask(mask_path);
+  const auto& picture = frame.image;
   if (mask.shape(0) == picture.shape(0)) return {};
-  return path + ": a mask of " + extents_text(mask.shape(0), mask.shape(1)) + " for a frame of " +
+  return mask_path + ": a mask of " + extents_text(mask.shape(0), mask.shape(1)) + " for a frame of " +
          extents_text(picture.shape(0), picture.shape(1)) +
          "; such masks are resampled bilinearly, and all that is not 0 is the car";
 }

@@ -18,12 +18,14 @@ struct MaskRule {
 /// \throws FileError as read_onnx() and U2Net
 MaskRule load_mask_rule(const SceneSettings& settings);
 
-/// Path of the mask of dataN.npz: masks/dataN.png beside it or beside its folder, else maskN.png beside it.
+/// Path of the mask of dataN.npz or dataN.json: masks/dataN.png beside it or beside its folder, else
+/// maskN.png beside it.
 std::string mask_path_of(const std::string& frame);
 
 /// Warning of a mask file of other extents than its frame; empty for other rules and for one that fits.
-/// \throws FileError as read_mask() and read_frame()
-std::string word_on_masks(const MaskRule& rule, const std::string& frame);
+/// \param path  of the frame
+/// \throws FileError as read_mask()
+std::string word_on_masks(const MaskRule& rule, const std::string& path, const io::Frame& frame);
 
 /// Replaces the mask of a frame as the rule requires.
 /// \param path  of the frame; mask files lie beside it

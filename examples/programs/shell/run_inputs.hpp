@@ -41,11 +41,13 @@ inline std::vector<ChangedInput> changed_since(const Json& manifest, const Scene
            detail::plain_folder(folder + below);
   };
   const bool same_frames = !frames.empty() && scene.frames == folder;
+  const bool in_parts = same_frames && frames.front().ends_with(".json");  // with masks of their own
   const auto is_measured_frame = [&](const std::string& path) {
-    return path.ends_with(".npz") && (lies_in(path, "") || lies_in(path, "/test"));
+    if (in_parts && (lies_in(path, "/masks") || lies_in(path, "/test/masks"))) return true;
+    return is_frame_file(path) && (lies_in(path, "") || lies_in(path, "/test"));
   };
   const auto is_picture = [](const std::string& path) {
-    return path.ends_with(".npz") || io::has_picture_name(path);
+    return is_frame_file(path) || io::has_picture_name(path);
   };
   const auto is_material = [&](const ChangedInput& input) {
     return input.found.empty()

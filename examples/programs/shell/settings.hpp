@@ -91,7 +91,8 @@ void visit_settings(SceneSettings& s, Visit visit) {
   visit("faces", s.faces,
         "text file of painted faces, one 1-based number a line, instead of --material; none when left out");
   visit("frames", s.frames,
-        "folder of frames (.npz), or one with the folders train and test; bundled frames when left out");
+        "folder of frames (.npz, or .json with pictures), or one with the folders train and test; bundled "
+        "frames when left out");
   visit("scenes", s.scenes,
         "street scenes of the bundled car that are drawn to optimise on, instead of frames; 0: 800 when "
         "--frames is left out, else none");

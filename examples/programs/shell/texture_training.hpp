@@ -14,6 +14,7 @@
 
 #include "file_status.hpp"
 #include "settings.hpp"
+#include "texture_description.hpp"
 
 namespace tapestry::shell {
 
@@ -25,11 +26,13 @@ inline std::size_t default_epochs(std::size_t views, bool drawn) {
   return drawn ? 20 : std::max<std::size_t>(5, block_count(2400, views));
 }
 
-inline Array<float, 2> start_texture(const OptimisationSettings& settings, const raster::PaintedMesh& car) {
+/// \param description  of the car's texture
+inline Array<float, 2> start_texture(const OptimisationSettings& settings, const raster::PaintedMesh& car,
+                                     const Json& description) {
   const std::size_t count = car.layout.texel_count(car.mesh);
   if (settings.start == "zero") return zeros<float, 2>({count, 3});
   if (is_texture_file(settings.start))
-    return camouflage::parameter_of_colours(camouflage::read_paint(settings.start, count).colours);
+    return camouflage::parameter_of_colours(read_fitting_paint(settings.start, car, description).colours);
   if (settings.start == "own") return camouflage::parameter_of_colours(camouflage::own_colours<float>(car));
   Random random = Random(settings.seed).fork(0x7374617274ULL);
   return camouflage::parameter_of_colours(camouflage::random_colours<float>(count, random));

@@ -49,22 +49,23 @@ template <std::floating_point T>
 
 /// Writes a file for read_paint() and read_offsets(), with the method's parameter, [row, 3].
 /// \param offsets  [V, 3], or of extent 0 where the shape stays
+/// \param layout   a program's text on how the texels lie on the car, for read_layout(); empty: none
 /// \throws ShapeError as require_sound(); FileError (write)
 void write_paint(const std::string& path, const Array<float, 2>& parameter, const Paint<float>& paint,
-                 const Array<float, 2>& offsets = {});
+                 const Array<float, 2>& offsets = {}, const std::string& layout = {});
+
+/// Reads the text of write_paint() on how the texels of a texture.npz lie; empty if the file holds none.
+/// \throws FileError: malformed (damaged file), mismatch (no text)
+[[nodiscard]] std::string read_layout(const std::string& path);
 
 /// Material colours of the painted faces as a texture, [texel, 3]. Texels that no painted face uses, and the
 /// one of a solid texture, take the mean over painted faces.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> own_colours(const raster::PaintedMesh& car);
 
-/// The car as files and viewers hold it, with an atlas: itself, or for textures of other kinds one with
-/// raster::face_charts(), since the texture coordinates of a mesh may be missing or shared by several faces.
-[[nodiscard]] raster::PaintedMesh with_atlas(raster::PaintedMesh car);
-
 /// A texture as an atlas picture for a viewer, [H, W, 3] in [0, 1] with row 0 at v = 1, in the layout of
-/// with_atlas(). Texels that no painted face refers to take colours of those around them. Texels of other
-/// kinds are interpolated in the car's colour space, as when it is drawn.
+/// raster::with_atlas(). Texels that no painted face refers to take colours of those around them. Texels of
+/// other kinds are interpolated in the car's colour space, as when it is drawn.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours);
 

@@ -16,8 +16,14 @@ namespace tapestry::io {
 /// `camera_fov` float64 [2] (tangents of half the field of view), and then need no poses. They may add
 /// `light` float64 [8], `mask` uint8 [H, W] and `label` float64 [5].
 ///
-/// \throws FileError: malformed (damaged file); mismatch (a member is missing, has another shape or type, or
-///         has impossible values: not finite, a camera in the vehicle's origin, an empty picture); limit
+/// Or of three parts, as other programs write them: `x.json` with the same members but picture and mask, as
+/// nested lists of numbers, and `"format": "tapestry frame 1"`; the picture `x.png` beside it; and, where
+/// there is one, the mask `masks/x.png`, of the picture's extents, in which any value but 0 shows the car.
+///
+/// \param path  ending in .npz or .json
+/// \throws FileError: malformed (damaged file); mismatch (a member or a part is missing, has another shape or
+///         type, or has impossible values: not finite, a camera in the vehicle's origin, an empty picture);
+///         limit
 [[nodiscard]] Frame read_frame(const std::string& path);
 
 /// The picture of a file as RGB, [H, W, 3]: of a frame if the name ends in .npz, else of an image file.
@@ -26,12 +32,17 @@ namespace tapestry::io {
 [[nodiscard]] Array<std::uint8_t, 3> read_picture(const std::string& path,
                                                   std::vector<std::string>* warnings = nullptr);
 
-/// Writes a frame that read_frame() reads back; deflated, and the whole file or nothing.
+/// The files of a frame that are there: the .npz, or JSON, picture and mask.
+[[nodiscard]] std::vector<std::string> frame_files(const std::string& path);
+
+/// Writes a frame that read_frame() reads back: deflated, or in three parts if the name ends in .json, which
+/// comes last. Each file is whole or not there.
 /// \throws ShapeError unless the picture is [H, W, 3] and the mask, if any, [H, W]; FileError (write)
 void write_frame(const std::string& path, const Frame& frame);
 
-/// The .npz files of a folder sorted by name, numbers by value: data2 before data10.
-/// \throws FileError: malformed (not a readable folder), mismatch (no .npz file in it)
+/// The .npz files of a folder, or if there are none the .json files, sorted by name, numbers by value: data2
+/// before data10.
+/// \throws FileError: malformed (not a readable folder), mismatch (no such file in it)
 [[nodiscard]] std::vector<std::string> frame_paths(const std::string& folder);
 
 }  // namespace tapestry::io

@@ -35,9 +35,14 @@ inline std::string paint_name(const geometry::Mesh& mesh) { return unused_materi
 
 void require_writable_mesh(const geometry::Mesh& mesh);
 
+/// The body with the atlas that it is written with.
+/// \throws ShapeError unless body.painted has an entry a face and the texture fits the atlas; DomainError for
+///         an atlas without extent in u
+raster::PaintedMesh writable_body(const char* operation, const raster::PaintedMesh& body,
+                                  const std::array<std::size_t, 3>& texture);
+
 /// A texture whose texels beside the charts have the colours around them. Viewers filter across the charts'
-/// rims, so other colours there would show as seams. Textures that are not atlases are baked like this
-/// already.
+/// rims, so other colours there would show as seams.
 template <std::floating_point T>
 Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& texture);
 }  // namespace detail
@@ -50,11 +55,14 @@ void write_obj(const std::string& path, const geometry::Mesh& mesh);
 /// Writes a painted mesh: `car.obj`, `car.mtl` and the texture `car.png`, each of them whole or not at all,
 /// the OBJ last. Painted faces get a material of their own with the texture; the others keep theirs.
 ///
-/// \param body     the texture spans u in [0, body.layout.u_extent); written u are divided by it, as viewers
-///               expect. Of the layout, only this and the kind of texture matter
-/// \param texture  RGB in [0, 1], [H, W, 3], row 0 at v = 1. In an atlas, texels that no painted face refers
-///               to are written with the colours around them
-/// \throws ShapeError unless body.painted has an entry a face; otherwise as write_obj()
+/// \param body     written as raster::with_atlas(). The texture spans u in [0, u_extent) of its layout;
+///               written u are divided by it, as viewers expect
+/// \param texture  RGB in [0, 1], [H, W, 3], row 0 at v = 1, of any H and W for an atlas, of those of the
+/// charts
+///               for other kinds of texture, as of camouflage::atlas_of(). Texels that no painted face
+///               refers to are written with the colours around them
+/// \throws ShapeError unless body.painted has an entry a face and the texture fits the charts; otherwise as
+///         write_obj()
 template <std::floating_point T>
 void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture);
 

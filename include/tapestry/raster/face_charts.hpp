@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <utility>
 
@@ -46,6 +47,16 @@ struct FaceCharts {
   TextureLayout layout{};
   layout.height = layout.width = static_cast<std::size_t>(extent);
   return {std::move(mesh), layout};
+}
+
+/// A body as files and viewers hold it, with an atlas: itself, or for textures of other kinds one with
+/// face_charts(), since the texture coordinates of a mesh may be missing or shared by several faces.
+[[nodiscard]] inline PaintedMesh with_atlas(PaintedMesh body) {
+  if (body.layout.kind == TextureKind::atlas) return body;
+  auto charts = face_charts(std::move(body.mesh));
+  body.mesh = std::move(charts.mesh);
+  body.layout = charts.layout;
+  return body;
 }
 
 }  // namespace tapestry::raster

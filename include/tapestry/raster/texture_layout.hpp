@@ -16,6 +16,13 @@ namespace tapestry::raster {
 /// interpolated over its faces. solid: one colour for all painted faces.
 enum class TextureKind { atlas, cube, vertex, solid };
 
+/// The name in descriptions of textures.
+[[nodiscard]] constexpr const char* name_of(TextureKind kind) {
+  if (kind == TextureKind::atlas) return "atlas";
+  if (kind == TextureKind::cube) return "cube";
+  return kind == TextureKind::vertex ? "vertex" : "solid";
+}
+
 /// Lookup of an atlas. bilinear: in the atlas itself. trilinear: between the two levels of its pyramid whose
 /// texels are about as large as the pixel's footprint is long, see MipPyramid. anisotropic: like trilinear,
 /// with texels as large as the footprint is wide, at several places along it.

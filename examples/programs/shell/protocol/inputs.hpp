@@ -122,12 +122,12 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
 }
 
 /// The textures to measure: clean, the camouflage and its controls; several draws of one side by side.
-inline std::vector<evaluate::Control<float>> textures_of(const raster::PaintedMesh& car,
-                                                         const ProtocolRequest& request) {
+inline std::vector<evaluate::Control<float>> textures_of(const Car& loaded, const ProtocolRequest& request) {
+  const auto& car = loaded.painted;
   std::vector<evaluate::Control<float>> textures{
       {"clean", camouflage::without_paint(camouflage::own_colours<float>(car))}};
   if (request.run.empty()) return textures;
-  auto paint = camouflage::read_paint(request.run + "/texture.npz", textures.front().paint.colours.shape(0));
+  auto paint = read_fitting_paint(request.run + "/texture.npz", car, loaded.description);
   const std::size_t draws = request.settings.noise_draws;
   auto controls = request.settings.controls == "all"
                       ? evaluate::make_controls(car, paint, request.seed, draws)

@@ -239,7 +239,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
   detail::load_car_and_detectors(request, inputs);
   const Protocol protocol = protocol_by_name(request.settings.protocol)
                                 .make(request.settings, request.seed, detail::subject_of(request, inputs));
-  auto textures = detail::textures_of(inputs.car.painted, request);
+  auto textures = detail::textures_of(inputs.car, request);
   if (!protocol.bare_name.empty()) textures.push_back({protocol.bare_name, {}});
   inputs.reshaped = detail::reshaped_car(inputs.car.painted, request);
   auto meters = detail::meters_of(inputs, request);

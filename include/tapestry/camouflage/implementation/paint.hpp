@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view.hpp>
@@ -108,7 +109,7 @@ Array<float, 2> read_offsets(const std::string& path, std::size_t position_count
 }
 
 void write_paint(const std::string& path, const Array<float, 2>& parameter, const Paint<float>& paint,
-                 const Array<float, 2>& offsets) {
+                 const Array<float, 2>& offsets, const std::string& layout) {
   require_sound("write_paint", paint);
   Array<std::uint8_t, 1> painted = filled<std::uint8_t, 1>({paint.colours.shape(0)}, 1);
   std::copy(paint.painted.begin(), paint.painted.end(), painted.begin());
@@ -117,7 +118,15 @@ void write_paint(const std::string& path, const Array<float, 2>& parameter, cons
   file.add("colours", paint.colours);
   file.add("painted", painted);
   if (offsets.size() > 0) file.add("offsets", offsets);
+  if (!layout.empty()) file.add("layout", std::string_view(layout));
   file.write(path);
+}
+
+std::string read_layout(const std::string& path) {
+  const auto file = io::NpzFile::read(path);
+  if (!file.has("layout")) return {};
+  const auto text = file.get("layout").as<std::uint8_t>();
+  return {text.begin(), text.end()};
 }
 
 template <std::floating_point T>
@@ -156,25 +165,17 @@ Array<T, 2> own_colours(const raster::PaintedMesh& car) {
   return colours;
 }
 
-raster::PaintedMesh with_atlas(raster::PaintedMesh car) {
-  if (car.layout.kind == raster::TextureKind::atlas) return car;
-  auto charts = raster::face_charts(std::move(car.mesh));
-  car.mesh = std::move(charts.mesh);
-  car.layout = charts.layout;
-  return car;
-}
-
 template <std::floating_point T>
 Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours) {
   const auto texels = [&] {
     if (car.layout.kind == raster::TextureKind::atlas)
       return raster::with_unused_filled(car.layout, raster::used_texels_or_all<T>(car), colours);
-    raster::PaintedMesh charted = with_atlas(car);
+    raster::PaintedMesh charted = raster::with_atlas(car);
     const raster::TextureLayout layout = std::exchange(charted.layout, car.layout);
     const auto baked = raster::bake_atlas(charted, image::in_space(car.space, colours), layout);
     return car.space == image::ColourSpace::linear ? image::encoded(baked) : baked;
   }();
-  const auto layout = with_atlas(car).layout;
+  const auto layout = raster::with_atlas(car).layout;
   Array<T, 3> picture(Extents<3>{layout.height, layout.width, 3});
   std::copy_n(texels.data(), texels.size(), picture.data());
   return picture;

@@ -17,6 +17,7 @@
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
+#include <tapestry/raster/face_charts.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
@@ -144,9 +145,24 @@ void require_writable_mesh(const geometry::Mesh& mesh) {
       if (!std::isfinite(value)) throw NumericError("write_obj: a vertex is not finite");
 }
 
+raster::PaintedMesh writable_body(const char* operation, const raster::PaintedMesh& body,
+                                  const std::array<std::size_t, 3>& texture) {
+  const std::string name = operation;
+  if (body.painted.size() != body.mesh.faces.size())
+    throw ShapeError(name + ": painted has " + std::to_string(body.painted.size()) + " entries, expected " +
+                     std::to_string(body.mesh.faces.size()));
+  if (!(body.layout.u_extent > 0)) throw DomainError(name + ": u_extent must be positive");
+  auto written = raster::with_atlas(body);
+  const std::array<std::size_t, 3> charts{written.layout.height, written.layout.width, 3};
+  if (body.layout.kind != raster::TextureKind::atlas && texture != charts)
+    throw ShapeError(name + ": texture is " + tapestry::detail::to_text(texture) + ", expected " +
+                     tapestry::detail::to_text(charts) + ", the charts of the faces");
+  return written;
+}
+
 template <std::floating_point T>
 Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& texture) {
-  if (body.layout.kind != raster::TextureKind::atlas || texture.shape(2) != 3) return texture;
+  if (texture.shape(2) != 3) return texture;
   body.layout.height = texture.shape(0);
   body.layout.width = texture.shape(1);
   body.painted.resize(body.mesh.faces.size());
@@ -175,18 +191,15 @@ void write_obj(const std::string& path, const geometry::Mesh& mesh) {
 
 template <std::floating_point T>
 void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
-  const auto& [mesh, painted, layout, space, pyramid] = body;
-  detail::require_writable_names(path, mesh);
-  detail::require_writable_mesh(mesh);
-  if (painted.size() != mesh.faces.size())
-    throw ShapeError("write_painted_obj: painted has " + std::to_string(painted.size()) +
-                     " entries, expected " + std::to_string(mesh.faces.size()));
-  if (!(layout.u_extent > 0)) throw DomainError("write_painted_obj: u_extent must be positive");
+  detail::require_writable_names(path, body.mesh);
+  detail::require_writable_mesh(body.mesh);
+  const auto written = detail::writable_body("write_painted_obj", body, texture.shape());
   const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
   const std::string name = stem.filename().string();
-  write_image(stem.string() + ".png", detail::with_gutters_filled(body, texture));
-  write_file_atomically(stem.string() + ".mtl", detail::mtl_text(mesh, name + ".png"));
-  write_file_atomically(path, detail::obj_text(mesh, painted, name + ".mtl", layout.u_extent));
+  write_image(stem.string() + ".png", detail::with_gutters_filled(written, texture));
+  write_file_atomically(stem.string() + ".mtl", detail::mtl_text(written.mesh, name + ".png"));
+  write_file_atomically(
+      path, detail::obj_text(written.mesh, written.painted, name + ".mtl", written.layout.u_extent));
 }
 
 }  // namespace tapestry::io
@@ -225,15 +238,12 @@ void write_glb(const std::string& path, const geometry::Mesh& mesh) {
 
 template <std::floating_point T>
 void write_painted_glb(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
-  const auto& [mesh, painted, layout, space, pyramid] = body;
-  detail::require_writable_mesh(mesh);
-  detail::require_faces("write_painted_glb", mesh);
-  if (painted.size() != mesh.faces.size())
-    throw ShapeError("write_painted_glb: painted has " + std::to_string(painted.size()) +
-                     " entries, expected " + std::to_string(mesh.faces.size()));
-  if (!(layout.u_extent > 0)) throw DomainError("write_painted_glb: u_extent must be positive");
-  const std::string png = png_file(path, detail::with_gutters_filled(body, texture));
-  write_file_atomically(path, detail::glb_file(path, mesh, body.painted, png, layout.u_extent));
+  detail::require_writable_mesh(body.mesh);
+  detail::require_faces("write_painted_glb", body.mesh);
+  const auto written = detail::writable_body("write_painted_glb", body, texture.shape());
+  const std::string png = png_file(path, detail::with_gutters_filled(written, texture));
+  write_file_atomically(path,
+                        detail::glb_file(path, written.mesh, written.painted, png, written.layout.u_extent));
 }
 
 template decltype(write_painted_glb<float>) write_painted_glb<float>;
