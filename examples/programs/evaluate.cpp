@@ -216,6 +216,7 @@ evaluate::SurveyedTextures<float> surveyed_textures(const Options& options, cons
   evaluate::SurveyedTextures<float> textures{
       camouflage::without_paint(camouflage::own_colours<float>(car)), {}, {}};
   const std::size_t texel_count = textures.clean.colours.shape(0);
+  const io::InputLedger::Role role(camouflage_role);
   if (!options.clean_only)
     textures.adversarial = camouflage::read_paint(options.run + "/texture.npz", texel_count);
   textures.controls = textures.adversarial ? evaluate::make_controls(car, *textures.adversarial, options.seed)
