@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Every table of the FCA paper and its figure of attention, and an eighth: effect against resolution. What is there is not
-# done again, so that an interrupted command goes on, and ends with the same files.
+# done again, so that an interrupted command goes on, and ends with the same files. One command at a time works in a folder, and
+# what its steps read must stay as it is.
 #
 #   paper.sh OUTPUT [--quick] [--tables "1 8"]
 #
@@ -8,7 +9,7 @@
 # --quick   one seed, 5 draws of noise, few steps, frames and views: a first look
 # --tables  only these: 1 methods, 2 photographed, 3 views, 4 occlusion, 5 hard examples, 6 terms of the loss, 7 first
 #           textures, 8 resolution, attention
-# Paths must have no spaces. In the environment: COMMON (options of camouflage: mesh, detector), FRAMES (folder with train and
+# Paths must have no spaces, quotes or backslashes; relative ones are seen from where the first command began. In the environment: COMMON (options of camouflage: mesh, detector), FRAMES (folder with train and
 # test; else streets are drawn with the mesh, of LENGTH metres), FURTHER (weights of further detectors that measure, too), COARSE
 # (options of the row coarse), SEEDS ("1 2 3"), DRAWS of matched noise (20), EPOCHS, LAUNCH ("mpirun -n 4 --bind-to none").
 set -euo pipefail
@@ -35,7 +36,7 @@ read -ra coarse <<<"${COARSE:---texels 16 --conditions camera}"
 read -ra seeds <<<"${SEEDS:-$seeds_default}"
 draws=${DRAWS:-$draws}
 source "$(dirname "$0")/steps.sh"
-settle "$(printf '%s; ' "${quick[*]}" "${COMMON:-}" "${FRAMES:-}" "${FURTHER:-}" "${coarse[*]}" "${EPOCHS:-$epochs} passes, $draws draws")"
+settle "$(printf '%s; ' "${quick[*]}" "${COMMON:-}" "${FRAMES:-}" "${LENGTH:-}" "${FURTHER:-}" "${coarse[*]}" "${EPOCHS:-$epochs} passes, $draws draws")"
 
 # Options of COMMON that say which mesh stands in the streets, and those that further detectors share.
 mesh=() shared=()
@@ -47,9 +48,8 @@ for ((i = 0; i < ${#common[@]}; i++)); do
 done
 frames=${FRAMES:-$output/frames}
 if [ -z "${FRAMES:-}" ] && [ ! -e "$output/frames.done" ]; then
-  rm -rf "$frames"
-  "$programs/make_dataset" "${mesh[@]}" ${LENGTH:+--length "$LENGTH"} --train "$train" --test "$test" --seed 1 --output "$frames" \
-    >"$output/frames.txt"
+  run "$output/frames.txt" "$programs/make_dataset" "${mesh[@]}" ${LENGTH:+--length "$LENGTH"} --train "$train" --test "$test" \
+    --seed 1 --output "$frames"
   touch "$output/frames.done"
 fi
 common+=(--epochs "${EPOCHS:-$epochs}")
@@ -66,7 +66,7 @@ declare -A options=([fca]="" [mesh_adv]="--method mesh_adv --filter bilinear" [c
   [iou]="--loss paper --objectness-weight 0 --class-weight 0 --smoothness-weight 0"
   [cls+obj]="--loss paper --iou-weight 0 --smoothness-weight 0" [all]="--loss paper --smoothness-weight 0"
   [all+smooth]="--loss paper" [vanish]="--loss vanish" [random_start]="--start random" [own_start]="--start own")
-for texels in 8 16 32 128; do options[rows_$texels]="--texels $texels"; done
+for texels in 8 16 32 64 128; do options[rows_$texels]="--texels $texels"; done
 
 # Optimises a camouflage of the list above.
 paint() { # [LABEL:]NAME
@@ -113,22 +113,28 @@ table_3() { table_of_renders 3-views "Table 3: from all around, near and far" vi
 table_4() { table_of_renders 4-occlusion "Table 4: partly hidden" occlusion fca coarse; }
 table_6() { table_of_photographs 6-losses "Table 6: terms of the loss" digital cls obj iou cls+obj all all+smooth max_score:fca vanish; }
 table_7() { table_of_photographs 7-starts "Table 7: first textures" digital "the car's own:own_start" random:random_start "zero (grey):fca"; }
-table_8() { table_of_photographs 8-resolution "Table 8: effect against resolution, rows of the atlas" digital 8:rows_8 16:rows_16 32:rows_32 64:fca 128:rows_128; }
+table_8() {
+  local default=fca # has 64 rows
+  [[ " ${COMMON:-} " != *" --texels "* ]] || default=rows_64
+  table_of_photographs 8-resolution "Table 8: effect against resolution, rows of the atlas" digital 8:rows_8 16:rows_16 32:rows_32 64:$default 128:rows_128
+}
 table_attention() { table_of_photographs 9-attention "What detectors look at" attention fca das_full coarse; }
 
 # Hard examples: the camouflage is optimised further on those frames of its training in which a detector still finds it, and
 # as a control on as many others.
 table_5() {
-  local seed detector names=() rows name
+  local seed detector detectors names=() rows name
   paint fca
   measure_photographs fca digital "${as_photographed[@]}"
   for seed in "${seeds[@]}"; do
     measure digital "fca-$seed-train" "$output/runs/fca-$seed" --controls matched ${further[@]:+--further-weights "${further[@]}"} \
       "${as_photographed[@]}" --frames "$frames/train"
   done
-  for detector in $(awk -F , 'NR > 1 && !seen[$1]++ { print $1 }' "$output/measured/digital-fca-${seeds[0]}-train/photographs.csv"); do
+  detectors=$(awk -F , 'NR > 1 && !seen[$1]++ { print $1 }' "$output/measured/digital-fca-${seeds[0]}-train/photographs.csv")
+  for detector in $detectors; do
     for seed in "${seeds[@]}"; do
-      if ! further_frames "$detector" "$seed"; then
+      further_frames "$detector" "$seed"
+      if [ ! -s "$output/frames-hard_$detector-$seed/list.txt" ] || [ ! -s "$output/frames-others_$detector-$seed/list.txt" ]; then
         echo "$detector finds the camouflage of seed $seed in none or all of the frames that it was optimised on: no row in table 5"
         continue 2
       fi
@@ -145,7 +151,8 @@ table_5() {
   done
   tabulate 5-hard "Table 5: optimised further on hard examples of each detector" "${rows[@]}"
 }
-# Two folders of frames to optimise on: those in which the detector finds the camouflage, and at most as many others.
+# Two folders of frames to optimise on: those in which the detector finds the camouflage, and at most as many others. Their
+# lists may be empty.
 further_frames() { # DETECTOR SEED
   local csv=$output/measured/digital-fca-$2-train/photographs.csv folder path name found
   for name in hard others; do
@@ -159,7 +166,6 @@ further_frames() { # DETECTOR SEED
     awk -v found=$found -v seed="$2" '$1 == found { path[++n] = $2 } $1 == 1 { most++ }
       END { srand(seed); for (i = 1; i <= n && i <= most; i++) { j = i + int(rand() * (n - i + 1)); t = path[i]; path[i] = path[j]; path[j] = t; print path[i] } }' \
       "$folder/all.txt" | sort >"$folder/list.txt"
-    [ -s "$folder/list.txt" ] || return 1
     while read -r path; do ln "$path" "$folder/train/" 2>/dev/null || cp "$path" "$folder/train/"; done <"$folder/list.txt"
     ln -s "$(cd "$frames/test" && pwd)" "$folder/test"
     touch "$folder/done"

@@ -10,27 +10,98 @@
 export LC_ALL=C  # numbers with points
 programs=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)/build/release/examples
 read -ra launch <<<"${LAUNCH:-}"
+child=
 [ -x "$programs/tabulate" ] || { echo "error: $programs/tabulate is not built; cmake --build --preset release" >&2; exit 2; }
 
-# Notes the settings of an output folder, and refuses others there.
+# Ends with an exit status of the programs.
+fail() { # STATUS WORDS
+  echo "error: $2" >&2
+  exit "$1"
+}
+
+# Claims the output folder by the lock that the programs take in theirs, io::RunLock, until the script ends, however it ends.
+claim() {
+  mkdir -p "$output" && [ -w "$output" ] || fail 5 "$output: cannot write there"
+  while true; do
+    exec {lock}<>"$output/.lock"
+    flock -n "$lock" || fail 7 "$output: folder is in use by $(cat "$output/.lock")"
+    [ ! "/proc/self/fd/$lock" -ef "$output/.lock" ] || break # else its owner has deleted it
+    exec {lock}>&-
+  done
+  trap 'rm -f "$output/.lock"' EXIT
+  trap 'stop HUP' HUP
+  trap 'stop INT' INT
+  trap 'stop TERM' TERM
+  echo "process $$ on $(hostname)" >"$output/.lock" || true # for people alone
+}
+
+# Stops the program that runs, which saves what it has, and the script.
+stop() { # SIGNAL
+  trap '' HUP INT TERM
+  [ -z "$child" ] || { kill "$child" && wait "$child"; } 2>/dev/null || true
+  exit $((128 + $(kill -l "$1")))
+}
+
+# Runs a program, whose words go to a file. It does not hold the script's lock, but locks what it writes itself.
+run() { # FILE COMMAND...
+  local status=0
+  "${@:2}" >"$1" {lock}>&- &
+  child=$!
+  wait "$child" || status=$?
+  child=
+  [ "$status" = 0 ] || exit "$status"
+}
+
+# What the programs have read so far, by their ledgers: lines of SHA-256 and path.
+ledger() {
+  find "$output" -mindepth 2 -maxdepth 3 \( -name manifest.json -o -name settings.json \) -exec cat {} + |
+    sed -nE '/^ *"path": "/{s/^ *"path": "(.*)",?$/\1/;h;}
+      /^ *"sha256": "/{s/^ *"sha256": "([0-9a-f]*)",?$/\1/;G;s/\n/  /p;}' | sort -u
+}
+
+# Refuses steps that have read different files of one name.
+require_one_ledger() {
+  local twice
+  twice=$(ledger | awk '{ path = substr($0, 67); if (path in hash) { if (!found++) print path " was read with SHA-256 " substr(hash[path], 1, 16) \
+    " and with " substr($1, 1, 16) } hash[path] = $1 }')
+  [ -z "$twice" ] || fail 7 "$output: its steps do not go together: $twice"
+}
+
+# Refuses to go on with other files than those that were read.
+require_same_inputs() {
+  local changed
+  changed=$(ledger | sha256sum --check --quiet --ignore-missing 2>/dev/null | sed -n '1s/: FAILED.*$//p') || true
+  [ -z "$changed" ] || fail 7 "$output: $changed has changed since it was read (SHA-256 $(ledger | grep -F "  $changed" | cut -c 1-16), found $(
+    sha256sum <"$changed" | cut -c 1-16)); put it back, or give another folder"
+}
+
+# Claims the output folder, notes its settings, and refuses others and other inputs there.
 settle() { # SETTINGS
-  mkdir -p "$output"
-  [ -e "$output/settings" ] || { printf '%s\n' "$1" >"$output/settings.part" && mv "$output/settings.part" "$output/settings"; }
+  claim
+  [ -e "$output/settings" ] || { printf '%s\n' "$1" >"$output/settings.part" && mv "$output/settings.part" "$output/settings"; } ||
+    fail 5 "$output/settings: cannot write"
   [ "$(cat "$output/settings")" = "$1" ] ||
-    { printf 'error: %s was begun with other settings: %s; found %s\n' "$output" "$(cat "$output/settings")" "$1" >&2; exit 7; }
+    fail 7 "$output was begun with other settings: $(cat "$output/settings"); found $1"
+  require_one_ledger
+  require_same_inputs
 }
 
 # Optimises a camouflage with each seed, in $output/runs/NAME-SEED. What is there is not done again, and what was interrupted
-# goes on.
+# goes on. Its own options replace common ones.
 optimise() { # NAME OPTIONS...
-  local name=$1 seed run resume
+  local name=$1 seed folder resume word is_kept=yes options=()
   shift
+  for word in "${common[@]}"; do
+    case $word in --*) [[ " $* " == *" $word "* ]] && is_kept=no || is_kept=yes ;; esac
+    [ $is_kept = no ] || options+=("$word")
+  done
   for seed in "${seeds[@]}"; do
-    run=$output/runs/$name-$seed resume=()
-    [ ! -e "$run/report.html" ] || continue
-    [ ! -e "$run/manifest.json" ] || resume=(--resume)
+    folder=$output/runs/$name-$seed resume=()
+    [ ! -e "$folder/metrics.json" ] || continue
+    [ ! -e "$folder/manifest.json" ] || resume=(--resume)
     mkdir -p "$output/runs"
-    "${launch[@]}" "$programs/camouflage" "${common[@]}" "$@" --seed "$seed" --output "$run" "${resume[@]}" >"$run.txt"
+    run "$folder.txt" "${launch[@]}" "$programs/camouflage" "${options[@]}" "$@" --seed "$seed" --output "$folder" "${resume[@]}"
+    require_one_ledger
   done
 }
 
@@ -39,8 +110,9 @@ measure() { # PROTOCOL NAME RUN OPTIONS...
   local folder=$output/measured/$1-$2
   [ ! -e "$folder/cost.json" ] || return 0
   mkdir -p "$output/measured"
-  "${launch[@]}" "$programs/evaluate" --run "$3" --protocol "$1" --noise-draws "$draws" "${quick[@]}" "${@:4}" \
-    --output "$folder" >"$folder.txt"
+  run "$folder.txt" "${launch[@]}" "$programs/evaluate" --run "$3" --protocol "$1" --noise-draws "$draws" "${quick[@]}" "${@:4}" \
+    --output "$folder"
+  require_one_ledger
 }
 
 # Measures all seeds of a camouflage on photographs, with all detectors.
@@ -63,6 +135,6 @@ row() { # PROTOCOL [LABEL:]NAME [SUFFIX...]
 
 # Makes one table of rows, in $output/tables.
 tabulate() { # NAME TITLE ROW...
-  "$programs/tabulate" --output "$output/tables" --name "$1" --title "$2" --command "$command_line" "${@:3}" >"$output/$1.txt"
+  run "$output/$1.txt" "$programs/tabulate" --output "$output/tables" --name "$1" --title "$2" --command "$command_line" "${@:3}"
   echo "$2: $output/tables/$1.md"
 }

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "shell/file_status.hpp"
+#include "shell/output_claim.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
 #include "shell/run_folder.hpp"
@@ -127,6 +127,7 @@ void write_onnx_model(const Options& options, const detect::DarknetModel<float>&
 
 int run(const Options& options) {
   require_sound(options);
+  const auto claims = claimed_files({options.output});
   io::DetectorMetadata metadata;
   metadata.cfg = io::read_text_file(options.cfg, std::uint64_t(4) << 20U);
   metadata.is_folded = options.fold;
@@ -147,7 +148,6 @@ int run(const Options& options) {
     return 0;
   }
   metadata.images_seen = weights.images_seen;
-  remove_parts_beside(options.output);
   const std::size_t tensors =
       io::write_detector_file(options.output, metadata, weights.parameters, options.cfg);
   remark(options.output + ": " + std::to_string(tensors) + " tensors, batch normalisation " +

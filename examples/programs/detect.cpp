@@ -23,6 +23,7 @@
 #include "shell/heat_map_picture.hpp"
 #include "shell/inputs.hpp"
 #include "shell/network_profile.hpp"
+#include "shell/output_claim.hpp"
 #include "shell/picture_detections.hpp"
 #include "shell/picture_list.hpp"
 #include "shell/picture_sheet.hpp"
@@ -273,6 +274,7 @@ int run(const CLI::App& app, Options& options) {
   print_warnings(warnings);
   const auto pictures = pictures_named(options.images);
   require_sound_sheet(options.sheet, pictures);
+  const auto claim_of_sheet = claimed_files({options.sheet});
   std::list<RunFolder> claims;  // two processes in one folder would mix their copies
   for (const auto& [folder, ending] :
        {std::pair(options.annotate, annotated_ending), std::pair(options.heat_map, heat_map_ending)}) {

@@ -220,6 +220,7 @@ evaluate::SurveyedTextures<float> surveyed_textures(const Options& options, cons
   evaluate::SurveyedTextures<float> textures{
       camouflage::without_paint(camouflage::own_colours<float>(car)), {}, {}};
   const std::size_t texel_count = textures.clean.colours.shape(0);
+  const io::InputLedger::Role role(camouflage_role);
   if (!options.clean_only) textures.adversarial = paint_of(options.run);
   textures.controls = textures.adversarial ? evaluate::make_controls(car, *textures.adversarial, options.seed)
                                            : evaluate::plain_controls<float>(texel_count, options.seed);

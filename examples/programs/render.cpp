@@ -599,17 +599,24 @@ std::string write_view(const Options& o, const PaintedScene& scene, const Shots&
          std::to_string(bitmaps.size()) + (bitmaps.size() == 1 ? " view" : " views");
 }
 
+/// Every file that may be written.
+std::vector<std::string> outputs_of(const Options& o) {
+  std::vector<std::string> outputs{o.output, o.exported, o.panels};
+  if (o.exported.ends_with(".obj"))
+    for (const char* end : {".mtl", ".png"})
+      outputs.push_back(o.exported.substr(0, o.exported.size() - 4) + end);
+  return outputs;
+}
+
 int run(Options& o) {
   require_sound(o);
+  const auto claims = claimed_files(outputs_of(o));
   if (o.threads > 0) limit_threads(o.threads);
   const io::Frame frame = o.frame.empty() ? io::Frame{} : io::read_frame(o.frame);
   const auto scene = load_scene(o, o.normalise || (!o.frame.empty() && !frame.camera));
   PictureSettings picture{o.size.back(), o.size.front(), o.samples, {}};
   for (std::size_t c = 0; c < 3; ++c) picture.background[c] = o.background[c];
   const Shots shots = shots_of(o, scene, frame, picture);
-  remove_parts_beside(o.output);
-  if (!o.exported.empty()) remove_parts_beside(o.exported);
-  if (!o.panels.empty()) remove_parts_beside(o.panels);
   if (!o.panels.empty()) remark(o.panels + ": " + write_panels(o, scene));
   const std::string written = write_view(o, scene, shots, picture);
   if (!o.exported.empty()) export_scene(o.exported, scene);

@@ -1,5 +1,6 @@
 // Puts measurements of several camouflages beside each other, in one table.
 #include <cstddef>
+#include <filesystem>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -46,6 +47,20 @@ std::vector<MeasuredFolder> folders_of(const std::string& row, std::size_t equal
   return folders;
 }
 
+/// \throws Error (usage) for a folder that is given twice, by whatever names
+void require_distinct(const Comparison& comparison, const std::vector<MeasuredFolder>& folders) {
+  std::vector<std::string> known;
+  for (const auto& row : comparison.rows) known.insert(known.end(), row.folders.begin(), row.folders.end());
+  for (const auto& folder : folders) {
+    for (const auto& other : known)
+      if (std::filesystem::equivalent(folder.path, other))
+        throw Error(
+            ErrorKind::usage,
+            "a folder is given twice" + (folder.path == other ? ": " : ": " + other + " and ") + folder.path);
+    known.push_back(folder.path);
+  }
+}
+
 /// Notes on how the figures were computed.
 std::vector<std::string> notes_of(const Comparison& comparison) {
   std::size_t seeds = 0, draws = 0;
@@ -63,17 +78,19 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
 }
 
 int run(Options options) {
+  const RunFolder folder(options.output, !is_there(options.output, ErrorKind::write));
   Comparison comparison;
   for (const auto& row : options.rows) {
     const std::size_t equals = row.find('=');
     if (equals == 0 || equals == std::string::npos)
       throw Error(ErrorKind::usage, row + ": expected NAME=FOLDER,FOLDER...");
-    add_row(comparison, row.substr(0, equals), folders_of(row, equals));
+    const auto folders = folders_of(row, equals);
+    require_distinct(comparison, folders);
+    add_row(comparison, row.substr(0, equals), folders);
   }
   for (const auto& note : notes_of(comparison)) options.words.notes.push_back(note);
   const auto tables = comparison_tables(comparison);
   for (const auto& table : tables) std::cout << text_of(table) << '\n';
-  make_writable_folder(options.output);
   write_comparison(options.output, comparison, tables, options.words);
   std::cout << "table: " << options.output << "/index.html\n";
   return 0;

@@ -37,7 +37,7 @@ TEST_CASE("a ledger holds what was read, with the SHA-256 that others compute", 
   REQUIRE(ledger.records().size() == 1);
   // FIPS 180-2, example B.1
   CHECK(ledger.records().front() ==
-        io::FileRecord{path, 3, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"});
+        io::FileRecord{path, 3, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad", {}});
 }
 
 TEST_CASE("a ledger holds files that other files name", "[io][input_ledger]") {
@@ -47,6 +47,27 @@ TEST_CASE("a ledger holds files that other files name", "[io][input_ledger]") {
   const io::InputLedger ledger;
   (void)io::read_obj(obj);
   CHECK(paths_of(ledger) == std::vector<std::string>{mtl, obj});
+}
+
+TEST_CASE("a file is recorded with all that it was read as", "[io][input_ledger]") {
+  const TemporaryFolder folder;
+  const auto names = folder.write("names", "car\n"), plain = folder.write("plain", "x");
+  const io::InputLedger ledger;
+  const auto read_as = [&](const std::string& role) {
+    const io::InputLedger::Role as(role);
+    (void)io::read_text_file(names);
+    {
+      const io::InputLedger::Role inner("a part of it");
+      (void)io::read_text_file(names);
+    }
+    (void)io::read_text_file(names);
+  };
+  for (const char* role : {"second", "first", "second"}) read_as(role);
+  (void)io::read_text_file(plain);
+  const auto records = ledger.records();
+  REQUIRE(records.size() == 2);
+  CHECK(records[0].roles == std::vector<std::string>{"a part of it", "first", "second"});
+  CHECK(records[1].roles.empty());
 }
 
 TEST_CASE("a path that is opened again must hold the same bytes", "[io][input_ledger]") {

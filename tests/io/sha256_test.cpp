@@ -31,5 +31,5 @@ TEST_CASE("sha256 does not depend on how the bytes are cut", "[io][sha256]") {
   }
   const tapestry::test::TemporaryFolder folder;
   const std::string large(3000000, 'y');
-  CHECK(io::sha256_of_file(folder.write("a", large)) == io::sha256(large));
+  CHECK(io::RegularFile(folder.write("a", large)).sha256() == io::sha256(large));
 }

@@ -93,9 +93,9 @@ expect_error_line '^error: =.*: expected NAME=FOLDER'
 expect_exit 3 "a folder that is none" "$programs/tabulate" --output none row=absent
 expect_error_line 'absent/settings.json: '
 expect_exit 4 "seeds in other frames" "$programs/tabulate" --output none "row=$measured/digital-fca-1,$measured/digital-fca-1-train"
-expect_error_line 'were not measured in the same frames'
+expect_error_line 'row: .*digital-fca-1 read .*, .*digital-fca-1-train read .*'
 expect_exit 4 "rows in other frames" "$programs/tabulate" --output none "row=$measured/digital-fca-1" "other=$measured/digital-fca-1-train"
-expect_error_line 'other and row were measured in other photographs'
+expect_error_line 'row and other: .*digital-fca-1 read .*, .*digital-fca-1-train read .*'
 expect_exit 0 "the plain car" "$programs/evaluate" --protocol digital --clean-only --quick --frames own --size 128 --output plain
 expect_exit 4 "a measurement without a camouflage" "$programs/tabulate" --output none row=plain
 cp -r $measured/digital-fca-1 torn

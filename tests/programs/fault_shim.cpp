@@ -1,8 +1,9 @@
 // Preloaded into a program, makes one of its system calls fail: TAPESTRY_FAULT is `call:n:errno`, the n-th
-// call of that name from 1 on, `errno` as a number or, for write, `short`, which then writes one byte only.
-// When it does, it makes the file TAPESTRY_FAULT_MARK. Calls that the C library makes within itself are not
-// seen. `create` is an open that may create a file; `allocation` is one of 4 KiB or more, for smaller ones
-// seldom fail and are without number.
+// call of that name from 1 on, `errno` as a number or, for write, `short`, which then writes one byte only,
+// or `stop`: the program stops there as by SIGSTOP, and the call succeeds when it goes on. When it does, it
+// makes the file TAPESTRY_FAULT_MARK. Calls that the C library makes within itself are not seen. `create` is
+// an open that may create a file; `allocation` is one of 4 KiB or more, for smaller ones seldom fail and are
+// without number.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -11,6 +12,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
@@ -22,6 +24,7 @@ struct Fault {
   std::string call;
   long number = 0;
   int error = 0;  ///< 0 for a short write
+  bool stops = false;
 };
 
 const Fault& fault() {
@@ -31,7 +34,7 @@ const Fault& fault() {
     const auto first = words.find(':'), second = words.find(':', first + 1);
     if (second == std::string::npos) return Fault{};
     return Fault{words.substr(0, first), std::atol(words.c_str() + first + 1),
-                 std::atoi(words.c_str() + second + 1)};
+                 std::atoi(words.c_str() + second + 1), words.substr(second + 1) == "stop"};
   }();
   return wanted;
 }
@@ -42,6 +45,7 @@ bool fails(std::string_view call) {
   if (call != fault().call || ++count != fault().number) return false;
   if (const char* mark = std::getenv("TAPESTRY_FAULT_MARK"))
     ::syscall(SYS_close, ::syscall(SYS_openat, AT_FDCWD, mark, O_CREAT | O_WRONLY | O_CLOEXEC, 0600));
+  if (fault().stops) return ::raise(SIGSTOP) != 0;
   errno = fault().error;
   return true;
 }

@@ -44,6 +44,29 @@ exchanged first/texture.npz cp run/texture.npz
 exchanged frames/000.npz cp frames/001.npz
 expect_exit 0 "resumed with what it was" "$camouflage" --resume --output run
 
+# Masks beside frames, and the network that finds masks.
+mkdir -p masked/masks
+cp frames/*.npz masked
+for frame in 000 001; do
+  expect_exit 0 "a mask of $frame" "$programs/render" --frame "frames/$frame.npz" --view coverage --size 416 --output "masked/masks/$frame.png"
+done
+cp "$assets/segmenter.onnx" mine/segmenter.onnx
+exchanged_in() { # RUN FILE NEW
+  cp "$2" kept && cp "$3" "$2"
+  expect_exit 7 "$1 resumed with another $2" "$camouflage" --resume --output "$1"
+  expect_error_line "inputs have changed: $2 \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\)$"
+  expect_exit 7 "$1 measured with another $2" "$evaluate" --run "$1" --output other
+  expect_error_line "inputs have changed since the run: $2 "
+  cp kept "$2"
+}
+small=(--texels 8 --epochs 1 --size 64)
+expect_exit 0 "a run with masks of files" "$camouflage" --frames masked --mask file "${small[@]}" --output by-file
+exchanged_in by-file masked/masks/000.png masked/masks/001.png
+expect_exit 0 "a run with masks by a network" "$camouflage" --frames frames --mask u2net --segmenter mine/segmenter.onnx "${small[@]}" --output by-network
+"$programs/train_segmenter" --weights mine/segmenter.onnx --steps 1 --batch 1 --fresh 1 --pool 1 --validate 1 --output another.onnx >/dev/null 2>&1 ||
+  fail "another segmenter"
+exchanged_in by-network mine/segmenter.onnx another.onnx
+
 # A file exchanged while the program runs: frames that are not kept are read again.
 expect_exit 0 "enough frames" "$camouflage" --frames frames --texels 8 --epochs 1 --output short
 (wait_for 60 [ -e long/manifest.json ] && cp frames/001.npz exchanged && mv exchanged frames/000.npz) &
@@ -56,6 +79,11 @@ cp "$assets/frames/test/000.npz" frames
 expect_exit 0 "measured" "$evaluate" --run run --output measured
 for file in run/texture.npz mine/detector.weights frames/001.npz; do
   grep -q "\"path\": \"$file\"" measured/metrics.json && pass || fail "metrics.json lacks $file"
+  for page in run measured; do
+    [ "$page" = run ] && [ "$file" = run/texture.npz ] && continue
+    grep -q "<td>$file</td><td>[a-z ]*</td><td>$(stat -c %s "$file")</td><td>$(sha256sum <"$file" | cut -c 1-12)</td>" $page/report.html && pass ||
+      fail "the page of $page lacks $file"
+  done
 done
 sed -i 's/van/bus/' mine/detector.names
 expect_exit 7 "measured with other names" "$evaluate" --run run --output other

@@ -177,6 +177,7 @@ inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, Detec
     print_warnings(*warnings);
   for (const auto& path : {s.results, s.csv, s.json})
     if (!path.empty()) require_writable_file(path);
+  const auto claims = claimed_files({s.results, s.csv, s.json});
   detail::DatasetFindings findings;
   detect::PassPool<float> passes;
   MeasuringProgress progress(dataset.pictures.size());

@@ -112,6 +112,7 @@ void fill_in_bundled(DetectorSettings& detector) {
 }
 
 Car load_car(const SceneSettings& settings) {
+  const io::InputLedger::Role role(mesh_role);
   auto loaded = io::read_obj(settings.mesh);
   Car car;
   car.warnings = loaded.warnings;
@@ -149,6 +150,7 @@ void require_one_scale(const FrameLists& lists) {
 }
 
 io::Frame load_frame(const std::string& path, const MaskRule& mask, std::optional<bool> posed) {
+  const io::InputLedger::Role role(frame_role);
   auto frame = io::read_frame(path);
   if (frame.camera.has_value() == posed)
     throw FileError(ErrorKind::mismatch,
@@ -181,8 +183,10 @@ FrameLoaders train_loaders(const FrameLists& lists, const MaskRule& mask) {
 }
 
 void note_frames(const std::vector<std::string>& frames, const MaskRule& mask) {
+  const io::InputLedger::Role role(frame_role);
   for (const std::string& frame : frames) {
     for (const std::string& part : io::frame_files(frame)) io::InputLedger::note(part);
+    const io::InputLedger::Role beside(mask_role);
     if (mask.kind == "file") io::InputLedger::note(mask_path_of(frame));
   }
 }
@@ -197,11 +201,18 @@ std::vector<std::string> warnings_about(const SceneSettings& scene) {
   return warnings;
 }
 
+detect::Detector<float> load_first_detector(const DetectorSettings& settings,
+                                            std::vector<std::string>& warnings,
+                                            const std::vector<std::string>& layers) {
+  const io::InputLedger::Role role(role_of_detector());
+  return load_detector(settings, warnings, layers);
+}
+
 Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector, const std::vector<std::string>& layers) {
   fill_in_bundled(scene);
   fill_in_bundled(detector);
   std::vector<std::string> warnings;
-  Inputs inputs{load_detector(detector, warnings, layers),
+  Inputs inputs{load_first_detector(detector, warnings, layers),
                 0,
                 {},
                 load_car(scene),
@@ -233,6 +244,7 @@ FurtherDetector load_further_detector(const std::string& option, const std::stri
   settings.cfg = settings.decode = settings.fit = "";
   settings.weights = path;
   settings.detector = io::description_beside(path);
+  const io::InputLedger::Role role(role_of_detector(path));
   FurtherDetector further{load_detector(settings, warnings, layers)};
   further.class_index = further.detector.class_index(settings.class_name);
   return further;

@@ -6,6 +6,7 @@
 #include <string>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/input_ledger.hpp>
 #include <vector>
 
 #include "detector_inputs.hpp"
@@ -80,11 +81,24 @@ struct Inputs {
   MaskRule mask{};                                      ///< source of the frames' masks
 };
 
+/// Roles of inputs in ledgers, see io::InputLedger::Role.
+inline constexpr const char *frame_role = "frame", *mesh_role = "mesh", *camouflage_role = "camouflage";
+
+/// Role of a detector's files: of the first, or of a further one, by the path that an option gives.
+inline std::string role_of_detector(const std::string& further = "") {
+  return further.empty() ? "detector" : "detector " + further;
+}
+
 /// Records frames, and the masks beside them, in the program's ledger before they are read.
 void note_frames(const std::vector<std::string>& frames, const MaskRule& mask);
 
 /// Warns if bundled frames, which show the bundled sedan, are used with another mesh.
 std::vector<std::string> warnings_about(const SceneSettings& scene);
+
+/// load_detector(), read in the role of the first.
+detect::Detector<float> load_first_detector(const DetectorSettings& settings,
+                                            std::vector<std::string>& warnings,
+                                            const std::vector<std::string>& layers = {});
 
 /// \param layers  as for load_detector()
 Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector,

@@ -10,6 +10,7 @@
 #include <tapestry/image/resize.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/segment/car_component.hpp>
 
@@ -52,6 +53,7 @@ Array<std::uint8_t, 2> segmented_mask(const segment::U2Net<float>& segmenter, co
 
 MaskRule load_mask_rule(const SceneSettings& settings) {
   MaskRule rule{settings.mask};
+  const io::InputLedger::Role role(segmenter_role);
   if (rule.kind == "u2net")
     rule.segmenter = std::make_shared<const segment::U2Net<float>>(io::read_onnx(settings.segmenter));
   return rule;
@@ -77,6 +79,7 @@ std::string word_on_masks(const MaskRule& rule, const std::string& path, const i
 }
 
 void apply_mask_rule(const MaskRule& rule, const std::string& path, io::Frame& frame) {
+  const io::InputLedger::Role role(mask_role);
   if (rule.kind == "file") frame.mask = mask_from_file(mask_path_of(path), frame);
   if (rule.kind == "u2net") frame.mask = segmented_mask(*rule.segmenter, frame);
   if (rule.kind == "silhouette") frame.mask.reset();

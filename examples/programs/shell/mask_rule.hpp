@@ -8,6 +8,9 @@
 
 namespace tapestry::shell {
 
+/// Roles of inputs in ledgers, see io::InputLedger::Role.
+inline constexpr const char *mask_role = "mask", *segmenter_role = "segmenter";
+
 /// Source of the mask of a frame, see --mask.
 struct MaskRule {
   std::string kind = "auto";

@@ -17,6 +17,7 @@
 #include "build_facts.hpp"
 #include "command_line.hpp"
 #include "contact_sheet.hpp"
+#include "inputs_table.hpp"
 #include "page.hpp"
 #include "protocol/drawing.hpp"
 #include "report_script.hpp"
@@ -198,6 +199,7 @@ std::string page_html(const ReportPage& page) {
       html += "<a href=\"" + escaped(file) + "\">" + escaped(file) + "</a> ";
     html += "</p>\n";
   }
+  html += inputs_html(recorded_inputs());
   html += "<h2>Options</h2>\n<pre>" + escaped(report_text(page.options)) + "</pre>\n";
   const std::size_t of_script = page_end(Json()).size();
   return html + page_end(page_data(page, html.size() + of_script));

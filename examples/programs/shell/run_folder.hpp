@@ -16,6 +16,7 @@
 
 #include "build_facts.hpp"
 #include "file_status.hpp"
+#include "output_claim.hpp"
 
 namespace tapestry::shell {
 
@@ -43,24 +44,25 @@ inline void make_writable_folder(const std::string& folder) {
 class RunFolder {
  public:
   /// \param is_new whether the folder was created for this run
-  RunFolder(std::string path, bool is_new) : path_(std::move(path)), is_new_(is_new), lock_(claim()) {}
+  RunFolder(std::string path, bool is_new)
+      : path_(std::move(path)), is_new_(is_new), claim_(Claimed::folder, writable()) {}
   RunFolder(const RunFolder&) = delete;
   RunFolder& operator=(const RunFolder&) = delete;
   ~RunFolder() {
-    lock_.release();
+    claim_.release();
     std::error_code ignored;
     if (is_new_) std::filesystem::remove(path_, ignored);  // fails unless it is empty
   }
 
  private:
-  [[nodiscard]] io::RunLock claim() const {
+  [[nodiscard]] const std::string& writable() const {
     make_writable_folder(path_);
-    return io::RunLock(path_);
+    return path_;
   }
 
   std::string path_;
   bool is_new_;
-  io::RunLock lock_;
+  OutputClaim claim_;
 };
 
 /// Makes the first of `base`-001, `base`-002, … that does not exist; never the same folder for two processes.
@@ -118,12 +120,16 @@ inline Json read_json_file(const std::string& path) {
   return io::read_json(io::read_text_file(path, std::uint64_t(16) << 20U), path).value;
 }
 
-/// Path and SHA-256 of every file that the program's ledger has recorded so far, in the order of the paths.
+/// Every file that the program's ledger has recorded so far, in the order of the paths, with size, SHA-256
+/// and roles, see io::InputLedger::Role.
 inline Json recorded_inputs() {
   Json inputs = Json::array();
   if (const auto* const ledger = io::InputLedger::active())
     for (const auto& record : ledger->records())
-      inputs.push_back({{"path", record.path}, {"sha256", record.sha256}});
+      inputs.push_back({{"path", record.path},
+                        {"size", record.size},
+                        {"sha256", record.sha256},
+                        {"read_as", record.roles}});
   return inputs;
 }
 

@@ -141,10 +141,10 @@ std::size_t train_on_scenes(const SceneTraining& s, Step step, Save save, Valida
 template <class Train>
 int run_training(const SceneTraining& s, const std::string& output, Train train) {
   if (s.threads > 0) limit_threads(s.threads);
-  std::optional<io::RunLock> claim;
+  std::optional<OutputClaim> claim;
   if (s.steps > 0) {
     require_writable_file(output);
-    claim.emplace(io::RunLock::of_file(output));
+    claim.emplace(Claimed::file, output);
   }
   const StopSignal stop_signal;
   try {

@@ -1,15 +1,17 @@
 #pragma once
 #include <csignal>
 
+#include "output_claim.hpp"
+
 namespace tapestry::shell {
 
 /// Thrown to leave long work after a signal; not an error.
 struct Stopped {};
 
 /// Remembers the first signal, so that a loop can finish its step and save. After SIGINT, SIGTERM or SIGHUP a
-/// second one ends the process at once. SIGXCPU and SIGUSR1, with which batch queues announce the end of the
-/// time, may then come every second. A signal that the process was started to ignore, as by nohup, stays
-/// ignored.
+/// second one ends the process at once, see OutputClaim::end_by(). SIGXCPU and SIGUSR1, with which batch
+/// queues announce the end of the time, may then come every second. A signal that the process was started to
+/// ignore, as by nohup, stays ignored.
 class StopSignal {
  public:
   StopSignal() {
@@ -31,7 +33,7 @@ class StopSignal {
  private:
   static void remember(int signal) {
     if (received == 0) received = signal;
-    std::signal(signal, signal == SIGXCPU || signal == SIGUSR1 ? SIG_IGN : SIG_DFL);
+    std::signal(signal, signal == SIGXCPU || signal == SIGUSR1 ? SIG_IGN : OutputClaim::end_by);
   }
 
   static inline volatile std::sig_atomic_t received = 0;

@@ -29,6 +29,7 @@ inline std::size_t default_epochs(std::size_t views, bool drawn) {
 /// \param description  of the car's texture
 inline Array<float, 2> start_texture(const OptimisationSettings& settings, const raster::PaintedMesh& car,
                                      const Json& description) {
+  const io::InputLedger::Role role("start");
   const std::size_t count = car.layout.texel_count(car.mesh);
   if (settings.start == "zero") return zeros<float, 2>({count, 3});
   if (is_texture_file(settings.start))
@@ -72,6 +73,7 @@ inline std::shared_ptr<const Array<float, 2>> texels_to_print(const raster::Pain
 /// Colours that a printer can make: those of --palette, or printable_colours(); null without printability.
 inline std::shared_ptr<const Array<double, 2>> palette_of(const OptimisationSettings& settings) {
   if (settings.printability == 0) return nullptr;
+  const io::InputLedger::Role role("palette");
   return std::make_shared<const Array<double, 2>>(
       settings.palette.empty() ? loss::printable_colours() : io::read_palette(settings.palette));
 }

@@ -88,15 +88,15 @@ class RunLock {
   /// Releases the claim before the object is destroyed.
   void release() noexcept;
 
+  /// Path of the lock file.
+  [[nodiscard]] const std::string& path() const { return path_; }
+
  private:
   /// \param kind  of what is claimed, in a word
   RunLock(std::string lock_path, const std::string& claimed, const char* kind);
 
-  void open();
-
-  [[noreturn]] void fail(const std::string& what) const {
-    throw FileError(ErrorKind::write, {.path = path_, .what = what});
-  }
+  /// Opens the lock file, and makes it where there is none. \returns 0, or the errno of a failure
+  [[nodiscard]] int open();
 
   /// Text that the last owner wrote.
   [[nodiscard]] std::string text() const;

@@ -190,7 +190,4 @@ class Sha256 {
 /// SHA-256 of bytes, as 64 hexadecimal digits.
 [[nodiscard]] std::string sha256(std::string_view bytes);
 
-/// SHA-256 of a regular file; throws FileError as RegularFile does.
-[[nodiscard]] std::string sha256_of_file(const std::string& path);
-
 }  // namespace tapestry::io

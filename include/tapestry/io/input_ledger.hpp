@@ -11,11 +11,13 @@ namespace tapestry::io {
 
 class RegularFile;
 
-/// A file that was read: its path as it was opened, its size in bytes, and the SHA-256 of its content.
+/// A file that was read: its path as it was opened, its size in bytes, the SHA-256 of its content, and what
+/// it was read as, see InputLedger::Role.
 struct FileRecord {
   std::string path{};
   std::uint64_t size = 0;
   std::string sha256{};
+  std::vector<std::string> roles{};  ///< in alphabetical order, each once
 
   [[nodiscard]] bool operator==(const FileRecord&) const = default;
 };
@@ -34,6 +36,19 @@ class InputLedger {
   InputLedger(const InputLedger&) = delete;
   InputLedger& operator=(const InputLedger&) = delete;
   ~InputLedger();
+
+  /// Names what this thread reads files as while it lives, such as "detector". The innermost role counts.
+  class Role {
+   public:
+    explicit Role(std::string words);
+    Role(const Role&) = delete;
+    Role& operator=(const Role&) = delete;
+    ~Role();
+
+   private:
+    std::string words_;
+    const std::string* outer_;
+  };
 
   /// Leaves out files directly in this folder: a program's own results are no inputs. An empty name is none.
   void leave_out(const std::string& folder);

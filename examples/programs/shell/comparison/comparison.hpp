@@ -39,10 +39,10 @@ struct ComparedCell {
 /// One line of a comparison: a camouflage, optimised once for each seed.
 struct ComparedRow {
   std::string name;
-  std::vector<std::string> folders{};                ///< of the measurements
-  std::vector<std::string> runs{};                   ///< of the camouflages, without repeats
-  std::vector<std::optional<ComparedCell>> cells{};  ///< by column; none where it was not measured
-  std::vector<std::string> frames{};                 ///< SHA-256 of the photographs
+  std::vector<std::string> folders{};                      ///< of the measurements
+  std::vector<std::string> runs{};                         ///< of the camouflages, without repeats
+  std::vector<std::optional<ComparedCell>> cells{};        ///< by column; none where it was not measured
+  std::vector<std::optional<MeasuredContent>> contents{};  ///< by column, of the first seed
 };
 
 /// Camouflages beside each other, each measured with the same detectors in the same frames.
@@ -82,12 +82,6 @@ inline std::vector<ColumnMeasurements> columns_of(const std::vector<MeasuredFold
     }
   }
   return columns;
-}
-
-/// Appends one vector to another.
-template <class Value>
-void append(std::vector<Value>& all, const std::vector<Value>& more) {
-  all.insert(all.end(), more.begin(), more.end());
 }
 
 /// Results of a texture over all seeds of a column.
@@ -196,15 +190,26 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
   return cell;
 }
 
-/// \throws Error (mismatch) unless the seeds of a column were measured in the same frames, with as many draws
+/// What a folder holds in a column.
+inline const MeasuredContent& content_of(const MeasuredFolder& folder, const std::string& column) {
+  if (!folder.protocol.on_photographs) return folder.contents.front();
+  const auto& columns = folder.protocol.table.columns;
+  return folder.contents.at(static_cast<std::size_t>(std::ranges::find(columns, column) - columns.begin()));
+}
+
+/// \throws Error (mismatch) unless the folders of a column are different seeds of one camouflage, measured
+/// alike
 inline void require_alike(const std::string& row, const ColumnMeasurements& column) {
   const auto& first = *column.seeds.front().first;
-  for (const auto& [folder, part] : column.seeds)
-    if (folder->outcomes.state.storage() != first.outcomes.state.storage() ||
-        folder->frames != first.frames || folder->outcomes.draws != first.outcomes.draws ||
-        folder->protocol.name != first.protocol.name)
-      throw Error(ErrorKind::mismatch, row + ": " + folder->path + " and " + first.path +
+  for (std::size_t i = 1; i < column.seeds.size(); ++i) {
+    const MeasuredFolder& folder = *column.seeds[i].first;
+    for (std::size_t k = 0; k < i; ++k)
+      require_seeds(row, content_of(*column.seeds[k].first, column.name), content_of(folder, column.name));
+    if (folder.outcomes.state.storage() != first.outcomes.state.storage() ||
+        folder.outcomes.draws != first.outcomes.draws)
+      throw Error(ErrorKind::mismatch, row + ": " + folder.path + " and " + first.path +
                                            " were not measured in the same frames with the same draws");
+  }
 }
 
 /// \returns  nothing where a row was not measured in this column, or in another number of seeds
@@ -217,14 +222,16 @@ inline std::optional<evaluate::PairedDifference> difference_to(const ComparedRow
   return evaluate::two_level_difference(differences);
 }
 
-/// \throws Error (mismatch) unless a row was measured in the same photographs, or as many views, as the
-/// others
+/// \throws Error (mismatch) unless a row was measured as the others: in the same frames, and in each column
+/// by the same detector, class and thresholds
 inline void require_same_views(const Comparison& comparison, const ComparedRow& row, const ComparedCell& cell,
                                std::size_t column) {
   for (const auto& other : comparison.rows) {
-    if (other.frames != row.frames)
-      throw Error(ErrorKind::mismatch,
-                  row.name + " and " + other.name + " were measured in other photographs");
+    const std::string rows = other.name + " and " + row.name;
+    for (const auto& content : other.contents)
+      if (content) require_same(rows, *content, *row.contents[column], &MeasuredContent::frames);
+    if (column < other.contents.size() && other.contents[column])
+      require_comparable(rows, *other.contents[column], *row.contents[column]);
     if (column < other.cells.size() && other.cells[column] && other.cells[column]->views != cell.views)
       throw Error(ErrorKind::mismatch, row.name + ": measured in " + std::to_string(cell.views) + " views, " +
                                            other.name + " in " + std::to_string(other.cells[column]->views));
@@ -253,7 +260,6 @@ inline void add_plain(Comparison& comparison, const ColumnMeasurements& column, 
 inline void add_row(Comparison& comparison, const std::string& name,
                     const std::vector<MeasuredFolder>& folders) {
   ComparedRow row{name};
-  row.frames = folders.front().frames;
   for (const auto& folder : folders) {
     if (!folder.has_camouflage())
       throw Error(ErrorKind::mismatch, folder.path + ": a measurement without a camouflage");
@@ -268,6 +274,8 @@ inline void add_row(Comparison& comparison, const std::string& name,
       place = comparison.columns.insert(comparison.columns.end(), column.name);
     const auto index = static_cast<std::size_t>(place - comparison.columns.begin());
     row.cells.resize(comparison.columns.size());
+    row.contents.resize(comparison.columns.size());
+    row.contents[index] = detail::content_of(*column.seeds.front().first, column.name);
     row.cells[index] = detail::compared_cell(column);
     detail::require_same_views(comparison, row, *row.cells[index], index);
     if (!comparison.rows.empty())

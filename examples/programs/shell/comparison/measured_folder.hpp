@@ -14,6 +14,7 @@
 #include "../protocol/protocols.hpp"
 #include "../protocol/result.hpp"
 #include "../run_folder.hpp"
+#include "same_content.hpp"
 
 namespace tapestry::shell {
 
@@ -22,10 +23,10 @@ struct MeasuredFolder {
   std::string path;
   Protocol protocol;
   evaluate::ProtocolOutcomes outcomes;
-  std::vector<std::string> textures;  ///< names, as in ProtocolResult
-  std::string run;                    ///< folder of the camouflage; empty without one
-  std::string detector{};             ///< name of the first
-  std::vector<std::string> frames{};  ///< SHA-256 of each photograph; none of renders
+  std::vector<std::string> textures;        ///< names, as in ProtocolResult
+  std::string run;                          ///< folder of the camouflage; empty without one
+  std::string detector{};                   ///< name of the first
+  std::vector<MeasuredContent> contents{};  ///< by detector
 
   [[nodiscard]] bool has_camouflage() const { return !run.empty(); }
 };
@@ -43,14 +44,83 @@ Value member_of(const Json& json, const char* name, const std::string& path) {
   }
 }
 
+/// Appends one vector to another.
+template <class Value>
+void append(std::vector<Value>& all, const std::vector<Value>& more) {
+  all.insert(all.end(), more.begin(), more.end());
+}
+
 /// Settings of a measurement, as evaluate writes them.
 struct SavedMeasurement {
   ProtocolSettings settings;
   std::uint64_t seed = 1;
   std::vector<std::string> weights{};  ///< of every detector, the run's own first
   std::string run{};
-  std::vector<std::string> frames{};  ///< SHA-256
+  std::vector<MeasuredContent> contents{};  ///< by detector
 };
+
+/// The files of a ledger that were read in a role, in the order of their paths.
+inline ReadFiles files_read_as(const std::string& role, const Json& inputs, const std::string& path) {
+  ReadFiles files;
+  for (const Json& input : inputs) {
+    ReadFile file{member_of<std::string>(input, "path", path), member_of<std::string>(input, "sha256", path)};
+    const Json roles = input.value("read_as", Json::array());
+    if (std::ranges::count(roles, Json(role)) > 0) files.push_back(std::move(file));
+  }
+  return files;
+}
+
+/// Sorted by content: the order of such files does not matter.
+inline ReadFiles by_content(ReadFiles files) {
+  std::ranges::sort(files, {}, &ReadFile::sha256);
+  return files;
+}
+
+/// The files of a list of paths and hashes.
+inline ReadFiles files_of(const Json& list, const std::string& path) {
+  ReadFiles files;
+  for (const Json& file : list)
+    files.push_back(
+        {member_of<std::string>(file, "path", path), member_of<std::string>(file, "sha256", path)});
+  return files;
+}
+
+/// What tables compare of a measurement, by detector.
+/// \throws FileError (malformed) for a measurement whose ledger has no roles, as older versions wrote it
+inline std::vector<MeasuredContent> contents_of(const Json& json, const SavedMeasurement& saved,
+                                                const std::string& path) {
+  const auto inputs = member_of<Json>(json, "inputs", path);
+  const auto read_as = [&](const char* role) { return files_read_as(role, inputs, path); };
+  MeasuredContent shared{std::filesystem::path(path).parent_path().string(),
+                         {{"protocol", saved.settings.protocol}},
+                         Json::object()};
+  add_options(shared, member_of<Json>(json, "options", path), is_on_photographs(saved.settings.protocol));
+  shared.frames = read_as(frame_role);
+  shared.masks = read_as(mask_role);
+  append(shared.masks, read_as(segmenter_role));
+  shared.mesh = by_content(read_as(mesh_role));
+  if (json.contains("run")) {
+    const auto run = member_of<Json>(json, "run", path);
+    shared.attacked = by_content(files_of(member_of<Json>(run, "detectors", path), path));
+    shared.picture["class of the run"] = run.value("class", Json());
+    for (const auto& texture : read_as(camouflage_role)) shared.camouflage += texture.sha256;
+    shared.camouflage += run.value("seed", Json()).dump();
+  }
+  const auto require_any = [&](const ReadFiles& files, const std::string& role) {
+    if (files.empty())
+      throw FileError(ErrorKind::malformed,
+                      {path, "", "its ledger does not tell what was read as " + role + "; measure it again"});
+  };
+  if (json.contains("run")) require_any(shared.attacked, "detector by its run");
+  std::vector<MeasuredContent> contents;
+  for (std::size_t i = 0; i < saved.weights.size(); ++i) {
+    contents.push_back(shared);
+    const std::string role = role_of_detector(i == 0 ? "" : saved.weights[i]);
+    contents.back().detector = by_content(files_read_as(role, inputs, path));
+    require_any(contents.back().detector, role);
+  }
+  return contents;
+}
 
 inline SavedMeasurement read_saved_measurement(const std::string& path) {
   const Json json = read_json_file(path);
@@ -65,13 +135,9 @@ inline SavedMeasurement read_saved_measurement(const std::string& path) {
   if (options.contains("further-weights"))
     for (auto& weights : member_of<std::vector<std::string>>(options, "further-weights", path))
       saved.weights.push_back(std::move(weights));
-  for (const Json& input : member_of<Json>(json, "inputs", path)) {
-    const fs::path file = member_of<std::string>(input, "path", path);
-    if (file.filename() == "texture.npz")
-      saved.run = file.parent_path().string();
-    else if (file.extension() == ".npz")
-      saved.frames.push_back(member_of<std::string>(input, "sha256", path));
-  }
+  if (json.contains("run"))
+    saved.run = member_of<std::string>(member_of<Json>(json, "run", path), "folder", path);
+  saved.contents = contents_of(json, saved, path);
   return saved;
 }
 
@@ -87,9 +153,9 @@ inline MeasuredFolder read_measured_folder(const std::string& folder) {
   measured.textures = detail::member_of<std::vector<std::string>>(read_json_file(report), "textures", report);
   const auto noise = std::ranges::find(measured.textures, std::string(evaluate::matched_noise_name));
   const std::size_t extra_draws = noise == measured.textures.end() ? 0 : saved.settings.noise_draws - 1;
-  const auto subject = detail::subject_of(saved.weights, saved.frames.size());
+  const auto subject = detail::subject_of(saved.weights, saved.contents.front().frames.size());
   measured.detector = subject.detectors.front();
-  measured.frames = saved.frames;
+  measured.contents = saved.contents;
   measured.protocol = protocol_by_name(saved.settings.protocol).make(saved.settings, saved.seed, subject);
   measured.outcomes = read_outcomes(folder + "/outcomes.npz", measured.protocol.frames.size(),
                                     measured.textures.size() + extra_draws);

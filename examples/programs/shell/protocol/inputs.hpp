@@ -111,7 +111,7 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
   fill_in_bundled(request.scene);
   fill_in_bundled(request.detector);
   std::vector<std::string> warnings;
-  inputs.detectors.push_back({load_detector(request.detector, warnings)});
+  inputs.detectors.push_back({load_first_detector(request.detector, warnings)});
   FurtherDetector& first = inputs.detectors.back();
   first.class_index = first.detector.class_index(request.detector.class_name);
   inputs.car = load_car(request.scene);
@@ -127,6 +127,7 @@ inline std::vector<evaluate::Control<float>> textures_of(const Car& loaded, cons
   std::vector<evaluate::Control<float>> textures{
       {"clean", camouflage::without_paint(camouflage::own_colours<float>(car))}};
   if (request.run.empty()) return textures;
+  const io::InputLedger::Role role(camouflage_role);
   auto paint = read_fitting_paint(request.run + "/texture.npz", car, loaded.description);
   const std::size_t draws = request.settings.noise_draws;
   auto controls = request.settings.controls == "all"

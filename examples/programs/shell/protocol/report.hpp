@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "../base64.hpp"
+#include "../inputs_table.hpp"
 #include "../page.hpp"
 #include "../report.hpp"
 #include "../report_script.hpp"
@@ -198,9 +199,11 @@ figcaption { font-weight: bold; color: inherit }
 )";
 
 /// A page with figure, tables and each frame; it needs no other file.
-/// \param list  the frames with the textures that figures show; left out if it is empty
+/// \param list    the frames with the textures that figures show; left out if it is empty
+/// \param inputs  see recorded_inputs()
 inline std::string protocol_html(const Protocol& protocol, const ProtocolResult& result,
-                                 const std::vector<std::string>& notes, const ViewList& list) {
+                                 const std::vector<std::string>& notes, const ViewList& list,
+                                 const Json& inputs) {
   const Figure figure = protocol.figure(protocol, result);
   std::string page = page_begin(protocol.title, std::string(list_style) + figure_style + protocol_style) +
                      "<h2>" + escaped(figure.title) + "</h2>\n" + figure_html(figure) +
@@ -209,7 +212,7 @@ inline std::string protocol_html(const Protocol& protocol, const ProtocolResult&
   for (const auto& words : findings(protocol, result)) page += "<p><b>" + escaped(words) + "</b></p>\n";
   page += "<ul>\n";
   for (const auto& note : notes) page += "<li>" + escaped(note) + "</li>\n";
-  page += "</ul>\n";
+  page += "</ul>\n" + inputs_html(inputs);
   return page + (list.views.empty() ? "</body></html>\n" : list_html(list, "") + page_end(list_json(list)));
 }
 

@@ -33,6 +33,23 @@ namespace tapestry::shell {
 
 namespace detail {
 
+/// The run of a camouflage: its folder, seed and class, and the files of the detectors that it was optimised
+/// against.
+inline Json run_json(const std::string& run) {
+  const Json manifest = read_manifest(run);
+  Json detectors = Json::array();
+  for (const Json& input : manifest["inputs"])
+    for (const Json& role : input.value("read_as", Json::array()))
+      if (role.get<std::string>().starts_with(role_of_detector())) {
+        detectors.push_back({{"path", input["path"]}, {"sha256", input["sha256"]}});
+        break;
+      }
+  return {{"folder", run},
+          {"seed", manifest.value("seed", Json())},
+          {"class", manifest["options"].value("class", Json())},
+          {"detectors", detectors}};
+}
+
 /// Settings that the outcomes in a folder depend on.
 inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& inputs) {
   const bool on_photographs = is_on_photographs(request.settings.protocol);
@@ -59,6 +76,7 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
                 {"protocol", request.settings.protocol},
                 {"options", options},
                 {"inputs", recorded_inputs()}};
+  if (!request.run.empty()) settings["run"] = run_json(request.run);
   if (!inputs.changed.empty()) settings["changed_inputs"] = json_of(inputs.changed);
   return settings;
 }
@@ -120,7 +138,7 @@ inline void write_report(const std::string& folder, const Protocol& protocol, co
   write_text(stem + ".md", protocol_markdown(protocol, result, notes));
   write_text(stem + ".tex", protocol_latex(protocol, result));
   write_text(stem + ".svg", figure_svg(protocol.figure(protocol, result)));
-  write_text(stem + ".html", protocol_html(protocol, result, notes, shown));
+  write_text(stem + ".html", protocol_html(protocol, result, notes, shown, settings["inputs"]));
 }
 
 /// Prints the time taken, and writes it to a file beside the report, whose other files are the same for every

@@ -178,8 +178,13 @@ void RunLock::release() noexcept {
 
 RunLock::RunLock(std::string lock_path, const std::string& claimed, const char* kind)
     : path_(std::move(lock_path)) {
+  const auto fail = [&](const char* action, int reason) {
+    throw FileError(
+        ErrorKind::write,
+        {.path = claimed, .what = std::string("cannot ") + action + " its lock: " + std::strerror(reason)});
+  };
   for (int attempt = 0; descriptor_ < 0; ++attempt) {
-    open();
+    if (const int reason = open(); reason != 0) fail("create", reason);
     int status = 0;
     do {
       status = ::flock(descriptor_, LOCK_EX | LOCK_NB);
@@ -191,16 +196,16 @@ RunLock::RunLock(std::string lock_path, const std::string& claimed, const char* 
     if (reason == EWOULDBLOCK)
       throw FileError(ErrorKind::in_use,
                       {.path = claimed, .what = std::string(kind) + " is in use by " + owner});
-    if (reason != 0) fail(std::string("cannot lock: ") + std::strerror(reason));
+    if (reason != 0) fail("take", reason);
   }
   write_owner();
 }
 
-void RunLock::open() {
+int RunLock::open() {
   do {
     descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
   } while (descriptor_ < 0 && errno == EINTR);
-  if (descriptor_ < 0) fail(std::string("cannot create the lock: ") + std::strerror(errno));
+  return descriptor_ < 0 ? errno : 0;
 }
 
 std::string RunLock::text() const {

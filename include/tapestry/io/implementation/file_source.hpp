@@ -201,11 +201,4 @@ std::string sha256(std::string_view bytes) {
   return hash.hex();
 }
 
-std::string sha256_of_file(const std::string& path) {
-  const RegularFile file(path);
-  std::string hash = file.sha256();
-  file.require_unchanged();
-  return hash;
-}
-
 }  // namespace tapestry::io

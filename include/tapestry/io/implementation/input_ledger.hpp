@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <atomic>
 #include <filesystem>
 #include <mutex>
@@ -17,7 +18,25 @@ std::atomic<InputLedger*>& active_ledger() {
   return ledger;
 }
 
+/// The innermost role of this thread; null without one.
+const std::string*& current_role() {
+  thread_local const std::string* role = nullptr;
+  return role;
+}
+
+/// Adds the current role, if there is one and it is not there yet.
+void add_current_role(FileRecord& record) {
+  if (current_role() == nullptr) return;
+  const auto place = std::ranges::lower_bound(record.roles, *current_role());
+  if (place == record.roles.end() || *place != *current_role()) record.roles.insert(place, *current_role());
+}
+
 }  // namespace detail
+
+InputLedger::Role::Role(std::string words)
+    : words_(std::move(words)), outer_(std::exchange(detail::current_role(), &words_)) {}
+
+InputLedger::Role::~Role() { detail::current_role() = outer_; }
 
 InputLedger::InputLedger() {
   InputLedger* none = nullptr;
@@ -51,17 +70,19 @@ void InputLedger::record(const RegularFile& file) {
   std::unique_lock lock(mutex_);
   if (is_left_out(file.path())) return;
   const auto known = entries_.find(file.path());
-  if (known != entries_.end() && known->second.stamp == file.stamp()) return;
+  if (known != entries_.end() && known->second.stamp == file.stamp())
+    return detail::add_current_role(known->second.record);
   lock.unlock();
-  FileRecord record{file.path(), file.size(), file.sha256()};
+  const std::string sha256 = file.sha256();
   file.require_unchanged();
   lock.lock();
-  const auto [entry, is_new] = entries_.try_emplace(file.path(), Entry{record, file.stamp()});
-  if (!is_new && entry->second.record != record)
-    throw FileError(ErrorKind::mismatch,
-                    {file.path(), "", "the file has changed since it was first read",
-                     "SHA-256 " + entry->second.record.sha256, "SHA-256 " + record.sha256});
-  entry->second.stamp = file.stamp();
+  auto& [record, stamp] =
+      entries_.try_emplace(file.path(), Entry{{file.path(), file.size(), sha256}, {}}).first->second;
+  if (record.sha256 != sha256)
+    throw FileError(ErrorKind::mismatch, {file.path(), "", "the file has changed since it was first read",
+                                          "SHA-256 " + record.sha256, "SHA-256 " + sha256});
+  stamp = file.stamp();
+  detail::add_current_role(record);
 }
 
 std::vector<FileRecord> InputLedger::records() const {

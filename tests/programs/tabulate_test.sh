@@ -1,0 +1,82 @@
+#!/usr/bin/env bash
+# tabulate puts together only what was measured alike: by the bytes of detectors and frames, not by their names. F31
+source "$(dirname "$0")/support.sh"
+tabulate=$programs/tabulate
+assets=$sources/examples/assets
+[ -x "$tabulate" ] && [ -e "$assets/detector.weights" ] || exit 77
+
+# Two seeds of a camouflage, by a detector whose file is exchanged later, and a run against the exchanged one.
+mkdir frames && cp "$assets"/frames/test/00[01].npz frames
+cp "$assets"/detector.{cfg,weights,names} .
+cp detector.weights other.weights && printf '\0' | dd of=other.weights bs=1 seek=5000 conv=notrunc status=none
+paint() { # FOLDER OPTION...
+  "$programs/camouflage" --frames frames --texels 4 --size 64 --epochs 1 --threads 1 --cfg detector.cfg --weights detector.weights --names detector.names \
+    "${@:2}" --output "$1" >/dev/null 2>&1 || fail "the run $1"
+}
+measure() { # FOLDER RUN OPTION...
+  "$programs/evaluate" --run "$2" --protocol digital --quick --controls matched "${@:3}" --output "$1" >command.out 2>command.err || fail "$1: $(cat command.err)"
+}
+for seed in 1 2; do paint "run-$seed" --seed $seed && measure "measured-$seed" "run-$seed"; done
+paint third --seed 3 --loss vanish
+measure third-measured third
+measure surer run-2 --confidence 0.01
+measure van run-2 --class van
+measure few run-2 --noise-draws 2
+cp -r measured-1 copied
+"$programs/convert_weights" --cfg detector.cfg --weights detector.weights --output second.safetensors >/dev/null
+measure both-1 run-1 --further-weights second.safetensors
+"$programs/convert_weights" --cfg detector.cfg --weights other.weights --output second.safetensors >/dev/null
+measure both-2 run-2 --further-weights second.safetensors
+mkdir others && cp frames/000.npz others/000.npz && cp "$assets/frames/test/002.npz" others/001.npz
+measure elsewhere run-2 --frames others
+
+expect_exit 0 "two seeds and another row" "$tabulate" --output tables row=measured-1,measured-2 other=third-measured
+grep -q '^row,detector,adversarial,2,' tables/table.csv && pass || fail "not two seeds: $(head -n 4 tables/table.csv)"
+expect_exit 0 "a row with a detector more" "$tabulate" --output more row=both-1 other=third-measured
+refused() { # WHAT PATTERN ROW...
+  expect_exit 4 "$1" "$tabulate" --output none "${@:3}"
+  expect_error_line "$2"
+  [ -e none ] && fail "$1: a refused table left a folder" || pass
+}
+sha='\(SHA-256 [0-9a-f]{16}\)'
+refused "seeds at two confidences" 'row: measured-1 has confidence 0.25, surer has 0.01$' row=measured-1,surer
+refused "rows at two confidences" 'row and other: measured-1 has confidence 0.25, surer has 0.01$' row=measured-1 other=surer
+refused "seeds of two classes" 'row: measured-1 has class "car", van has "van"$' row=measured-1,van
+refused "rows of two classes" 'has class "car", van has "van"$' row=measured-1 other=van
+refused "seeds of two detectors of one name" "row: both-1 read second.safetensors $sha, both-2 read second.safetensors $sha\$" row=both-1,both-2
+refused "rows of two detectors of one name" "row and other: both-1 read second.safetensors $sha, both-2 read second.safetensors $sha\$" \
+  row=both-1 other=both-2
+grep -q "$(sha256sum <second.safetensors | cut -c 1-16)" command.err && pass || fail "another hash: $(cat command.err)"
+refused "seeds in other frames" "row: measured-1 read frames/001.npz $sha, elsewhere read others/001.npz $sha\$" row=measured-1,elsewhere
+refused "rows in other frames" "row and other: measured-1 read frames/001.npz $sha, elsewhere read others/001.npz $sha\$" row=measured-1 other=elsewhere
+refused "seeds with other draws" 'few and measured-1 were not measured in the same frames with the same draws' row=measured-1,few
+refused "one camouflage as two seeds" 'row: measured-1 and copied measured one camouflage, not two of its seeds' row=measured-1,copied
+
+# The same bytes under other names are the same.
+mkdir elsewhere-frames && cp frames/000.npz elsewhere-frames/000.npz && cp frames/001.npz elsewhere-frames/002.npz
+mkdir moved && cp detector.{cfg,weights,names} moved
+measure same run-2 --frames elsewhere-frames --cfg moved/detector.cfg --weights moved/detector.weights --names moved/detector.names --size 64
+expect_exit 0 "the same bytes under other names" "$tabulate" --output tables row=measured-1,same
+
+# A run against another detector of the same name, both measured by one.
+cp detector.weights kept && cp other.weights detector.weights
+paint run-3 --seed 3
+cp kept detector.weights
+mkdir own && cp kept own/detector.weights
+for run in 1 3; do measure "by-own-$run" "run-$run" --cfg detector.cfg --weights own/detector.weights --names detector.names --accept-changed-inputs; done
+refused "seeds against two detectors of one name" "row: by-own-1 read detector.weights $sha, by-own-3 read detector.weights $sha\$" row=by-own-1,by-own-3
+expect_exit 0 "a row of its own" "$tabulate" --output tables row=by-own-1 other=by-own-3
+
+# A folder that is given twice, by whatever name.
+ln -s measured-1 link
+for twice in measured-1 ./measured-1/ "$PWD/measured-1" link others/../measured-1; do
+  expect_exit 2 "$twice as a second seed" "$tabulate" --output none "row=measured-1,$twice"
+  expect_error_line 'a folder is given twice: .*measured-1'
+  expect_exit 2 "$twice as a second row" "$tabulate" --output none row=measured-1 "other=$twice"
+done
+
+# Measurements of versions whose ledgers state no roles.
+cp -r measured-2 old && sed -i 's/"read_as"/"read"/' old/settings.json
+expect_exit 3 "a ledger without roles" "$tabulate" --output none row=old
+expect_error_line 'old/settings.json: its ledger does not tell what was read as .*; measure it again'
+finish
