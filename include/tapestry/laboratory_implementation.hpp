@@ -6,4 +6,5 @@
 
 #include <tapestry/camouflage/implementation.hpp>
 #include <tapestry/evaluate/implementation.hpp>
+#include <tapestry/implementation_double.hpp>
 #include <tapestry/segment/implementation.hpp>

@@ -316,16 +316,19 @@ TEST_CASE("an adjoint that covers its input overwrites all of it", "[nn][convolu
   }
 }
 
-TEST_CASE("every instruction set of this machine computes the same tile", "[nn][vector_kernels]") {
-  const auto in = random_buffer<double>(12 * 40, 1);
-  const auto weights = random_buffer<double>(40 * 16, 2);
+TEMPLATE_TEST_CASE("every instruction set of this machine computes the same tile", "[nn][vector_kernels]",
+                   float, double) {
+  // The sum of 40 products, each at most 1, errs by at most 40 · ε/2 of the 40.
+  constexpr double tolerance = 800 * static_cast<double>(std::numeric_limits<TestType>::epsilon());
+  const auto in = random_buffer<TestType>(12 * 40, 1);
+  const auto weights = random_buffer<TestType>(40 * 32, 2);
   for (int set = 0; set <= static_cast<int>(nn::best_instruction_set()); ++set) {
-    const auto kernels = nn::kernels_of<double>(static_cast<nn::InstructionSet>(set));
+    const auto kernels = nn::kernels_of<TestType>(static_cast<nn::InstructionSet>(set));
     for (std::size_t registers = 1; registers <= 2; ++registers)
       for (std::size_t rows = 1; rows <= kernels.tile_rows; ++rows) {
         const std::size_t width = registers * kernels.lanes;
-        nn::Buffer<double> out(rows * width);
-        nn::ReduceArguments<double> tile{
+        nn::Buffer<TestType> out(rows * width);
+        nn::ReduceArguments<TestType> tile{
             in.data(), 40, 20, 1, weights.data(), 2, 20, out.data(), static_cast<std::ptrdiff_t>(width),
             width - 1, {}};
         out.fill_zero();
@@ -334,8 +337,9 @@ TEST_CASE("every instruction set of this machine computes the same tile", "[nn][
           for (std::size_t lane = 0; lane < width; ++lane) {
             double expected = 0;
             for (std::size_t r = 0; r < 40; ++r)
-              expected += in.data()[p * 40 + r] * weights.data()[r * width + lane] * (lane + 1 < width);
-            CHECK(std::abs(out.data()[p * width + lane] - expected) < 1e-13);
+              expected += static_cast<double>(in.data()[p * 40 + r]) *
+                          static_cast<double>(weights.data()[r * width + lane]) * (lane + 1 < width);
+            CHECK(std::abs(static_cast<double>(out.data()[p * width + lane]) - expected) < tolerance);
           }
       }
   }

@@ -5,24 +5,19 @@
 #include <algorithm>
 #include <climits>
 #include <cstddef>
-#include <cstdlib>
 #include <span>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <type_traits>
 #include <vector>
-#if defined(TAPESTRY_MPI)
-#define OMPI_SKIP_MPICXX 1
-#define MPICH_SKIP_MPICXX 1
-#include <mpi.h>
-#endif
 
+#include "processes.hpp"
 #include "verbosity.hpp"
 
 namespace tapestry::shell {
 
 /// The processes of one program that mpirun has started to share its work; without mpirun only this process.
-/// The only code that uses MPI. Values are combined in the order of ranks, so that results do not depend on
+/// Values are combined in the order of ranks, so that results do not depend on
 /// their number. Only the first rank prints and writes files.
 class Ranks {
  public:
@@ -43,26 +38,19 @@ class Ranks {
 
   /// Overwrites the values with those of the first rank. Every rank must call this, with as many values.
   template <class T>
-  void share([[maybe_unused]] std::span<T> values) const {
+  void share(std::span<T> values) const {
     static_assert(std::is_trivially_copyable_v<T>);
-#if defined(TAPESTRY_MPI)
-    if (count_ > 1) MPI_Bcast(values.data(), bytes_of(values), MPI_BYTE, 0, MPI_COMM_WORLD);
-#endif
+    if (count_ > 1) share_bytes(values.data(), bytes_of(values));
   }
 
   /// The values of all ranks, one after another. Every rank must call this, with as many values.
   template <class T>
   [[nodiscard]] std::vector<T> gathered(const std::vector<T>& own) const {
     static_assert(std::is_trivially_copyable_v<T>);
-#if defined(TAPESTRY_MPI)
-    if (count_ > 1) {
-      std::vector<T> all(own.size() * count_);
-      const int bytes = bytes_of(std::span(own));
-      MPI_Allgather(own.data(), bytes, MPI_BYTE, all.data(), bytes, MPI_BYTE, MPI_COMM_WORLD);
-      return all;
-    }
-#endif
-    return own;
+    if (count_ == 1) return own;
+    std::vector<T> all(own.size() * count_);
+    gather_bytes(own.data(), bytes_of(std::span(own)), all.data());
+    return all;
   }
 
   /// Whether `here` is true at any rank. Every rank must call this.
@@ -86,32 +74,18 @@ class Ranks {
   [[nodiscard]] int error_stream() const { return error_stream_; }
 
   /// Ends every rank at once if there are several, because the others would wait for this one for ever.
-  void abandon([[maybe_unused]] int exit_code) const {
-#if defined(TAPESTRY_MPI)
-    if (count_ > 1) MPI_Abort(MPI_COMM_WORLD, exit_code);
-#endif
+  void abandon(int exit_code) const {
+    if (count_ > 1) abandon_processes(exit_code);
   }
 
  private:
   Ranks() {
-#if defined(TAPESTRY_MPI)
-    if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr && std::getenv("PMI_SIZE") == nullptr) return;
-    MPI_Init(nullptr, nullptr);
-    int count = 1, index = 0;
-    MPI_Comm_size(MPI_COMM_WORLD, &count);
-    MPI_Comm_rank(MPI_COMM_WORLD, &index);
-    count_ = static_cast<std::size_t>(count), index_ = static_cast<std::size_t>(index);
+    const ProcessPlace place = join_processes();
+    count_ = place.count, index_ = place.index;
     if (index_ > 0) fall_silent();
-#endif
   }
 
-  ~Ranks() {
-#if defined(TAPESTRY_MPI)
-    int is_open = 0;
-    MPI_Initialized(&is_open);
-    if (is_open != 0) MPI_Finalize();
-#endif
-  }
+  ~Ranks() { leave_processes(); }
 
   /// Silences all ranks but the first, except for errors.
   void fall_silent() {

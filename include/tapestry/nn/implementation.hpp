@@ -1,9 +1,15 @@
 #pragma once
 /// \file
-/// The compiled part of nn/, for one source file of a program; see tapestry/implementation.hpp.
+/// The compiled part of nn/ for float, for one source file of a program; see tapestry/implementation.hpp.
+#include <tapestry/nn/implementation/network/description.hpp>
 #include <tapestry/nn/implementation/network/network.hpp>
 #include <tapestry/nn/implementation/network/network_pass.hpp>
+#include <tapestry/nn/implementation/network/operator_checks.hpp>
 #include <tapestry/nn/implementation/network/operators.hpp>
 #include <tapestry/nn/implementation/network/program_builder.hpp>
 #include <tapestry/nn/implementation/network_variable.hpp>
 #include <tapestry/nn/implementation/vector_kernels.hpp>
+
+#define TAPESTRY_SCALAR float
+#include <tapestry/nn/implementation/instances.inl>
+#undef TAPESTRY_SCALAR

@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <concepts>
@@ -18,7 +17,6 @@
 #include <tapestry/detect/class_score.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/suppression.hpp>
-#include <tuple>
 #include <vector>
 
 namespace tapestry::detect::detail {
@@ -78,15 +76,6 @@ std::vector<Detection> decode(const std::vector<Head>& heads, const std::vector<
   }
   return detections;
 }
-
-template std::vector<Detection> decode<float>(const std::vector<Head>& heads,
-                                              const std::vector<Array<float, 4>>& logits, std::size_t image,
-                                              double confidence_threshold, std::size_t input_height,
-                                              std::size_t input_width);
-template std::vector<Detection> decode<double>(const std::vector<Head>& heads,
-                                               const std::vector<Array<double, 4>>& logits, std::size_t image,
-                                               double confidence_threshold, std::size_t input_height,
-                                               std::size_t input_width);
 
 template <std::floating_point T>
 ArrayVariable<T, 3> confidences(const DecodedHead<T>& head) {
@@ -201,15 +190,6 @@ std::vector<DecodedHead<T>> detail::decoded_heads(const std::vector<Head>& heads
   return decoded;
 }
 
-template decltype(detail::decoded_heads<float>) detail::decoded_heads<float>;
-template decltype(detail::decoded_heads<double>) detail::decoded_heads<double>;
-template decltype(confidences<float>) confidences<float>;
-template decltype(confidences<double>) confidences<double>;
-template DecodedHead<float> decode<float>(const Head& head, const ArrayVariable<float, 4>& logits,
-                                          std::size_t input_height, std::size_t input_width);
-template DecodedHead<double> decode<double>(const Head& head, const ArrayVariable<double, 4>& logits,
-                                            std::size_t input_height, std::size_t input_width);
-
 }  // namespace tapestry::detect
 
 namespace tapestry::detect::detail {
@@ -230,34 +210,3 @@ inline void suppress_within(std::span<const Detection> detections, double iou_th
 }
 
 }  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
-
-std::vector<Detection> suppress(std::vector<Detection> detections, double iou_threshold, bool per_class,
-                                const SuppressionMeasure& measure) {
-  if (!(iou_threshold >= 0 && iou_threshold <= 1))
-    throw DomainError("suppress: iou_threshold is " + std::to_string(iou_threshold) + ", not in [0, 1]");
-  if (const auto exponent = measure.distance_exponent; exponent && !(*exponent > 0))
-    throw DomainError("suppress: distance_exponent is " + std::to_string(*exponent) + ", expected above 0");
-  const auto is_stronger = [](const Detection& a, const Detection& b) {
-    return std::tuple(-a.confidence, a.head, a.candidate, a.class_index) <
-           std::tuple(-b.confidence, b.head, b.candidate, b.class_index);
-  };
-  std::sort(detections.begin(), detections.end(), [&](const Detection& a, const Detection& b) {
-    if (per_class && a.class_index != b.class_index) return a.class_index < b.class_index;
-    return is_stronger(a, b);
-  });
-  std::vector<Detection> kept;
-  for (auto first = detections.begin(); first != detections.end();) {
-    const auto last =
-        !per_class ? detections.end() : std::find_if(first, detections.end(), [&](const Detection& other) {
-          return other.class_index != first->class_index;
-        });
-    detail::suppress_within({first, last}, iou_threshold, measure, kept);
-    first = last;
-  }
-  std::sort(kept.begin(), kept.end(), is_stronger);
-  return kept;
-}
-
-}  // namespace tapestry::detect

@@ -136,7 +136,4 @@ void DarknetModel<T>::update_running_statistics(const Pass<T>& pass, double mome
   }
 }
 
-template class DarknetModel<float>;
-template class DarknetModel<double>;
-
 }  // namespace tapestry::detect

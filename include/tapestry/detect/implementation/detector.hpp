@@ -222,7 +222,4 @@ Detector<T>& Detector<T>::operator=(Detector&&) noexcept = default;
 template <std::floating_point T>
 Detector<T>::~Detector() = default;
 
-template class Detector<float>;
-template class Detector<double>;
-
 }  // namespace tapestry::detect

@@ -72,15 +72,6 @@ void encoded_adjoint(const Array<T, 4>& input_adjoint, const InputEncoding& enco
   encode_adjoint(input_adjoint.data(), input_adjoint.size() / 3, encoding, pictures_adjoint.data());
 }
 
-template decltype(encode<float>) encode<float>;
-template decltype(encode<double>) encode<double>;
-template decltype(encode_adjoint<float>) encode_adjoint<float>;
-template decltype(encode_adjoint<double>) encode_adjoint<double>;
-template Array<float, 4> encoded<float>(const Array<float, 4>& pictures, const InputEncoding& encoding);
-template Array<double, 4> encoded<double>(const Array<double, 4>& pictures, const InputEncoding& encoding);
-template decltype(encoded_adjoint<float>) encoded_adjoint<float>;
-template decltype(encoded_adjoint<double>) encoded_adjoint<double>;
-
 template <std::floating_point T>
 ArrayVariable<T, 4> encoded(const ArrayVariable<T, 4>& pictures, const InputEncoding& encoding) {
   const auto pullback = [encoding](const Array<T, 4>& input_adjoint, Array<T, 4>* pictures_adjoint) {
@@ -88,11 +79,6 @@ ArrayVariable<T, 4> encoded(const ArrayVariable<T, 4>& pictures, const InputEnco
   };
   return record_array(encoded(pictures.value(), encoding), pullback, pictures);
 }
-
-template ArrayVariable<float, 4> encoded<float>(const ArrayVariable<float, 4>& pictures,
-                                                const InputEncoding& encoding);
-template ArrayVariable<double, 4> encoded<double>(const ArrayVariable<double, 4>& pictures,
-                                                  const InputEncoding& encoding);
 
 template <std::floating_point T>
 Pass<T>::Pass() = default;
@@ -105,9 +91,6 @@ Pass<T>& Pass<T>::operator=(Pass&&) noexcept = default;
 
 template <std::floating_point T>
 Pass<T>::~Pass() = default;
-
-template struct Pass<float>;
-template struct Pass<double>;
 
 }  // namespace tapestry::detect
 
@@ -168,36 +151,5 @@ std::vector<ArrayVariable<T, 4>> forward(Detector<T>& detector, const ArrayVaria
   };
   return record_shared_arrays<T, 4>(detail::shared_logits(pass), pullback, images, weights);
 }
-
-}  // namespace tapestry::detect
-
-namespace tapestry::detect::detail {
-
-template decltype(shared_logits<float>) shared_logits<float>;
-template decltype(shared_logits<double>) shared_logits<double>;
-template decltype(record_logits<float>) record_logits<float>;
-template decltype(record_logits<double>) record_logits<double>;
-
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
-
-template std::vector<ArrayVariable<float, 4>> forward<float>(const Detector<float>& detector,
-                                                             const ArrayVariable<float, 4>& images,
-                                                             std::shared_ptr<Pass<float>> pass);
-template std::vector<ArrayVariable<double, 4>> forward<double>(const Detector<double>& detector,
-                                                               const ArrayVariable<double, 4>& images,
-                                                               std::shared_ptr<Pass<double>> pass);
-template decltype(forward_within<float>) forward_within<float>;
-template decltype(forward_within<double>) forward_within<double>;
-
-template std::vector<ArrayVariable<float, 4>> forward<float>(Detector<float>& detector,
-                                                             const ArrayVariable<float, 4>& images,
-                                                             const ArrayVariable<float, 1>& weights,
-                                                             std::shared_ptr<Pass<float>> pass);
-template std::vector<ArrayVariable<double, 4>> forward<double>(Detector<double>& detector,
-                                                               const ArrayVariable<double, 4>& images,
-                                                               const ArrayVariable<double, 1>& weights,
-                                                               std::shared_ptr<Pass<double>> pass);
 
 }  // namespace tapestry::detect

@@ -57,9 +57,6 @@ std::optional<BestCandidate> best_candidate(const std::vector<Head>& heads,
   return best;
 }
 
-template decltype(best_candidate<float>) best_candidate<float>;
-template decltype(best_candidate<double>) best_candidate<double>;
-
 }  // namespace tapestry::detect
 
 namespace tapestry::detect::detail {
@@ -144,17 +141,6 @@ std::vector<Array<T, 4>> score_adjoint(const std::vector<Head>& heads, const std
   return adjoints;
 }
 
-template decltype(grad_cam<float>) grad_cam<float>;
-template decltype(grad_cam<double>) grad_cam<double>;
-template decltype(grad_cam_plus_plus<float>) grad_cam_plus_plus<float>;
-template decltype(grad_cam_plus_plus<double>) grad_cam_plus_plus<double>;
-template decltype(layer_cam<float>) layer_cam<float>;
-template decltype(layer_cam<double>) layer_cam<double>;
-template decltype(share_within<float>) share_within<float>;
-template decltype(share_within<double>) share_within<double>;
-template decltype(score_adjoint<float>) score_adjoint<float>;
-template decltype(score_adjoint<double>) score_adjoint<double>;
-
 }  // namespace tapestry::detect
 
 namespace tapestry::detect::detail {
@@ -204,8 +190,5 @@ ExplainedLogits<T> explained_forward(const Detector<T>& detector, const ArrayVar
   }
   return explained;
 }
-
-template decltype(explained_forward<float>) explained_forward<float>;
-template decltype(explained_forward<double>) explained_forward<double>;
 
 }  // namespace tapestry::detect

@@ -1,10 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
@@ -15,15 +13,6 @@
 #include <tapestry/nn/network/description.hpp>
 #include <utility>
 #include <vector>
-
-namespace tapestry::detect {
-
-std::string constant_name(const ParameterBlock& block) {
-  constexpr std::array<const char*, 5> suffixes{".biases", ".scales", ".means", ".variances", ".weights"};
-  return "layer_" + std::to_string(block.layer) + suffixes[static_cast<std::size_t>(block.role)];
-}
-
-}  // namespace tapestry::detect
 
 namespace tapestry::detect::detail {
 
@@ -275,8 +264,5 @@ nn::NetworkDescription network_description(const NetworkConfig& config, const Ar
                                  input_width == 0 ? config.width : input_width, batch_statistics)
       .describe();
 }
-
-template decltype(network_description<float>) network_description<float>;
-template decltype(network_description<double>) network_description<double>;
 
 }  // namespace tapestry::detect

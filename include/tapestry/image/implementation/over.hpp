@@ -77,15 +77,6 @@ void over_adjoint(const Array<T, 3>& premultiplied, const Array<T, 2>& coverage,
   });
 }
 
-template Array<float, 3> over<float>(const Array<float, 3>& premultiplied, const Array<float, 2>& coverage,
-                                     const Array<float, 3>& background, std::size_t top, std::size_t left,
-                                     ColourSpace space);
-template Array<double, 3> over<double>(const Array<double, 3>& premultiplied,
-                                       const Array<double, 2>& coverage, const Array<double, 3>& background,
-                                       std::size_t top, std::size_t left, ColourSpace space);
-template decltype(over_adjoint<float>) over_adjoint<float>;
-template decltype(over_adjoint<double>) over_adjoint<double>;
-
 template <std::floating_point T>
 ArrayVariable<T, 3> over(const ArrayVariable<T, 3>& premultiplied, const ArrayVariable<T, 2>& coverage,
                          const ArrayVariable<T, 3>& background, std::size_t top, std::size_t left,
@@ -167,29 +158,5 @@ ArrayVariable<T, 4> over(const std::vector<ArrayVariable<T, 3>>& premultiplied,
   };
   return record_array(std::shared_ptr<const Array<T, 4>>(batch), pullback, premultiplied);
 }
-
-template ArrayVariable<float, 3> over<float>(const ArrayVariable<float, 3>& premultiplied,
-                                             const ArrayVariable<float, 2>& coverage,
-                                             const ArrayVariable<float, 3>& background, std::size_t top,
-                                             std::size_t left, ColourSpace space);
-template ArrayVariable<double, 3> over<double>(const ArrayVariable<double, 3>& premultiplied,
-                                               const ArrayVariable<double, 2>& coverage,
-                                               const ArrayVariable<double, 3>& background, std::size_t top,
-                                               std::size_t left, ColourSpace space);
-template ArrayVariable<float, 4> over<float>(const std::vector<ArrayVariable<float, 3>>& premultiplied,
-                                             const std::vector<Backdrop<float>>& backdrops,
-                                             ColourSpace space);
-template ArrayVariable<double, 4> over<double>(const std::vector<ArrayVariable<double, 3>>& premultiplied,
-                                               const std::vector<Backdrop<double>>& backdrops,
-                                               ColourSpace space);
-
-template ArrayVariable<float, 2> linearised<float, 2>(const ArrayVariable<float, 2>& colours);
-template ArrayVariable<float, 3> linearised<float, 3>(const ArrayVariable<float, 3>& colours);
-template ArrayVariable<double, 2> linearised<double, 2>(const ArrayVariable<double, 2>& colours);
-template ArrayVariable<double, 3> linearised<double, 3>(const ArrayVariable<double, 3>& colours);
-template ArrayVariable<float, 2> encoded<float, 2>(const ArrayVariable<float, 2>& light);
-template ArrayVariable<float, 3> encoded<float, 3>(const ArrayVariable<float, 3>& light);
-template ArrayVariable<double, 2> encoded<double, 2>(const ArrayVariable<double, 2>& light);
-template ArrayVariable<double, 3> encoded<double, 3>(const ArrayVariable<double, 3>& light);
 
 }  // namespace tapestry::image

@@ -1,11 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <string>
-#include <string_view>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
@@ -17,7 +12,6 @@
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/image/resize.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::image::detail {
@@ -45,14 +39,6 @@ inline std::vector<AxisTap> axis_taps(std::size_t from, std::size_t to) {
     }
   }
   return taps;
-}
-
-void require_size(const char* operation, std::size_t rows, std::size_t columns) {
-  constexpr std::size_t limit = 1U << 16U;
-  if (rows == 0 || columns == 0 || rows > limit || columns > limit) {
-    throw DomainError(std::string(operation) + ": a side of [" + std::to_string(rows) + ", " +
-                      std::to_string(columns) + "] is not 1 to 65536");
-  }
 }
 
 }  // namespace tapestry::image::detail
@@ -121,46 +107,6 @@ void resize_bilinear_adjoint(const Array<T, 3>& resized_adjoint, Array<T, 3>& pi
   });
 }
 
-template Array<float, 3> resize_bilinear<float>(const Array<float, 3>& picture, std::size_t height,
-                                                std::size_t width);
-template Array<double, 3> resize_bilinear<double>(const Array<double, 3>& picture, std::size_t height,
-                                                  std::size_t width);
-template decltype(resize_bilinear_adjoint<float>) resize_bilinear_adjoint<float>;
-template decltype(resize_bilinear_adjoint<double>) resize_bilinear_adjoint<double>;
-
-Fit fit_by_name(std::string_view name) {
-  for (const FitKind kind : fit_kinds)
-    if (name_of(kind) == name) return {kind, kind == FitKind::letterbox_top_left ? 114.0 / 255 : 0.5};
-  throw DomainError("no fit is called " + in_quotes(name) +
-                    "; expected letterbox, letterbox_top_left or stretch");
-}
-
-Placement placement(std::size_t from_height, std::size_t from_width, std::size_t height, std::size_t width,
-                    FitKind kind) {
-  if (from_height == 0 || from_width == 0 || height == 0 || width == 0)
-    throw DomainError("placement: a picture without pixels");
-  Placement place{height, width, 0, 0};
-  if (kind == FitKind::stretch) return place;
-  if (from_width * height > from_height * width)
-    place.height = std::max<std::size_t>(1, from_height * width / from_width);
-  else
-    place.width = std::max<std::size_t>(1, from_width * height / from_height);
-  if (kind == FitKind::letterbox_top_left) return place;
-  if ((height - place.height) % 2 != 0 && place.height > 1) --place.height;
-  if ((width - place.width) % 2 != 0 && place.width > 1) --place.width;
-  place.top = (height - place.height) / 2;
-  place.left = (width - place.width) / 2;
-  return place;
-}
-
-PictureFromCanvas picture_from_canvas(std::size_t picture_height, std::size_t picture_width,
-                                      std::size_t height, std::size_t width, FitKind kind) {
-  const Placement place = placement(picture_height, picture_width, height, width, kind);
-  return {static_cast<double>(picture_width) / static_cast<double>(place.width),
-          static_cast<double>(picture_height) / static_cast<double>(place.height),
-          static_cast<double>(place.left), static_cast<double>(place.top)};
-}
-
 template <std::floating_point T>
 ArrayVariable<T, 4> batch_of(const std::vector<ArrayVariable<T, 3>>& pictures) {
   std::vector<const Array<T, 3>*> values;
@@ -176,8 +122,5 @@ ArrayVariable<T, 4> batch_of(const std::vector<ArrayVariable<T, 3>>& pictures) {
   };
   return record_array(batch_of(values), pullback, pictures);
 }
-
-template ArrayVariable<float, 4> batch_of<float>(const std::vector<ArrayVariable<float, 3>>& pictures);
-template ArrayVariable<double, 4> batch_of<double>(const std::vector<ArrayVariable<double, 3>>& pictures);
 
 }  // namespace tapestry::image

@@ -4,9 +4,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
-#include <string_view>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/image/batch.hpp>
@@ -17,7 +15,6 @@
 #include <tapestry/io/jpeg_file.hpp>
 #include <tapestry/io/png_scan.hpp>
 #include <tapestry/io/pnm_file.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::io::detail {
@@ -71,39 +68,6 @@ inline void write_png(const std::string& path, const std::uint8_t* pixels, std::
 
 namespace tapestry::io {
 
-Array<std::uint8_t, 3> read_image(const std::string& path, std::vector<std::string>* warnings) {
-  std::string file = read_text_file(path, png_file_limit);
-  if (is_jpeg(file)) return parse_jpeg(file, path, warnings);
-  if (is_bmp(file)) return rgb_levels(parse_bmp(file, path));
-  if (is_pnm(file)) return rgb_levels(parse_pnm(file, path));
-  const PngHeader header = scan_png(file, path, warnings);
-  const auto pixels = detail::decode_png_8(with_whole_palette(std::move(file), header), 3);
-  detail::require_decoded(pixels, header.height * header.width * 3, path);
-  Array<std::uint8_t, 3> image(Extents<3>{header.height, header.width, 3});
-  std::copy(pixels.begin(), pixels.end(), image.data());
-  return image;
-}
-
-Array<float, 2> read_mask(const std::string& path, std::vector<std::string>* warnings) {
-  std::string file = read_text_file(path, png_file_limit);
-  if (is_jpeg(file))
-    throw FileError(ErrorKind::malformed,
-                    {path, "@0", "a mask must not have lost anything", "a PNG", "a JPEG"});
-  if (is_bmp(file)) return grey_shares(parse_bmp(file, path));
-  if (is_pnm(file)) return grey_shares(parse_pnm(file, path));
-  const PngHeader header = scan_png(file, path, warnings);
-  const auto pixels = detail::decode_png_16(with_whole_palette(std::move(file), header), 1);
-  detail::require_decoded(pixels, header.height * header.width, path);
-  Array<float, 2> mask(Extents<2>{header.height, header.width});
-  for (std::size_t i = 0; i < pixels.size(); ++i) mask.data()[i] = static_cast<float>(pixels[i]) / 65535.0F;
-  return mask;
-}
-
-void write_image(const std::string& path, const Array<std::uint8_t, 3>& image) {
-  require_shape("write_image", "image", image, {image.shape(0), image.shape(1), 3});
-  detail::write_png(path, image.data(), image.shape(0), image.shape(1), 3);
-}
-
 template <std::floating_point T>
 void write_image(const std::string& path, const Array<T, 3>& image) {
   require_shape("write_image", "image", image, {image.shape(0), image.shape(1), 3});
@@ -111,25 +75,11 @@ void write_image(const std::string& path, const Array<T, 3>& image) {
   detail::write_png(path, pixels.data(), image.shape(0), image.shape(1), 3);
 }
 
-std::string png_file(const std::string& path, const Array<std::uint8_t, 3>& image) {
-  require_shape("png_file", "image", image, {image.shape(0), image.shape(1), 3});
-  return detail::checked_png(path, image.data(), image.shape(0), image.shape(1), 3);
-}
-
 template <std::floating_point T>
 std::string png_file(const std::string& path, const Array<T, 3>& image) {
   require_shape("png_file", "image", image, {image.shape(0), image.shape(1), 3});
   const auto pixels = detail::levels(image.data(), image.size(), image.shape(1), 3, path);
   return detail::checked_png(path, pixels.data(), image.shape(0), image.shape(1), 3);
-}
-
-std::string jpeg_file(const std::string& path, const Array<std::uint8_t, 3>& image, int quality) {
-  require_shape("jpeg_file", "image", image, {image.shape(0), image.shape(1), 3});
-  if (quality < 1 || quality > 100)
-    throw DomainError("jpeg_file: quality is " + std::to_string(quality) + ", expected 1 to 100");
-  detail::require_writable_size(path, image.shape(0), image.shape(1));
-  return detail::require_encoded(path,
-                                 detail::encode_jpeg(image.data(), image.shape(0), image.shape(1), quality));
 }
 
 template <std::floating_point T>
@@ -140,21 +90,7 @@ void write_mask(const std::string& path, const Array<T, 2>& mask) {
 
 }  // namespace tapestry::io
 
-namespace tapestry::io::detail {
-
-template decltype(levels<float>) levels<float>;
-template decltype(levels<double>) levels<double>;
-
-}  // namespace tapestry::io::detail
-
 namespace tapestry::io {
-
-template void write_image<float>(const std::string& path, const Array<float, 3>& image);
-template void write_image<double>(const std::string& path, const Array<double, 3>& image);
-template std::string png_file<float>(const std::string& path, const Array<float, 3>& image);
-template std::string png_file<double>(const std::string& path, const Array<double, 3>& image);
-template decltype(write_mask<float>) write_mask<float>;
-template decltype(write_mask<double>) write_mask<double>;
 
 template <std::floating_point T>
 void write_gradient(const std::string& path, const Array<T, 4>& gradient) {
@@ -166,8 +102,5 @@ void write_gradient(const std::string& path, const Array<T, 4>& gradient) {
   for (T& value : picture.storage()) value = (1 + std::cbrt(value / largest)) / 2;
   write_image(path, picture);
 }
-
-template decltype(write_gradient<float>) write_gradient<float>;
-template decltype(write_gradient<double>) write_gradient<double>;
 
 }  // namespace tapestry::io

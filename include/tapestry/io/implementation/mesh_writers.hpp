@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -22,17 +21,6 @@
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <vector>
-
-namespace tapestry::io {
-
-std::string unused_material_name(const geometry::Mesh& mesh, std::string name) {
-  for (std::size_t i = 0; i < mesh.materials.size(); ++i)
-    for (const auto& material : mesh.materials)
-      if (material.name == name) name += "_";
-  return name;
-}
-
-}  // namespace tapestry::io
 
 namespace tapestry::io::detail {
 
@@ -139,27 +127,6 @@ inline void require_writable_names(const std::string& path, const geometry::Mesh
   for (const auto& group : mesh.groups) require(group);
 }
 
-void require_writable_mesh(const geometry::Mesh& mesh) {
-  for (const auto& position : mesh.positions)
-    for (const double value : position)
-      if (!std::isfinite(value)) throw NumericError("write_obj: a vertex is not finite");
-}
-
-raster::PaintedMesh writable_body(const char* operation, const raster::PaintedMesh& body,
-                                  const std::array<std::size_t, 3>& texture) {
-  const std::string name = operation;
-  if (body.painted.size() != body.mesh.faces.size())
-    throw ShapeError(name + ": painted has " + std::to_string(body.painted.size()) + " entries, expected " +
-                     std::to_string(body.mesh.faces.size()));
-  if (!(body.layout.u_extent > 0)) throw DomainError(name + ": u_extent must be positive");
-  auto written = raster::with_atlas(body);
-  const std::array<std::size_t, 3> charts{written.layout.height, written.layout.width, 3};
-  if (body.layout.kind != raster::TextureKind::atlas && texture != charts)
-    throw ShapeError(name + ": texture is " + tapestry::detail::to_text(texture) + ", expected " +
-                     tapestry::detail::to_text(charts) + ", the charts of the faces");
-  return written;
-}
-
 template <std::floating_point T>
 Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& texture) {
   if (texture.shape(2) != 3) return texture;
@@ -181,14 +148,6 @@ Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& tex
 
 namespace tapestry::io {
 
-void write_obj(const std::string& path, const geometry::Mesh& mesh) {
-  detail::require_writable_names(path, mesh);
-  detail::require_writable_mesh(mesh);
-  const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
-  write_file_atomically(stem.string() + ".mtl", detail::mtl_text(mesh, ""));
-  write_file_atomically(path, detail::obj_text(mesh, {}, stem.filename().string() + ".mtl", 1));
-}
-
 template <std::floating_point T>
 void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
   detail::require_writable_names(path, body.mesh);
@@ -206,22 +165,6 @@ void write_painted_obj(const std::string& path, const raster::PaintedMesh& body,
 
 namespace tapestry::io::detail {
 
-template decltype(append_number<float>) append_number<float>;
-template decltype(append_number<double>) append_number<double>;
-template decltype(with_gutters_filled<float>) with_gutters_filled<float>;
-template decltype(with_gutters_filled<double>) with_gutters_filled<double>;
-
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
-
-template decltype(write_painted_obj<float>) write_painted_obj<float>;
-template decltype(write_painted_obj<double>) write_painted_obj<double>;
-
-}  // namespace tapestry::io
-
-namespace tapestry::io::detail {
-
 inline void require_faces(const char* operation, const geometry::Mesh& mesh) {
   if (mesh.faces.empty()) throw DomainError(std::string(operation) + ": the mesh has no faces");
 }
@@ -229,12 +172,6 @@ inline void require_faces(const char* operation, const geometry::Mesh& mesh) {
 }  // namespace tapestry::io::detail
 
 namespace tapestry::io {
-
-void write_glb(const std::string& path, const geometry::Mesh& mesh) {
-  detail::require_writable_mesh(mesh);
-  detail::require_faces("write_glb", mesh);
-  write_file_atomically(path, detail::glb_file(path, mesh, {}, "", 1));
-}
 
 template <std::floating_point T>
 void write_painted_glb(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
@@ -245,8 +182,5 @@ void write_painted_glb(const std::string& path, const raster::PaintedMesh& body,
   write_file_atomically(path,
                         detail::glb_file(path, written.mesh, written.painted, png, written.layout.u_extent));
 }
-
-template decltype(write_painted_glb<float>) write_painted_glb<float>;
-template decltype(write_painted_glb<double>) write_painted_glb<double>;
 
 }  // namespace tapestry::io

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <memory>
 #include <span>
-#include <string>
 #include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/error.hpp>
@@ -14,24 +13,6 @@
 #include <tapestry/loss/prediction_variable.hpp>
 #include <tapestry/loss/responsible.hpp>
 #include <vector>
-
-namespace tapestry::loss {
-
-AdversarialLoss adversarial_loss_by_name(const std::string& name) {
-  if (name == "paper") return AdversarialLoss::paper;
-  if (name == "as_coded") return AdversarialLoss::as_coded;
-  if (name == "max_score") return AdversarialLoss::max_score;
-  if (name == "vanish") return AdversarialLoss::vanish;
-  throw DomainError("no adversarial loss is called '" + name +
-                    "'; there are paper, as_coded, max_score and vanish");
-}
-
-std::string name_of(AdversarialLoss kind) {
-  constexpr const char* names[] = {"paper", "as_coded", "max_score", "vanish"};
-  return names[static_cast<std::size_t>(kind)];
-}
-
-}  // namespace tapestry::loss
 
 namespace tapestry::loss::detail {
 
@@ -151,26 +132,6 @@ void adversarial_adjoint(const Predictions<T>& predictions, const Target& target
 
 namespace tapestry::loss::detail {
 
-template decltype(terms_adjoint<float>) terms_adjoint<float>;
-template decltype(terms_adjoint<double>) terms_adjoint<double>;
-
-}  // namespace tapestry::loss::detail
-
-namespace tapestry::loss {
-
-template AdversarialTerms<float> adversarial<float>(const Predictions<float>& predictions,
-                                                    const Target& target, AdversarialLoss kind,
-                                                    const AdversarialWeights& weights);
-template AdversarialTerms<double> adversarial<double>(const Predictions<double>& predictions,
-                                                      const Target& target, AdversarialLoss kind,
-                                                      const AdversarialWeights& weights);
-template decltype(adversarial_adjoint<float>) adversarial_adjoint<float>;
-template decltype(adversarial_adjoint<double>) adversarial_adjoint<double>;
-
-}  // namespace tapestry::loss
-
-namespace tapestry::loss::detail {
-
 /// The mean of the terms over a batch, added in double in the order of the images: iou, objectness,
 /// classification, max_score, total.
 template <std::floating_point T>
@@ -241,19 +202,5 @@ AdversarialTerms<Variable<T>> mean_of(std::vector<AdversarialTerms<Variable<T>>>
   }
   return mean;
 }
-
-}  // namespace tapestry::loss
-
-namespace tapestry::loss::detail {
-
-template decltype(adversarial_of<float>) adversarial_of<float>;
-template decltype(adversarial_of<double>) adversarial_of<double>;
-
-}  // namespace tapestry::loss::detail
-
-namespace tapestry::loss {
-
-template decltype(mean_of<float>) mean_of<float>;
-template decltype(mean_of<double>) mean_of<double>;
 
 }  // namespace tapestry::loss

@@ -75,11 +75,6 @@ void attention_adjoint(const Array<T, 2>& heat, T loss_adjoint, Array<T, 2>& hea
   }
 }
 
-template float attention<float>(const Array<float, 2>& heat);
-template double attention<double>(const Array<double, 2>& heat);
-template decltype(attention_adjoint<float>) attention_adjoint<float>;
-template decltype(attention_adjoint<double>) attention_adjoint<double>;
-
 template <std::floating_point T>
 Variable<T> attention(const ArrayVariable<T, 2>& heat) {
   const auto pullback = [kept = heat.value()](T loss_adjoint, Array<T, 2>* heat_adjoint) {
@@ -87,8 +82,5 @@ Variable<T> attention(const ArrayVariable<T, 2>& heat) {
   };
   return record_scalar(attention(heat.value()), pullback, heat);
 }
-
-template Variable<float> attention<float>(const ArrayVariable<float, 2>& heat);
-template Variable<double> attention<double>(const ArrayVariable<double, 2>& heat);
 
 }  // namespace tapestry::loss

@@ -124,21 +124,4 @@ Variable<T> cross_entropy(const ArrayVariable<T, 4>& logits, std::shared_ptr<con
   return record_scalar(value, pullback, logits);
 }
 
-template float binary_cross_entropy<float>(const Array<float, 4>&, const Array<float, 4>&);
-template double binary_cross_entropy<double>(const Array<double, 4>&, const Array<double, 4>&);
-template float cross_entropy<float>(const Array<float, 4>&, const Array<float, 4>&);
-template double cross_entropy<double>(const Array<double, 4>&, const Array<double, 4>&);
-template decltype(binary_cross_entropy_adjoint<float>) binary_cross_entropy_adjoint<float>;
-template decltype(binary_cross_entropy_adjoint<double>) binary_cross_entropy_adjoint<double>;
-template decltype(cross_entropy_adjoint<float>) cross_entropy_adjoint<float>;
-template decltype(cross_entropy_adjoint<double>) cross_entropy_adjoint<double>;
-template Variable<float> binary_cross_entropy<float>(const ArrayVariable<float, 4>&,
-                                                     std::shared_ptr<const Array<float, 4>>);
-template Variable<double> binary_cross_entropy<double>(const ArrayVariable<double, 4>&,
-                                                       std::shared_ptr<const Array<double, 4>>);
-template Variable<float> cross_entropy<float>(const ArrayVariable<float, 4>&,
-                                              std::shared_ptr<const Array<float, 4>>);
-template Variable<double> cross_entropy<double>(const ArrayVariable<double, 4>&,
-                                                std::shared_ptr<const Array<double, 4>>);
-
 }  // namespace tapestry::loss

@@ -23,14 +23,6 @@ template <std::floating_point T>
   return {x.position(x.cell + 0.5), y.position(y.cell + 0.5), x.unit, y.unit};
 }
 
-ClassCost::ClassCost(double class_logit, std::optional<double> objectness_logit) {
-  constexpr double most = 100;
-  said = softplus(-class_logit);
-  if (objectness_logit) said = (said + softplus(-*objectness_logit)) / 2;
-  denied = std::min(most, -std::log(-std::expm1(-said)));
-  said = std::min(most, said);
-}
-
 /// Cost of each class for a candidate: of predicting it and denying all others.
 template <std::floating_point T>
 [[nodiscard]] std::vector<double> class_costs(const Predictions<T>& predictions, const Candidate& candidate) {
@@ -135,14 +127,6 @@ class DynamicMatcher {
   std::vector<Place> places_;
 };
 
-void require_free_heads(const char* operation, const std::vector<detect::Head>& heads) {
-  for (const auto& head : heads)
-    if (detect::has_anchors(head.decode) || head.decode == detect::DecodeFamily::decoded)
-      throw DomainError(std::string(operation) + ": heads of the decode family " +
-                        std::string(detect::name_of(head.decode)) +
-                        ", whose candidates are no cells without anchors; expected yolox or distance");
-}
-
 /// \throws NumericError for a logit of the image that is not finite
 template <std::floating_point T>
 void require_finite_image(const char* operation, const Predictions<T>& predictions) {
@@ -184,8 +168,5 @@ DynamicMatches dynamic_matches(const std::vector<detect::Head>& heads, const Log
   });
   return matches;
 }
-
-template decltype(dynamic_matches<float>) dynamic_matches<float>;
-template decltype(dynamic_matches<double>) dynamic_matches<double>;
 
 }  // namespace tapestry::loss

@@ -160,31 +160,7 @@ void normal_consistency_adjoint(const geometry::MeshTopology& topology, const Ar
 
 }  // namespace tapestry::loss
 
-namespace tapestry::loss::detail {
-
-template decltype(row<float>) row<float>;
-template decltype(row<double>) row<double>;
-
-}  // namespace tapestry::loss::detail
-
 namespace tapestry::loss {
-
-template float laplacian<float>(const geometry::MeshTopology& topology, const Array<float, 2>& positions);
-template double laplacian<double>(const geometry::MeshTopology& topology, const Array<double, 2>& positions);
-template decltype(laplacian_adjoint<float>) laplacian_adjoint<float>;
-template decltype(laplacian_adjoint<double>) laplacian_adjoint<double>;
-template float edge_length<float>(const geometry::MeshTopology& topology, const Array<float, 2>& positions,
-                                  double length);
-template double edge_length<double>(const geometry::MeshTopology& topology, const Array<double, 2>& positions,
-                                    double length);
-template decltype(edge_length_adjoint<float>) edge_length_adjoint<float>;
-template decltype(edge_length_adjoint<double>) edge_length_adjoint<double>;
-template float normal_consistency<float>(const geometry::MeshTopology& topology,
-                                         const Array<float, 2>& positions);
-template double normal_consistency<double>(const geometry::MeshTopology& topology,
-                                           const Array<double, 2>& positions);
-template decltype(normal_consistency_adjoint<float>) normal_consistency_adjoint<float>;
-template decltype(normal_consistency_adjoint<double>) normal_consistency_adjoint<double>;
 
 template <std::floating_point T>
 Variable<T> laplacian(const geometry::MeshTopology& topology, const ArrayVariable<T, 2>& positions) {
@@ -216,18 +192,5 @@ Variable<T> normal_consistency(const geometry::MeshTopology& topology, const Arr
       },
       positions);
 }
-
-template Variable<float> laplacian<float>(const geometry::MeshTopology& topology,
-                                          const ArrayVariable<float, 2>& positions);
-template Variable<double> laplacian<double>(const geometry::MeshTopology& topology,
-                                            const ArrayVariable<double, 2>& positions);
-template Variable<float> edge_length<float>(const geometry::MeshTopology& topology,
-                                            const ArrayVariable<float, 2>& positions, double length);
-template Variable<double> edge_length<double>(const geometry::MeshTopology& topology,
-                                              const ArrayVariable<double, 2>& positions, double length);
-template Variable<float> normal_consistency<float>(const geometry::MeshTopology& topology,
-                                                   const ArrayVariable<float, 2>& positions);
-template Variable<double> normal_consistency<double>(const geometry::MeshTopology& topology,
-                                                     const ArrayVariable<double, 2>& positions);
 
 }  // namespace tapestry::loss

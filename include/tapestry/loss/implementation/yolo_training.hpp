@@ -226,17 +226,6 @@ void yolo_training_adjoint(const std::vector<detect::Head>& heads, const LogitsV
   });
 }
 
-template YoloTrainingTerms yolo_training<float>(const std::vector<detect::Head>& heads,
-                                                const LogitsView<float>& logits, const Truths& truths,
-                                                std::size_t input_height, std::size_t input_width,
-                                                const YoloTrainingOptions& options);
-template YoloTrainingTerms yolo_training<double>(const std::vector<detect::Head>& heads,
-                                                 const LogitsView<double>& logits, const Truths& truths,
-                                                 std::size_t input_height, std::size_t input_width,
-                                                 const YoloTrainingOptions& options);
-template decltype(yolo_training_adjoint<float>) yolo_training_adjoint<float>;
-template decltype(yolo_training_adjoint<double>) yolo_training_adjoint<double>;
-
 }  // namespace tapestry::loss
 
 namespace tapestry::loss::detail {
@@ -279,8 +268,5 @@ YoloTrainingVariables<T> yolo_training_of(const std::vector<detect::Head>& heads
   };
   return record_training_terms(means, options, adjoint_of, logits);
 }
-
-template decltype(yolo_training_of<float>) yolo_training_of<float>;
-template decltype(yolo_training_of<double>) yolo_training_of<double>;
 
 }  // namespace tapestry::loss::detail

@@ -161,19 +161,6 @@ void yolox_training_adjoint(const std::vector<detect::Head>& heads, const Logits
   });
 }
 
-template YoloTrainingTerms yolox_training<float>(const std::vector<detect::Head>& heads,
-                                                 const LogitsView<float>& logits,
-                                                 const DynamicMatches& matches, std::size_t input_height,
-                                                 std::size_t input_width,
-                                                 const YoloxTrainingOptions& options);
-template YoloTrainingTerms yolox_training<double>(const std::vector<detect::Head>& heads,
-                                                  const LogitsView<double>& logits,
-                                                  const DynamicMatches& matches, std::size_t input_height,
-                                                  std::size_t input_width,
-                                                  const YoloxTrainingOptions& options);
-template decltype(yolox_training_adjoint<float>) yolox_training_adjoint<float>;
-template decltype(yolox_training_adjoint<double>) yolox_training_adjoint<double>;
-
 }  // namespace tapestry::loss
 
 namespace tapestry::loss::detail {
@@ -195,8 +182,5 @@ YoloTrainingVariables<T> yolox_training_of(const std::vector<detect::Head>& head
   };
   return record_training_terms(terms, options, adjoint_of, logits);
 }
-
-template decltype(yolox_training_of<float>) yolox_training_of<float>;
-template decltype(yolox_training_of<double>) yolox_training_of<double>;
 
 }  // namespace tapestry::loss::detail

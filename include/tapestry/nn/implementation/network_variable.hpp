@@ -90,20 +90,6 @@ std::vector<ArrayVariable<T, 4>> forward(Network<T>& network, const ArrayVariabl
   return detail::record_network(std::as_const(network), Mode::training, std::move(pass), x, weights);
 }
 
-template std::vector<ArrayVariable<float, 4>> forward<float>(const Network<float>&,
-                                                             const ArrayVariable<float, 4>&,
-                                                             std::shared_ptr<NetworkPass<float>>);
-template std::vector<ArrayVariable<double, 4>> forward<double>(const Network<double>&,
-                                                               const ArrayVariable<double, 4>&,
-                                                               std::shared_ptr<NetworkPass<double>>);
-template std::vector<ArrayVariable<float, 4>> forward<float>(Network<float>&, const ArrayVariable<float, 4>&,
-                                                             const ArrayVariable<float, 1>&,
-                                                             std::shared_ptr<NetworkPass<float>>);
-template std::vector<ArrayVariable<double, 4>> forward<double>(Network<double>&,
-                                                               const ArrayVariable<double, 4>&,
-                                                               const ArrayVariable<double, 1>&,
-                                                               std::shared_ptr<NetworkPass<double>>);
-
 }  // namespace tapestry::nn
 
 namespace tapestry::nn::detail {
@@ -261,26 +247,5 @@ ArrayVariable<T, 4> batch_norm(const ArrayVariable<T, 4>& x, const ArrayVariable
   const auto running = zeros<T, 1>({scale.value().size()});  // running statistics, which are not used
   return detail::record_layer<T>(std::move(node), {running, running}, x, scale, bias);
 }
-
-template ArrayVariable<float, 4> convolve<float>(const ArrayVariable<float, 4>&,
-                                                 const ArrayVariable<float, 4>&,
-                                                 const ArrayVariable<float, 1>&, const ConvolutionLayer&);
-template ArrayVariable<double, 4> convolve<double>(const ArrayVariable<double, 4>&,
-                                                   const ArrayVariable<double, 4>&,
-                                                   const ArrayVariable<double, 1>&, const ConvolutionLayer&);
-template ArrayVariable<float, 4> convolve<float>(const ArrayVariable<float, 4>&,
-                                                 const ArrayVariable<float, 4>&, const ConvolutionLayer&);
-template ArrayVariable<double, 4> convolve<double>(const ArrayVariable<double, 4>&,
-                                                   const ArrayVariable<double, 4>&, const ConvolutionLayer&);
-template decltype(max_pool<float>) max_pool<float>;
-template decltype(max_pool<double>) max_pool<double>;
-template decltype(average_pool<float>) average_pool<float>;
-template decltype(average_pool<double>) average_pool<double>;
-template ArrayVariable<float, 4> batch_norm<float>(const ArrayVariable<float, 4>&,
-                                                   const ArrayVariable<float, 1>&,
-                                                   const ArrayVariable<float, 1>&, double);
-template ArrayVariable<double, 4> batch_norm<double>(const ArrayVariable<double, 4>&,
-                                                     const ArrayVariable<double, 1>&,
-                                                     const ArrayVariable<double, 1>&, double);
 
 }  // namespace tapestry::nn

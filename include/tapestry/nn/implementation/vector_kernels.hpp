@@ -8,7 +8,7 @@
 
 /// \file
 /// The kernels of vector_kernels.hpp, compiled for each instruction set by target attributes, so that a build
-/// with plain options has them all.
+/// with plain options has them all. For double, a reference, the portable ones serve every set.
 
 namespace tapestry::nn {
 
@@ -53,18 +53,16 @@ namespace avx512_bf16 {
 template <std::floating_point T>
 Kernels<T> kernels_of([[maybe_unused]] InstructionSet set) {
 #if defined(__x86_64__)
-  if (set == InstructionSet::avx512) {
-    Kernels<T> kernels = avx512::make_kernels<T>();
-    if constexpr (std::is_same_v<T, float>)
+  if constexpr (std::is_same_v<T, float>) {
+    if (set == InstructionSet::avx512) {
+      Kernels<T> kernels = avx512::make_kernels<T>();
       if (has_bfloat16()) avx512_bf16::fill_bfloat16(kernels);
-    return kernels;
+      return kernels;
+    }
+    if (set == InstructionSet::avx2) return avx2::make_kernels<T>();
   }
-  if (set == InstructionSet::avx2) return avx2::make_kernels<T>();
 #endif
   return portable::make_kernels<T>();
 }
-
-template Kernels<float> kernels_of<float>(InstructionSet);
-template Kernels<double> kernels_of<double>(InstructionSet);
 
 }  // namespace tapestry::nn

@@ -32,12 +32,16 @@ namespace detail {
 }
 
 /// Whether the operator takes its operands of four axes channels last.
-[[nodiscard]] bool lies_last(const Operator<double>& kind, const std::vector<FoldOperand>& operands);
+template <std::floating_point T>
+[[nodiscard]] bool lies_last(const Operator<T>& kind, const std::vector<FoldOperand>& operands);
 }  // namespace detail
 
-/// The results of a node all of whose operands are known beforehand, computed in double.
+/// The results of a node all of whose operands are known beforehand. Elements that are moved keep their
+/// values; arithmetic, comparisons and casts are computed in double, and all else in T.
+///
 /// \param most  elements that they may have
 /// \throws DomainError or ShapeError if the node is not supported or its results are too large
+template <std::floating_point T>
 [[nodiscard]] std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
                                               const std::vector<FoldOperand>& operands, std::size_t most);
 

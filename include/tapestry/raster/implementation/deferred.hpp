@@ -16,7 +16,6 @@
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -53,14 +52,6 @@ void for_each_attribute(const PixelFaces& pixels, const std::vector<geometry::Co
 }  // namespace tapestry::raster::detail
 
 namespace tapestry::raster {
-
-PixelFaces pixel_faces(std::shared_ptr<const geometry::Mesh> mesh, const geometry::Camera& camera,
-                       std::size_t height, std::size_t width, std::shared_ptr<const MeshEdges> edges) {
-  PixelFaces pixels{std::move(mesh), camera, height, width, {}, {}};
-  pixels.face = visibility(*pixels.mesh, camera, height, width, 1).face;
-  pixels.edges = detail::edges_of("pixel_faces", *pixels.mesh, std::move(edges));
-  return pixels;
-}
 
 template <std::floating_point T>
 Array<T, 3> barycentrics(const PixelFaces& pixels) {
@@ -226,32 +217,5 @@ ArrayVariable<T, 3> antialias(const Rasterised<T>& rasterised,
   };
   return record_array(antialias(*rasterised.pixels, colour.value()), pullback, colour, rasterised.positions);
 }
-
-template decltype(barycentrics<float>) barycentrics<float>;
-template decltype(barycentrics_adjoint<float>) barycentrics_adjoint<float>;
-template decltype(interpolate_adjoint<float>) interpolate_adjoint<float>;
-template decltype(antialias_adjoint<float>) antialias_adjoint<float>;
-template decltype(rasterise<float>) rasterise<float>;
-template decltype(texture_coordinates<float>) texture_coordinates<float>;
-template Array<float, 3> interpolate<float>(const PixelFaces&, const Array<float, 3>&, const Array<float, 2>&,
-                                            const std::vector<geometry::Corners>&);
-template Array<float, 3> antialias<float>(const PixelFaces&, const Array<float, 3>&);
-template ArrayVariable<float, 3> interpolate<float>(const Rasterised<float>&, const ArrayVariable<float, 2>&,
-                                                    const std::vector<geometry::Corners>&);
-template ArrayVariable<float, 3> antialias<float>(const Rasterised<float>&, const ArrayVariable<float, 3>&);
-template decltype(barycentrics<double>) barycentrics<double>;
-template decltype(barycentrics_adjoint<double>) barycentrics_adjoint<double>;
-template decltype(interpolate_adjoint<double>) interpolate_adjoint<double>;
-template decltype(antialias_adjoint<double>) antialias_adjoint<double>;
-template decltype(rasterise<double>) rasterise<double>;
-template decltype(texture_coordinates<double>) texture_coordinates<double>;
-template Array<double, 3> interpolate<double>(const PixelFaces&, const Array<double, 3>&,
-                                              const Array<double, 2>&, const std::vector<geometry::Corners>&);
-template Array<double, 3> antialias<double>(const PixelFaces&, const Array<double, 3>&);
-template ArrayVariable<double, 3> interpolate<double>(const Rasterised<double>&,
-                                                      const ArrayVariable<double, 2>&,
-                                                      const std::vector<geometry::Corners>&);
-template ArrayVariable<double, 3> antialias<double>(const Rasterised<double>&,
-                                                    const ArrayVariable<double, 3>&);
 
 }  // namespace tapestry::raster

@@ -110,13 +110,4 @@ ArrayVariable<T, 3> look_up(const std::type_identity_t<ArrayVariable<T, 3>>& tex
   return record_array(look_up(texture.value(), uv.value()), pullback, texture, uv);
 }
 
-template decltype(look_up_adjoint<float>) look_up_adjoint<float>;
-template Array<float, 3> look_up<float>(const Array<float, 3>&, const Array<float, 3>&);
-template ArrayVariable<float, 3> look_up<float>(const ArrayVariable<float, 3>&,
-                                                const ArrayVariable<float, 3>&);
-template decltype(look_up_adjoint<double>) look_up_adjoint<double>;
-template Array<double, 3> look_up<double>(const Array<double, 3>&, const Array<double, 3>&);
-template ArrayVariable<double, 3> look_up<double>(const ArrayVariable<double, 3>&,
-                                                  const ArrayVariable<double, 3>&);
-
 }  // namespace tapestry::raster

@@ -81,18 +81,6 @@ void render_adjoint(const TextureOperator<T>& picture, const Array<T, 3>& render
   });
 }
 
-template decltype(texture_operator<float, Light>) texture_operator<float, Light>;
-template decltype(texture_operator<double, Light>) texture_operator<double, Light>;
-template decltype(texture_operator<float, Unlit>) texture_operator<float, Unlit>;
-template decltype(texture_operator<double, Unlit>) texture_operator<double, Unlit>;
-template decltype(with_tiles<float>) with_tiles<float>;
-template decltype(with_tiles<double>) with_tiles<double>;
-template Array<float, 3> render<float>(const TextureOperator<float>& picture, const Array<float, 2>& texels);
-template Array<double, 3> render<double>(const TextureOperator<double>& picture,
-                                         const Array<double, 2>& texels);
-template decltype(render_adjoint<float>) render_adjoint<float>;
-template decltype(render_adjoint<double>) render_adjoint<double>;
-
 }  // namespace tapestry::raster
 
 namespace tapestry::raster::detail {
@@ -143,16 +131,5 @@ std::vector<ArrayVariable<T, 3>> render(
   };
   return record_arrays<T, 3>(std::move(values), pullback, texels);
 }
-
-template ArrayVariable<float, 3> render<float>(const TextureOperator<float>& picture,
-                                               const ArrayVariable<float, 2>& texels);
-template ArrayVariable<double, 3> render<double>(const TextureOperator<double>& picture,
-                                                 const ArrayVariable<double, 2>& texels);
-template std::vector<ArrayVariable<float, 3>> render<float>(
-    const std::vector<std::shared_ptr<const TextureOperator<float>>>& pictures,
-    const ArrayVariable<float, 2>& texels);
-template std::vector<ArrayVariable<double, 3>> render<double>(
-    const std::vector<std::shared_ptr<const TextureOperator<double>>>& pictures,
-    const ArrayVariable<double, 2>& texels);
 
 }  // namespace tapestry::raster

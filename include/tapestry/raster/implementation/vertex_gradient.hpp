@@ -1,11 +1,9 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
@@ -55,9 +53,6 @@ void silhouette_adjoint(const geometry::Mesh& mesh, const geometry::Camera& came
                          *detail::edges_of("silhouette_adjoint", mesh, edges), {}, false, positions_adjoint);
 }
 
-template decltype(silhouette_adjoint<float>) silhouette_adjoint<float>;
-template decltype(silhouette_adjoint<double>) silhouette_adjoint<double>;
-
 }  // namespace tapestry::raster
 
 namespace tapestry::raster::detail {
@@ -99,66 +94,3 @@ ArrayVariable<T, 2> silhouette(const geometry::Mesh& mesh, const geometry::Camer
 }
 
 }  // namespace tapestry::raster
-
-namespace tapestry::raster::detail {
-
-template decltype(record_coverage<float>) record_coverage<float>;
-template decltype(record_coverage<double>) record_coverage<double>;
-
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
-
-template ArrayVariable<float, 2> silhouette<float>(const geometry::Mesh& mesh, const geometry::Camera& camera,
-                                                   std::size_t height, std::size_t width,
-                                                   const ArrayVariable<float, 2>& positions,
-                                                   const ArrayVariable<float, 1>& pose,
-                                                   std::size_t samples_per_axis,
-                                                   std::shared_ptr<const MeshEdges> edges);
-template ArrayVariable<double, 2> silhouette<double>(
-    const geometry::Mesh& mesh, const geometry::Camera& camera, std::size_t height, std::size_t width,
-    const ArrayVariable<double, 2>& positions, const ArrayVariable<double, 1>& pose,
-    std::size_t samples_per_axis, std::shared_ptr<const MeshEdges> edges);
-
-}  // namespace tapestry::raster
-
-namespace tapestry::raster::detail {
-
-void require_positions_adjoint(const char* operation, const geometry::Mesh& mesh,
-                               const std::vector<geometry::Vector3>& positions_adjoint) {
-  if (positions_adjoint.size() != mesh.positions.size())
-    throw ShapeError(std::string(operation) + ": positions_adjoint is [" +
-                     std::to_string(positions_adjoint.size()) + "], expected [" +
-                     std::to_string(mesh.positions.size()) + "], one entry a position");
-}
-
-std::shared_ptr<const MeshEdges> edges_of(const char* operation, const geometry::Mesh& mesh,
-                                          std::shared_ptr<const MeshEdges> kept) {
-  if (kept == nullptr) return std::make_shared<const MeshEdges>(mesh_edges(mesh));
-  if (kept->welded.size() == mesh.positions.size() && kept->face_count == mesh.faces.size()) return kept;
-  const auto size = [](std::size_t positions, std::size_t faces) {
-    return std::to_string(positions) + " positions and " + std::to_string(faces) + " faces";
-  };
-  throw ShapeError(std::string(operation) + ": edges are those of a mesh of " +
-                   size(kept->welded.size(), kept->face_count) + ", expected " +
-                   size(mesh.positions.size(), mesh.faces.size()));
-}
-
-void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,
-                           const std::vector<geometry::Vector3>& positions_view,
-                           const geometry::Camera& camera, FacesInView& faces) {
-  if (!edges.is_closed) return;
-  int shown = 0;
-  for (const SeenFaces::Band& band : seen.bands())
-    for (const std::int32_t face : band.faces()) {
-      if (shown == 0) shown = faces.winding(face);
-      if (shown == 0 || faces.winding(face) != shown) return;
-    }
-  if (shown == 0 ||
-      std::any_of(positions_view.begin(), positions_view.end(),
-                  [&](const geometry::Vector3& position) { return !(position[2] > camera.near); }))
-    return;
-  faces.leave_out(-shown);
-}
-
-}  // namespace tapestry::raster::detail

@@ -122,15 +122,6 @@ void transformed_adjoint(const Array<T, 3>& picture, const Blur& blur, const Arr
   for (std::size_t i = 0; i < across.size(); ++i) picture_adjoint.data()[i] += across.data()[i];
 }
 
-template Array<float, 3> transformed<float>(const Array<float, 3>& picture, const Blur& blur);
-template Array<double, 3> transformed<double>(const Array<double, 3>& picture, const Blur& blur);
-template void transformed_adjoint<float>(const Array<float, 3>& picture, const Blur& blur,
-                                         const Array<float, 3>& out_adjoint,
-                                         Array<float, 3>& picture_adjoint);
-template void transformed_adjoint<double>(const Array<double, 3>& picture, const Blur& blur,
-                                          const Array<double, 3>& out_adjoint,
-                                          Array<double, 3>& picture_adjoint);
-
 }  // namespace tapestry::image
 
 namespace tapestry::image::detail {
@@ -151,11 +142,6 @@ void for_each_with_noise(const Extents<3>& extents, std::uint64_t seed, Visit vi
     Random random = Random(seed).fork(y);
     for (std::size_t i = y * row; i < (y + 1) * row; ++i) visit(i, near_normal(random.bits()));
   });
-}
-
-void require_sound(const SensorNoise& noise) {
-  if (!(noise.shot >= 0 && noise.read > 0))
-    throw DomainError("sensor noise: shot must be at least 0 and read above 0");
 }
 
 }  // namespace tapestry::image::detail
@@ -188,14 +174,5 @@ void transformed_adjoint(const Array<T, 3>& picture, const SensorNoise& noise, c
     picture_adjoint.data()[i] += slope * out_adjoint.data()[i];
   });
 }
-
-template Array<float, 3> transformed<float>(const Array<float, 3>& picture, const SensorNoise& noise);
-template Array<double, 3> transformed<double>(const Array<double, 3>& picture, const SensorNoise& noise);
-template void transformed_adjoint<float>(const Array<float, 3>& picture, const SensorNoise& noise,
-                                         const Array<float, 3>& out_adjoint,
-                                         Array<float, 3>& picture_adjoint);
-template void transformed_adjoint<double>(const Array<double, 3>& picture, const SensorNoise& noise,
-                                          const Array<double, 3>& out_adjoint,
-                                          Array<double, 3>& picture_adjoint);
 
 }  // namespace tapestry::image

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <memory>
 #include <string>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
@@ -19,17 +18,6 @@
 #include <utility>
 #include <variant>
 #include <vector>
-
-namespace tapestry::image {
-
-ColourChange contrast_and_saturation(double contrast, double saturation) {
-  const Eigen::RowVector3d luma(0.299, 0.587, 0.114);
-  const Eigen::Matrix3d saturated =
-      saturation * Eigen::Matrix3d::Identity() + (1 - saturation) * Eigen::Vector3d::Ones() * luma;
-  return {contrast * saturated, Eigen::Vector3d::Constant((1 - contrast) / 2)};
-}
-
-}  // namespace tapestry::image
 
 namespace tapestry::image::detail {
 
@@ -106,15 +94,6 @@ void transformed_adjoint(const Array<T, 3>& picture, const LightChange& change,
   });
 }
 
-template Array<float, 3> transformed<float>(const Array<float, 3>& picture, const LightChange& change);
-template Array<double, 3> transformed<double>(const Array<double, 3>& picture, const LightChange& change);
-template void transformed_adjoint<float>(const Array<float, 3>& picture, const LightChange& change,
-                                         const Array<float, 3>& out_adjoint,
-                                         Array<float, 3>& picture_adjoint);
-template void transformed_adjoint<double>(const Array<double, 3>& picture, const LightChange& change,
-                                          const Array<double, 3>& out_adjoint,
-                                          Array<double, 3>& picture_adjoint);
-
 template <std::floating_point T>
 std::vector<Array<T, 3>> transformation_stages(Array<T, 3> picture, const TransformationChain& chain) {
   std::vector<Array<T, 3>> stages;
@@ -148,18 +127,6 @@ void transformed_adjoint(const std::vector<Array<T, 3>>& stages, const Transform
   for (std::size_t i = 0; i < adjoint.size(); ++i) picture_adjoint.data()[i] += adjoint.data()[i];
 }
 
-template decltype(transformation_stages<float>) transformation_stages<float>;
-template decltype(transformation_stages<double>) transformation_stages<double>;
-template Array<float, 3> transformed<float>(Array<float, 3> picture, const TransformationChain& chain);
-template Array<double, 3> transformed<double>(Array<double, 3> picture, const TransformationChain& chain);
-template void transformed_adjoint<float>(const std::vector<Array<float, 3>>& stages,
-                                         const TransformationChain& chain, const Array<float, 3>& out_adjoint,
-                                         Array<float, 3>& picture_adjoint);
-template void transformed_adjoint<double>(const std::vector<Array<double, 3>>& stages,
-                                          const TransformationChain& chain,
-                                          const Array<double, 3>& out_adjoint,
-                                          Array<double, 3>& picture_adjoint);
-
 template <std::floating_point T>
 ArrayVariable<T, 4> transformed(const ArrayVariable<T, 4>& pictures,
                                 const std::vector<TransformationChain>& chains) {
@@ -185,10 +152,5 @@ ArrayVariable<T, 4> transformed(const ArrayVariable<T, 4>& pictures,
   };
   return record_array(std::move(out), pullback, pictures);
 }
-
-template ArrayVariable<float, 4> transformed<float>(const ArrayVariable<float, 4>& pictures,
-                                                    const std::vector<TransformationChain>& chains);
-template ArrayVariable<double, 4> transformed<double>(const ArrayVariable<double, 4>& pictures,
-                                                      const std::vector<TransformationChain>& chains);
 
 }  // namespace tapestry::image

@@ -6,7 +6,6 @@
 #include <concepts>
 #include <cstddef>
 #include <numbers>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/image/transform/camera_effects.hpp>
@@ -205,11 +204,6 @@ JpegPlanes<T> adjoints_of_planes(const JpegPlanes<T>& before, const JpegCompress
   return adjoints;
 }
 
-void require_sound(const JpegCompression& jpeg) {
-  if (jpeg.quality < 1 || jpeg.quality > 100)
-    throw DomainError("JPEG: quality " + std::to_string(jpeg.quality) + " is not 1 to 100");
-}
-
 }  // namespace tapestry::image::detail
 
 namespace tapestry::image {
@@ -244,14 +238,5 @@ void transformed_adjoint(const Array<T, 3>& picture, const JpegCompression& jpeg
                                                 share * adjoints[2].data()[chroma]);
       });
 }
-
-template Array<float, 3> transformed<float>(const Array<float, 3>& picture, const JpegCompression& jpeg);
-template Array<double, 3> transformed<double>(const Array<double, 3>& picture, const JpegCompression& jpeg);
-template void transformed_adjoint<float>(const Array<float, 3>& picture, const JpegCompression& jpeg,
-                                         const Array<float, 3>& out_adjoint,
-                                         Array<float, 3>& picture_adjoint);
-template void transformed_adjoint<double>(const Array<double, 3>& picture, const JpegCompression& jpeg,
-                                          const Array<double, 3>& out_adjoint,
-                                          Array<double, 3>& picture_adjoint);
 
 }  // namespace tapestry::image

@@ -3,9 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/network_config.hpp>
@@ -33,55 +31,7 @@ inline void parse_net(SectionReader& reader, detect::NetworkConfig& config) {
     config.letter_box = reader.integer("letter_box", 0, 0, 1, ErrorKind::malformed) != 0;
 }
 
-detect::NetworkConfig parse_cfg(std::string_view text, const std::string& name) {
-  auto sections = cfg_sections(text, name);
-  if (sections.empty()) throw detect::cfg_error(name, 1, "no [net] section", "a Darknet cfg file");
-  detect::NetworkConfig config;
-  config.name = name;
-  for (std::size_t i = 0; i < sections.size(); ++i) {
-    const bool is_net = sections[i].name == "net" || sections[i].name == "network";
-    if (is_net != (i == 0)) {
-      throw detect::cfg_error(name, sections[i].line, i == 0 ? "no [net] section" : "a second [net] section",
-                              i == 0 ? "[net] first" : "one",
-                              "[" + std::string(sections[i].name.substr(0, 40)) + "]");
-    }
-    SectionReader reader(name, sections[i]);
-    check_repeated_options(name, reader, config.warnings);
-    if (is_net) {
-      parse_net(reader, config);
-    } else {
-      config.layers.push_back(parse_layer(name, reader, i - 1));
-    }
-    check_leftover_options(name, reader, config.warnings);
-  }
-  return config;
-}
-
 }  // namespace tapestry::io::detail
-
-namespace tapestry::io {
-
-detect::NetworkConfig parse_network_config(std::string_view text, const std::string& name) {
-  auto config = detail::parse_cfg(text, name);
-  detect::check_network(config);
-  return config;
-}
-
-detect::NetworkConfig parse_classifier_config(std::string_view text, const std::string& name) {
-  auto config = detail::parse_cfg(text, name);
-  detect::check_classifier(config);
-  return config;
-}
-
-bool is_safetensors(const std::string& path) {
-  if (path.ends_with(".safetensors")) return true;
-  const RegularFile file(path);
-  std::vector<std::byte> beginning(file.size() < 16 ? static_cast<std::size_t>(file.size()) : 16);
-  file.read_at(0, beginning);
-  return recognised_format(beginning) == recognised_safetensors;
-}
-
-}  // namespace tapestry::io
 
 namespace tapestry::io::detail {
 
@@ -152,10 +102,5 @@ LoadedModel<T> read_classifier(const std::string& cfg, const std::string& weight
   model.set_images_seen(file.images_seen);
   return {std::move(model), std::move(warnings)};
 }
-
-template decltype(read_darknet_model<float>) read_darknet_model<float>;
-template decltype(read_darknet_model<double>) read_darknet_model<double>;
-template decltype(read_classifier<float>) read_classifier<float>;
-template decltype(read_classifier<double>) read_classifier<double>;
 
 }  // namespace tapestry::io

@@ -294,7 +294,4 @@ T* NetworkPass<T>::goal_of(const Program<T>& program, std::size_t value, std::ui
   return adjoints_[value].data();
 }
 
-template class NetworkPass<float>;
-template class NetworkPass<double>;
-
 }  // namespace tapestry::nn

@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/nn/implementation/network/fold.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/layout_conversion.hpp>
 #include <tapestry/nn/network/operators.hpp>
@@ -128,7 +129,7 @@ void ProgramBuilder<T>::fold(const Node& node) {
     const Known& known = known_.at(input);
     operands.push_back({known.constant, shape_of(known), true});
   }
-  auto results = fold_node(node, description_.opset, operands, foldable_);
+  auto results = fold_node<T>(node, description_.opset, operands, foldable_);
   for (const Constant& result : results) foldable_ -= std::min(foldable_, result.size());
   for (std::size_t i = 0; i < node.outputs.size(); ++i) {
     if (node.outputs[i].empty()) continue;
@@ -282,8 +283,5 @@ void ProgramBuilder<T>::refuse() const {
                    std::to_string(problem_count_) + " node" + (problem_count_ == 1 ? "" : "s") +
                        " cannot be run: " + problems_});
 }
-
-template class ProgramBuilder<float>;
-template class ProgramBuilder<double>;
 
 }  // namespace tapestry::nn

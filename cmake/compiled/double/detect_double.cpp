@@ -1,0 +1,1 @@
+#include <tapestry/detect/implementation_double.hpp>

@@ -1,0 +1,1 @@
+#include <tapestry/image/implementation_double.hpp>

@@ -1,0 +1,1 @@
+#include <tapestry/io/implementation_double.hpp>

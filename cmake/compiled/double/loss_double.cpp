@@ -1,0 +1,1 @@
+#include <tapestry/loss/implementation_double.hpp>

@@ -1,0 +1,1 @@
+#include <tapestry/nn/implementation_double.hpp>

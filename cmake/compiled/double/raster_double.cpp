@@ -1,0 +1,1 @@
+#include <tapestry/raster/implementation_double.hpp>

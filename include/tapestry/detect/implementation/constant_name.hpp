@@ -1,0 +1,20 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/darknet_model.hpp>
+#include <tapestry/detect/implementation/network_description/writer.hpp>
+#include <tapestry/detect/network_config.hpp>
+#include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/nn/network/description.hpp>
+
+namespace tapestry::detect {
+
+std::string constant_name(const ParameterBlock& block) {
+  constexpr std::array<const char*, 5> suffixes{".biases", ".scales", ".means", ".variances", ".weights"};
+  return "layer_" + std::to_string(block.layer) + suffixes[static_cast<std::size_t>(block.role)];
+}
+
+}  // namespace tapestry::detect

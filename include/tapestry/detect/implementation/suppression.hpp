@@ -1,0 +1,48 @@
+#pragma once
+#include <algorithm>
+#include <string>
+#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/box_decode_variable.hpp>
+#include <tapestry/detect/box_formula.hpp>
+#include <tapestry/detect/box_grid.hpp>
+#include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/detect/class_score.hpp>
+#include <tapestry/detect/head.hpp>
+#include <tapestry/detect/suppression.hpp>
+#include <tuple>
+#include <vector>
+
+namespace tapestry::detect {
+
+std::vector<Detection> suppress(std::vector<Detection> detections, double iou_threshold, bool per_class,
+                                const SuppressionMeasure& measure) {
+  if (!(iou_threshold >= 0 && iou_threshold <= 1))
+    throw DomainError("suppress: iou_threshold is " + std::to_string(iou_threshold) + ", not in [0, 1]");
+  if (const auto exponent = measure.distance_exponent; exponent && !(*exponent > 0))
+    throw DomainError("suppress: distance_exponent is " + std::to_string(*exponent) + ", expected above 0");
+  const auto is_stronger = [](const Detection& a, const Detection& b) {
+    return std::tuple(-a.confidence, a.head, a.candidate, a.class_index) <
+           std::tuple(-b.confidence, b.head, b.candidate, b.class_index);
+  };
+  std::sort(detections.begin(), detections.end(), [&](const Detection& a, const Detection& b) {
+    if (per_class && a.class_index != b.class_index) return a.class_index < b.class_index;
+    return is_stronger(a, b);
+  });
+  std::vector<Detection> kept;
+  for (auto first = detections.begin(); first != detections.end();) {
+    const auto last =
+        !per_class ? detections.end() : std::find_if(first, detections.end(), [&](const Detection& other) {
+          return other.class_index != first->class_index;
+        });
+    detail::suppress_within({first, last}, iou_threshold, measure, kept);
+    first = last;
+  }
+  std::sort(kept.begin(), kept.end(), is_stronger);
+  return kept;
+}
+
+}  // namespace tapestry::detect

@@ -1,0 +1,30 @@
+#pragma once
+#include <cstddef>
+#include <string>
+#include <tapestry/autodiff/arrays/gather.hpp>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/loss/adversarial.hpp>
+#include <tapestry/loss/adversarial_terms.hpp>
+#include <tapestry/loss/box_assignment.hpp>
+#include <tapestry/loss/prediction_variable.hpp>
+#include <tapestry/loss/responsible.hpp>
+
+namespace tapestry::loss {
+
+AdversarialLoss adversarial_loss_by_name(const std::string& name) {
+  if (name == "paper") return AdversarialLoss::paper;
+  if (name == "as_coded") return AdversarialLoss::as_coded;
+  if (name == "max_score") return AdversarialLoss::max_score;
+  if (name == "vanish") return AdversarialLoss::vanish;
+  throw DomainError("no adversarial loss is called '" + name +
+                    "'; there are paper, as_coded, max_score and vanish");
+}
+
+std::string name_of(AdversarialLoss kind) {
+  constexpr const char* names[] = {"paper", "as_coded", "max_score", "vanish"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+}  // namespace tapestry::loss

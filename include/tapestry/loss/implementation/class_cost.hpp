@@ -1,0 +1,31 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/loss/box_assignment.hpp>
+#include <tapestry/loss/prediction.hpp>
+#include <vector>
+
+namespace tapestry::loss::detail {
+
+ClassCost::ClassCost(double class_logit, std::optional<double> objectness_logit) {
+  constexpr double most = 100;
+  said = softplus(-class_logit);
+  if (objectness_logit) said = (said + softplus(-*objectness_logit)) / 2;
+  denied = std::min(most, -std::log(-std::expm1(-said)));
+  said = std::min(most, said);
+}
+
+void require_free_heads(const char* operation, const std::vector<detect::Head>& heads) {
+  for (const auto& head : heads)
+    if (detect::has_anchors(head.decode) || head.decode == detect::DecodeFamily::decoded)
+      throw DomainError(std::string(operation) + ": heads of the decode family " +
+                        std::string(detect::name_of(head.decode)) +
+                        ", whose candidates are no cells without anchors; expected yolox or distance");
+}
+
+}  // namespace tapestry::loss::detail

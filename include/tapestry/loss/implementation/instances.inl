@@ -1,0 +1,78 @@
+// The functions and classes of this room, for the scalar TAPESTRY_SCALAR; implementation.hpp and
+// implementation_double.hpp include this file behind the bodies.
+
+namespace tapestry::loss::detail {
+template decltype(terms_adjoint<TAPESTRY_SCALAR>) terms_adjoint<TAPESTRY_SCALAR>;
+template decltype(adversarial_of<TAPESTRY_SCALAR>) adversarial_of<TAPESTRY_SCALAR>;
+template decltype(miss<TAPESTRY_SCALAR>) miss<TAPESTRY_SCALAR>;
+template decltype(row<TAPESTRY_SCALAR>) row<TAPESTRY_SCALAR>;
+template decltype(yolo_training_of<TAPESTRY_SCALAR>) yolo_training_of<TAPESTRY_SCALAR>;
+template decltype(yolox_training_of<TAPESTRY_SCALAR>) yolox_training_of<TAPESTRY_SCALAR>;
+}  // namespace tapestry::loss::detail
+
+namespace tapestry::loss {
+template AdversarialTerms<TAPESTRY_SCALAR> adversarial<TAPESTRY_SCALAR>(
+    const Predictions<TAPESTRY_SCALAR>& predictions, const Target& target, AdversarialLoss kind,
+    const AdversarialWeights& weights);
+template decltype(adversarial_adjoint<TAPESTRY_SCALAR>) adversarial_adjoint<TAPESTRY_SCALAR>;
+template decltype(mean_of<TAPESTRY_SCALAR>) mean_of<TAPESTRY_SCALAR>;
+template decltype(vanish<TAPESTRY_SCALAR>) vanish<TAPESTRY_SCALAR>;
+template decltype(vanish_adjoint<TAPESTRY_SCALAR>) vanish_adjoint<TAPESTRY_SCALAR>;
+template decltype(max_score<TAPESTRY_SCALAR>) max_score<TAPESTRY_SCALAR>;
+template decltype(max_score_adjoint<TAPESTRY_SCALAR>) max_score_adjoint<TAPESTRY_SCALAR>;
+template TAPESTRY_SCALAR attention<TAPESTRY_SCALAR>(const Array<TAPESTRY_SCALAR, 2>& heat);
+template decltype(attention_adjoint<TAPESTRY_SCALAR>) attention_adjoint<TAPESTRY_SCALAR>;
+template Variable<TAPESTRY_SCALAR> attention<TAPESTRY_SCALAR>(const ArrayVariable<TAPESTRY_SCALAR, 2>& heat);
+template TAPESTRY_SCALAR binary_cross_entropy<TAPESTRY_SCALAR>(const Array<TAPESTRY_SCALAR, 4>&,
+                                                               const Array<TAPESTRY_SCALAR, 4>&);
+template TAPESTRY_SCALAR cross_entropy<TAPESTRY_SCALAR>(const Array<TAPESTRY_SCALAR, 4>&,
+                                                        const Array<TAPESTRY_SCALAR, 4>&);
+template decltype(binary_cross_entropy_adjoint<TAPESTRY_SCALAR>)
+    binary_cross_entropy_adjoint<TAPESTRY_SCALAR>;
+template decltype(cross_entropy_adjoint<TAPESTRY_SCALAR>) cross_entropy_adjoint<TAPESTRY_SCALAR>;
+template Variable<TAPESTRY_SCALAR> binary_cross_entropy<TAPESTRY_SCALAR>(
+    const ArrayVariable<TAPESTRY_SCALAR, 4>&, std::shared_ptr<const Array<TAPESTRY_SCALAR, 4>>);
+template Variable<TAPESTRY_SCALAR> cross_entropy<TAPESTRY_SCALAR>(
+    const ArrayVariable<TAPESTRY_SCALAR, 4>&, std::shared_ptr<const Array<TAPESTRY_SCALAR, 4>>);
+template decltype(dynamic_matches<TAPESTRY_SCALAR>) dynamic_matches<TAPESTRY_SCALAR>;
+template TAPESTRY_SCALAR laplacian<TAPESTRY_SCALAR>(const geometry::MeshTopology& topology,
+                                                    const Array<TAPESTRY_SCALAR, 2>& positions);
+template decltype(laplacian_adjoint<TAPESTRY_SCALAR>) laplacian_adjoint<TAPESTRY_SCALAR>;
+template TAPESTRY_SCALAR edge_length<TAPESTRY_SCALAR>(const geometry::MeshTopology& topology,
+                                                      const Array<TAPESTRY_SCALAR, 2>& positions,
+                                                      double length);
+template decltype(edge_length_adjoint<TAPESTRY_SCALAR>) edge_length_adjoint<TAPESTRY_SCALAR>;
+template TAPESTRY_SCALAR normal_consistency<TAPESTRY_SCALAR>(const geometry::MeshTopology& topology,
+                                                             const Array<TAPESTRY_SCALAR, 2>& positions);
+template decltype(normal_consistency_adjoint<TAPESTRY_SCALAR>) normal_consistency_adjoint<TAPESTRY_SCALAR>;
+template Variable<TAPESTRY_SCALAR> laplacian<TAPESTRY_SCALAR>(
+    const geometry::MeshTopology& topology, const ArrayVariable<TAPESTRY_SCALAR, 2>& positions);
+template Variable<TAPESTRY_SCALAR> edge_length<TAPESTRY_SCALAR>(
+    const geometry::MeshTopology& topology, const ArrayVariable<TAPESTRY_SCALAR, 2>& positions,
+    double length);
+template Variable<TAPESTRY_SCALAR> normal_consistency<TAPESTRY_SCALAR>(
+    const geometry::MeshTopology& topology, const ArrayVariable<TAPESTRY_SCALAR, 2>& positions);
+template Variable<TAPESTRY_SCALAR> non_printability<TAPESTRY_SCALAR>(
+    const ArrayVariable<TAPESTRY_SCALAR, 2>& texels, std::shared_ptr<const Array<TAPESTRY_SCALAR, 2>> used,
+    std::shared_ptr<const Array<double, 2>> palette, double spread);
+template Variable<TAPESTRY_SCALAR> total_variation<TAPESTRY_SCALAR>(
+    const ArrayVariable<TAPESTRY_SCALAR, 3>& picture, Array<TAPESTRY_SCALAR, 2> mask, double epsilon);
+template Variable<TAPESTRY_SCALAR> total_variation<TAPESTRY_SCALAR>(
+    const std::vector<ArrayVariable<TAPESTRY_SCALAR, 3>>& pictures, SharedMasks<TAPESTRY_SCALAR> masks,
+    double epsilon);
+template Variable<TAPESTRY_SCALAR> atlas_total_variation<TAPESTRY_SCALAR>(
+    const ArrayVariable<TAPESTRY_SCALAR, 2>& texels, std::shared_ptr<const Array<TAPESTRY_SCALAR, 2>> used,
+    double epsilon);
+template YoloTrainingTerms yolo_training<TAPESTRY_SCALAR>(const std::vector<detect::Head>& heads,
+                                                          const LogitsView<TAPESTRY_SCALAR>& logits,
+                                                          const Truths& truths, std::size_t input_height,
+                                                          std::size_t input_width,
+                                                          const YoloTrainingOptions& options);
+template decltype(yolo_training_adjoint<TAPESTRY_SCALAR>) yolo_training_adjoint<TAPESTRY_SCALAR>;
+template YoloTrainingTerms yolox_training<TAPESTRY_SCALAR>(const std::vector<detect::Head>& heads,
+                                                           const LogitsView<TAPESTRY_SCALAR>& logits,
+                                                           const DynamicMatches& matches,
+                                                           std::size_t input_height, std::size_t input_width,
+                                                           const YoloxTrainingOptions& options);
+template decltype(yolox_training_adjoint<TAPESTRY_SCALAR>) yolox_training_adjoint<TAPESTRY_SCALAR>;
+}  // namespace tapestry::loss

@@ -1,0 +1,13 @@
+#pragma once
+/// \file
+/// The compiled part of nn/ for double, beside implementation.hpp; see tapestry/implementation_double.hpp.
+#include <tapestry/nn/implementation/network/network.hpp>
+#include <tapestry/nn/implementation/network/network_pass.hpp>
+#include <tapestry/nn/implementation/network/operators.hpp>
+#include <tapestry/nn/implementation/network/program_builder.hpp>
+#include <tapestry/nn/implementation/network_variable.hpp>
+#include <tapestry/nn/implementation/vector_kernels.hpp>
+
+#define TAPESTRY_SCALAR double
+#include <tapestry/nn/implementation/instances.inl>
+#undef TAPESTRY_SCALAR

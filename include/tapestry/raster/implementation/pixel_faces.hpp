@@ -1,0 +1,27 @@
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/point_columns.hpp>
+#include <tapestry/raster/deferred.hpp>
+#include <tapestry/raster/implementation/outline_crossings.hpp>
+#include <tapestry/raster/render_variable.hpp>
+#include <tapestry/raster/vertex_gradient.hpp>
+#include <tapestry/raster/visibility.hpp>
+#include <utility>
+
+namespace tapestry::raster {
+
+PixelFaces pixel_faces(std::shared_ptr<const geometry::Mesh> mesh, const geometry::Camera& camera,
+                       std::size_t height, std::size_t width, std::shared_ptr<const MeshEdges> edges) {
+  PixelFaces pixels{std::move(mesh), camera, height, width, {}, {}};
+  pixels.face = visibility(*pixels.mesh, camera, height, width, 1).face;
+  pixels.edges = detail::edges_of("pixel_faces", *pixels.mesh, std::move(edges));
+  return pixels;
+}
+
+}  // namespace tapestry::raster

@@ -1,0 +1,65 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/raster/crossing_faces.hpp>
+#include <tapestry/raster/face_field.hpp>
+#include <tapestry/raster/faces_in_view.hpp>
+#include <tapestry/raster/render_variable.hpp>
+#include <tapestry/raster/silhouette.hpp>
+#include <tapestry/raster/surface.hpp>
+#include <tapestry/raster/vertex_gradient.hpp>
+#include <tapestry/raster/vertex_gradient/edge_line.hpp>
+#include <tapestry/raster/vertex_gradient/interior.hpp>
+#include <tapestry/raster/vertex_gradient/intersections.hpp>
+#include <tapestry/raster/vertex_gradient/outlines.hpp>
+#include <tapestry/raster/vertex_gradient/pixel_map.hpp>
+#include <tapestry/raster/visibility.hpp>
+#include <vector>
+
+namespace tapestry::raster::detail {
+
+void require_positions_adjoint(const char* operation, const geometry::Mesh& mesh,
+                               const std::vector<geometry::Vector3>& positions_adjoint) {
+  if (positions_adjoint.size() != mesh.positions.size())
+    throw ShapeError(std::string(operation) + ": positions_adjoint is [" +
+                     std::to_string(positions_adjoint.size()) + "], expected [" +
+                     std::to_string(mesh.positions.size()) + "], one entry a position");
+}
+
+std::shared_ptr<const MeshEdges> edges_of(const char* operation, const geometry::Mesh& mesh,
+                                          std::shared_ptr<const MeshEdges> kept) {
+  if (kept == nullptr) return std::make_shared<const MeshEdges>(mesh_edges(mesh));
+  if (kept->welded.size() == mesh.positions.size() && kept->face_count == mesh.faces.size()) return kept;
+  const auto size = [](std::size_t positions, std::size_t faces) {
+    return std::to_string(positions) + " positions and " + std::to_string(faces) + " faces";
+  };
+  throw ShapeError(std::string(operation) + ": edges are those of a mesh of " +
+                   size(kept->welded.size(), kept->face_count) + ", expected " +
+                   size(mesh.positions.size(), mesh.faces.size()));
+}
+
+void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,
+                           const std::vector<geometry::Vector3>& positions_view,
+                           const geometry::Camera& camera, FacesInView& faces) {
+  if (!edges.is_closed) return;
+  int shown = 0;
+  for (const SeenFaces::Band& band : seen.bands())
+    for (const std::int32_t face : band.faces()) {
+      if (shown == 0) shown = faces.winding(face);
+      if (shown == 0 || faces.winding(face) != shown) return;
+    }
+  if (shown == 0 ||
+      std::any_of(positions_view.begin(), positions_view.end(),
+                  [&](const geometry::Vector3& position) { return !(position[2] > camera.near); }))
+    return;
+  faces.leave_out(-shown);
+}
+
+}  // namespace tapestry::raster::detail
