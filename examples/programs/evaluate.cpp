@@ -211,15 +211,14 @@ struct MeasuredViews {
 };
 
 /// The car's own colours, the run's paint and the controls, in the shapes of the runs.
-evaluate::SurveyedTextures<float> surveyed_textures(const Options& options, const raster::PaintedMesh& car,
-                                                    MeasuredViews& views) {
-  evaluate::SurveyedTextures<float> textures{
-      camouflage::without_paint(camouflage::own_colours<float>(car)), {}, {}};
+evaluate::SurveyedTextures surveyed_textures(const Options& options, const raster::PaintedMesh& car,
+                                             MeasuredViews& views) {
+  evaluate::SurveyedTextures textures{camouflage::without_paint(camouflage::own_colours<float>(car)), {}, {}};
   const std::size_t texel_count = textures.clean.colours.shape(0);
   if (!options.clean_only)
     textures.adversarial = camouflage::read_paint(options.run + "/texture.npz", texel_count);
   textures.controls = textures.adversarial ? evaluate::make_controls(car, *textures.adversarial, options.seed)
-                                           : evaluate::plain_controls<float>(texel_count, options.seed);
+                                           : evaluate::plain_controls(texel_count, options.seed);
   if (!options.against.empty())
     textures.controls.push_back(
         {evaluate::other_run_name, camouflage::read_paint(options.against + "/texture.npz", texel_count)});
@@ -242,7 +241,7 @@ struct Written {
   const RunReport& report;
   const Json& metrics;
   const std::vector<ChangedInput>& changed;
-  const evaluate::SurveyedTextures<float>& textures;
+  const evaluate::SurveyedTextures& textures;
   const raster::PaintedMesh& car;  ///< in the shape that the run optimised
 };
 
@@ -282,8 +281,8 @@ int survey_frames(Options& options) {
     claim.emplace(options.output, !is_there(options.output, ErrorKind::write));
     require_no_run(options);  // another process may have begun one there meanwhile
   }
-  evaluate::Meter<float> meter(inputs.detector, inputs.class_index,
-                               {options.detector.confidence, options.detector.nms, options.sweep});
+  evaluate::Meter meter(inputs.detector, inputs.class_index,
+                        {options.detector.confidence, options.detector.nms, options.sweep});
   PicturePairs pairs = options.clean_only ? PicturePairs{"the untouched frame", "the car in its own colours"}
                                           : PicturePairs{"the car in its own colours", "the camouflage"};
   const auto start = std::chrono::steady_clock::now();
