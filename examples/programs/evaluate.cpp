@@ -211,19 +211,18 @@ struct MeasuredViews {
 };
 
 /// The car's own colours, the run's paint and the controls, in the shapes of the runs.
-evaluate::SurveyedTextures<float> surveyed_textures(const Options& options, const Car& loaded,
-                                                    MeasuredViews& views) {
+evaluate::SurveyedTextures surveyed_textures(const Options& options, const Car& loaded,
+                                             MeasuredViews& views) {
   const auto& car = loaded.painted;
   const auto paint_of = [&](const std::string& run) {
     return read_fitting_paint(run + "/texture.npz", car, loaded.description);
   };
-  evaluate::SurveyedTextures<float> textures{
-      camouflage::without_paint(camouflage::own_colours<float>(car)), {}, {}};
+  evaluate::SurveyedTextures textures{camouflage::without_paint(camouflage::own_colours<float>(car)), {}, {}};
   const std::size_t texel_count = textures.clean.colours.shape(0);
   const io::InputLedger::Role role(camouflage_role);
   if (!options.clean_only) textures.adversarial = paint_of(options.run);
   textures.controls = textures.adversarial ? evaluate::make_controls(car, *textures.adversarial, options.seed)
-                                           : evaluate::plain_controls<float>(texel_count, options.seed);
+                                           : evaluate::plain_controls(texel_count, options.seed);
   if (!options.against.empty())
     textures.controls.push_back({evaluate::other_run_name, paint_of(options.against)});
   if (views.reshaped) textures.reshaped = &views.reshaped->store();
@@ -245,7 +244,7 @@ struct Written {
   const RunReport& report;
   const Json& metrics;
   const std::vector<ChangedInput>& changed;
-  const evaluate::SurveyedTextures<float>& textures;
+  const evaluate::SurveyedTextures& textures;
   const raster::PaintedMesh& car;  ///< in the shape that the run optimised
 };
 
@@ -285,8 +284,8 @@ int survey_frames(Options& options) {
     claim.emplace(options.output, !is_there(options.output, ErrorKind::write));
     require_no_run(options);  // another process may have begun one there meanwhile
   }
-  evaluate::Meter<float> meter(inputs.detector, inputs.class_index,
-                               {options.detector.confidence, options.detector.nms, options.sweep});
+  evaluate::Meter meter(inputs.detector, inputs.class_index,
+                        {options.detector.confidence, options.detector.nms, options.sweep});
   PicturePairs pairs = options.clean_only ? PicturePairs{"the untouched frame", "the car in its own colours"}
                                           : PicturePairs{"the car in its own colours", "the camouflage"};
   const auto start = std::chrono::steady_clock::now();

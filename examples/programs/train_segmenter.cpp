@@ -66,7 +66,7 @@ double mean(const std::vector<double>& values) {
 /// Prints the overlap of the mask with the silhouette: for its largest piece, and for the piece in the car's
 /// box.
 void print_validation(const nn::NetworkDescription& description, const HeldOutScenes& sets) {
-  const segment::U2Net<float> network(description);
+  const segment::U2Net network(description);
   for (const auto& set : sets) {
     std::vector<double> largest(set.scenes.size()), labelled(set.scenes.size());
     parallel_for(set.scenes.size(), [&](std::size_t i) {

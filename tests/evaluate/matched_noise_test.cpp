@@ -23,7 +23,7 @@ bool in_ellipse(std::size_t row, std::size_t column) {
 /// A corner of a frame: a third of its box.
 bool in_corner(std::size_t row, std::size_t column) { return row < 5 || column < 5; }
 
-void check_same_values(const Array<double, 2>& a, const Array<double, 2>& b,
+void check_same_values(const Array<float, 2>& a, const Array<float, 2>& b,
                        const raster::TextureChart& chart) {
   for (std::size_t c = 0; c < 3; ++c)
     CHECK(test::sorted_values(a, chart, c) == test::sorted_values(b, chart, c));
@@ -91,7 +91,7 @@ TEST_CASE("matched noise follows from its seed, for any number of threads", "[ev
   const auto chart = test::rectangle_chart(9, 14);
   const auto second = test::chart_of(
       7, 5, [](std::size_t row, std::size_t column) { return row != column; }, chart.texels.size());
-  const auto colours = test::random_array<double>({chart.texels.size() + second.texels.size() + 3, 3}, 4);
+  const auto colours = test::random_array<float>({chart.texels.size() + second.texels.size() + 3, 3}, 4);
   const auto noise = evaluate::matched_noise(colours, {chart, second}, Random(5));
   CHECK((evaluate::matched_noise(colours, {chart, second}, Random(5)) == noise));
   CHECK((evaluate::matched_noise(colours, {chart, second}, Random(6)) != noise));

@@ -32,7 +32,7 @@ struct Fixture {
 TEST_CASE("a meter's sweep finds what a detector with each threshold finds", "[evaluate][meter]") {
   Fixture fixture;
   const std::vector<double> sweep{0.05, 0.2, 0.3, 0.9};
-  evaluate::Meter<float> meter(fixture.network, 1, {0.25, 0.45, sweep});
+  evaluate::Meter meter(fixture.network, 1, {0.25, 0.45, sweep});
   std::size_t counts = 0;
   for (std::size_t i = 0; i < fixture.store.size(); ++i) {
     auto view = *fixture.store.view(i);
@@ -60,7 +60,7 @@ TEST_CASE("a meter's sweep finds what a detector with each threshold finds", "[e
 
 TEST_CASE("a meter tells the best confidence of the car below any threshold", "[evaluate][meter]") {
   Fixture fixture;
-  evaluate::Meter<float> strict(fixture.network, 1, {0.9, 0.45, {}});
+  evaluate::Meter strict(fixture.network, 1, {0.9, 0.45, {}});
   std::size_t counts = 0;
   for (std::size_t i = 0; i < fixture.store.size(); ++i) {
     auto view = *fixture.store.view(i);
@@ -84,7 +84,7 @@ TEST_CASE("a meter's detections are those above its confidence, the most confide
           "[evaluate][meter]") {
   Fixture fixture;
   const auto view = fixture.store.view(0);
-  evaluate::Meter<float> meter(fixture.network, 0, {0.25, 0.45, {0.01}});
+  evaluate::Meter meter(fixture.network, 0, {0.25, 0.45, {0.01}});
   const auto result = meter.examine(view->background, *view);
   const auto expected = fixture.detections(view->background, 0.25);
   REQUIRE(result.detections.size() == expected.size());
@@ -97,7 +97,7 @@ TEST_CASE("a meter's detections are those above its confidence, the most confide
 TEST_CASE("a meter refuses outputs that are not finite, naming the view", "[evaluate][meter]") {
   Fixture fixture;
   test::spoil(fixture.network);
-  evaluate::Meter<float> meter(fixture.network, 0);
+  evaluate::Meter meter(fixture.network, 0);
   const auto view = fixture.store.view(0);
   CHECK_THROWS_AS(meter.examine(view->background, *view), tapestry::NumericError);
   CHECK_THROWS_WITH(meter.examine(view->background, *view), contains("frame0: output 0"));
@@ -105,5 +105,5 @@ TEST_CASE("a meter refuses outputs that are not finite, naming the view", "[eval
 
 TEST_CASE("a meter refuses a class that the network does not have", "[evaluate][meter]") {
   Fixture fixture;
-  CHECK_THROWS_WITH(evaluate::Meter<float>(fixture.network, 2), "Meter: class 2 of a network with 2 classes");
+  CHECK_THROWS_WITH(evaluate::Meter(fixture.network, 2), "Meter: class 2 of a network with 2 classes");
 }

@@ -15,19 +15,19 @@ namespace {
 const std::vector<OcclusionGroup> groups{OcclusionGroup::small, OcclusionGroup::middle,
                                          OcclusionGroup::large};
 
-tapestry::camouflage::View<double> car_view(double distance = 5) {
+tapestry::camouflage::View<float> car_view(double distance = 5) {
   auto car = test::tiny_car();
   car.mesh = tapestry::geometry::normalise_mesh(std::move(car.mesh));
-  return evaluate::protocol_view<double>({distance, 20, 40, 0, 0}, car, {48, 48, 4, {}, {1, 1, 1}});
+  return evaluate::protocol_view({distance, 20, 40, 0, 0}, car, {48, 48, 4, {}, {1, 1, 1}});
 }
 
 /// The hidden share pixel by pixel of the whole picture.
-double brute_force_share(const tapestry::camouflage::View<double>& view,
+double brute_force_share(const tapestry::camouflage::View<float>& view,
                          const std::vector<evaluate::Occluder>& occluders) {
   double hidden = 0, total = 0;
   for (std::size_t y = 0; y < view.window.height; ++y)
     for (std::size_t x = 0; x < view.window.width; ++x) {
-      const double share = view.paint_to_picture->coverage(y, x);
+      const auto share = static_cast<double>(view.paint_to_picture->coverage(y, x));
       total += share;
       const std::size_t row = y + view.window.top, column = x + view.window.left;
       if (std::any_of(occluders.begin(), occluders.end(), [&](const evaluate::Occluder& occluder) {
@@ -67,8 +67,8 @@ TEST_CASE("the hidden share is the hidden part of the silhouette", "[evaluate][o
 
 TEST_CASE("overlapping rectangles hide a pixel once, and those beside the car nothing",
           "[evaluate][occlusion]") {
-  const Array<double, 2> coverage = {{1, 1, 0}, {0.5, 1, 0.5}};
-  evaluate::HiddenPixels<double> hidden(coverage, {10, 20, 2, 3});  // rows 10 and 11, columns 20 to 22
+  const Array<float, 2> coverage = {{1, 1, 0}, {0.5F, 1, 0.5F}};
+  evaluate::HiddenPixels hidden(coverage, {10, 20, 2, 3});  // rows 10 and 11, columns 20 to 22
   CHECK(hidden.share() == 0);
   hidden.hide({0, 0, 11, 21});  // the first pixel, by its lower right corner
   CHECK(hidden.share() == 0.25);
@@ -81,7 +81,7 @@ TEST_CASE("overlapping rectangles hide a pixel once, and those beside the car no
   CHECK(hidden.share() == 0.5);
   hidden.hide({9, 19, 9, 9});
   CHECK(hidden.share() == 1);
-  CHECK_THROWS_AS(evaluate::HiddenPixels<double>(coverage, {0, 0, 3, 3}), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::HiddenPixels(coverage, {0, 0, 3, 3}), tapestry::ShapeError);
 }
 
 TEST_CASE("the same seed draws the same rectangles, another seed others", "[evaluate][occlusion]") {
@@ -110,7 +110,7 @@ TEST_CASE("a car that does not show, or in one pixel, cannot be hidden in part",
 }
 
 TEST_CASE("rectangles are painted over the picture and nowhere else", "[evaluate][occlusion]") {
-  auto picture = tapestry::filled<double, 3>({6, 6, 3}, 0.125);
+  auto picture = tapestry::filled<float, 3>({6, 6, 3}, 0.125F);
   const evaluate::Occluder plain{{1, 1, 2, 4}, {1, 0, 0}, {0, 1, 0}, 0, 0};
   const evaluate::Occluder squares{{2, 2, 4, 4}, {0, 0, 1}, {0, 1, 0}, 1, 2};
   evaluate::lay_occluders(picture, {plain, squares});
@@ -118,8 +118,8 @@ TEST_CASE("rectangles are painted over the picture and nowhere else", "[evaluate
     for (std::size_t x = 0; x < 6; ++x) {
       const bool in_squares = y >= 2 && x >= 2, in_plain = y >= 1 && y < 3 && x >= 1 && x < 5;
       const bool odd = ((x - 2) % 2 != 0) != ((y - 2) / 2 % 2 != 0);
-      CHECK(picture(y, x, 0) == (in_squares ? 0 : in_plain ? 1 : 0.125));
-      CHECK(picture(y, x, 1) == (in_squares ? (odd ? 1 : 0) : in_plain ? 0 : 0.125));
+      CHECK(picture(y, x, 0) == (in_squares ? 0 : in_plain ? 1 : 0.125F));
+      CHECK(picture(y, x, 1) == (in_squares ? (odd ? 1 : 0) : in_plain ? 0 : 0.125F));
     }
   CHECK_THROWS_AS(evaluate::lay_occluders(picture, {{{0, 0, 7, 1}, {}, {}, 0, 0}}), tapestry::ShapeError);
 }

@@ -17,18 +17,18 @@ using tapestry::Random;
 namespace {
 
 /// Texels i = 0, 1, … of the colour (i, i/100, 0), so that each is unique.
-Array<double, 2> numbered(std::size_t count) {
-  Array<double, 2> colours(tapestry::Extents<2>{count, 3});
+Array<float, 2> numbered(std::size_t count) {
+  Array<float, 2> colours(tapestry::Extents<2>{count, 3});
   for (std::size_t i = 0; i < count; ++i) {
-    colours(i, 0) = static_cast<double>(i);
-    colours(i, 1) = static_cast<double>(i) / 100;
+    colours(i, 0) = static_cast<float>(i);
+    colours(i, 1) = static_cast<float>(i) / 100;
     colours(i, 2) = 0;
   }
   return colours;
 }
 
 /// Which texel each one's colour comes from; fails where channels were parted.
-std::vector<std::size_t> sources(const Array<double, 2>& colours) {
+std::vector<std::size_t> sources(const Array<float, 2>& colours) {
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < colours.shape(0); ++i) {
     CHECK(colours(i, 1) == colours(i, 0) / 100);

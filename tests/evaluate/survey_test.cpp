@@ -23,22 +23,21 @@ struct Fixture {
   tapestry::detect::Detector<float> network = test::tiny_detector<float>();
   camouflage::ViewStore<float> store = test::tiny_store<float>(car, 3);
   std::vector<std::size_t> views{0, 2};
-  evaluate::Meter<float> meter{network, 1, {0.25, 0.45, {0.01}}};
-  evaluate::SurveyedTextures<float> textures{
-      camouflage::without_paint(camouflage::own_colours<float>(car)),
-      {},
-      evaluate::plain_controls<float>(car.layout.texel_count(car.mesh), 3)};
+  evaluate::Meter meter{network, 1, {0.25, 0.45, {0.01}}};
+  evaluate::SurveyedTextures textures{camouflage::without_paint(camouflage::own_colours<float>(car)),
+                                      {},
+                                      evaluate::plain_controls(car.layout.texel_count(car.mesh), 3)};
 };
-using Measured = evaluate::MeasuredPicture<float>;
+using Measured = evaluate::MeasuredPicture;
 }  // namespace
 
 TEST_CASE("plain controls are noise that follows from the seed, and six solid colours",
           "[evaluate][controls]") {
-  const auto controls = evaluate::plain_controls<float>(5, 7);
+  const auto controls = evaluate::plain_controls(5, 7);
   REQUIRE(controls.size() == 7);
-  CHECK(controls[0].paint == evaluate::plain_controls<float>(5, 7)[0].paint);
+  CHECK(controls[0].paint == evaluate::plain_controls(5, 7)[0].paint);
   CHECK(controls[0].paint.painted.empty());
-  CHECK((controls[0].paint.colours != evaluate::plain_controls<float>(5, 8)[0].paint.colours));
+  CHECK((controls[0].paint.colours != evaluate::plain_controls(5, 8)[0].paint.colours));
   CHECK(controls[4].name == "red");
   for (std::size_t texel = 0; texel < 5; ++texel) {
     CHECK(controls[4].paint.colours(texel, 0) == 0.75F);
@@ -74,7 +73,7 @@ TEST_CASE("the controls of a camouflage are matched noise and shuffled patches o
         CHECK(test::sorted_values(controls[i].paint.colours, chart, c) ==
               test::sorted_values(colours, chart, c));
     }
-  CHECK_THROWS_AS(evaluate::matched_controls<float>(car, {test::random_array<float>({texels - 1, 3}, 9)}, 3),
+  CHECK_THROWS_AS(evaluate::matched_controls(car, {test::random_array<float>({texels - 1, 3}, 9)}, 3),
                   tapestry::ShapeError);
   const auto drawn = evaluate::matched_controls(car, paint, 3, 3);  // three draws, and the patches
   REQUIRE(drawn.size() == 4);

@@ -75,7 +75,7 @@ TEST_CASE("a protocol's camera is as far, as high and as wide as it says", "[eva
 TEST_CASE("a protocol's view is the car alone, and its target what shows of it", "[evaluate][views]") {
   const auto car = normalised_car();
   const evaluate::ProtocolPicture picture{48, 48, 4, {}, {0.2, 0.4, 0.6}};
-  const auto view = evaluate::protocol_view<float>({5, 0, 90, 0, 0}, car, picture);
+  const auto view = evaluate::protocol_view({5, 0, 90, 0, 0}, car, picture);
   // From the side the box is 2 wide, 1.3/2 high, and its near side 0.45 nearer: 24 pixels are 4.55 · tan 30°.
   const double scale = 24 / ((5 - 0.45) * std::tan(std::acos(-1.0) / 6));
   CHECK(std::abs(view.target.w - 2 * scale) <= 2);  // whole pixels around it
@@ -88,7 +88,7 @@ TEST_CASE("a protocol's view is the car alone, and its target what shows of it",
   CHECK(view.name == "distance 5, elevation 0, azimuth 90");
 
   // In a wide input the square picture lies in the middle, and the car in its own proportions.
-  const auto wide = evaluate::protocol_view<float>({5, 0, 90, 0, 0}, car, {48, 96, 4, {}, {1, 1, 1}});
+  const auto wide = evaluate::protocol_view({5, 0, 90, 0, 0}, car, {48, 96, 4, {}, {1, 1, 1}});
   CHECK(wide.target.cx == 48);
   CHECK(wide.background(0, 23, 0) == 0.5F);  // beside the square
   CHECK(wide.background(0, 24, 0) == 1);
@@ -97,8 +97,7 @@ TEST_CASE("a protocol's view is the car alone, and its target what shows of it",
 }
 
 TEST_CASE("a car beyond what the camera draws is not in view", "[evaluate][views]") {
-  const auto view =
-      evaluate::protocol_view<float>({5000, 0, 0, 0, 0}, normalised_car(), {48, 48, 2, {}, {1, 1, 1}});
+  const auto view = evaluate::protocol_view({5000, 0, 0, 0, 0}, normalised_car(), {48, 48, 2, {}, {1, 1, 1}});
   CHECK(view.visible_pixels == 0);
   CHECK(view.target.w == 0);
   CHECK_THROWS_AS(evaluate::protocol_camera({0, 0, 0, 0, 0}), tapestry::DomainError);

@@ -23,8 +23,8 @@ namespace scenes = tapestry::scenes;
 using tapestry::Array;
 
 namespace {
-segment::U2Net<float> bundled() {
-  return segment::U2Net<float>(
+segment::U2Net bundled() {
+  return segment::U2Net(
       tapestry::io::read_onnx(tapestry::test::in_sources("examples/assets/segmenter.onnx")));
 }
 

@@ -11,11 +11,11 @@ using tapestry::Array;
 
 namespace {
 /// One row a text; # is 1, + is half, everything else 0.
-Array<double, 2> drawn(const std::vector<std::string>& rows) {
-  Array<double, 2> mask({rows.size(), rows.empty() ? 0 : rows[0].size()});
+Array<float, 2> drawn(const std::vector<std::string>& rows) {
+  Array<float, 2> mask({rows.size(), rows.empty() ? 0 : rows[0].size()});
   for (std::size_t i = 0; i < mask.size(); ++i) {
     const char pixel = rows[i / mask.shape(1)][i % mask.shape(1)];
-    mask.data()[i] = pixel == '#' ? 1 : pixel == '+' ? 0.5 : 0.25;
+    mask.data()[i] = pixel == '#' ? 1 : pixel == '+' ? 0.5F : 0.25F;
   }
   return mask;
 }
@@ -63,8 +63,8 @@ TEST_CASE("of equal pieces the first, row by row, is the car", "[segment][car_co
 TEST_CASE("a mask without a car has no piece", "[segment][car_component]") {
   CHECK(shown(segment::car_component(drawn({"..", ".."}))) == Rows{"..", ".."});
   CHECK(segment::car_component(drawn({})).size() == 0);
-  const double none = std::numeric_limits<double>::quiet_NaN();
-  Array<double, 2> broken = drawn({"#.#", "###"});
+  const float none = std::numeric_limits<float>::quiet_NaN();
+  Array<float, 2> broken = drawn({"#.#", "###"});
   broken(1, 1) = none;  // cuts the piece in two
   CHECK(shown(segment::car_component(broken)) == Rows{"#..", "#.."});
   broken.fill(none);

@@ -1,11 +1,13 @@
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/segment/u2_net.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/image/resize.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
 #include <vector>
@@ -25,6 +27,9 @@ using tapestry::test::check_refused;
 using tapestry::test::random_array;
 
 namespace {
+/// Of masks, in [0, 1].
+constexpr double tolerance = 100 * static_cast<double>(std::numeric_limits<float>::epsilon());
+
 /// A model whose d0 is the logistic function of a weighted sum of a pixel's scaled channels, and whose second
 /// output is something else.
 onnx::ModelParts pixel_model(const onnx::Extent& side) {
@@ -43,12 +48,11 @@ nn::NetworkDescription parsed(const onnx::ModelParts& parts) {
 }
 
 /// Result of the published program for a picture as large as the network's input, for pixel_model().
-template <class T>
-Array<double, 2> by_hand(const Array<T, 3>& picture) {
+Array<double, 2> by_hand(const Array<float, 3>& picture) {
   const double mean[] = {0.485, 0.456, 0.406}, deviation[] = {0.229, 0.224, 0.225},
                weight[] = {0.5, -1, 0.25};
   double largest = 0;
-  for (const T value : picture.storage()) largest = std::max(largest, static_cast<double>(value));
+  for (const float value : picture.storage()) largest = std::max(largest, static_cast<double>(value));
   Array<double, 2> mask({picture.shape(0), picture.shape(1)});
   double least = 1, most = 0;
   for (std::size_t i = 0; i < mask.size(); ++i) {
@@ -67,22 +71,46 @@ Array<double, 2> by_hand(const Array<T, 3>& picture) {
 nn::NetworkDescription small_network() {
   return segment::u2_net_description({16, {{3, 2, 3}, {2, 2, 4}}, 2, 4}, 7);
 }
+
+/// Mask of small_network() for a picture, step by step in double.
+Array<double, 2> mask_in_double(const Array<double, 3>& picture) {
+  static const nn::Network<double> network(nn::pruned(small_network(), {"d0"}), {}, true);
+  Array<double, 3> reduced = picture;
+  while (reduced.shape(0) >= 32 || reduced.shape(1) >= 32)
+    reduced = tapestry::image::resize_bilinear(
+        reduced, reduced.shape(0) >= 32 ? (reduced.shape(0) + 1) / 2 : reduced.shape(0),
+        reduced.shape(1) >= 32 ? (reduced.shape(1) + 1) / 2 : reduced.shape(1));
+  reduced = tapestry::image::resize_bilinear(reduced, 16, 16);
+  const double mean[] = {0.485, 0.456, 0.406}, deviation[] = {0.229, 0.224, 0.225};
+  const double largest = *std::max_element(reduced.begin(), reduced.end());
+  nn::Buffer<double> input(reduced.size());
+  for (std::size_t i = 0; i < reduced.size(); ++i)
+    input.data()[i] = (reduced.data()[i] / largest - mean[i % 3]) / deviation[i % 3];
+  nn::NetworkPass<double> pass;
+  network.forward({input.data()}, pass, nn::Mode::inference);
+  const double* const map = pass.output(0);
+  const auto [least, most] = std::minmax_element(map, map + 256);
+  Array<double, 3> stretched(tapestry::Extents<3>{16, 16, 1});
+  for (std::size_t i = 0; i < 256; ++i) stretched.data()[i] = (map[i] - *least) / (*most - *least);
+  const auto resized = tapestry::image::resize_bilinear(stretched, picture.shape(0), picture.shape(1));
+  Array<double, 2> mask({picture.shape(0), picture.shape(1)});
+  std::copy_n(resized.data(), resized.size(), mask.data());
+  return mask;
+}
 }  // namespace
 
-TEMPLATE_TEST_CASE("a picture goes in and a mask comes out as published", "[segment][u2_net]", float,
-                   double) {
-  const segment::U2Net<TestType> network(parsed(pixel_model(8)));
+TEST_CASE("a picture goes in and a mask comes out as published", "[segment][u2_net]") {
+  const segment::U2Net network(parsed(pixel_model(8)));
   REQUIRE(network.side() == 8);
-  const auto picture = random_array<TestType>({8, 8, 3}, 1, 0.1, 0.8);
+  const auto picture = random_array<float>({8, 8, 3}, 1, 0.1, 0.8);
   const auto mask = network(picture);
   const auto truth = by_hand(picture);
   REQUIRE(mask.shape() == truth.shape());
-  const double tolerance = 100 * static_cast<double>(std::numeric_limits<TestType>::epsilon());
   for (std::size_t i = 0; i < mask.size(); ++i)
     CHECK(static_cast<double>(mask.data()[i]) == Approx(truth.data()[i]).margin(tolerance));
   // Exposure is divided out.
-  Array<TestType, 3> brighter = picture;
-  for (TestType& value : brighter.storage()) value *= TestType(1.25);
+  Array<float, 3> brighter = picture;
+  for (float& value : brighter.storage()) value *= 1.25F;
   const auto same = network(brighter);
   for (std::size_t i = 0; i < mask.size(); ++i)
     CHECK(static_cast<double>(same.data()[i]) == Approx(truth.data()[i]).margin(tolerance));
@@ -90,30 +118,30 @@ TEMPLATE_TEST_CASE("a picture goes in and a mask comes out as published", "[segm
 
 TEST_CASE("larger pictures are averaged before they go in, and masks come back at their size",
           "[segment][u2_net]") {
-  const segment::U2Net<double> network(parsed(pixel_model(8)));
-  const auto small = random_array<double>({8, 8, 3}, 2, 0.1, 0.8);
-  const auto noise = random_array<double>({8, 8, 3}, 3, -0.1, 0.1);
-  Array<double, 3> picture({32, 16, 3});  // of equal means, 4 × 2 pixels each
+  const segment::U2Net network(parsed(pixel_model(8)));
+  const auto small = random_array<float>({8, 8, 3}, 2, 0.1, 0.8);
+  const auto noise = random_array<float>({8, 8, 3}, 3, -0.1, 0.1);
+  Array<float, 3> picture({32, 16, 3});  // of equal means, 4 × 2 pixels each
   for (std::size_t row = 0; row < 32; ++row)
     for (std::size_t column = 0; column < 16; ++column)
       for (std::size_t c = 0; c < 3; ++c)
         picture(row, column, c) = small(row / 4, column / 2, c) +
-                                  ((row + column) % 2 == 0 ? 1 : -1) * noise(row / 4, column / 2, c);
+                                  ((row + column) % 2 == 0 ? 1.0F : -1.0F) * noise(row / 4, column / 2, c);
   const auto mask = network(picture);
   REQUIRE(mask.shape() == tapestry::Extents<2>{32, 16});
   const auto truth = by_hand(small);
   for (std::size_t row = 0; row < 7; ++row)
     for (std::size_t column = 0; column < 7; ++column) {
       // Rows and columns between the centres of four pixels of the small mask.
-      const double ahead = mask(4 * row + 3, 2 * column + 1);
+      const auto ahead = static_cast<double>(mask(4 * row + 3, 2 * column + 1));
       const auto mixed = [&](std::size_t i) { return 0.75 * truth(i, column) + 0.25 * truth(i, column + 1); };
-      CHECK(ahead == Approx(0.625 * mixed(row) + 0.375 * mixed(row + 1)).margin(1e-12));
+      CHECK(ahead == Approx(0.625 * mixed(row) + 0.375 * mixed(row + 1)).margin(tolerance));
     }
 }
 
 TEST_CASE("black pictures and constant masks are no division by zero", "[segment][u2_net]") {
-  const segment::U2Net<float> network(parsed(pixel_model(4)));
-  segment::U2NetPass<float> pass;
+  const segment::U2Net network(parsed(pixel_model(4)));
+  segment::U2NetPass pass;
   for (const float level : {0.0F, 0.5F}) {
     Array<float, 3> picture({5, 6, 3});
     picture.fill(level);
@@ -125,54 +153,57 @@ TEST_CASE("black pictures and constant masks are no division by zero", "[segment
   }
 }
 
-TEST_CASE("the gradient of a mask agrees with central differences", "[segment][u2_net][gradient]") {
-  const segment::U2Net<double> network(small_network());
+TEST_CASE("the gradient of a mask agrees with central differences in double", "[segment][u2_net][gradient]") {
+  const segment::U2Net network(small_network());
   for (const auto& [height, width] : {std::pair{16, 16}, {21, 19}, {40, 13}, {70, 37}}) {
     INFO(height << "x" << width);
     const auto rows = static_cast<std::size_t>(height), columns = static_cast<std::size_t>(width);
-    const auto picture = random_array<double>({rows, columns, 3}, 5, 0.1, 0.9);
-    const auto weights = random_array<double>({rows, columns}, 6, -1, 1);
-    const auto value = [&](const Array<double, 3>& at) { return tapestry::test::dot(network(at), weights); };
+    const auto picture = random_array<float>({rows, columns, 3}, 5, 0.1, 0.9);
+    const auto weights = random_array<float>({rows, columns}, 6, -1, 1);
+    const auto value = [&, exact = tapestry::cast<double>(weights)](const Array<double, 3>& at) {
+      return tapestry::test::dot(mask_in_double(at), exact);
+    };
 
-    tapestry::Tape<double> tape;
+    tapestry::Tape<float> tape;
     const auto scope = tape.activate();
     const auto input = tape.input(picture);
     const auto mask = segment::mask(network, input);
-    const auto pullback = [&](double sum_adjoint, Array<double, 2>* mask_adjoint) {
+    const auto pullback = [&](float sum_adjoint, Array<float, 2>* mask_adjoint) {
       for (std::size_t i = 0; i < weights.size(); ++i)
         mask_adjoint->data()[i] += sum_adjoint * weights.data()[i];
     };
-    tape.reverse(tapestry::record_scalar(value(picture), pullback, mask));
-    for (std::uint64_t seed = 0; seed < 3; ++seed) {
-      const auto direction = tapestry::test::random_direction<double>({rows, columns, 3}, 8 + seed);
-      const double slope = tapestry::test::dot(input.adjoint(), direction);
+    tape.reverse(tapestry::record_scalar(tapestry::test::dot(mask.value(), weights), pullback, mask));
+    const auto exact = tapestry::cast<double>(picture), gradient = tapestry::cast<double>(input.adjoint());
+    // Roundings of float in some 30 operations of either direction, each of at most 100 ε of the whole.
+    const double rounding = 30 * tolerance * std::sqrt(tapestry::test::dot(gradient, gradient));
+    const auto check = [&](const Array<double, 3>& direction) {
+      const double slope = tapestry::test::dot(gradient, direction);
       CHECK(std::abs(slope) > 1e-6);
-      CHECK(slope ==
-            Approx(tapestry::test::central_difference(value, picture, direction)).epsilon(1e-6).margin(1e-8));
-    }
+      CHECK(std::abs(slope - tapestry::test::central_difference(value, exact, direction)) <= rounding);
+    };
+    for (std::uint64_t seed = 0; seed < 3; ++seed)
+      check(tapestry::test::random_direction<double>({rows, columns, 3}, 8 + seed));
     // The brightest value, which all are divided by.
     auto axis = tapestry::zeros<double, 3>({rows, columns, 3});
-    if (rows == 16) {
-      axis.data()[segment::detail::brightest(picture)] = 1;
-      CHECK(tapestry::test::dot(input.adjoint(), axis) ==
-            Approx(tapestry::test::central_difference(value, picture, axis)).epsilon(1e-6).margin(1e-8));
-    }
+    if (rows != 16) continue;
+    axis.data()[segment::detail::brightest(picture)] = 1;
+    check(axis);
   }
 }
 
 TEST_CASE("a passive picture records nothing", "[segment][u2_net]") {
-  const segment::U2Net<double> network(small_network());
-  const tapestry::ArrayVariable<double, 3> picture = random_array<double>({20, 20, 3}, 9);
+  const segment::U2Net network(small_network());
+  const tapestry::ArrayVariable<float, 3> picture = random_array<float>({20, 20, 3}, 9);
   CHECK_FALSE(segment::mask(network, picture).is_active());
 }
 
 TEST_CASE("masks are the same bits for any number of threads", "[segment][u2_net][threads]") {
-  const segment::U2Net<float> network(small_network());
+  const segment::U2Net network(small_network());
   const auto picture = random_array<float>({90, 50, 3}, 10);
   const auto weights = random_array<float>({90, 50}, 11);
   const auto results = [&](int threads) {
     tapestry::limit_threads(threads);
-    segment::U2NetPass<float> pass;
+    segment::U2NetPass pass;
     network.forward(picture, pass, nn::Mode::input_gradient);
     auto adjoint = tapestry::zeros<float, 3>(picture.shape());
     network.pull_back(pass, weights, adjoint);
@@ -188,13 +219,13 @@ TEST_CASE("masks are the same bits for any number of threads", "[segment][u2_net
 TEST_CASE("a model that leaves its size open takes that of the paper, or the one asked for",
           "[segment][u2_net]") {
   const auto open = parsed(pixel_model(onnx::Extent()));
-  CHECK(segment::U2Net<float>(open).side() == 320);
-  CHECK(segment::U2Net<float>(open, 24).side() == 24);
+  CHECK(segment::U2Net(open).side() == 320);
+  CHECK(segment::U2Net(open, 24).side() == 24);
 }
 
 TEST_CASE("what is no network of masks is refused by name", "[segment][u2_net][bad_input]") {
   const auto refused = [](const std::string& text, const onnx::ModelParts& parts, std::size_t side = 0) {
-    check_refused(ErrorKind::mismatch, text, [&] { (void)segment::U2Net<float>(parsed(parts), side); });
+    check_refused(ErrorKind::mismatch, text, [&] { (void)segment::U2Net(parsed(parts), side); });
   };
   auto parts = pixel_model(8);
   parts.initialisers[0] = onnx::float_tensor("w", {2, 3, 1, 1}, {1, 2, 3, 4, 5, 6});
@@ -226,13 +257,12 @@ TEST_CASE("what is no network of masks is refused by name", "[segment][u2_net][b
 
   nn::NetworkDescription none = small_network();
   none.outputs.clear();
-  check_refused(ErrorKind::mismatch, "no network that makes masks",
-                [&] { (void)segment::U2Net<float>(none); });
+  check_refused(ErrorKind::mismatch, "no network that makes masks", [&] { (void)segment::U2Net(none); });
 }
 
 TEST_CASE("pictures and adjoints of other kinds are refused", "[segment][u2_net][bad_input]") {
-  const segment::U2Net<float> network(small_network());
-  segment::U2NetPass<float> pass;
+  const segment::U2Net network(small_network());
+  segment::U2NetPass pass;
   auto adjoint = tapestry::zeros<float, 3>({8, 8, 3});
   CHECK_THROWS_AS(network.pull_back(pass, random_array<float>({8, 8}, 1), adjoint), tapestry::ShapeError);
   CHECK_THROWS_WITH(network.forward(random_array<float>({8, 8, 4}, 1), pass),

@@ -28,7 +28,7 @@ inline raster::TextureChart rectangle_chart(std::size_t height, std::size_t widt
 
 /// Colours in [0, 1] for the texels of a chart that starts at 0: blobs of about two texels and a ramp, in
 /// channels that have much in common, with most values at the ends.
-inline Array<double, 2> blotched_colours(const raster::TextureChart& chart, std::uint64_t seed) {
+inline Array<float, 2> blotched_colours(const raster::TextureChart& chart, std::uint64_t seed) {
   Random random(seed);
   Array<double, 2> white(Extents<2>{(chart.height + 4) * (chart.width + 4), 4});
   for (double& value : white.storage()) value = random.normal();
@@ -42,11 +42,12 @@ inline Array<double, 2> blotched_colours(const raster::TextureChart& chart, std:
       }
     return sum;
   };
-  Array<double, 2> colours(Extents<2>{chart.texels.size(), 3});
+  Array<float, 2> colours(Extents<2>{chart.texels.size(), 3});
   for (const raster::ChartTexel& texel : chart.texels)
     for (std::size_t c = 0; c < 3; ++c) {
       const double ramp = static_cast<double>(texel.column) / static_cast<double>(chart.width) - 0.5;
-      colours(texel.texel, c) = 0.5 + 0.5 * std::tanh(0.6 * (smooth(texel, c) + smooth(texel, 3)) + ramp);
+      colours(texel.texel, c) =
+          static_cast<float>(0.5 + 0.5 * std::tanh(0.6 * (smooth(texel, c) + smooth(texel, 3)) + ramp));
     }
   return colours;
 }
@@ -61,19 +62,20 @@ std::vector<T> sorted_values(const Array<T, 2>& colours, const raster::TextureCh
 }
 
 /// Mean of one channel over a chart.
-inline double mean_of(const Array<double, 2>& colours, const raster::TextureChart& chart, std::size_t c) {
+inline double mean_of(const Array<float, 2>& colours, const raster::TextureChart& chart, std::size_t c) {
   double sum = 0;
-  for (const auto& texel : chart.texels) sum += colours(texel.texel, c);
+  for (const auto& texel : chart.texels) sum += static_cast<double>(colours(texel.texel, c));
   return sum / static_cast<double>(chart.texels.size());
 }
 
 /// Pearson's coefficient of channel c of one picture and channel d of another over a chart.
-inline double correlation(const Array<double, 2>& a, std::size_t c, const Array<double, 2>& b, std::size_t d,
+inline double correlation(const Array<float, 2>& a, std::size_t c, const Array<float, 2>& b, std::size_t d,
                           const raster::TextureChart& chart) {
   const double mean_a = mean_of(a, chart, c), mean_b = mean_of(b, chart, d);
   double aa = 0, bb = 0, ab = 0;
   for (const auto& texel : chart.texels) {
-    const double x = a(texel.texel, c) - mean_a, y = b(texel.texel, d) - mean_b;
+    const double x = static_cast<double>(a(texel.texel, c)) - mean_a;
+    const double y = static_cast<double>(b(texel.texel, d)) - mean_b;
     aa += x * x;
     bb += y * y;
     ab += x * y;
@@ -83,13 +85,13 @@ inline double correlation(const Array<double, 2>& a, std::size_t c, const Array<
 
 /// Amplitudes |F| of a channel's deviations from its mean, 0 outside the chart, over the box of the chart, in
 /// bands of `band` × `band` frequencies: the root of their mean power.
-inline std::vector<double> amplitudes(const Array<double, 2>& colours, const raster::TextureChart& chart,
+inline std::vector<double> amplitudes(const Array<float, 2>& colours, const raster::TextureChart& chart,
                                       std::size_t c, std::size_t band = 1) {
   image::FourierTransform transform(chart.height, chart.width);
   image::FourierTransform::Plane plane(chart.height * chart.width, 0);
   const double mean = mean_of(colours, chart, c);
   for (const auto& texel : chart.texels)
-    plane[texel.row * chart.width + texel.column] = colours(texel.texel, c) - mean;
+    plane[texel.row * chart.width + texel.column] = static_cast<double>(colours(texel.texel, c)) - mean;
   const auto spectrum = transform.forward(plane);
   const std::size_t columns = transform.spectrum_width();
   const std::size_t bands = (columns + band - 1) / band;
@@ -102,7 +104,7 @@ inline std::vector<double> amplitudes(const Array<double, 2>& colours, const ras
 }
 
 /// How far the amplitudes of `a` are from those of `b`, relative to the latter, over the three channels.
-inline double spectrum_distance(const Array<double, 2>& a, const Array<double, 2>& b,
+inline double spectrum_distance(const Array<float, 2>& a, const Array<float, 2>& b,
                                 const raster::TextureChart& chart, std::size_t band = 1) {
   double difference = 0, total = 0;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -116,12 +118,12 @@ inline double spectrum_distance(const Array<double, 2>& a, const Array<double, 2
 }
 
 /// The texels of a chart that starts at 0 in random order, all channels together: white noise of its colours.
-inline Array<double, 2> white_noise_of(const Array<double, 2>& colours, std::uint64_t seed) {
+inline Array<float, 2> white_noise_of(const Array<float, 2>& colours, std::uint64_t seed) {
   std::vector<std::size_t> order(colours.shape(0));
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   Random random(seed);
   random.shuffle(order);
-  Array<double, 2> white(colours.shape());
+  Array<float, 2> white(colours.shape());
   for (std::size_t i = 0; i < order.size(); ++i)
     for (std::size_t c = 0; c < 3; ++c) white(i, c) = colours(order[i], c);
   return white;

@@ -210,9 +210,9 @@ class CamouflageRun {
     const auto& method = objective_.method();
     const camouflage::Paint<float> paint{camouflage::method_colours(method, training.parameter()),
                                          camouflage::painted_texels(method)};
-    evaluate::SurveyedTextures<float> textures{
+    evaluate::SurveyedTextures textures{
         camouflage::without_paint(camouflage::own_colours<float>(inputs_.car.painted)), paint,
-        evaluate::make_controls<float>(inputs_.car.painted, paint, options_.optimisation.seed)};
+        evaluate::make_controls(inputs_.car.painted, paint, options_.optimisation.seed)};
     Array<float, 2> offsets;
     std::optional<ReshapedViews> reshaped;
     if (const auto& shape = method.shape) {
@@ -223,8 +223,8 @@ class CamouflageRun {
         throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car in its new shape");
       textures.reshaped = &reshaped->store();
     }
-    evaluate::Meter<float> meter(inputs_.detector, inputs_.class_index,
-                                 {options_.detector.confidence, options_.detector.nms});
+    evaluate::Meter meter(inputs_.detector, inputs_.class_index,
+                          {options_.detector.confidence, options_.detector.nms});
     std::vector<MarkedPicture> before;
     std::vector<MarkedPicture> after;
     SurveyWatch watch(meter, textures.pictures_a_view() * usable.size(),
@@ -258,7 +258,7 @@ class CamouflageRun {
     io::write_image(path("result.png"), comparison(before, after, 6));
   }
 
-  void write_report(const RunReport& report, ViewList list, const evaluate::SurveyedTextures<float>& textures,
+  void write_report(const RunReport& report, ViewList list, const evaluate::SurveyedTextures& textures,
                     std::vector<MarkedPicture> before, std::vector<MarkedPicture> after) const {
     write_text(path("views.csv"), views_csv(list));
     auto page = page_of(report, "Camouflage run",
@@ -274,7 +274,7 @@ class CamouflageRun {
   }
 
   /// Adds the pictures and atlases of the folder to the page.
-  void add_paint(ReportPage& page, const evaluate::SurveyedTextures<float>& textures) const {
+  void add_paint(ReportPage& page, const evaluate::SurveyedTextures& textures) const {
     const auto atlas = [&](const std::string& words, const camouflage::Paint<float>& paint) {
       page.atlases.emplace_back(
           words, image::to_bytes(camouflage::atlas_of<float>(inputs_.car.painted, paint.colours)));
@@ -315,7 +315,7 @@ class CamouflageRun {
   }
 
   /// Writes the matched controls as atlases, beside the texture they are made from.
-  void write_matched_controls(const std::vector<evaluate::Control<float>>& controls) const {
+  void write_matched_controls(const std::vector<evaluate::Control>& controls) const {
     const auto& car = inputs_.car;
     const auto write = [&](const char* control, const char* name) {
       for (const auto& [control_name, paint] : controls)

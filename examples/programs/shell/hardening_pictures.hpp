@@ -60,7 +60,7 @@ struct PaintPool {
   std::vector<Array<float, 2>> noises;  ///< matched noise and shuffled patches of each
 
   void add(const raster::PaintedMesh& car, Array<float, 2> colours, std::uint64_t seed) {
-    for (auto& control : evaluate::matched_controls<float>(car, {colours}, seed + paints.size()))
+    for (auto& control : evaluate::matched_controls(car, {colours}, seed + paints.size()))
       noises.push_back(std::move(control.paint.colours));
     paints.push_back(std::move(colours));
   }

@@ -205,11 +205,11 @@ class HardeningRun {
       return evaluate::matched_controls(car, paint, seed).front().paint;
     };
     const Paint transfer_noise = noise_of(by_transfer), adaptive_noise = noise_of(by_adaptation);
-    const Paint random = evaluate::plain_controls<float>(clean.colours.shape(0), seed).front().paint;
+    const Paint random = evaluate::plain_controls(clean.colours.shape(0), seed).front().paint;
     const std::vector<const Paint*> shown{nullptr,        &clean,          &by_transfer, &transfer_noise,
                                           &by_adaptation, &adaptive_noise, &random};
-    evaluate::Meter<float> meter(detector, inputs_.class_index,
-                                 {options_.detector.confidence, options_.detector.nms});
+    evaluate::Meter meter(detector, inputs_.class_index,
+                          {options_.detector.confidence, options_.detector.nms});
     SurveyWatch watch(meter, shown.size() * usable_test_.size(),
                       std::max(detector.input_height(), detector.input_width()));
     Examined result{{name, {}, {}}, {}, {}};

@@ -40,7 +40,7 @@ Array<std::uint8_t, 2> mask_from_file(const std::string& path, const io::Frame& 
 
 /// The car as segmented by a network, in the box of the frame's label if it has one. If none is found, the
 /// mask is empty, and the car of that frame counts as hidden.
-Array<std::uint8_t, 2> segmented_mask(const segment::U2Net<float>& segmenter, const io::Frame& frame) {
+Array<std::uint8_t, 2> segmented_mask(const segment::U2Net& segmenter, const io::Frame& frame) {
   std::optional<segment::Region> region;
   if (frame.label) {
     const detect::Box& box = frame.label->box;
@@ -55,7 +55,7 @@ MaskRule load_mask_rule(const SceneSettings& settings) {
   MaskRule rule{settings.mask};
   const io::InputLedger::Role role(segmenter_role);
   if (rule.kind == "u2net")
-    rule.segmenter = std::make_shared<const segment::U2Net<float>>(io::read_onnx(settings.segmenter));
+    rule.segmenter = std::make_shared<const segment::U2Net>(io::read_onnx(settings.segmenter));
   return rule;
 }
 

@@ -14,7 +14,7 @@ inline constexpr const char *mask_role = "mask", *segmenter_role = "segmenter";
 /// Source of the mask of a frame, see --mask.
 struct MaskRule {
   std::string kind = "auto";
-  std::shared_ptr<const segment::U2Net<float>> segmenter{};  ///< of the kind u2net
+  std::shared_ptr<const segment::U2Net> segmenter{};  ///< of the kind u2net
 };
 
 /// \param settings complete, with bundled files filled in

@@ -29,8 +29,7 @@ inline std::vector<std::size_t> views_with_car(camouflage::ViewStore<float>& sto
 
 /// A picture with its detections, each with its class and score: in found_colour the car where it should be,
 /// others in the colours of their classes.
-inline MarkedPicture annotated(const evaluate::MeasuredPicture<float>& measured,
-                               const evaluate::Meter<float>& meter) {
+inline MarkedPicture annotated(const evaluate::MeasuredPicture& measured, const evaluate::Meter& meter) {
   MarkedPicture marked{image::to_bytes(measured.picture)};
   const auto& names = meter.detector().names();
   for (const auto& detection : measured.result.detections)
@@ -46,7 +45,7 @@ class SurveyWatch {
  public:
   /// \param pictures  number of pictures to come
   /// \param side      longer side of the pictures
-  SurveyWatch(const evaluate::Meter<float>& meter, std::size_t pictures, std::size_t side)
+  SurveyWatch(const evaluate::Meter& meter, std::size_t pictures, std::size_t side)
       : meter_(meter), progress_(pictures), side_(side) {}
 
   /// From now on adds the pictures of a texture, of which there will be `pictures`, to a sheet, which must
@@ -58,7 +57,7 @@ class SurveyWatch {
   /// Facts of the views so far, in the order of the survey; one entry a picture.
   [[nodiscard]] const std::vector<ViewFacts>& views() const { return views_; }
 
-  void operator()(const evaluate::MeasuredPicture<float>& measured) {
+  void operator()(const evaluate::MeasuredPicture& measured) {
     StopSignal::throw_if_arrived();
     if (measured.texture == "clean") views_.push_back(facts_of(measured.view));
     const auto found = sheets_.find(measured.texture);
@@ -77,7 +76,7 @@ class SurveyWatch {
     bool takes_next() { return is_shown(seen++, most, pictures); }
   };
 
-  const evaluate::Meter<float>& meter_;
+  const evaluate::Meter& meter_;
   std::vector<ViewFacts> views_;
   MeasuringProgress progress_;
   std::size_t side_;

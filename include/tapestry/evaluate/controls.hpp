@@ -1,5 +1,4 @@
 #pragma once
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -16,8 +15,7 @@ namespace tapestry::evaluate::detail {
 
 /// \throws ShapeError unless colours are [texel, 3] with the texels of the charts; NumericError for one of
 ///         these whose colour is not finite
-template <std::floating_point T>
-void require_chart_colours(const char* operation, const Array<T, 2>& colours,
+void require_chart_colours(const char* operation, const Array<float, 2>& colours,
                            const std::vector<raster::TextureChart>& charts);
 
 }  // namespace tapestry::evaluate::detail
@@ -57,10 +55,9 @@ inline constexpr std::size_t matched_noise_rounds = 30;
 /// \returns        [texel, 3]
 /// \throws ShapeError unless colours are [texel, 3] with the charts' texels; NumericError for a colour in a
 ///         chart that is not finite
-template <std::floating_point T>
-[[nodiscard]] Array<T, 2> matched_noise(const Array<T, 2>& colours,
-                                        const std::vector<raster::TextureChart>& charts,
-                                        const Random& random);
+[[nodiscard]] Array<float, 2> matched_noise(const Array<float, 2>& colours,
+                                            const std::vector<raster::TextureChart>& charts,
+                                            const Random& random);
 
 /// Extents of the patches that shuffled_patches() moves, in texels of a chart.
 struct PatchExtents {
@@ -83,17 +80,15 @@ struct PatchExtents {
 /// \returns        [texel, 3]; texels of no chart as they are
 /// \throws DomainError for a patch without texels; ShapeError unless colours are [texel, 3] with the charts'
 ///         texels; NumericError for a colour in a chart that is not finite
-template <std::floating_point T>
-[[nodiscard]] Array<T, 2> shuffled_patches(const Array<T, 2>& colours,
-                                           const std::vector<raster::TextureChart>& charts,
-                                           PatchExtents patch, const Random& random);
+[[nodiscard]] Array<float, 2> shuffled_patches(const Array<float, 2>& colours,
+                                               const std::vector<raster::TextureChart>& charts,
+                                               PatchExtents patch, const Random& random);
 
 /// A control: a texture that was not optimised for this. A camouflage must hide the car better than its
 /// controls do.
-template <std::floating_point T>
 struct Control {
   std::string name;
-  camouflage::Paint<T> paint{};
+  camouflage::Paint<float> paint{};
 };
 
 /// The control that an attack's effect is stated against.
@@ -111,20 +106,17 @@ inline constexpr const char* other_run_name = "other run";
 ///
 /// \param noise_draws  of matched noise, under one name, one after another; the first does not depend on it
 /// \throws ShapeError unless the paint is of the car's texels; as raster::texture_charts(), matched_noise()
-template <std::floating_point T>
-[[nodiscard]] std::vector<Control<T>> matched_controls(const raster::PaintedMesh& car,
-                                                       const camouflage::Paint<T>& paint, std::uint64_t seed,
-                                                       std::size_t noise_draws = 1);
+[[nodiscard]] std::vector<Control> matched_controls(const raster::PaintedMesh& car,
+                                                    const camouflage::Paint<float>& paint, std::uint64_t seed,
+                                                    std::size_t noise_draws = 1);
 
 /// Controls that do not depend on a camouflage: random noise and six solid colours all over the car; the same
 /// for the same seed.
-template <std::floating_point T>
-[[nodiscard]] std::vector<Control<T>> plain_controls(std::size_t texel_count, std::uint64_t seed);
+[[nodiscard]] std::vector<Control> plain_controls(std::size_t texel_count, std::uint64_t seed);
 
 /// All controls of a camouflage: the matched ones, then the plain ones; parameters as for matched_controls().
-template <std::floating_point T>
-[[nodiscard]] std::vector<Control<T>> make_controls(const raster::PaintedMesh& car,
-                                                    const camouflage::Paint<T>& paint, std::uint64_t seed,
-                                                    std::size_t noise_draws = 1);
+[[nodiscard]] std::vector<Control> make_controls(const raster::PaintedMesh& car,
+                                                 const camouflage::Paint<float>& paint, std::uint64_t seed,
+                                                 std::size_t noise_draws = 1);
 
 }  // namespace tapestry::evaluate

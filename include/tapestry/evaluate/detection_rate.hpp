@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <concepts>
 #include <cstddef>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_decode.hpp>  // Detection
@@ -21,8 +20,7 @@ namespace tapestry::evaluate {
 /// \returns  in [0, 1]; candidates whose box, objectness or probability is NaN do not count
 /// \throws ShapeError if the logits do not fit the heads; DomainError if there is no such image or class, or
 ///         as detect::require_layout()
-template <std::floating_point T>
-[[nodiscard]] double best_confidence(const loss::Predictions<T>& predictions, const loss::Target& target,
+[[nodiscard]] double best_confidence(const loss::Predictions<float>& predictions, const loss::Target& target,
                                      double iou_threshold = 0.5);
 
 /// Whether a detector found a target: some detection has the target's class and an IoU with its box of at

@@ -59,19 +59,17 @@ struct Measurement {
 };
 
 /// One measured picture.
-template <std::floating_point T>
 struct MeasuredPicture {
-  const std::string& texture;  ///< the measurement's name
-  const Array<T, 3>& picture;  ///< [H, W, 3]
-  const camouflage::View<T>& view;
+  const std::string& texture;      ///< the measurement's name
+  const Array<float, 3>& picture;  ///< [H, W, 3]
+  const camouflage::View<float>& view;
   const detect::Box& target;  ///< where the car is in the picture
   const ViewResult& result;
 };
 
 /// A picture of a view, and where the car is in it.
-template <std::floating_point T>
 struct Photograph {
-  Array<T, 3> picture;  ///< [H, W, 3]
+  Array<float, 3> picture;  ///< [H, W, 3]
   detect::Box target;
 };
 
@@ -79,10 +77,9 @@ struct Photograph {
 /// `photography` is on: the same conditions for every paint, the same print of a paint in every view.
 ///
 /// \param view_index, draw  which view and which photograph of it: another one is under other conditions
-template <std::floating_point T>
-[[nodiscard]] Photograph<T> photograph_of(const camouflage::View<T>& view, std::size_t view_index,
-                                          const camouflage::Paint<T>* paint, const Photography& photography,
-                                          std::size_t draw);
+[[nodiscard]] Photograph photograph_of(const camouflage::View<float>& view, std::size_t view_index,
+                                       const camouflage::Paint<float>* paint, const Photography& photography,
+                                       std::size_t draw);
 
 namespace detail {
 /// Mean of the numbers; 0 without any.
@@ -109,16 +106,17 @@ inline void summarise(Measurement& measurement, const std::vector<std::vector<bo
 /// \param visit        called with each MeasuredPicture in order, to show or keep it; may throw to give up
 /// \param photography  conditions of the photographs; if left out, the views are measured as they are
 /// \throws DomainError if no picture of each view is drawn
-template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit>
-[[nodiscard]] Measurement measure(const std::string& name, Meter<T>& meter, camouflage::ViewStore<T>& store,
-                                  const std::vector<std::size_t>& views, const camouflage::Paint<T>* paint,
-                                  Visit&& visit, const Photography& photography = {}) {
+template <std::invocable<const MeasuredPicture&> Visit>
+[[nodiscard]] Measurement measure(const std::string& name, Meter& meter, camouflage::ViewStore<float>& store,
+                                  const std::vector<std::size_t>& views,
+                                  const camouflage::Paint<float>* paint, Visit&& visit,
+                                  const Photography& photography = {}) {
   if (photography.draws == 0) throw DomainError("measure: no photographs of a view");
   Measurement measurement{name, photography.draws};
   measurement.class_names = meter.detector().names();
   std::vector<std::vector<bool>> found_in_sweep(meter.settings().sweep.size());
   const std::size_t draws = photography.draws;
-  using ViewPointer = typename camouflage::ViewStore<T>::ViewPointer;
+  using ViewPointer = camouflage::ViewStore<float>::ViewPointer;
   std::vector<ViewPointer> shown(views.size());  // those whose pictures are being made
   const auto making = std::make_unique<std::mutex[]>(views.size());
   const auto view_of = [&](std::size_t place) {
@@ -128,7 +126,7 @@ template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit
   };
   struct Examined {
     ViewPointer view;
-    Photograph<T> photograph;
+    Photograph photograph;
     ViewResult result;
   };
   const auto examine = [&](std::size_t i) {
@@ -146,7 +144,7 @@ template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit
     measurement.outcomes.push_back(result.outcome);
     for (std::size_t k = 0; k < found_in_sweep.size(); ++k)
       found_in_sweep[k].push_back(result.found_in_sweep[k]);
-    visit(MeasuredPicture<T>{name, photograph.picture, *view, photograph.target, result});
+    visit(MeasuredPicture{name, photograph.picture, *view, photograph.target, result});
     if ((i + 1) % draws == 0) shown[i / draws].reset();
   });
   detail::summarise(measurement, found_in_sweep, photography.draws);
@@ -182,15 +180,14 @@ std::vector<double> means_of_views(const std::vector<Value>& of_pictures, std::s
                                    const BootstrapSettings& settings = {});
 
 /// The textures that a survey compares.
-template <std::floating_point T>
 struct SurveyedTextures {
-  camouflage::Paint<T> clean;                       ///< no paint, the car's own colours
-  std::optional<camouflage::Paint<T>> adversarial;  ///< the camouflage, if there is one
-  std::vector<Control<T>> controls;
+  camouflage::Paint<float> clean;                       ///< no paint, the car's own colours
+  std::optional<camouflage::Paint<float>> adversarial;  ///< the camouflage, if there is one
+  std::vector<Control> controls;
   /// The same views with the car in the camouflage's shape; the camouflage and its controls are measured on
   /// them. Below, the same for the other run. Null: the original shape. They must outlive the survey.
-  camouflage::ViewStore<T>* reshaped = nullptr;
-  camouflage::ViewStore<T>* reshaped_by_other = nullptr;
+  camouflage::ViewStore<float>* reshaped = nullptr;
+  camouflage::ViewStore<float>* reshaped_by_other = nullptr;
 
   /// Pictures of each view that a survey measures at each draw, the untouched frame among them.
   [[nodiscard]] std::size_t pictures_a_view() const { return 2 + (adversarial ? 1U : 0U) + controls.size(); }
@@ -211,12 +208,12 @@ struct Survey {
 /// "adversarial", if there is one, and the controls by their names, in this order; parameters as measure().
 /// If the camouflage moves the shape, too, its controls have that shape, so that an effect beyond them
 /// belongs to the texture; photo and clean show the car as it is.
-template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit>
-[[nodiscard]] Survey survey(Meter<T>& meter, camouflage::ViewStore<T>& store,
-                            const std::vector<std::size_t>& views, const SurveyedTextures<T>& textures,
+template <std::invocable<const MeasuredPicture&> Visit>
+[[nodiscard]] Survey survey(Meter& meter, camouflage::ViewStore<float>& store,
+                            const std::vector<std::size_t>& views, const SurveyedTextures& textures,
                             Visit&& visit, const Photography& photography = {}) {
-  const auto measured = [&](const std::string& name, const camouflage::Paint<T>* paint,
-                            camouflage::ViewStore<T>* shape = nullptr) {
+  const auto measured = [&](const std::string& name, const camouflage::Paint<float>* paint,
+                            camouflage::ViewStore<float>* shape = nullptr) {
     return measure(name, meter, shape != nullptr ? *shape : store, views, paint, visit, photography);
   };
   Survey survey;
@@ -226,7 +223,7 @@ template <std::floating_point T, std::invocable<const MeasuredPicture<T>&> Visit
     survey.adversarial = measured("adversarial", &*textures.adversarial, textures.reshaped);
     survey.asr = attack_success_rate(survey.clean.found, survey.adversarial->found, photography.draws);
   }
-  for (const Control<T>& control : textures.controls) {
+  for (const Control& control : textures.controls) {
     survey.controls.push_back(
         measured(control.name, &control.paint,
                  control.name == other_run_name ? textures.reshaped_by_other : textures.reshaped));

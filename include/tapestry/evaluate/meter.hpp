@@ -1,5 +1,4 @@
 #pragma once
-#include <concepts>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -42,13 +41,12 @@ struct ViewResult {
 /// The network runs once a picture, and so does suppression: going down in confidence, the kept detections
 /// above a threshold do not depend on those below. Several threads may examine pictures at once; each then
 /// holds a pass of the network.
-template <std::floating_point T>
 class Meter {
  public:
   /// \param detector     must outlive the meter
   /// \param class_index  of the car
   /// \throws DomainError if the detector has no such class
-  Meter(const detect::Detector<T>& detector, std::size_t class_index, MeterSettings settings = {})
+  Meter(const detect::Detector<float>& detector, std::size_t class_index, MeterSettings settings = {})
       : detector_(detector),
         class_index_(class_index),
         related_(related_classes(detector.names(), class_index)),
@@ -58,13 +56,13 @@ class Meter {
 
   /// \param picture  [H, W, 3], at the size of the network's input
   /// \throws ShapeError for another size, NumericError for logits that are not finite
-  [[nodiscard]] ViewResult examine(const Array<T, 3>& picture, const camouflage::View<T>& view) {
+  [[nodiscard]] ViewResult examine(const Array<float, 3>& picture, const camouflage::View<float>& view) {
     return examine(picture, view.name, view.target);
   }
 
   /// \param name    of the picture, for errors
   /// \param target  the car's box in it
-  [[nodiscard]] ViewResult examine(const Array<T, 3>& picture, const std::string& name,
+  [[nodiscard]] ViewResult examine(const Array<float, 3>& picture, const std::string& name,
                                    const detect::Box& target);
 
   /// Whether a car of this box is among the detections, see is_found().
@@ -74,22 +72,19 @@ class Meter {
   }
 
   [[nodiscard]] const MeterSettings& settings() const { return settings_; }
-  [[nodiscard]] const detect::Detector<T>& detector() const { return detector_; }
+  [[nodiscard]] const detect::Detector<float>& detector() const { return detector_; }
 
  private:
   /// The detections above a threshold, of a list in order of confidence.
   static std::vector<detect::Detection> above(double threshold,
                                               const std::vector<detect::Detection>& detections);
 
-  const detect::Detector<T>& detector_;
+  const detect::Detector<float>& detector_;
   std::size_t class_index_;
   std::vector<std::size_t> related_;  ///< classes
   MeterSettings settings_;
-  detect::PassPool<T> passes_;
+  detect::PassPool<float> passes_;
 };
-
-extern template class Meter<float>;
-extern template class Meter<double>;
 
 // The photographs of FCA's table 2: a painted toy car from eight directions, at three distances, in three
 // surroundings. The paper prints its camouflages, glues them on and takes 144 photographs, two of each of

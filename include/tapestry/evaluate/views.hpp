@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
@@ -114,9 +113,9 @@ struct ProtocolPicture {
 ///
 /// \param car  of half length 1, around the origin; see geometry::normalise_mesh()
 /// \throws DomainError as protocol_camera() and raster::texture_operator()
-template <std::floating_point T>
-[[nodiscard]] camouflage::View<T> protocol_view(const ProtocolFrame& frame, const raster::PaintedMesh& car,
-                                                const ProtocolPicture& picture);
+[[nodiscard]] camouflage::View<float> protocol_view(const ProtocolFrame& frame,
+                                                    const raster::PaintedMesh& car,
+                                                    const ProtocolPicture& picture);
 
 // The partly hidden cars of FCA's table 4. The paper does not state how it hides them; here rectangles lie
 // over the picture, and what they hide is measured on the silhouette. Source: Wang et al., FCA (AAAI 2022),
@@ -144,12 +143,11 @@ struct Occluder {
 };
 
 /// The hidden pixels of a car, and their share of its silhouette.
-template <std::floating_point T>
 class HiddenPixels {
  public:
   /// \param coverage  [h, w], share of each pixel that shows the car; must outlive this
   /// \param place     where that lies in the picture, h × w pixels
-  HiddenPixels(const Array<T, 2>& coverage, const image::PixelWindow& place);
+  HiddenPixels(const Array<float, 2>& coverage, const image::PixelWindow& place);
 
   /// The hidden coverage over all of it; 0 where nothing shows.
   [[nodiscard]] double share() const { return share_with(0); }
@@ -176,7 +174,7 @@ class HiddenPixels {
       for (std::size_t x = left; x < right; ++x) visit(y - place_.top, x - place_.left);
   }
 
-  const Array<T, 2>& coverage_;
+  const Array<float, 2>& coverage_;
   image::PixelWindow place_;
   Array<std::uint8_t, 2> is_hidden_;
   double total_ = 0, hidden_ = 0;
@@ -196,15 +194,13 @@ struct Occlusion {
 /// \param place          where that lies in a picture of height × width pixels
 /// \returns  nothing where no such share can be had: the car does not show, or in a few pixels only
 /// \throws ShapeError if the place has another size than the coverage or leaves the picture
-template <std::floating_point T>
-[[nodiscard]] std::optional<Occlusion> draw_occlusion(const Array<T, 2>& coverage,
+[[nodiscard]] std::optional<Occlusion> draw_occlusion(const Array<float, 2>& coverage,
                                                       const image::PixelWindow& place, std::size_t height,
                                                       std::size_t width, OcclusionGroup group, Random random);
 
 /// Paints rectangles over a picture, [H, W, 3], the last on top.
 /// \throws ShapeError if one leaves the picture
-template <std::floating_point T>
-void lay_occluders(Array<T, 3>& picture, const std::vector<Occluder>& occluders);
+void lay_occluders(Array<float, 3>& picture, const std::vector<Occluder>& occluders);
 
 /// The views whose cars are partly hidden, each once for every group: 3 × 360 of them.
 [[nodiscard]] inline ViewGrid occlusion_grid() { return {{1.5, 3, 5, 10}, {0, 10, 20, 30, 40, 50}, 24}; }
@@ -218,8 +214,5 @@ void lay_occluders(Array<T, 3>& picture, const std::vector<Occluder>& occluders)
 /// The frames of every group, whose number is their row, by group, then as view_frames().
 /// \throws DomainError as view_frames()
 [[nodiscard]] std::vector<ProtocolFrame> occlusion_frames(const ViewGrid& grid);
-
-extern template class HiddenPixels<float>;
-extern template class HiddenPixels<double>;
 
 }  // namespace tapestry::evaluate

@@ -1,5 +1,4 @@
 #pragma once
-#include <concepts>
 #include <cstdint>
 #include <optional>
 #include <tapestry/core/array.hpp>
@@ -26,8 +25,7 @@ struct Region {
 /// \param mask    [H, W], in [0, 1]
 /// \param region  around the car, from a label; none if it is not known
 /// \returns       [H, W], 1 on the car and 0 elsewhere; all 0 if there is none
-template <std::floating_point T>
-[[nodiscard]] Array<std::uint8_t, 2> car_component(const Array<T, 2>& mask,
+[[nodiscard]] Array<std::uint8_t, 2> car_component(const Array<float, 2>& mask,
                                                    const std::optional<Region>& region = {},
                                                    double threshold = 0.5);
 

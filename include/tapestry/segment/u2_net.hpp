@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <concepts>
 #include <cstddef>
 #include <map>
 #include <string>
@@ -17,8 +16,7 @@ namespace tapestry::segment {
 namespace detail {
 
 /// Index of the largest value, the first of equal ones.
-template <std::floating_point T>
-[[nodiscard]] std::size_t brightest(const Array<T, 3>& picture) {
+[[nodiscard]] inline std::size_t brightest(const Array<float, 3>& picture) {
   return static_cast<std::size_t>(std::max_element(picture.data(), picture.data() + picture.size()) -
                                   picture.data());
 }
@@ -34,24 +32,21 @@ template <std::floating_point T>
 /// \param picture  p, [S, S, 3], RGB in [0, 1]
 /// \returns        [S, S, 3]
 /// \throws ShapeError unless there are three channels
-template <std::floating_point T>
-[[nodiscard]] Array<T, 3> u2_net_input(const Array<T, 3>& picture);
+[[nodiscard]] Array<float, 3> u2_net_input(const Array<float, 3>& picture);
 
 /// Adds (∂x/∂p)ᵀ · input_adjoint to picture_adjoint, [S, S, 3]. All values are divided by the first of equal
 /// largest ones.
-template <std::floating_point T>
-void u2_net_input_adjoint(const Array<T, 3>& picture, const Array<T, 3>& input_adjoint,
-                          Array<T, 3>& picture_adjoint);
+void u2_net_input_adjoint(const Array<float, 3>& picture, const Array<float, 3>& input_adjoint,
+                          Array<float, 3>& picture_adjoint);
 
 /// The results of one U2Net::forward(), and what pull_back() needs. May be used again; two threads must not
 /// share one.
-template <std::floating_point T>
 struct U2NetPass {
-  Array<T, 2> mask;                  ///< [H, W] of the picture, in [0, 1]
-  std::vector<Array<T, 3>> reduced;  ///< the picture ever smaller, the last [S, S, 3]
-  Extents<3> extents{};              ///< of the picture
-  nn::Buffer<T> input;
-  nn::NetworkPass<T> network;
+  Array<float, 2> mask;                  ///< [H, W] of the picture, in [0, 1]
+  std::vector<Array<float, 3>> reduced;  ///< the picture ever smaller, the last [S, S, 3]
+  Extents<3> extents{};                  ///< of the picture
+  nn::Buffer<float> input;
+  nn::NetworkPass<float> network;
 };
 
 /// A salient-object network of the U²-Net family: a picture in, a mask out, and the gradient of the mask with
@@ -66,7 +61,6 @@ struct U2NetPass {
 /// Source: U-2-Net, u2net_test.py and data_loader.py. There step 1 filters with a Gaussian before pictures
 /// are made smaller; here sides at least twice as long as the network's are first halved, by means of 2 × 2
 /// pixels. car_component() chooses the object.
-template <std::floating_point T>
 class U2Net {
  public:
   /// \param network  as read from a file, with one input [1, 3, S, S]
@@ -77,23 +71,24 @@ class U2Net {
   /// S, of the network's square input; pixels.
   [[nodiscard]] std::size_t side() const { return network_.input_shape(0)[1]; }
 
-  [[nodiscard]] const nn::Network<T>& network() const { return network_; }
+  [[nodiscard]] const nn::Network<float>& network() const { return network_; }
 
   /// \param picture  [H, W, 3], RGB in [0, 1]
   /// \param pass     receives the mask, [H, W] in [0, 1], and what `mode` keeps
   /// \throws ShapeError unless the picture has three channels; DomainError if a side is 0 or beyond 65536, or
   ///         a value is not finite; NumericError if the network's mask is not finite
-  void forward(const Array<T, 3>& picture, U2NetPass<T>& pass, nn::Mode mode = nn::Mode::inference) const;
+  void forward(const Array<float, 3>& picture, U2NetPass& pass, nn::Mode mode = nn::Mode::inference) const;
 
   /// The mask alone, [H, W].
-  [[nodiscard]] Array<T, 2> operator()(const Array<T, 3>& picture) const;
+  [[nodiscard]] Array<float, 2> operator()(const Array<float, 3>& picture) const;
 
   /// Adds (∂mask/∂picture)ᵀ · mask_adjoint to picture_adjoint, with all five steps: also through the largest
   /// value of the picture and the least and largest of the mask, of equal ones the first.
   ///
   /// \param pass  of forward() in another mode than inference
   /// \throws ShapeError for adjoints of other extents; DomainError if the pass kept nothing
-  void pull_back(U2NetPass<T>& pass, const Array<T, 2>& mask_adjoint, Array<T, 3>& picture_adjoint) const;
+  void pull_back(U2NetPass& pass, const Array<float, 2>& mask_adjoint,
+                 Array<float, 3>& picture_adjoint) const;
 
  private:
   static constexpr std::size_t published_side = 320;
@@ -104,20 +99,18 @@ class U2Net {
                                                                     std::size_t side);
 
   /// Halves each side while it is at least twice the network's, then resizes to the network's.
-  void reduce(const Array<T, 3>& picture, U2NetPass<T>& pass) const;
+  void reduce(const Array<float, 3>& picture, U2NetPass& pass) const;
 
-  [[nodiscard]] static bool all_finite(const T* values, std::size_t count) {
-    return std::all_of(values, values + count, [](T value) { return is_finite(static_cast<float>(value)); });
+  [[nodiscard]] static bool all_finite(const float* values, std::size_t count) {
+    return std::all_of(values, values + count, [](float value) { return is_finite(value); });
   }
 
   /// Adjoint of the network's map d, [S, S], given the adjoint of the picture's mask.
-  [[nodiscard]] Array<T, 2> adjoint_of_map(const U2NetPass<T>& pass, const Array<T, 2>& mask_adjoint) const;
+  [[nodiscard]] Array<float, 2> adjoint_of_map(const U2NetPass& pass,
+                                               const Array<float, 2>& mask_adjoint) const;
 
-  nn::Network<T> network_;
+  nn::Network<float> network_;
 };
-
-extern template class U2Net<float>;
-extern template class U2Net<double>;
 
 /// The mask of a picture on the tape: U2Net::forward(), whose pullback is U2Net::pull_back(). A passive
 /// picture records nothing.
@@ -126,7 +119,6 @@ extern template class U2Net<double>;
 /// \param picture  [H, W, 3], RGB in [0, 1]
 /// \returns        [H, W] in [0, 1]
 /// \throws ShapeError, DomainError and NumericError as U2Net::forward()
-template <std::floating_point T>
-[[nodiscard]] ArrayVariable<T, 2> mask(const U2Net<T>& network, const ArrayVariable<T, 3>& picture);
+[[nodiscard]] ArrayVariable<float, 2> mask(const U2Net& network, const ArrayVariable<float, 3>& picture);
 
 }  // namespace tapestry::segment

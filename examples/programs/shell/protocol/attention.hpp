@@ -54,7 +54,7 @@ inline Figure attention_figure(const Protocol&, const ProtocolResult& result) {
 /// Some of the photographs with the heat of each texture laid over them. There is a row for each texture that
 /// figures show: clean, the camouflage, the noise matched to it, the untouched photograph.
 inline Bitmap attention_sheet(std::size_t column, const Protocol& protocol, const ProtocolResult& result,
-                              const std::vector<evaluate::Control<float>>& textures,
+                              const std::vector<evaluate::Control>& textures,
                               const evaluate::ProtocolOutcomes& outcomes, const ProtocolSource& source,
                               const FurtherDetector& detector, HeatMap heat_map) {
   constexpr std::size_t most = 6, side = 240;

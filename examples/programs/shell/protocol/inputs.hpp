@@ -122,9 +122,9 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
 }
 
 /// The textures to measure: clean, the camouflage and its controls; several draws of one side by side.
-inline std::vector<evaluate::Control<float>> textures_of(const Car& loaded, const ProtocolRequest& request) {
+inline std::vector<evaluate::Control> textures_of(const Car& loaded, const ProtocolRequest& request) {
   const auto& car = loaded.painted;
-  std::vector<evaluate::Control<float>> textures{
+  std::vector<evaluate::Control> textures{
       {"clean", camouflage::without_paint(camouflage::own_colours<float>(car))}};
   if (request.run.empty()) return textures;
   const io::InputLedger::Role role(camouflage_role);

@@ -106,7 +106,7 @@ struct FrameViews {
   /// The view to draw a texture in: the reshaped car for the camouflage and its controls, the original one
   /// for the clean texture and for unpainted pictures.
   /// \param textures  the clean one first; unpainted ones have no texels
-  [[nodiscard]] const camouflage::View<float>& of(const std::vector<evaluate::Control<float>>& textures,
+  [[nodiscard]] const camouflage::View<float>& of(const std::vector<evaluate::Control>& textures,
                                                   std::size_t texture) const {
     const bool is_original = !reshaped || texture == 0 || textures[texture].paint.colours.size() == 0;
     return is_original ? original : *reshaped;
@@ -116,7 +116,7 @@ struct FrameViews {
 /// Source of a protocol's frames, and the detectors that measure them.
 struct ProtocolSource {
   std::function<FrameViews(std::size_t frame)> views;
-  std::function<evaluate::Meter<float>&(std::size_t frame)> meter;
+  std::function<evaluate::Meter&(std::size_t frame)> meter;
   /// Share of the attention that lies on the car; empty where it is not measured.
   std::function<double(const Array<float, 3>& picture, const camouflage::View<float>&, std::size_t frame)>
       attention{};
@@ -137,7 +137,7 @@ class ProtocolMeasurement {
   /// \param textures  the clean one first. For one without texels the picture is only the background. They
   ///                  must outlive this object
   /// \param path      file to save outcomes in; empty: none
-  ProtocolMeasurement(const Protocol& protocol, const std::vector<evaluate::Control<float>>& textures,
+  ProtocolMeasurement(const Protocol& protocol, const std::vector<evaluate::Control>& textures,
                       std::string path, evaluate::ProtocolOutcomes outcomes)
       : protocol_(protocol), textures_(textures), path_(std::move(path)), outcomes_(std::move(outcomes)) {}
 
@@ -210,7 +210,7 @@ class ProtocolMeasurement {
       const auto& view = views.of(textures_, k);
       auto [picture, target] = protocol_.photograph
                                    ? protocol_.photograph(view, frame, paint)
-                                   : evaluate::Photograph<float>{picture_with(view, paint), view.target};
+                                   : evaluate::Photograph{picture_with(view, paint), view.target};
       if (change) change->apply(picture);
       const auto result = meter.examine(picture, view.name, target);
       outcomes_.found(frame, k) = result.found ? 1 : 0;
@@ -267,7 +267,7 @@ class ProtocolMeasurement {
   }
 
   const Protocol& protocol_;
-  const std::vector<evaluate::Control<float>>& textures_;
+  const std::vector<evaluate::Control>& textures_;
   std::string path_;
   evaluate::ProtocolOutcomes outcomes_;
   std::size_t frames_done_ = 0;

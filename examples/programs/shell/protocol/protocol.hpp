@@ -122,8 +122,8 @@ struct Protocol {
   /// empty, no frames share a view.
   std::function<std::size_t(std::size_t frame)> view_of{};
   /// The picture of a frame with a paint, and the place of the car in it; if empty, the view's own.
-  std::function<evaluate::Photograph<float>(const camouflage::View<float>&, std::size_t frame,
-                                            const camouflage::Paint<float>&)>
+  std::function<evaluate::Photograph(const camouflage::View<float>&, std::size_t frame,
+                                     const camouflage::Paint<float>&)>
       photograph{};
   std::function<Figure(const Protocol&, const ProtocolResult&)> figure{};
 };

@@ -16,7 +16,7 @@
 namespace tapestry::shell::detail {
 
 /// Number of neighbours of each name: the draws of that texture.
-inline std::vector<std::size_t> draws_of(const std::vector<evaluate::Control<float>>& textures) {
+inline std::vector<std::size_t> draws_of(const std::vector<evaluate::Control>& textures) {
   std::vector<std::size_t> draws;
   for (std::size_t k = 0; k < textures.size(); ++k)
     if (k > 0 && textures[k].name == textures[k - 1].name)
@@ -82,9 +82,8 @@ inline std::vector<MeasuredPart> measured_parts(const Protocol& protocol) {
   return parts;
 }
 
-inline ProtocolResult result_of(const Protocol& protocol,
-                                const std::vector<evaluate::Control<float>>& textures, bool has_camouflage,
-                                const evaluate::ProtocolOutcomes& outcomes) {
+inline ProtocolResult result_of(const Protocol& protocol, const std::vector<evaluate::Control>& textures,
+                                bool has_camouflage, const evaluate::ProtocolOutcomes& outcomes) {
   ProtocolResult result;
   for (const auto& texture : textures)
     if (result.textures.empty() || result.textures.back() != texture.name)

@@ -192,7 +192,7 @@ struct ProtocolFolder {
   evaluate::ProtocolOutcomes outcomes;
 
   ProtocolFolder(std::string path, const Json& settings, std::size_t frames,
-                 const std::vector<evaluate::Control<float>>& textures)
+                 const std::vector<evaluate::Control>& textures)
       : folder(std::move(path)), outcomes(frames, textures.size()) {
     if (!folder.empty()) {
       claim.emplace(folder, !is_there(folder, ErrorKind::write));
@@ -206,9 +206,9 @@ struct ProtocolFolder {
   [[nodiscard]] std::string outcomes_path() const { return folder.empty() ? "" : folder + "/outcomes.npz"; }
 };
 
-[[nodiscard]] inline std::vector<evaluate::Meter<float>> meters_of(const ProtocolInputs& inputs,
-                                                                   const ProtocolRequest& request) {
-  std::vector<evaluate::Meter<float>> meters;
+[[nodiscard]] inline std::vector<evaluate::Meter> meters_of(const ProtocolInputs& inputs,
+                                                            const ProtocolRequest& request) {
+  std::vector<evaluate::Meter> meters;
   for (const auto& [detector, class_index] : inputs.detectors)
     meters.emplace_back(
         detector, class_index,
@@ -230,7 +230,7 @@ struct ProtocolFolder {
 
 /// Adds a sheet of heat maps of each detector to the result's pictures.
 inline void add_attention(const std::string& folder, const Protocol& protocol,
-                          const std::vector<evaluate::Control<float>>& textures,
+                          const std::vector<evaluate::Control>& textures,
                           const ProtocolMeasurement& measurement, const ProtocolSource& source,
                           const ProtocolInputs& inputs, const ProtocolRequest& request,
                           ProtocolResult& result) {

@@ -69,17 +69,17 @@ inline std::function<FrameViews(std::size_t frame)> views_source(const Protocol&
     };
   return [&](std::size_t frame) {
     return views_of_shapes(inputs, [&](const raster::PaintedMesh& car) {
-      return evaluate::protocol_view<float>(protocol.frames[frame], car, picture_of(request, detector));
+      return evaluate::protocol_view(protocol.frames[frame], car, picture_of(request, detector));
     });
   };
 }
 
 /// A photograph as a detector takes it, or a render. All arguments must outlive the result.
 inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest& request,
-                                const ProtocolInputs& inputs, std::vector<evaluate::Meter<float>>& meters) {
+                                const ProtocolInputs& inputs, std::vector<evaluate::Meter>& meters) {
   ProtocolSource source;
   source.views = views_source(protocol, request, inputs);
-  source.meter = [&](std::size_t frame) -> evaluate::Meter<float>& {
+  source.meter = [&](std::size_t frame) -> evaluate::Meter& {
     return meters[protocol.on_photographs ? protocol.frames[frame].column : 0];
   };
   if (protocol.maps_attention)

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -20,8 +19,7 @@
 
 namespace tapestry::evaluate::detail {
 
-template <std::floating_point T>
-void require_chart_colours(const char* operation, const Array<T, 2>& colours,
+void require_chart_colours(const char* operation, const Array<float, 2>& colours,
                            const std::vector<raster::TextureChart>& charts) {
   if (colours.shape(1) != 3)
     throw ShapeError(std::string(operation) + ": colours are [" + std::to_string(colours.shape(0)) + ", " +
@@ -37,9 +35,6 @@ void require_chart_colours(const char* operation, const Array<T, 2>& colours,
                              " has a colour that is not finite");
     }
 }
-
-template decltype(require_chart_colours<float>) require_chart_colours<float>;
-template decltype(require_chart_colours<double>) require_chart_colours<double>;
 
 }  // namespace tapestry::evaluate::detail
 
@@ -109,13 +104,13 @@ void shuffle_in_a_cycle(std::vector<Item>& items, Random& random) {
 
 namespace tapestry::evaluate {
 
-template <std::floating_point T>
-Array<T, 2> shuffled_patches(const Array<T, 2>& colours, const std::vector<raster::TextureChart>& charts,
-                             PatchExtents patch, const Random& random) {
+Array<float, 2> shuffled_patches(const Array<float, 2>& colours,
+                                 const std::vector<raster::TextureChart>& charts, PatchExtents patch,
+                                 const Random& random) {
   detail::require_chart_colours("shuffled_patches", colours, charts);
   if (patch.height == 0 || patch.width == 0)
     throw DomainError("shuffled_patches: a patch must have rows and columns");
-  Array<T, 2> shuffled = colours;
+  Array<float, 2> shuffled = colours;
   for (std::size_t i = 0; i < charts.size(); ++i) {
     Random of_chart = random.fork(i);
     detail::PatchCutter cutter(charts[i]);
@@ -133,18 +128,14 @@ Array<T, 2> shuffled_patches(const Array<T, 2>& colours, const std::vector<raste
   return shuffled;
 }
 
-template decltype(shuffled_patches<float>) shuffled_patches<float>;
-template decltype(shuffled_patches<double>) shuffled_patches<double>;
-
-template <std::floating_point T>
-std::vector<Control<T>> matched_controls(const raster::PaintedMesh& car, const camouflage::Paint<T>& paint,
-                                         std::uint64_t seed, std::size_t noise_draws) {
+std::vector<Control> matched_controls(const raster::PaintedMesh& car, const camouflage::Paint<float>& paint,
+                                      std::uint64_t seed, std::size_t noise_draws) {
   const auto& [colours, painted] = paint;
   camouflage::require_sound("matched_controls", paint);
   require_shape("matched_controls", "colours", colours, {car.layout.texel_count(car.mesh), 3});
   const auto charts = raster::painted_charts(raster::texture_charts(car), painted);
   const Random of_noise = Random(seed).fork(0x6D617463686564ULL);
-  std::vector<Control<T>> controls;
+  std::vector<Control> controls;
   for (std::size_t draw = 0; draw < noise_draws; ++draw)
     controls.push_back(
         {matched_noise_name,
@@ -156,33 +147,23 @@ std::vector<Control<T>> matched_controls(const raster::PaintedMesh& car, const c
   return controls;
 }
 
-template <std::floating_point T>
-std::vector<Control<T>> plain_controls(std::size_t texel_count, std::uint64_t seed) {
+std::vector<Control> plain_controls(std::size_t texel_count, std::uint64_t seed) {
   Random random = Random(seed).fork(0x636F6E74726F6CULL);
-  std::vector<Control<T>> controls;
-  controls.push_back({"random", {camouflage::random_colours<T>(texel_count, random)}});
+  std::vector<Control> controls;
+  controls.push_back({"random", {camouflage::random_colours<float>(texel_count, random)}});
   const std::vector<std::pair<const char*, std::array<double, 3>>> solids{
       {"white", {0.95, 0.95, 0.95}}, {"grey", {0.5, 0.5, 0.5}},   {"black", {0.05, 0.05, 0.05}},
       {"red", {0.75, 0.08, 0.08}},   {"green", {0.1, 0.5, 0.15}}, {"blue", {0.1, 0.2, 0.7}}};
   for (const auto& [name, colour] : solids)
-    controls.push_back({name, {camouflage::solid_colours<T>(texel_count, colour)}});
+    controls.push_back({name, {camouflage::solid_colours<float>(texel_count, colour)}});
   return controls;
 }
 
-template <std::floating_point T>
-std::vector<Control<T>> make_controls(const raster::PaintedMesh& car, const camouflage::Paint<T>& paint,
-                                      std::uint64_t seed, std::size_t noise_draws) {
+std::vector<Control> make_controls(const raster::PaintedMesh& car, const camouflage::Paint<float>& paint,
+                                   std::uint64_t seed, std::size_t noise_draws) {
   auto controls = matched_controls(car, paint, seed, noise_draws);
-  for (auto& control : plain_controls<T>(paint.colours.shape(0), seed))
-    controls.push_back(std::move(control));
+  for (auto& control : plain_controls(paint.colours.shape(0), seed)) controls.push_back(std::move(control));
   return controls;
 }
-
-template decltype(matched_controls<float>) matched_controls<float>;
-template decltype(matched_controls<double>) matched_controls<double>;
-template decltype(plain_controls<float>) plain_controls<float>;
-template decltype(plain_controls<double>) plain_controls<double>;
-template decltype(make_controls<float>) make_controls<float>;
-template decltype(make_controls<double>) make_controls<double>;
 
 }  // namespace tapestry::evaluate

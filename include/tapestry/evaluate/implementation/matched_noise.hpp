@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <concepts>
 #include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -38,8 +37,7 @@ struct NoiseChannel {
 /// The matched noise of one chart, see matched_noise().
 class ChartNoise {
  public:
-  template <std::floating_point T>
-  ChartNoise(const Array<T, 2>& colours, const raster::TextureChart& chart, Random random)
+  ChartNoise(const Array<float, 2>& colours, const raster::TextureChart& chart, Random random)
       : chart_(chart),
         height_(image::fourier_extent(chart.height)),
         width_(image::fourier_extent(chart.width)) {
@@ -70,14 +68,13 @@ class ChartNoise {
   }
 
   /// Writes the noise to the texels of the chart, each channel with the chart's values.
-  template <std::floating_point T>
-  void write(Array<T, 2>& colours) const {
+  void write(Array<float, 2>& colours) const {
     std::vector<double> values(chart_.texels.size());
     for (std::size_t c = 0; c < channels_.size(); ++c) {
       for (std::size_t i = 0; i < values.size(); ++i) values[i] = channels_[c].plane[place(i)];
       take_values_by_rank(values, channels_[c].sorted);
       for (std::size_t i = 0; i < values.size(); ++i)
-        colours(chart_.texels[i].texel, c) = static_cast<T>(values[i]);
+        colours(chart_.texels[i].texel, c) = static_cast<float>(values[i]);
     }
   }
 
@@ -91,8 +88,7 @@ class ChartNoise {
   }
 
   /// Takes the spectrum of the chart's deviations from its mean, 0 outside it.
-  template <std::floating_point T>
-  [[nodiscard]] NoiseChannel channel_of(const Array<T, 2>& colours, std::size_t c) const {
+  [[nodiscard]] NoiseChannel channel_of(const Array<float, 2>& colours, std::size_t c) const {
     NoiseChannel channel{image::FourierTransform(height_, width_), {}, {}};
     double sum = 0;
     for (const raster::ChartTexel& texel : chart_.texels) {
@@ -153,11 +149,10 @@ class ChartNoise {
 
 namespace tapestry::evaluate {
 
-template <std::floating_point T>
-Array<T, 2> matched_noise(const Array<T, 2>& colours, const std::vector<raster::TextureChart>& charts,
-                          const Random& random) {
+Array<float, 2> matched_noise(const Array<float, 2>& colours, const std::vector<raster::TextureChart>& charts,
+                              const Random& random) {
   detail::require_chart_colours("matched_noise", colours, charts);
-  Array<T, 2> noise = colours;
+  Array<float, 2> noise = colours;
   parallel_for(charts.size(), [&](std::size_t i) {
     if (charts[i].texels.empty()) return;
     detail::ChartNoise chart(colours, charts[i], random.fork(i));
@@ -166,8 +161,5 @@ Array<T, 2> matched_noise(const Array<T, 2>& colours, const std::vector<raster::
   });
   return noise;
 }
-
-template decltype(matched_noise<float>) matched_noise<float>;
-template decltype(matched_noise<double>) matched_noise<double>;
 
 }  // namespace tapestry::evaluate

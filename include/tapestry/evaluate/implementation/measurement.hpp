@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -39,17 +38,13 @@
 
 namespace tapestry::evaluate {
 
-template <std::floating_point T>
-double best_confidence(const loss::Predictions<T>& predictions, const loss::Target& target,
+double best_confidence(const loss::Predictions<float>& predictions, const loss::Target& target,
                        double iou_threshold) {
   const auto best = detect::best_candidate(predictions.heads, predictions.logits, predictions.image,
                                            {target.class_index, target.box, iou_threshold},
                                            predictions.input_height, predictions.input_width);
   return best ? best->confidence : 0;
 }
-
-template decltype(best_confidence<float>) best_confidence<float>;
-template decltype(best_confidence<double>) best_confidence<double>;
 
 bool is_found(const std::vector<detect::Detection>& detections, const loss::Target& target,
               double iou_threshold) {
@@ -95,26 +90,22 @@ AttackSuccess attack_success_rate(const std::vector<bool>& clean_found,
   return success;
 }
 
-template <std::floating_point T>
-Photograph<T> photograph_of(const camouflage::View<T>& view, std::size_t view_index,
-                            const camouflage::Paint<T>* paint, const Photography& photography,
-                            std::size_t draw) {
-  const auto in = [&](const Array<T, 2>& texture) { return camouflage::picture_of(view, texture); };
+Photograph photograph_of(const camouflage::View<float>& view, std::size_t view_index,
+                         const camouflage::Paint<float>* paint, const Photography& photography,
+                         std::size_t draw) {
+  const auto in = [&](const Array<float, 2>& texture) { return camouflage::picture_of(view, texture); };
   const image::Conditions& conditions = photography.conditions;
   if (conditions == image::Conditions{})
     return {paint != nullptr ? in(paint->colours) : view.background, view.target};
   const Random random(photography.seed);
   const auto shot =
       camouflage::draw_shot(view, conditions, random.fork(1).fork(draw).fork(view_index), false);
-  Array<T, 3> picture =
+  Array<float, 3> picture =
       paint != nullptr
           ? in(camouflage::printed(*paint, image::draw_print(conditions, random.fork(2).fork(draw))))
           : view.background;
   return {image::transformed(std::move(picture), shot.chain), shot.target};
 }
-
-template decltype(photograph_of<float>) photograph_of<float>;
-template decltype(photograph_of<double>) photograph_of<double>;
 
 Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
                      const BootstrapSettings& settings) {
@@ -124,8 +115,8 @@ Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
           rate_difference(control.found, adversarial.found, control.draws)};
 }
 
-template <std::floating_point T>
-ViewResult Meter<T>::examine(const Array<T, 3>& picture, const std::string& name, const detect::Box& target) {
+ViewResult Meter::examine(const Array<float, 3>& picture, const std::string& name,
+                          const detect::Box& target) {
   const auto pass = passes_.take();
   detector_.forward(image::batch_of(picture), *pass);
   const auto& logits = pass->logits;
@@ -144,21 +135,17 @@ ViewResult Meter<T>::examine(const Array<T, 3>& picture, const std::string& name
   result.found = result.found_confidence > settings_.confidence;
   for (const double threshold : settings_.sweep)
     result.found_in_sweep.push_back(result.found_confidence > threshold);
-  result.best_confidence = best_confidence<T>(
+  result.best_confidence = best_confidence(
       {detector_.heads(), loss::to_read(logits), 0, detector_.input_height(), detector_.input_width()},
       {class_index_, target});
   return result;
 }
 
-template <std::floating_point T>
-std::vector<detect::Detection> Meter<T>::above(double threshold,
-                                               const std::vector<detect::Detection>& detections) {
+std::vector<detect::Detection> Meter::above(double threshold,
+                                            const std::vector<detect::Detection>& detections) {
   const auto is_above = [=](const detect::Detection& detection) { return detection.confidence > threshold; };
   return {detections.begin(), std::partition_point(detections.begin(), detections.end(), is_above)};
 }
-
-template class Meter<float>;
-template class Meter<double>;
 
 ProtocolTable physical_table(const PhysicalGrid& grid) {
   ProtocolTable table{"surroundings", {}, "distance", detail::short_numbers(grid.distances)};

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -74,9 +73,8 @@ geometry::Camera protocol_camera(const ProtocolFrame& frame) {
                                 frame.distance, {0, 0, 0}, 2 * protocol_half_fov_deg * rad_per_deg);
 }
 
-template <std::floating_point T>
-camouflage::View<T> protocol_view(const ProtocolFrame& frame, const raster::PaintedMesh& car,
-                                  const ProtocolPicture& picture) {
+camouflage::View<float> protocol_view(const ProtocolFrame& frame, const raster::PaintedMesh& car,
+                                      const ProtocolPicture& picture) {
   io::Frame blank;
   blank.name = "distance " + detail::short_number(frame.distance) + ", elevation " +
                detail::short_number(frame.elevation_deg) + ", azimuth " +
@@ -86,22 +84,17 @@ camouflage::View<T> protocol_view(const ProtocolFrame& frame, const raster::Pain
   for (std::size_t c = 0; c < 3; ++c)
     blank.image(0, 0, c) =
         static_cast<std::uint8_t>(std::lround(255 * std::clamp(picture.background[c], 0.0, 1.0)));
-  return camouflage::make_view<T>(blank, car, picture.height, picture.width, picture.samples_per_axis,
-                                  picture.fit);
+  return camouflage::make_view<float>(blank, car, picture.height, picture.width, picture.samples_per_axis,
+                                      picture.fit);
 }
 
-template decltype(protocol_view<float>) protocol_view<float>;
-template decltype(protocol_view<double>) protocol_view<double>;
-
-template <std::floating_point T>
-HiddenPixels<T>::HiddenPixels(const Array<T, 2>& coverage, const image::PixelWindow& place)
+HiddenPixels::HiddenPixels(const Array<float, 2>& coverage, const image::PixelWindow& place)
     : coverage_(coverage), place_(place), is_hidden_(zeros<std::uint8_t, 2>(coverage.shape())) {
   require_shape("HiddenPixels", "coverage", coverage, {place.height, place.width});
-  for (const T share : coverage.storage()) total_ += static_cast<double>(share);
+  for (const float share : coverage.storage()) total_ += static_cast<double>(share);
 }
 
-template <std::floating_point T>
-double HiddenPixels<T>::gain_of(const image::PixelWindow& window) const {
+double HiddenPixels::gain_of(const image::PixelWindow& window) const {
   double gain = 0;
   for_each_pixel(window, [&](std::size_t y, std::size_t x) {
     if (is_hidden_(y, x) == 0) gain += static_cast<double>(coverage_(y, x));
@@ -109,8 +102,7 @@ double HiddenPixels<T>::gain_of(const image::PixelWindow& window) const {
   return gain;
 }
 
-template <std::floating_point T>
-void HiddenPixels<T>::hide(const image::PixelWindow& window) {
+void HiddenPixels::hide(const image::PixelWindow& window) {
   hidden_ += gain_of(window);
   for_each_pixel(window, [&](std::size_t y, std::size_t x) { is_hidden_(y, x) = 1; });
 }
@@ -149,12 +141,11 @@ namespace tapestry::evaluate::detail {
 
 namespace tapestry::evaluate {
 
-template <std::floating_point T>
-std::optional<Occlusion> draw_occlusion(const Array<T, 2>& coverage, const image::PixelWindow& place,
+std::optional<Occlusion> draw_occlusion(const Array<float, 2>& coverage, const image::PixelWindow& place,
                                         std::size_t height, std::size_t width, OcclusionGroup group,
                                         Random random) {
   image::require_window("draw_occlusion", place, height, width);
-  HiddenPixels<T> hidden(coverage, place);
+  HiddenPixels hidden(coverage, place);
   constexpr std::array<std::array<double, 2>, 3> ranges{{{0.05, 0.3}, {0.3, 0.7}, {0.7, 0.95}}};
   const auto [low, high] = ranges[static_cast<std::size_t>(group)];
   const double wanted = random.uniform(low, high);
@@ -179,8 +170,7 @@ std::optional<Occlusion> draw_occlusion(const Array<T, 2>& coverage, const image
   return std::nullopt;
 }
 
-template <std::floating_point T>
-void lay_occluders(Array<T, 3>& picture, const std::vector<Occluder>& occluders) {
+void lay_occluders(Array<float, 3>& picture, const std::vector<Occluder>& occluders) {
   for (const Occluder& occluder : occluders) {
     const auto& [top, left, height, width] = occluder.window;
     image::require_window("lay_occluders", occluder.window, picture.shape(0), picture.shape(1));
@@ -189,7 +179,7 @@ void lay_occluders(Array<T, 3>& picture, const std::vector<Occluder>& occluders)
         const bool odd_x = occluder.period_x > 0 && x / occluder.period_x % 2 != 0;
         const bool odd_y = occluder.period_y > 0 && y / occluder.period_y % 2 != 0;
         const auto& colour = odd_x != odd_y ? occluder.other : occluder.colour;
-        for (std::size_t c = 0; c < 3; ++c) picture(top + y, left + x, c) = static_cast<T>(colour[c]);
+        for (std::size_t c = 0; c < 3; ++c) picture(top + y, left + x, c) = static_cast<float>(colour[c]);
       }
   }
 }
@@ -210,12 +200,5 @@ std::vector<ProtocolFrame> occlusion_frames(const ViewGrid& grid) {
                           });
   return frames;
 }
-
-template class HiddenPixels<float>;
-template class HiddenPixels<double>;
-template decltype(draw_occlusion<float>) draw_occlusion<float>;
-template decltype(draw_occlusion<double>) draw_occlusion<double>;
-template decltype(lay_occluders<float>) lay_occluders<float>;
-template decltype(lay_occluders<double>) lay_occluders<double>;
 
 }  // namespace tapestry::evaluate

@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -11,8 +10,7 @@
 
 namespace tapestry::segment {
 
-template <std::floating_point T>
-Array<std::uint8_t, 2> car_component(const Array<T, 2>& mask, const std::optional<Region>& region,
+Array<std::uint8_t, 2> car_component(const Array<float, 2>& mask, const std::optional<Region>& region,
                                      double threshold) {
   const std::size_t height = mask.shape(0), width = mask.shape(1);
   auto chosen = zeros<std::uint8_t, 2>({height, width});
@@ -60,8 +58,5 @@ double mask_iou(const Array<std::uint8_t, 2>& a, const Array<std::uint8_t, 2>& b
   }
   return either == 0 ? 1 : static_cast<double>(both) / static_cast<double>(either);
 }
-
-template decltype(car_component<float>) car_component<float>;
-template decltype(car_component<double>) car_component<double>;
 
 }  // namespace tapestry::segment

@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <concepts>
 #include <cstddef>
 #include <map>
 #include <memory>
@@ -29,22 +28,20 @@ inline constexpr std::array<double, 3> u2_net_deviation{0.229, 0.224, 0.225};
 
 namespace tapestry::segment {
 
-template <std::floating_point T>
-Array<T, 3> u2_net_input(const Array<T, 3>& picture) {
+Array<float, 3> u2_net_input(const Array<float, 3>& picture) {
   require_shape("u2_net_input", "picture", picture, {picture.shape(0), picture.shape(1), 3});
-  Array<T, 3> input(picture.shape());
-  const T largest = picture.size() == 0 ? T(0) : picture.data()[detail::brightest(picture)];
-  const double scale = largest > T(0) ? 1 / static_cast<double>(largest) : 1;
+  Array<float, 3> input(picture.shape());
+  const float largest = picture.size() == 0 ? 0.0F : picture.data()[detail::brightest(picture)];
+  const double scale = largest > 0 ? 1 / static_cast<double>(largest) : 1;
   for (std::size_t i = 0; i < picture.size(); ++i)
     input.data()[i] =
-        static_cast<T>((static_cast<double>(picture.data()[i]) * scale - detail::u2_net_mean[i % 3]) /
-                       detail::u2_net_deviation[i % 3]);
+        static_cast<float>((static_cast<double>(picture.data()[i]) * scale - detail::u2_net_mean[i % 3]) /
+                           detail::u2_net_deviation[i % 3]);
   return input;
 }
 
-template <std::floating_point T>
-void u2_net_input_adjoint(const Array<T, 3>& picture, const Array<T, 3>& input_adjoint,
-                          Array<T, 3>& picture_adjoint) {
+void u2_net_input_adjoint(const Array<float, 3>& picture, const Array<float, 3>& input_adjoint,
+                          Array<float, 3>& picture_adjoint) {
   require_shape("u2_net_input_adjoint", "picture", picture, {picture.shape(0), picture.shape(1), 3});
   require_shape("u2_net_input_adjoint", "input_adjoint", input_adjoint, picture.shape());
   require_shape("u2_net_input_adjoint", "picture_adjoint", picture_adjoint, picture.shape());
@@ -55,19 +52,13 @@ void u2_net_input_adjoint(const Array<T, 3>& picture, const Array<T, 3>& input_a
   double along_picture = 0;  // Σ x̄ · p / deviation
   for (std::size_t i = 0; i < picture.size(); ++i) {
     const double share = static_cast<double>(input_adjoint.data()[i]) / detail::u2_net_deviation[i % 3];
-    picture_adjoint.data()[i] += static_cast<T>(share * scale);
+    picture_adjoint.data()[i] += static_cast<float>(share * scale);
     along_picture += share * static_cast<double>(picture.data()[i]);
   }
-  if (largest > 0) picture_adjoint.data()[place] -= static_cast<T>(along_picture * scale * scale);
+  if (largest > 0) picture_adjoint.data()[place] -= static_cast<float>(along_picture * scale * scale);
 }
 
-template decltype(u2_net_input<float>) u2_net_input<float>;
-template decltype(u2_net_input<double>) u2_net_input<double>;
-template decltype(u2_net_input_adjoint<float>) u2_net_input_adjoint<float>;
-template decltype(u2_net_input_adjoint<double>) u2_net_input_adjoint<double>;
-
-template <std::floating_point T>
-U2Net<T>::U2Net(const nn::NetworkDescription& network, std::size_t side)
+U2Net::U2Net(const nn::NetworkDescription& network, std::size_t side)
     : network_(nn::pruned(network, {first_output(network)}), input_shape(network, side), true) {
   const nn::Shape expected{1, 1, this->side(), this->side()};
   if (network_.output_shape(0) != expected)
@@ -77,72 +68,66 @@ U2Net<T>::U2Net(const nn::NetworkDescription& network, std::size_t side)
          tapestry::detail::to_text(expected), tapestry::detail::to_text(network_.output_shape(0))});
 }
 
-template <std::floating_point T>
-void U2Net<T>::forward(const Array<T, 3>& picture, U2NetPass<T>& pass, nn::Mode mode) const {
+void U2Net::forward(const Array<float, 3>& picture, U2NetPass& pass, nn::Mode mode) const {
   require_shape("U2Net::forward", "picture", picture, {picture.shape(0), picture.shape(1), 3});
   if (!all_finite(picture.data(), picture.size()))
     throw DomainError("U2Net::forward: the picture has values that are not finite");
   pass.extents = picture.shape();
   reduce(picture, pass);
-  const Array<T, 3> input = u2_net_input(pass.reduced.back());
+  const Array<float, 3> input = u2_net_input(pass.reduced.back());
   pass.input.resize(input.size());
   std::copy_n(input.data(), input.size(), pass.input.data());
   network_.forward({pass.input.data()}, pass.network, mode);
 
-  const T* const d = pass.network.output(0);
+  const float* const d = pass.network.output(0);
   const std::size_t count = side() * side();
   if (!all_finite(d, count)) throw NumericError("U2Net::forward: the network's mask is not finite");
   const auto [least, most] = std::minmax_element(d, d + count);
-  Array<T, 3> stretched(Extents<3>{side(), side(), 1});
-  const T range = *most - *least;
-  for (std::size_t i = 0; i < count; ++i) stretched.data()[i] = range > T(0) ? (d[i] - *least) / range : T(0);
+  Array<float, 3> stretched(Extents<3>{side(), side(), 1});
+  const float range = *most - *least;
+  for (std::size_t i = 0; i < count; ++i) stretched.data()[i] = range > 0 ? (d[i] - *least) / range : 0;
   const auto resized = image::resize_bilinear(stretched, pass.extents[0], pass.extents[1]);
   pass.mask.resize({pass.extents[0], pass.extents[1]});
   std::copy_n(resized.data(), resized.size(), pass.mask.data());
 }
 
-template <std::floating_point T>
-Array<T, 2> U2Net<T>::operator()(const Array<T, 3>& picture) const {
-  U2NetPass<T> pass;
+Array<float, 2> U2Net::operator()(const Array<float, 3>& picture) const {
+  U2NetPass pass;
   forward(picture, pass);
   return std::move(pass.mask);
 }
 
-template <std::floating_point T>
-void U2Net<T>::pull_back(U2NetPass<T>& pass, const Array<T, 2>& mask_adjoint,
-                         Array<T, 3>& picture_adjoint) const {
+void U2Net::pull_back(U2NetPass& pass, const Array<float, 2>& mask_adjoint,
+                      Array<float, 3>& picture_adjoint) const {
   require_shape("U2Net::pull_back", "mask_adjoint", mask_adjoint, {pass.extents[0], pass.extents[1]});
   require_shape("U2Net::pull_back", "picture_adjoint", picture_adjoint, pass.extents);
   if (pass.reduced.empty()) throw DomainError("U2Net::pull_back: the pass holds no results");
-  const Array<T, 2> map_adjoint = adjoint_of_map(pass, mask_adjoint);
-  nn::Buffer<T> input_adjoint;
+  const Array<float, 2> map_adjoint = adjoint_of_map(pass, mask_adjoint);
+  nn::Buffer<float> input_adjoint;
   input_adjoint.resize(3 * side() * side());
   input_adjoint.fill_zero();
   network_.adjoint(pass.network, {map_adjoint.data()}, {input_adjoint.data()});
 
-  Array<T, 3> scaled_adjoint(pass.reduced.back().shape());
+  Array<float, 3> scaled_adjoint(pass.reduced.back().shape());
   std::copy_n(input_adjoint.data(), scaled_adjoint.size(), scaled_adjoint.data());
-  auto adjoint = zeros<T, 3>(pass.reduced.back().shape());
+  auto adjoint = zeros<float, 3>(pass.reduced.back().shape());
   u2_net_input_adjoint(pass.reduced.back(), scaled_adjoint, adjoint);
   for (std::size_t level = pass.reduced.size() - 1; level-- > 0;) {
-    auto larger = zeros<T, 3>(pass.reduced[level].shape());
+    auto larger = zeros<float, 3>(pass.reduced[level].shape());
     image::resize_bilinear_adjoint(adjoint, larger);
     adjoint = std::move(larger);
   }
   image::resize_bilinear_adjoint(adjoint, picture_adjoint);
 }
 
-template <std::floating_point T>
-std::string U2Net<T>::first_output(const nn::NetworkDescription& network) {
+std::string U2Net::first_output(const nn::NetworkDescription& network) {
   if (network.outputs.empty())
     throw FileError(ErrorKind::mismatch,
                     {network.path, "", "no network that makes masks", "an output", "none"});
   return network.outputs.front();
 }
 
-template <std::floating_point T>
-std::map<std::string, nn::Shape> U2Net<T>::input_shape(const nn::NetworkDescription& network,
-                                                       std::size_t side) {
+std::map<std::string, nn::Shape> U2Net::input_shape(const nn::NetworkDescription& network, std::size_t side) {
   const auto refuse = [&](const std::string& found) {
     throw FileError(ErrorKind::mismatch,
                     {network.path, "", "no network of pictures", "one input [1, 3, S, S]", found});
@@ -163,11 +148,10 @@ std::map<std::string, nn::Shape> U2Net<T>::input_shape(const nn::NetworkDescript
   return {{input.name, std::move(shape)}};
 }
 
-template <std::floating_point T>
-void U2Net<T>::reduce(const Array<T, 3>& picture, U2NetPass<T>& pass) const {
+void U2Net::reduce(const Array<float, 3>& picture, U2NetPass& pass) const {
   pass.reduced.clear();
   const auto halved = [this](std::size_t extent) { return extent >= 2 * side() ? (extent + 1) / 2 : extent; };
-  for (const Array<T, 3>* from = &picture;; from = &pass.reduced.back()) {
+  for (const Array<float, 3>* from = &picture;; from = &pass.reduced.back()) {
     const std::size_t rows = halved(from->shape(0)), columns = halved(from->shape(1));
     const bool is_last = rows == from->shape(0) && columns == from->shape(1);
     pass.reduced.push_back(
@@ -176,47 +160,40 @@ void U2Net<T>::reduce(const Array<T, 3>& picture, U2NetPass<T>& pass) const {
   }
 }
 
-template <std::floating_point T>
-Array<T, 2> U2Net<T>::adjoint_of_map(const U2NetPass<T>& pass, const Array<T, 2>& mask_adjoint) const {
-  Array<T, 3> resized_adjoint(Extents<3>{mask_adjoint.shape(0), mask_adjoint.shape(1), 1});
+Array<float, 2> U2Net::adjoint_of_map(const U2NetPass& pass, const Array<float, 2>& mask_adjoint) const {
+  Array<float, 3> resized_adjoint(Extents<3>{mask_adjoint.shape(0), mask_adjoint.shape(1), 1});
   std::copy_n(mask_adjoint.data(), mask_adjoint.size(), resized_adjoint.data());
-  auto stretched_adjoint = zeros<T, 3>({side(), side(), 1});
+  auto stretched_adjoint = zeros<float, 3>({side(), side(), 1});
   image::resize_bilinear_adjoint(resized_adjoint, stretched_adjoint);
-  auto map_adjoint = zeros<T, 2>({side(), side()});
-  const T* const d = pass.network.output(0);
+  auto map_adjoint = zeros<float, 2>({side(), side()});
+  const float* const d = pass.network.output(0);
   const auto [least, most] = std::minmax_element(d, d + map_adjoint.size());
   const double range = static_cast<double>(*most - *least);
   // minmax_element() finds the last of equal largest values; the first takes the adjoint.
-  const T* const first_most = std::find(d, d + map_adjoint.size(), *most);
+  const float* const first_most = std::find(d, d + map_adjoint.size(), *most);
   if (!(range > 0)) return map_adjoint;
   double to_least = 0, to_most = 0;
   for (std::size_t i = 0; i < map_adjoint.size(); ++i) {
     const auto share = static_cast<double>(stretched_adjoint.data()[i]) / range;
     const double stretched = static_cast<double>(d[i] - *least) / range;
-    map_adjoint.data()[i] = static_cast<T>(share);
+    map_adjoint.data()[i] = static_cast<float>(share);
     to_least -= share * (1 - stretched);
     to_most -= share * stretched;
   }
-  map_adjoint.data()[least - d] += static_cast<T>(to_least);
-  map_adjoint.data()[first_most - d] += static_cast<T>(to_most);
+  map_adjoint.data()[least - d] += static_cast<float>(to_least);
+  map_adjoint.data()[first_most - d] += static_cast<float>(to_most);
   return map_adjoint;
 }
 
-template class U2Net<float>;
-template class U2Net<double>;
-
-template <std::floating_point T>
-ArrayVariable<T, 2> mask(const U2Net<T>& network, const ArrayVariable<T, 3>& picture) {
-  auto pass = std::make_shared<U2NetPass<T>>();
+ArrayVariable<float, 2> mask(const U2Net& network, const ArrayVariable<float, 3>& picture) {
+  auto pass = std::make_shared<U2NetPass>();
   network.forward(picture.value(), *pass,
                   picture.is_active() ? nn::Mode::input_gradient : nn::Mode::inference);
-  const auto pullback = [&network, pass](const Array<T, 2>& mask_adjoint, Array<T, 3>* picture_adjoint) {
+  const auto pullback = [&network, pass](const Array<float, 2>& mask_adjoint,
+                                         Array<float, 3>* picture_adjoint) {
     network.pull_back(*pass, mask_adjoint, *picture_adjoint);
   };
-  return record_array(std::shared_ptr<const Array<T, 2>>(pass, &pass->mask), pullback, picture);
+  return record_array(std::shared_ptr<const Array<float, 2>>(pass, &pass->mask), pullback, picture);
 }
-
-template decltype(mask<float>) mask<float>;
-template decltype(mask<double>) mask<double>;
 
 }  // namespace tapestry::segment
