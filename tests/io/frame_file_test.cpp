@@ -109,7 +109,7 @@ TEST_CASE("a frame in three parts comes back", "[io][frame]") {
   const io::Frame again = io::read_frame(own.path("10.json")), other = io::read_frame(own.path("10.npz"));
   CHECK((again.image == frame.image));
   REQUIRE((again.mask && again.light && again.label && again.camera));
-  CHECK_FALSE(again.pose);
+  CHECK_FALSE(again.pose.has_value());
   CHECK((*again.mask == *frame.mask));
   CHECK(again.camera->rotation == other.camera->rotation);
   CHECK(again.camera->translation == other.camera->translation);
@@ -129,7 +129,7 @@ TEST_CASE("a frame in three parts comes back", "[io][frame]") {
   io::write_frame(own.path("9.json"), frame);
   CHECK(io::frame_paths(own.path()) == std::vector{own.path("9.json"), own.path("10.json")});
   CHECK(io::read_frame(own.path("9.json")).pose == frame.pose);
-  CHECK_FALSE(io::read_frame(own.path("9.json")).mask);
+  CHECK_FALSE(io::read_frame(own.path("9.json")).mask.has_value());
 }
 
 TEST_CASE("each part of a frame that is missing or malformed is refused by name", "[io][frame][bad_input]") {
