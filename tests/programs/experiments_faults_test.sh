@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The scripts of examples/experiments when they are started twice, killed, short of disk, or find other inputs: one error, and
-# then the same tables. F32
+# then the same tables. (F32)
 source "$(dirname "$0")/support.sh"
 experiments=$sources/examples/experiments assets=$sources/examples/assets
 [ "$programs" = "$sources/build/release/examples" ] && [ -x "$programs/tabulate" ] || exit 77

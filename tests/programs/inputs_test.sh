@@ -63,8 +63,8 @@ small=(--texels 8 --epochs 1 --size 64)
 expect_exit 0 "a run with masks of files" "$camouflage" --frames masked --mask file "${small[@]}" --output by-file
 exchanged_in by-file masked/masks/000.png masked/masks/001.png
 expect_exit 0 "a run with masks by a network" "$camouflage" --frames frames --mask u2net --segmenter mine/segmenter.onnx "${small[@]}" --output by-network
-"$programs/train_segmenter" --weights mine/segmenter.onnx --steps 1 --batch 1 --fresh 1 --pool 1 --validate 1 --output another.onnx >/dev/null 2>&1 ||
-  fail "another segmenter"
+cp mine/segmenter.onnx another.onnx
+printf '\1' | dd of=another.onnx bs=1 seek=$(($(stat -c %s another.onnx) / 2)) conv=notrunc status=none
 exchanged_in by-network mine/segmenter.onnx another.onnx
 
 # A file exchanged while the program runs: frames that are not kept are read again.

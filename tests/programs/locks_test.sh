@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # What a program writes is locked: a second one is refused, and a signal that ends the first leaves no lock. Each is stopped in
-# the middle of its work by the shim of faults_test.sh. F30
+# the middle of its work by the shim of faults_test.sh. (F30)
 source "$(dirname "$0")/support.sh"
 shim=$programs/../tests/programs/libfault_shim.so
 assets=$sources/examples/assets

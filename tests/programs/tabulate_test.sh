@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# tabulate puts together only what was measured alike: by the bytes of detectors and frames, not by their names. F31
+# tabulate puts together only what was measured alike: by the bytes of detectors and frames, not by their names. (F31)
 source "$(dirname "$0")/support.sh"
 tabulate=$programs/tabulate
 assets=$sources/examples/assets
