@@ -105,6 +105,7 @@
 #include <tapestry/image/transform/camera_effects.hpp>
 #include <tapestry/image/transform/chain.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
+#include <tapestry/image/transform/matrix3.hpp>
 #include <tapestry/image/transform/own_transformation.hpp>
 #include <tapestry/image/transform/warp.hpp>
 #include <tapestry/io/atomic_file.hpp>

@@ -1,37 +1,89 @@
 #pragma once
+#include <algorithm>
 #include <complex>
-#include <concepts>
 #include <cstddef>
+#include <numbers>
 #include <string>
 #include <tapestry/core/error.hpp>
-#include <unsupported/Eigen/FFT>
 #include <vector>
 
 namespace tapestry::image {
+
+/// The discrete Fourier transform of n numbers, F[k] = Σ f[x] · exp(−2πi k·x/n), in n·p steps for each prime
+/// factor p of n. It is our own because compilers take seconds for Eigen's.
+/// Source: Cooley and Tukey, "An algorithm for the machine calculation of complex Fourier series" (1965).
+class FourierAxis {
+ public:
+  using Complex = std::complex<double>;
+
+  explicit FourierAxis(std::size_t n) : roots_(n), terms_(n) {
+    for (std::size_t k = 0; k < n; ++k)
+      roots_[k] = std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n));
+    for (std::size_t rest = n, factor = 2; rest > 1; rest % factor == 0 ? rest /= factor : ++factor)
+      if (rest % factor == 0) factors_.push_back(factor);
+  }
+
+  /// \param to  n values, elsewhere than `from`
+  void forward(const Complex* from, Complex* to) { part(from, to, roots_.size(), 0); }
+  /// f[x] = 1/n Σ F[k] · exp(2πi k·x/n)
+  void inverse(const Complex* from, Complex* to) {
+    const std::size_t n = roots_.size();
+    forward(from, to);
+    std::reverse(to + 1, to + n);
+    for (std::size_t x = 0; x < n; ++x) to[x] /= static_cast<double>(n);
+  }
+
+ private:
+  /// The transform of n values, every (whole/n)-th from `from` on, by the factors from `depth` on.
+  void part(const Complex* from, Complex* to, std::size_t n, std::size_t depth) {
+    const std::size_t whole = roots_.size(), step = whole / n;
+    if (n == 1) {
+      *to = *from;
+      return;
+    }
+    const std::size_t factor = factors_[depth], length = n / factor;
+    for (std::size_t q = 0; q < factor; ++q) part(from + q * step, to + q * length, length, depth + 1);
+    for (std::size_t k = 0; k < length; ++k) {
+      for (std::size_t q = 0; q < factor; ++q) terms_[q] = to[k + q * length];
+      for (std::size_t j = k; j < n; j += length) {
+        double real = terms_[0].real(), imaginary = terms_[0].imag();
+        for (std::size_t q = 1, turn = j * step; q < factor; ++q, turn += j * step) {
+          if (turn >= whole) turn %= whole;
+          const Complex root = roots_[turn], term = terms_[q];
+          real += term.real() * root.real() - term.imag() * root.imag();
+          imaginary += term.real() * root.imag() + term.imag() * root.real();
+        }
+        to[j] = {real, imaginary};
+      }
+    }
+  }
+
+  std::vector<Complex> roots_;  ///< exp(−2πi k/n)
+  std::vector<Complex> terms_;
+  std::vector<std::size_t> factors_{};
+};
 
 /// The discrete Fourier transform of real planes of one extent, [H, W] row by row, periodic at their borders:
 ///
 ///   F[k, l] = Σ f[y, x] · exp(−2πi (k·y/H + l·x/W))
 ///
 /// Only the columns l = 0 … W/2 of F are kept, [H, W/2 + 1]; the others are conj F[−k, −l]. Each transform
-/// keeps its twiddle factors and its memory for the next call, so that threads need one each. Uses kissfft,
-/// which comes with Eigen; fast where H and W have no large prime factors, see fourier_extent().
+/// keeps its twiddle factors and its memory for the next call, so that threads need one each. It is fast
+/// where H and W have no large prime factors, see fourier_extent().
 class FourierTransform {
  public:
   using Plane = std::vector<double>;
-  using Complex = std::complex<double>;
+  using Complex = FourierAxis::Complex;
   using Spectrum = std::vector<Complex>;
 
   /// \throws DomainError for a plane without rows or columns, or with more than 2³⁰ along an axis
-  FourierTransform(std::size_t height, std::size_t width) : height_(height), width_(width) {
-    constexpr std::size_t most = std::size_t(1) << 30U;  // kissfft counts in int
-    if (height == 0 || width == 0 || height > most || width > most)
-      throw DomainError("FourierTransform: found " + std::to_string(height) + " rows and " +
-                        std::to_string(width) + " columns, expected 1 to " + std::to_string(most));
-    rows_.SetFlag(Eigen::FFT<double>::HalfSpectrum);
-    column_.resize(height);
-    transformed_.resize(height);
-  }
+  FourierTransform(std::size_t height, std::size_t width)
+      : height_(checked(height, height, width)),
+        width_(checked(width, height, width)),
+        across_(width),
+        down_(height),
+        given_(std::max(height, width)),
+        made_(std::max(height, width)) {}
 
   [[nodiscard]] std::size_t height() const { return height_; }
   [[nodiscard]] std::size_t width() const { return width_; }
@@ -44,13 +96,18 @@ class FourierTransform {
   [[nodiscard]] Spectrum forward(const Plane& plane) {
     require_size("forward", plane.size(), height_ * width_);
     Spectrum spectrum(height_ * spectrum_width());
-    for (std::size_t row = 0; row < height_; ++row)
-      if (width_ == 1)  // kissfft takes no length of 1
-        spectrum[row] = plane[row];
-      else
-        rows_.fwd(spectrum.data() + row * spectrum_width(), plane.data() + row * width_, length(width_));
-    transform_columns(spectrum,
-                      [&](Complex* to, const Complex* from) { columns_.fwd(to, from, length(height_)); });
+    for (std::size_t row = 0; row < height_; row += 2) {  // two rows as one, f + ig
+      const bool is_pair = row + 1 < height_;
+      for (std::size_t x = 0; x < width_; ++x)
+        given_[x] = {plane[row * width_ + x], is_pair ? plane[(row + 1) * width_ + x] : 0};
+      across_.forward(given_.data(), made_.data());
+      for (std::size_t l = 0; l < spectrum_width(); ++l) {
+        const Complex here = made_[l], mirrored = std::conj(made_[(width_ - l) % width_]);
+        spectrum[row * spectrum_width() + l] = (here + mirrored) * 0.5;
+        if (is_pair) spectrum[(row + 1) * spectrum_width() + l] = (here - mirrored) * Complex(0, -0.5);
+      }
+    }
+    transform_columns(spectrum, &FourierAxis::forward);
     return spectrum;
   }
 
@@ -62,19 +119,29 @@ class FourierTransform {
   /// \throws ShapeError for another number of values
   [[nodiscard]] Plane inverse(Spectrum spectrum) {
     require_size("inverse", spectrum.size(), height_ * spectrum_width());
-    transform_columns(spectrum,
-                      [&](Complex* to, const Complex* from) { columns_.inv(to, from, length(height_)); });
+    transform_columns(spectrum, &FourierAxis::inverse);
     Plane plane(height_ * width_);
-    for (std::size_t row = 0; row < height_; ++row)
-      if (width_ == 1)
-        plane[row] = spectrum[row].real();
-      else
-        rows_.inv(plane.data() + row * width_, spectrum.data() + row * spectrum_width(), length(width_));
+    for (std::size_t row = 0; row < height_; ++row) {
+      const Complex* const half = spectrum.data() + row * spectrum_width();
+      for (std::size_t l = 0; l < spectrum_width(); ++l) {
+        const bool is_own_mirror = l == (width_ - l) % width_;
+        given_[l] = is_own_mirror ? half[l].real() : half[l];
+        if (!is_own_mirror) given_[width_ - l] = std::conj(half[l]);
+      }
+      across_.inverse(given_.data(), made_.data());
+      for (std::size_t x = 0; x < width_; ++x) plane[row * width_ + x] = made_[x].real();
+    }
     return plane;
   }
 
  private:
-  static Eigen::Index length(std::size_t extent) { return static_cast<Eigen::Index>(extent); }
+  static std::size_t checked(std::size_t extent, std::size_t height, std::size_t width) {
+    constexpr std::size_t most = std::size_t(1) << 30U;
+    if (extent == 0 || extent > most)
+      throw DomainError("FourierTransform: found " + std::to_string(height) + " rows and " +
+                        std::to_string(width) + " columns, expected 1 to " + std::to_string(most));
+    return extent;
+  }
 
   static void require_size(const char* operation, std::size_t found, std::size_t expected) {
     if (found != expected)
@@ -82,21 +149,18 @@ class FourierTransform {
                        " values, expected " + std::to_string(expected));
   }
 
-  /// \param transform  takes a destination and a column
-  template <std::invocable<Complex*, const Complex*> Transform>
-  void transform_columns(Spectrum& spectrum, Transform transform) {
-    if (height_ == 1) return;
+  void transform_columns(Spectrum& spectrum, void (FourierAxis::*transform)(const Complex*, Complex*)) {
     const std::size_t count = spectrum_width();
     for (std::size_t l = 0; l < count; ++l) {
-      for (std::size_t k = 0; k < height_; ++k) column_[k] = spectrum[k * count + l];
-      transform(transformed_.data(), column_.data());
-      for (std::size_t k = 0; k < height_; ++k) spectrum[k * count + l] = transformed_[k];
+      for (std::size_t k = 0; k < height_; ++k) given_[k] = spectrum[k * count + l];
+      (down_.*transform)(given_.data(), made_.data());
+      for (std::size_t k = 0; k < height_; ++k) spectrum[k * count + l] = made_[k];
     }
   }
 
   std::size_t height_, width_;
-  Eigen::FFT<double> rows_, columns_;
-  Spectrum column_, transformed_;
+  FourierAxis across_, down_;
+  Spectrum given_, made_;
 };
 
 /// The least extent from `extent` on, at least 1, without prime factors above 127. A transform takes as many

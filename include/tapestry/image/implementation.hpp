@@ -7,8 +7,8 @@
 #include <tapestry/image/implementation/transform/camera_effects.hpp>
 #include <tapestry/image/implementation/transform/chain.hpp>
 #include <tapestry/image/implementation/transform/conditions.hpp>
-#include <tapestry/image/implementation/transform/draw_chain.hpp>
 #include <tapestry/image/implementation/transform/jpeg_compression.hpp>
+#include <tapestry/image/implementation/transform/warp.hpp>
 
 #define TAPESTRY_SCALAR float
 #include <tapestry/image/implementation/instances.inl>

@@ -29,8 +29,8 @@ image::Warp turned() {
 
 image::ColourChange printer() {
   image::ColourChange change;
-  change.matrix << 0.8, 0.05, 0, -0.03, 0.7, 0.06, 0.02, 0, 0.9;
-  change.offset << 0.1, 0.2, 0.05;
+  change.matrix = {{{0.8, 0.05, 0}, {-0.03, 0.7, 0.06}, {0.02, 0, 0.9}}};
+  change.offset = {0.1, 0.2, 0.05};
   return change;
 }
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <concepts>
@@ -9,6 +8,7 @@
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/image/transform/matrix3.hpp>
 
 namespace tapestry::image::detail {
 
@@ -29,8 +29,8 @@ namespace tapestry::image {
 /// colour ↦ matrix · colour + offset, then clipped to 0 … 1: contrast, saturation and hue of a camera; or the
 /// blacks, whites and colour error of a printer, for the texels of a paint.
 struct ColourChange {
-  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  Matrix3<double> matrix = identity3;
+  std::array<double, 3> offset{};
 };
 
 /// Contrast about mid grey, and saturation about the luma of ITU-R BT.601; 1 leaves either as it is.
@@ -56,10 +56,17 @@ void for_each_colour(std::size_t numbers, Visit visit) {
 }
 
 template <std::floating_point T>
-[[nodiscard]] Eigen::Matrix<T, 3, 1> changed_before_cut(const Eigen::Matrix<T, 3, 3>& matrix,
-                                                        const Eigen::Matrix<T, 3, 1>& offset,
-                                                        const T* colour) {
-  return matrix * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(colour) + offset;
+[[nodiscard]] std::array<T, 3> changed_before_cut(const Matrix3<T>& matrix, const std::array<T, 3>& offset,
+                                                  const T* colour) {
+  auto value = product(matrix, {colour[0], colour[1], colour[2]});
+  for (std::size_t c = 0; c < 3; ++c) value[c] += offset[c];
+  return value;
+}
+
+template <std::floating_point T>
+[[nodiscard]] std::array<T, 3> offset_of(const ColourChange& change) {
+  return {static_cast<T>(change.offset[0]), static_cast<T>(change.offset[1]),
+          static_cast<T>(change.offset[2])};
 }
 
 }  // namespace detail
@@ -70,13 +77,12 @@ template <std::floating_point T>
 template <std::floating_point T, std::size_t Rank>
 [[nodiscard]] Array<T, Rank> transformed(const Array<T, Rank>& colours, const ColourChange& change) {
   detail::require_colours("transformed", colours);
-  const Eigen::Matrix<T, 3, 3> matrix = change.matrix.cast<T>();
-  const Eigen::Matrix<T, 3, 1> offset = change.offset.cast<T>();
+  const auto matrix = scaled<T>(change.matrix);
+  const auto offset = detail::offset_of<T>(change);
   Array<T, Rank> out(colours.shape());
   detail::for_each_colour(colours.size(), [&](std::size_t i) {
     const auto value = detail::changed_before_cut<T>(matrix, offset, colours.data() + i);
-    for (std::size_t c = 0; c < 3; ++c)
-      out.data()[i + c] = std::clamp(value[static_cast<Eigen::Index>(c)], T(0), T(1));
+    for (std::size_t c = 0; c < 3; ++c) out.data()[i + c] = std::clamp(value[c], T(0), T(1));
   });
   return out;
 }
@@ -89,14 +95,14 @@ void transformed_adjoint(const Array<T, Rank>& colours, const ColourChange& chan
   detail::require_colours("transformed_adjoint", colours);
   require_shape("transformed_adjoint", "out_adjoint", out_adjoint, colours.shape());
   require_shape("transformed_adjoint", "colours_adjoint", colours_adjoint, colours.shape());
-  using Vector = Eigen::Matrix<T, 3, 1>;
-  const Eigen::Matrix<T, 3, 3> matrix = change.matrix.cast<T>();
-  const Vector offset = change.offset.cast<T>();
+  const auto matrix = scaled<T>(change.matrix), back = transposed(matrix);
+  const auto offset = detail::offset_of<T>(change);
   detail::for_each_colour(colours.size(), [&](std::size_t i) {
-    const Vector value = detail::changed_before_cut<T>(matrix, offset, colours.data() + i);
-    const Vector inside = (value.array() >= 0 && value.array() <= 1).template cast<T>();
-    Eigen::Map<Vector>(colours_adjoint.data() + i) +=
-        matrix.transpose() * inside.cwiseProduct(Eigen::Map<const Vector>(out_adjoint.data() + i));
+    auto adjoint = detail::changed_before_cut<T>(matrix, offset, colours.data() + i);
+    for (std::size_t c = 0; c < 3; ++c)
+      adjoint[c] = adjoint[c] >= 0 && adjoint[c] <= 1 ? out_adjoint.data()[i + c] : T(0);
+    const auto pulled_back = product(back, adjoint);
+    for (std::size_t c = 0; c < 3; ++c) colours_adjoint.data()[i + c] += pulled_back[c];
   });
 }
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <Eigen/Core>
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -7,6 +6,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/image/transform/matrix3.hpp>
 
 namespace tapestry::image {
 
@@ -14,7 +14,7 @@ namespace tapestry::image {
 /// by any affine map. Coordinates are half widths of the picture from its middle, x to the right and y down,
 /// so that one warp serves pictures of any size.
 struct Warp {
-  Eigen::Matrix3d source_from_target = Eigen::Matrix3d::Identity();  ///< homogeneous, invertible
+  Matrix3<double> source_from_target = identity3;  ///< homogeneous, invertible
 };
 
 /// Rotation of a camera about its place, and zoom.
@@ -40,7 +40,7 @@ class WarpedPoint {
   [[nodiscard]] std::optional<std::array<double, 2>> operator()(double x, double y) const;
 
  private:
-  Eigen::Matrix3d target_from_source_;
+  Matrix3<double> target_from_source_;
   double middle_x_, middle_y_;
 };
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <concepts>
@@ -43,25 +42,27 @@ inline double blur_weight(const std::vector<double>& weights, std::ptrdiff_t i, 
   return sum;
 }
 
+/// to[i] += weight · from[i]
 template <std::floating_point T>
-using RowOfPicture = Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>>;
-template <std::floating_point T>
-using ConstRowOfPicture = Eigen::Map<const Eigen::Array<T, Eigen::Dynamic, 1>>;
+void add_weighted(const T* from, double weight, std::size_t count, T* to) {
+  const T factor = static_cast<T>(weight);
+  for (std::size_t i = 0; i < count; ++i) to[i] += factor * from[i];
+}
+
 /// Rows mixed along columns: by the weight of row j in row i, or, for the transpose, of row i in row j.
 template <std::floating_point T>
 Array<T, 3> mixed_down(const Array<T, 3>& picture, const std::vector<double>& weights, bool is_transposed) {
   if (weights.size() == 1) return picture;
   const auto radius = static_cast<std::ptrdiff_t>(weights.size() / 2);
   const auto last = static_cast<std::ptrdiff_t>(picture.shape(0)) - 1;
-  const auto row = static_cast<std::ptrdiff_t>(picture.shape(1) * picture.shape(2));
+  const std::size_t row = picture.shape(1) * picture.shape(2);
   Array<T, 3> out = xt::zeros_like(picture);
   for_each_row(picture.shape(0), [&](std::size_t y) {
     const auto i = static_cast<std::ptrdiff_t>(y);
-    RowOfPicture<T> to(out.data() + i * row, row);
     for (std::ptrdiff_t j = std::max<std::ptrdiff_t>(0, i - radius); j <= std::min(last, i + radius); ++j)
-      to += static_cast<T>(is_transposed ? blur_weight(weights, j, i, last)
-                                         : blur_weight(weights, i, j, last)) *
-            ConstRowOfPicture<T>(picture.data() + j * row, row);
+      add_weighted(picture.data() + static_cast<std::size_t>(j) * row,
+                   is_transposed ? blur_weight(weights, j, i, last) : blur_weight(weights, i, j, last), row,
+                   out.data() + y * row);
   });
   return out;
 }
@@ -71,33 +72,30 @@ Array<T, 3> mixed_down(const Array<T, 3>& picture, const std::vector<double>& we
 template <std::floating_point T>
 Array<T, 3> mixed_across(const Array<T, 3>& picture, const std::vector<double>& weights, bool is_transposed) {
   if (weights.size() == 1) return picture;
-  const auto taps = static_cast<std::ptrdiff_t>(weights.size()), radius = taps / 2;
-  const auto channels = static_cast<std::ptrdiff_t>(picture.shape(2));
-  const auto row = static_cast<std::ptrdiff_t>(picture.shape(1)) * channels;
+  const std::size_t taps = weights.size(), radius = taps / 2, channels = picture.shape(2);
+  const std::size_t row = picture.shape(1) * channels, margin = radius * channels;
   Array<T, 3> out = xt::zeros_like(picture);
   for_each_row(picture.shape(0), [&](std::size_t y) {
-    const ConstRowOfPicture<T> from(picture.data() + static_cast<std::ptrdiff_t>(y) * row, row);
-    RowOfPicture<T> to(out.data() + static_cast<std::ptrdiff_t>(y) * row, row);
-    Eigen::Array<T, Eigen::Dynamic, 1> wide =
-        Eigen::Array<T, Eigen::Dynamic, 1>::Zero(row + 2 * radius * channels);
-    const auto weight = [&](std::ptrdiff_t tap) {
-      return static_cast<T>(weights[static_cast<std::size_t>(tap)]);
-    };
+    const T* const from = picture.data() + y * row;
+    T* const to = out.data() + y * row;
+    std::vector<T> wide(row + 2 * margin);
     if (is_transposed) {
-      for (std::ptrdiff_t tap = 0; tap < taps; ++tap) wide.segment(tap * channels, row) += weight(tap) * from;
-      to = wide.segment(radius * channels, row);
-      for (std::ptrdiff_t x = 0; x < radius; ++x) {
-        to.head(channels) += wide.segment(x * channels, channels);
-        to.tail(channels) += wide.segment((radius + x) * channels + row, channels);
+      for (std::size_t tap = 0; tap < taps; ++tap)
+        add_weighted(from, weights[tap], row, wide.data() + tap * channels);
+      std::copy_n(wide.data() + margin, row, to);
+      for (std::size_t x = 0; x < margin; ++x) {
+        to[x % channels] += wide[x];
+        to[row - channels + x % channels] += wide[margin + row + x];
       }
       return;
     }
-    wide.segment(radius * channels, row) = from;
-    for (std::ptrdiff_t x = 0; x < radius; ++x) {
-      wide.segment(x * channels, channels) = from.head(channels);
-      wide.segment((radius + x) * channels + row, channels) = from.tail(channels);
+    std::copy_n(from, row, wide.data() + margin);
+    for (std::size_t x = 0; x < margin; ++x) {
+      wide[x] = from[x % channels];
+      wide[margin + row + x] = from[row - channels + x % channels];
     }
-    for (std::ptrdiff_t tap = 0; tap < taps; ++tap) to += weight(tap) * wide.segment(tap * channels, row);
+    for (std::size_t tap = 0; tap < taps; ++tap)
+      add_weighted(wide.data() + tap * channels, weights[tap], row, to);
   });
   return out;
 }

@@ -1,5 +1,4 @@
 #pragma once
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -32,7 +31,9 @@ class LightFactors {
         middle_y_(static_cast<double>(height) / 2) {
     const bool is_light = change.gain[0] > 0 && change.gain[1] > 0 && change.gain[2] > 0;
     if (!is_light || !(change.shadow >= 0 && change.shadow < 1) || !(change.shadow_softness > 0))
-      throw DomainError("light change: gains and softness must be above 0, a shadow 0 to below 1");
+      throw DomainError(
+          "light change: gains and softness must be above 0, a "
+          "shadow 0 to below 1");
     for (std::size_t c = 0; c < 3; ++c) gain_[c] = encoded(change.gain[c]);
   }
 
