@@ -8,7 +8,11 @@ assets=$sources/examples/assets
 
 count=0
 locks() { find . -name '.*lock'; }
-is_stopped() { [ "$(cut -d' ' -f3 "/proc/$1/stat" 2>/dev/null)" = T ]; }
+is_stopped_or_over() {
+  local state
+  state=$(cut -d' ' -f3 "/proc/$1/stat" 2>/dev/null)
+  [ "$state" = T ] || [ -z "$state" ]
+}
 # locked STATUS N PROGRAM OPTION...: stopped before the N-th file gets its name; STATUS is that of SIGTERM, or any. OUT stands for
 # a name that is new each time.
 locked() {
@@ -18,7 +22,7 @@ locked() {
     set -- "${options[@]//OUT/out-$count}"
     TAPESTRY_FAULT=rename:$n:stop LD_PRELOAD=$shim "$programs/$program" "$@" >/dev/null 2>stopped.err &
     process=$!
-    wait_for 120 is_stopped "$process"
+    wait_for 120 is_stopped_or_over "$process"
     [ -n "$(locks)" ] && pass || fail "$program holds no lock: $(cat stopped.err)"
     expect_exit 7 "$program, twice" "$programs/$program" "$@"
     expect_error_line "is in use by process $process on "
@@ -46,7 +50,7 @@ locked 143 1 convert_weights "${detector[@]}" --output OUT.safetensors
 locked 143 1 convert_weights "${detector[@]}" --output OUT.onnx
 locked 143 1 render --size 64 --output OUT.png
 locked 143 2 render --size 64 --output OUT.png --export OUT.obj
-locked 143 1 render --size 64 --output OUT.png --panels OUT.pdf
+locked 143 1 render --size 64 --material body --texture run/texture.png --output OUT.png --panels OUT.pdf
 locked 143 2 tabulate --output OUT row=measured
 locked 143 3 make_dataset --train 1 --test 2 --size 64 --output OUT
 locked 143 6 make_dataset --train 1 --test 2 --size 64 --output OUT
@@ -60,5 +64,5 @@ locked any 2 camouflage "${small[@]}" --epochs 1 --output OUT
 locked any 2 harden --frames frames --scenes 2 --texels 4 --attack-steps 1 --steps 1 --rounds 1 --pictures 2 --clean-scenes 2 --test-scenes 2 \
   --epochs 1 --output OUT
 locked any 2 train_detector --cfg "$assets/detector.cfg" --batch 1 --fresh 1 --pool 1 --validate 1 --size 64 --steps 2 --save-every 1 --output OUT.weights
-locked any 2 train_segmenter --batch 1 --fresh 1 --pool 1 --validate 1 --size 64 --steps 2 --save-every 1 --output OUT.onnx
+locked any 2 train_segmenter --side 32 --batch 2 --validate 2 --steps 2 --save-every 1 --output OUT.onnx
 finish
