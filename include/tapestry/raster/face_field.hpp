@@ -70,6 +70,20 @@ class FaceField {
     return {entries_.data() + begin_[cell], begin_[cell + 1] - begin_[cell]};
   }
 
+  /// Calls visit(face, weights) for the faces of the cells along a marked line, some more than once; not for
+  /// those whose 1/z there is certainly less than a given one.
+  template <class Visit>
+  void for_each_face_along(const std::array<double, 2>& from, const std::array<double, 2>& to,
+                           double inverse_depth, Visit visit) const {
+    grid_.for_each_cell_along(from, to, 0, [&](std::size_t cell) {
+      for (const CellEntry entry : faces_in(place_[cell])) {
+        if (entry.inverse_depth_max() < inverse_depth * (1 - hiding_margin)) return;
+        const Listed& listed = listed_[entry.slot()];
+        visit(listed.face, listed.weights);
+      }
+    });
+  }
+
   /// Keeps those of some faces that rays between two points of a line, or up to `step` beside it, may meet.
   void keep_near(const std::array<double, 2>& from, const std::array<double, 2>& to,
                  const std::array<double, 2>& step, std::span<const CellEntry> faces,
@@ -117,6 +131,9 @@ class FaceField {
   [[nodiscard]] bool hides(std::int32_t face, double column, double row, double inverse_depth) const {
     return hides(weights(face), column, row, inverse_depth);
   }
+
+  /// The faces known to be seen in a pixel.
+  [[nodiscard]] std::span<const std::int32_t> seen_in(std::size_t pixel) const { return seen_.at(pixel); }
 
   /// Like hider(), but tests only the faces known to be seen in the point's pixel, and needs no mark.
   template <class Predicate>

@@ -97,6 +97,7 @@ class FacesInView {
   }
 
   [[nodiscard]] const geometry::Mesh& mesh() const { return mesh_; }
+  [[nodiscard]] const std::vector<geometry::Vector3>& positions_view() const { return positions_view_; }
   [[nodiscard]] const PictureFrame& frame() const { return frame_; }
   [[nodiscard]] const Extent& extent() const { return extent_; }
 

@@ -12,10 +12,13 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/crossing_faces.hpp>
+#include <tapestry/raster/face_field.hpp>
+#include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/vertex_gradient/band_moments.hpp>
+#include <tapestry/raster/vertex_gradient/grazing_faces.hpp>
 #include <tapestry/raster/vertex_gradient/sliver.hpp>
 #include <vector>
 
@@ -123,49 +126,93 @@ inline void add_plane_shares(const geometry::Mesh& mesh, const std::array<geomet
         {corner_of(mesh, moments.face, k), geometry::scale(slope, moments.sum[static_cast<std::size_t>(k)])});
 }
 
-/// Adds the part of the derivative from inside the faces, with outlines held still: exact for the samples
-/// that are drawn, except slivers, see sliver_factor().
-/// \returns the faces that are seen where the adjoint is not 0
+/// The adjoint of a fragment's pixel, times its coverage.
 template <GeometryOutput Output, std::floating_point T, std::size_t Rank>
-SeenFaces add_geometry(const ShownGeometry<Output>& shown, const FragmentBands& fragments,
-                       const Array<T, Rank>& picture_adjoint,
-                       std::vector<geometry::Vector3>& positions_adjoint) {
-  std::vector<BandMoments<GeometryMoments>> bands(fragments.band_count());
-  std::vector<std::vector<VertexShare>> shares(bands.size());
-  SeenFaces seen(fragments.width(), fragments.band_rows(), bands.size());
-  const auto step = sample_step(fragments);
-  parallel_for(bands.size(), [&](std::size_t index) {
-    fragments.visit_band(index, FragmentGrain::face, [&](const Fragment& fragment) {
-      typename ShownGeometry<Output>::Colour adjoint;
-      const T* const pixel = picture_adjoint.data() + adjoint.size() * fragment.pixel;
-      for (std::size_t c = 0; c < adjoint.size(); ++c)
-        adjoint[c] = fragment.coverage * static_cast<double>(pixel[c]);
-      if (adjoint == decltype(adjoint){}) return;
-      seen.band(index).add(fragment.pixel, fragment.face);
-      auto& [face, sum, place] = bands[index].of(fragment.face);
-      place = geometry::add(place, geometry::scale(fragment.barycentric, fragment.coverage));
-      if constexpr (std::same_as<Output, Normal>)
-        sum = geometry::add(sum, adjoint);
-      else
-        sum = geometry::add(
-            sum, geometry::scale(fragment.barycentric,
-                                 shown.radial_adjoint(fragment.face, fragment.barycentric, adjoint)));
-    });
-    for (GeometryMoments& moments : bands[index].all()) {
+typename ShownGeometry<Output>::Colour fragment_adjoint(const Array<T, Rank>& picture_adjoint,
+                                                        const Fragment& fragment) {
+  typename ShownGeometry<Output>::Colour adjoint;
+  const T* const pixel = picture_adjoint.data() + adjoint.size() * fragment.pixel;
+  for (std::size_t c = 0; c < adjoint.size(); ++c)
+    adjoint[c] = fragment.coverage * static_cast<double>(pixel[c]);
+  return adjoint;
+}
+
+/// Adds the contribution of one fragment.
+/// \param adjoint  see fragment_adjoint()
+template <GeometryOutput Output>
+void add_fragment(const ShownGeometry<Output>& shown, const Fragment& fragment,
+                  const typename ShownGeometry<Output>::Colour& adjoint, GeometryMoments& moments) {
+  auto& [face, sum, place] = moments;
+  place = geometry::add(place, geometry::scale(fragment.barycentric, fragment.coverage));
+  if constexpr (std::same_as<Output, Normal>)
+    sum = geometry::add(sum, adjoint);
+  else
+    sum = geometry::add(sum,
+                        geometry::scale(fragment.barycentric,
+                                        shown.radial_adjoint(fragment.face, fragment.barycentric, adjoint)));
+}
+
+/// Adds the derivatives of faces' moments, block by block, in order.
+/// \param step  see sliver_factor()
+template <GeometryOutput Output>
+void add_moments(const ShownGeometry<Output>& shown, const geometry::Camera& camera,
+                 std::vector<BandMoments<GeometryMoments>>& blocks, const std::array<double, 2>& step,
+                 std::vector<geometry::Vector3>& positions_adjoint) {
+  std::vector<std::vector<VertexShare>> shares(blocks.size());
+  parallel_for(blocks.size(), [&](std::size_t index) {
+    for (GeometryMoments& moments : blocks[index].all()) {
       const auto corners = corners_in_view(shown.mesh, shown.positions_view, moments.face);
       moments.sum = geometry::scale(moments.sum, sliver_factor(corners, moments.place, step));
       if constexpr (!std::same_as<Output, Normal>)
         add_plane_shares(shown.mesh, corners, moments, shares[index]);
     }
   });
-  add_shares(shares, fragments.camera(), positions_adjoint);
+  add_shares(shares, camera, positions_adjoint);
   if constexpr (std::same_as<Output, Normal>)
-    for (const auto& band : bands)
-      for (const GeometryMoments& moments : band.all()) {
+    for (const auto& block : blocks)
+      for (const GeometryMoments& moments : block.all()) {
         const TurningNormal turning(shown.mesh, shown.eye, moments.face);
         turning.add_adjoint(moments.sum, 1, positions_adjoint);
       }
+}
+
+/// Adds the part of the derivative from inside the faces, with outlines held still: exact for the samples
+/// that are drawn, except slivers, see sliver_factor().
+/// \param left_out  faces that add nothing, in order
+/// \returns the faces that are seen where the adjoint is not 0
+template <GeometryOutput Output, std::floating_point T, std::size_t Rank>
+SeenFaces add_geometry(const ShownGeometry<Output>& shown, const FragmentBands& fragments,
+                       const Array<T, Rank>& picture_adjoint, const std::vector<std::int32_t>& left_out,
+                       std::vector<geometry::Vector3>& positions_adjoint) {
+  std::vector<BandMoments<GeometryMoments>> bands(fragments.band_count());
+  SeenFaces seen(fragments.width(), fragments.band_rows(), bands.size());
+  parallel_for(bands.size(), [&](std::size_t index) {
+    fragments.visit_band(index, FragmentGrain::face, [&](const Fragment& fragment) {
+      const auto adjoint = fragment_adjoint<Output>(picture_adjoint, fragment);
+      if (std::all_of(adjoint.begin(), adjoint.end(), [](double value) { return value == 0; })) return;
+      seen.band(index).add(fragment.pixel, fragment.face);
+      if (!std::binary_search(left_out.begin(), left_out.end(), fragment.face))
+        add_fragment(shown, fragment, adjoint, bands[index].of(fragment.face));
+    });
+  });
+  add_moments(shown, fragments.camera(), bands, sample_step(fragments), positions_adjoint);
   return seen;
+}
+
+/// The same from inside grazing faces, integrated over their visible parts.
+/// \pre the field is filled after GrazingSpans::find()
+template <GeometryOutput Output, std::floating_point T, std::size_t Rank>
+void add_grazing_geometry(const ShownGeometry<Output>& shown, const geometry::Camera& camera,
+                          const Array<T, Rank>& picture_adjoint, const GrazingSpans& spans,
+                          const FaceField& field, std::vector<geometry::Vector3>& positions_adjoint) {
+  std::vector<BandMoments<GeometryMoments>> blocks(spans.face_count());
+  parallel_for(blocks.size(), [&](std::size_t index) {
+    spans.visit(field, index, [&](const Fragment& fragment) {
+      add_fragment(shown, fragment, fragment_adjoint<Output>(picture_adjoint, fragment),
+                   blocks[index].of(fragment.face));
+    });
+  });
+  add_moments(shown, camera, blocks, GrazingSpans::sliver_step(field), positions_adjoint);
 }
 
 }  // namespace detail
@@ -203,11 +250,12 @@ template <GeometryOutput Output, std::floating_point T>
 }
 
 /// Adds ∂L/∂positions, L being a function of geometry_picture(), to positions_adjoint, in units of L per unit
-/// of the world. It is the sum of the motion within faces, exact for the samples that are drawn, and the
-/// integral along outlines; for normals also along every edge at which they jump and where faces cut through
-/// each other. Faces edge-on and without area add nothing; those thinner than a tenth of the distance of
-/// samples add less than their samples would. Where the mesh is cut by near or far, the cut's own motion is
-/// left out. Sums are in double and the same for any number of threads.
+/// of the world. It is the sum of the motion within faces, exact for the samples that are drawn, or along
+/// lines that cross them where large planes are seen nearly edge-on, and the integral along outlines; for
+/// normals also along every edge at which they jump and where faces cut through each other. Faces edge-on and
+/// without area add nothing; those thinner than a tenth of the distance of samples add less than their
+/// samples would. Where the mesh is cut by near or far, the cut's own motion is left out. Sums are in double
+/// and the same for any number of threads.
 ///
 /// \param picture_adjoint    ∂L/∂picture, [H, W] of a depth, else [H, W, 3]
 /// \param positions_adjoint  one entry a position of the mesh
@@ -229,10 +277,15 @@ void geometry_picture_adjoint(const geometry::Mesh& mesh, const geometry::Camera
   const FragmentBands fragments(operation, mesh, camera, height, width, samples_per_axis);
   const detail::ShownGeometry<Output> shown{mesh, fragments.positions_view(), geometry::eye_of(camera)};
   const auto own_edges = detail::edges_of(operation, mesh, edges);
-  const auto seen = detail::add_geometry(shown, fragments, picture_adjoint, positions_adjoint);
+  FacesInView faces(mesh, fragments.positions_view(), camera, height, width);
+  const auto grazing = detail::grazing_faces(faces, 1 / static_cast<double>(samples_per_axis));
+  detail::GrazingSpans spans(grazing);
+  const auto seen = detail::add_geometry(shown, fragments, picture_adjoint, grazing, positions_adjoint);
   // Where faces cut through each other, they are equally far.
-  detail::add_boundaries(mesh, camera, fragments.positions_view(), shown, picture_adjoint, samples_per_axis,
-                         *own_edges, seen, std::same_as<Output, Normal>, positions_adjoint);
+  const FaceField field =
+      detail::add_boundaries(camera, shown, picture_adjoint, samples_per_axis, *own_edges, seen,
+                             std::same_as<Output, Normal>, faces, spans, positions_adjoint);
+  detail::add_grazing_geometry(shown, camera, picture_adjoint, spans, field, positions_adjoint);
 }
 
 }  // namespace tapestry::raster

@@ -4,6 +4,7 @@
 #include <tapestry/raster/implementation/deferred.hpp>
 #include <tapestry/raster/implementation/estimated_light.hpp>
 #include <tapestry/raster/implementation/face_field.hpp>
+#include <tapestry/raster/implementation/grazing_faces.hpp>
 #include <tapestry/raster/implementation/look_up.hpp>
 #include <tapestry/raster/implementation/mesh_edges.hpp>
 #include <tapestry/raster/implementation/outline_crossings.hpp>

@@ -13,6 +13,7 @@
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/vertex_gradient/edge_line.hpp>
+#include <tapestry/raster/vertex_gradient/grazing_faces.hpp>
 #include <tapestry/raster/vertex_gradient/interior.hpp>
 #include <tapestry/raster/vertex_gradient/intersections.hpp>
 #include <tapestry/raster/vertex_gradient/outlines.hpp>
@@ -22,9 +23,10 @@
 
 namespace tapestry::raster {
 
-/// The derivative of the box-filtered picture: the motion inside faces, sampled as the picture is, plus the
-/// integral over all visible outlines, creases between colours and lines of intersection. A line of
-/// intersection shorter than the distance of samples is left out, see crossing_faces().
+/// The derivative of the box-filtered picture: the motion inside faces, sampled as the picture is, or along
+/// lines that cross them where large planes are seen nearly edge-on, see grazing_faces(); plus the integral
+/// over all visible outlines, creases between colours and lines of intersection. A line of intersection
+/// shorter than the distance of samples is left out, see crossing_faces().
 struct BoundaryIntegral {
   /// For the interior and the search for intersecting faces; pieces of outlines are at most 1 / this long.
   std::size_t samples_per_axis = 4;
@@ -81,33 +83,36 @@ void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,
 /// \param seen     the faces that samples see where the adjoint is not 0; none: not known
 /// \param has_intersections  whether these are searched for intersections
 /// \param adjoint  of the picture, [H, W, 3], or [H, W] for a Colour of one channel
+/// \param faces    of the view
+/// \param spans    of grazing faces, to find
+/// \returns the field of all that was found, which `faces` and `seen` must outlive
 template <std::floating_point T, std::size_t Rank, class Colour>
-void add_boundaries(const geometry::Mesh& mesh, const geometry::Camera& camera,
-                    const std::vector<geometry::Vector3>& positions_view, const Colour& colour,
-                    const Array<T, Rank>& adjoint, std::size_t samples_per_axis, const MeshEdges& edges,
-                    const SeenFaces& seen, bool has_intersections,
-                    std::vector<geometry::Vector3>& positions_adjoint) {
-  FacesInView faces(mesh, positions_view, camera, adjoint.shape(0), adjoint.shape(1));
-  leave_out_inner_sides(edges, seen, positions_view, camera, faces);
+FaceField add_boundaries(const geometry::Camera& camera, const Colour& colour, const Array<T, Rank>& adjoint,
+                         std::size_t samples_per_axis, const MeshEdges& edges, const SeenFaces& seen,
+                         bool has_intersections, FacesInView& faces, GrazingSpans& spans,
+                         std::vector<geometry::Vector3>& positions_adjoint) {
+  leave_out_inner_sides(edges, seen, faces.positions_view(), camera, faces);
   FaceField field(faces, seen, camera);
   const double longest_piece = 1 / static_cast<double>(samples_per_axis);
-  const BoundaryScene scene{mesh,   edges,  positions_view,         field,
-                            camera, colour, pixel_adjoint(adjoint), longest_piece};
+  const BoundaryScene scene{faces.mesh(), edges,  faces.positions_view(), field,
+                            camera,       colour, pixel_adjoint(adjoint), longest_piece};
   Outlines outlines(scene);
   Intersections intersections(
-      scene, has_intersections ? crossing_faces(mesh, edges, seen) : std::vector<FacePair>{});
+      scene, has_intersections ? crossing_faces(faces.mesh(), edges, seen) : std::vector<FacePair>{});
   outlines.find(field);
   intersections.find(field);
+  spans.find(field);
   field.fill();
   outlines.add_to(positions_adjoint);
   intersections.add_to(positions_adjoint);
+  return field;
 }
 
 template <std::floating_point T, class Model, class Colour>
 void add_sampled_motion(const Surface<T, Model>& surface, const Colour& colour,
                         const FragmentBands& fragments, const Array<T, 3>& render_adjoint,
                         const MotionAdjoint& positions_adjoint, const InteriorOnly&) {
-  add_interior(surface, colour, fragments, render_adjoint, positions_adjoint);
+  add_interior(surface, colour, fragments, render_adjoint, positions_adjoint, {});
 }
 
 template <std::floating_point T, class Model, class Colour>
@@ -115,9 +120,15 @@ void add_sampled_motion(const Surface<T, Model>& surface, const Colour& colour,
                         const FragmentBands& fragments, const Array<T, 3>& render_adjoint,
                         const MotionAdjoint& positions_adjoint, const BoundaryIntegral& model) {
   const auto edges = edges_of("vertex_adjoint", surface.body.mesh, model.edges);
-  const auto seen = add_interior(surface, colour, fragments, render_adjoint, positions_adjoint);
-  add_boundaries(surface.body.mesh, fragments.camera(), fragments.positions_view(), colour, render_adjoint,
-                 model.samples_per_axis, *edges, seen, model.intersections, *positions_adjoint.moving);
+  FacesInView faces(surface.body.mesh, fragments.positions_view(), fragments.camera(), fragments.height(),
+                    fragments.width());
+  const auto grazing = grazing_faces(faces, 1 / static_cast<double>(model.samples_per_axis));
+  GrazingSpans spans(grazing);
+  const auto seen = add_interior(surface, colour, fragments, render_adjoint, positions_adjoint, grazing);
+  const FaceField field =
+      add_boundaries(fragments.camera(), colour, render_adjoint, model.samples_per_axis, *edges, seen,
+                     model.intersections, faces, spans, *positions_adjoint.moving);
+  add_grazing_interior(surface, colour, fragments, render_adjoint, positions_adjoint, spans, field);
 }
 
 /// Adds the gradient of a view that is already drawn.

@@ -49,10 +49,13 @@ void silhouette_adjoint(const geometry::Mesh& mesh, const geometry::Camera& came
                        samples_per_axis);
   require_corners("silhouette_adjoint", mesh);
   detail::require_positions_adjoint("silhouette_adjoint", mesh, positions_adjoint);
+  const auto positions_view = positions_in_view(mesh, camera);
+  FacesInView faces(mesh, positions_view, camera, silhouette_adjoint.shape(0), silhouette_adjoint.shape(1));
+  detail::GrazingSpans none;  // all faces have one colour
   // Where faces cut through each other, they show the same.
-  detail::add_boundaries(mesh, camera, positions_in_view(mesh, camera), detail::OneColour{},
-                         silhouette_adjoint, samples_per_axis,
-                         *detail::edges_of("silhouette_adjoint", mesh, edges), {}, false, positions_adjoint);
+  detail::add_boundaries(camera, detail::OneColour{}, silhouette_adjoint, samples_per_axis,
+                         *detail::edges_of("silhouette_adjoint", mesh, edges), {}, false, faces, none,
+                         positions_adjoint);
 }
 
 template decltype(silhouette_adjoint<float>) silhouette_adjoint<float>;

@@ -15,6 +15,7 @@
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/surface.hpp>
 #include <tapestry/raster/vertex_gradient/band_moments.hpp>
+#include <tapestry/raster/vertex_gradient/grazing_faces.hpp>
 #include <tapestry/raster/vertex_gradient/sliver.hpp>
 #include <vector>
 
@@ -213,42 +214,78 @@ struct MotionAdjoint {
   std::vector<geometry::Vector3>* turning;
 };
 
+/// Whether faces turn in their light.
+template <class Model>
+[[nodiscard]] bool is_turning(const MotionAdjoint& positions_adjoint) {
+  return std::same_as<Model, Light> && positions_adjoint.turning != nullptr;
+}
+
+/// Adds the derivatives of faces' moments, block by block, so that the sums do not depend on the threads that
+/// made the blocks.
+/// \param step  see sliver_factor()
+template <std::floating_point T, class Model>
+void add_moments(const Surface<T, Model>& surface, const FragmentBands& fragments,
+                 std::vector<BandMoments<FaceMoments>>& blocks, const std::array<double, 2>& step,
+                 const MotionAdjoint& positions_adjoint) {
+  const geometry::Mesh& mesh = surface.body.mesh;
+  const geometry::Camera& camera = fragments.camera();
+  std::vector<std::vector<VertexShare>> shares(blocks.size());
+  parallel_for(blocks.size(), [&](std::size_t index) {
+    shares[index].reserve(3 * blocks[index].all().size());
+    for (FaceMoments& face : blocks[index].all()) {
+      const auto corners = corners_in_view(mesh, fragments.positions_view(), face.face);
+      face.scale(sliver_factor(corners, face.place, step));
+      const auto part = moving_texture_adjoint(corners, face);
+      for (std::int32_t k = 0; k < 3; ++k)
+        shares[index].push_back({corner_of(mesh, face.face, k), part[static_cast<std::size_t>(k)]});
+    }
+  });
+  add_shares(shares, camera, *positions_adjoint.moving);
+  if (!is_turning<Model>(positions_adjoint)) return;
+  for (const auto& block : blocks)
+    for (const FaceMoments& face : block.all())
+      add_light_adjoint(mesh, camera, surface.light, face.face, face.light, *positions_adjoint.turning);
+}
+
 /// The part of the gradient from inside the faces, with outlines held still, sampled a band of rows at a
 /// time.
+/// \param left_out  faces that add nothing, in order
 /// \returns the faces that are seen where the adjoint is not 0
 template <std::floating_point T, class Model, class Colour>
 SeenFaces add_interior(const Surface<T, Model>& surface, const Colour& colour, const FragmentBands& fragments,
-                       const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint) {
-  const bool is_turning = std::same_as<Model, Light> && positions_adjoint.turning != nullptr;
+                       const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
+                       const std::vector<std::int32_t>& left_out) {
   std::vector<BandMoments<FaceMoments>> bands(fragments.band_count());
-  std::vector<std::vector<VertexShare>> shares(bands.size());
   SeenFaces seen(fragments.width(), fragments.band_rows(), bands.size());
-  const auto step = sample_step(fragments);
   parallel_for(bands.size(), [&](std::size_t index) {
     fragments.visit_band(index, grain_of(surface.body.layout), [&](const Fragment& fragment) {
       const T* const adjoint = render_adjoint.data() + 3 * fragment.pixel;
       if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
       seen.band(index).add(fragment.pixel, fragment.face);
-      add_fragment(colour, fragment, adjoint, is_turning, bands[index].of(fragment.face));
+      if (!std::binary_search(left_out.begin(), left_out.end(), fragment.face))
+        add_fragment(colour, fragment, adjoint, is_turning<Model>(positions_adjoint),
+                     bands[index].of(fragment.face));
     });
-    shares[index].reserve(3 * bands[index].all().size());
-    for (FaceMoments& face : bands[index].all()) {
-      const auto corners = corners_in_view(surface.body.mesh, fragments.positions_view(), face.face);
-      face.scale(sliver_factor(corners, face.place, step));
-      const auto part = moving_texture_adjoint(corners, face);
-      for (std::int32_t k = 0; k < 3; ++k)
-        shares[index].push_back(
-            {corner_of(surface.body.mesh, face.face, k), part[static_cast<std::size_t>(k)]});
-    }
   });
-  const geometry::Camera& camera = fragments.camera();
-  add_shares(shares, camera, *positions_adjoint.moving);
-  for (const auto& band : bands)
-    for (const FaceMoments& face : band.all())
-      if (is_turning)
-        add_light_adjoint(surface.body.mesh, camera, surface.light, face.face, face.light,
-                          *positions_adjoint.turning);
+  add_moments(surface, fragments, bands, sample_step(fragments), positions_adjoint);
   return seen;
+}
+
+/// The same from inside grazing faces, integrated over their visible parts.
+/// \pre the field is filled after GrazingSpans::find()
+template <std::floating_point T, class Model, class Colour>
+void add_grazing_interior(const Surface<T, Model>& surface, const Colour& colour,
+                          const FragmentBands& fragments, const Array<T, 3>& render_adjoint,
+                          const MotionAdjoint& positions_adjoint, const GrazingSpans& spans,
+                          const FaceField& field) {
+  std::vector<BandMoments<FaceMoments>> blocks(spans.face_count());
+  parallel_for(blocks.size(), [&](std::size_t index) {
+    spans.visit(field, index, [&](const Fragment& fragment) {
+      add_fragment(colour, fragment, render_adjoint.data() + 3 * fragment.pixel,
+                   is_turning<Model>(positions_adjoint), blocks[index].of(fragment.face));
+    });
+  });
+  add_moments(surface, fragments, blocks, GrazingSpans::sliver_step(field), positions_adjoint);
 }
 
 }  // namespace tapestry::raster::detail
