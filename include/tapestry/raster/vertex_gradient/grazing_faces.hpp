@@ -18,11 +18,13 @@ namespace tapestry::raster::detail {
 /// such a plane or none, so that a sampled integral over it may be several times too large, or 0; and all
 /// faces of one plane are off the same way. Faces of curved surfaces are off in all ways, which cancels.
 ///
-/// A face belongs to such a plane if the cosine of its normal and its ray is below 0.1, and all those faces
-/// in one plane together are large, as if they lay across their rays: at least 1/50 of the picture's part
+/// A face belongs to such a plane if the cosine of its normal and its rays is below 0.1, and all those faces
+/// in one plane together are large, as if they lay across their rays: at least 1/25 of the picture's part
 /// that faces may touch. Seen as they are, they are thinner than eight distances of samples or two pixels,
-/// the greater of the two: their area over the side of a square of the area that they have across. \param
-/// faces            of the view \param sample_distance  px
+/// the greater of the two: their area over the side of a square of the area that they have across.
+///
+/// \param faces            of the view
+/// \param sample_distance  px
 [[nodiscard]] std::vector<std::int32_t> grazing_faces(const FacesInView& faces, double sample_distance);
 
 /// A row or column of the picture, or a line between two of them.
