@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "shell/drawn_boxes.hpp"
+#include "shell/file_status.hpp"
 #include "shell/heat_map_picture.hpp"
 #include "shell/inputs.hpp"
 #include "shell/network_profile.hpp"
@@ -122,11 +123,7 @@ std::string annotated_path(const std::string& folder, const std::string& image, 
 void require_own_names(const std::string& folder, const std::vector<std::string>& pictures,
                        const char* ending) {
   std::set<std::filesystem::path> inputs;
-  const auto place = [](const std::string& path) {
-    std::error_code unreadable;
-    return std::filesystem::weakly_canonical(path, unreadable);
-  };
-  for (const auto& picture : pictures) inputs.insert(place(picture));
+  for (const auto& picture : pictures) inputs.insert(place_of(picture));
   std::map<std::string, std::string> taken;
   for (const auto& picture : pictures) {
     const std::string copy = annotated_path(folder, picture, ending);
@@ -134,7 +131,7 @@ void require_own_names(const std::string& folder, const std::vector<std::string>
     if (!is_free && first->second != picture)
       throw Error(ErrorKind::usage,
                   folder + ": " + first->second + " and " + picture + " would both become " + copy);
-    if (inputs.contains(place(copy)))
+    if (inputs.contains(place_of(copy)))
       throw Error(ErrorKind::usage, folder + ": the copy of " + picture + " would be written over " + copy +
                                         ", which is one of the pictures; give another folder");
   }

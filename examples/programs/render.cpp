@@ -202,8 +202,7 @@ void require_exported_files(const Options& o, const std::vector<std::string>& in
                             ProblemList& list) {
   const std::string stem = o.exported.substr(0, o.exported.size() - 4);
   for (const char* end : {".mtl", ".png"}) list.require_kept("--export", stem + end, inputs);
-  const auto place = [](const std::string& path) { return std::filesystem::weakly_canonical(path); };
-  list.require(!has_texture || place(stem + ".png") != place(o.output),
+  list.require(!has_texture || place_of(stem + ".png") != place_of(o.output),
                "--export writes the texture to " + stem + ".png, which is --output");
 }
 

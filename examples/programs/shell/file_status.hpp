@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <new>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -17,6 +18,14 @@ inline bool is_frame_file(const std::filesystem::path& path) {
 using io::is_folder;
 using io::is_there;
 using io::status_of;
+
+/// Where a path leads, however it is written; the path itself where that cannot be found out.
+inline std::filesystem::path place_of(const std::string& path) {
+  std::error_code failure;
+  auto place = std::filesystem::weakly_canonical(path, failure);
+  if (failure == std::errc::not_enough_memory) throw std::bad_alloc();
+  return failure ? std::filesystem::path(path) : place;
+}
 
 /// Checks that files can be written into a folder, before hours of work. The file that it writes for the
 /// check has the name of a temporary: if it cannot be removed, the next run in the folder removes it.

@@ -12,6 +12,8 @@
 #include <tapestry/io/atomic_file.hpp>
 #include <vector>
 
+#include "file_status.hpp"
+
 namespace tapestry::shell {
 
 /// What an OutputClaim claims.
@@ -98,7 +100,7 @@ class OutputClaim {
   std::set<std::filesystem::path> known;
   std::list<OutputClaim> claims;
   for (const auto& path : paths)
-    if (!path.empty() && known.insert(std::filesystem::weakly_canonical(path)).second) {
+    if (!path.empty() && known.insert(place_of(path)).second) {
       claims.emplace_back(Claimed::file, path);
       io::remove_abandoned_parts(std::filesystem::path(path).parent_path().string());
     }

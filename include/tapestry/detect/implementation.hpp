@@ -14,7 +14,8 @@
 #include <tapestry/detect/implementation/network_config/shape.hpp>
 #include <tapestry/detect/implementation/network_description.hpp>
 #include <tapestry/detect/implementation/suppression.hpp>
-
+/// \cond
 #define TAPESTRY_SCALAR float
 #include <tapestry/detect/implementation/instances.inl>
 #undef TAPESTRY_SCALAR
+/// \endcond

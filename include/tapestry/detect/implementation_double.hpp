@@ -9,7 +9,8 @@
 #include <tapestry/detect/implementation/heat_map.hpp>
 #include <tapestry/detect/implementation/network_config.hpp>
 #include <tapestry/detect/implementation/network_description.hpp>
-
+/// \cond
 #define TAPESTRY_SCALAR double
 #include <tapestry/detect/implementation/instances.inl>
 #undef TAPESTRY_SCALAR
+/// \endcond

@@ -9,7 +9,8 @@
 #include <tapestry/image/implementation/transform/conditions.hpp>
 #include <tapestry/image/implementation/transform/jpeg_compression.hpp>
 #include <tapestry/image/implementation/transform/warp.hpp>
-
+/// \cond
 #define TAPESTRY_SCALAR float
 #include <tapestry/image/implementation/instances.inl>
 #undef TAPESTRY_SCALAR
+/// \endcond

@@ -7,7 +7,8 @@
 #include <tapestry/image/implementation/transform/chain.hpp>
 #include <tapestry/image/implementation/transform/jpeg_compression.hpp>
 #include <tapestry/image/implementation/transform/warp.hpp>
-
+/// \cond
 #define TAPESTRY_SCALAR double
 #include <tapestry/image/implementation/instances.inl>
 #undef TAPESTRY_SCALAR
+/// \endcond

@@ -28,7 +28,8 @@
 #include <tapestry/io/implementation/read_detector.hpp>
 #include <tapestry/io/implementation/safetensors.hpp>
 #include <tapestry/io/implementation/text_lists.hpp>
-
+/// \cond
 #define TAPESTRY_SCALAR float
 #include <tapestry/io/implementation/instances.inl>
 #undef TAPESTRY_SCALAR
+/// \endcond

@@ -5,7 +5,8 @@
 #include <tapestry/io/implementation/image_file.hpp>
 #include <tapestry/io/implementation/mesh_writers.hpp>
 #include <tapestry/io/implementation/read_detector.hpp>
-
+/// \cond
 #define TAPESTRY_SCALAR double
 #include <tapestry/io/implementation/instances.inl>
 #undef TAPESTRY_SCALAR
+/// \endcond

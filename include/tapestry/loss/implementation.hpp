@@ -14,7 +14,8 @@
 #include <tapestry/loss/implementation/printable_colours.hpp>
 #include <tapestry/loss/implementation/yolo_training.hpp>
 #include <tapestry/loss/implementation/yolox_training.hpp>
-
+/// \cond
 #define TAPESTRY_SCALAR float
 #include <tapestry/loss/implementation/instances.inl>
 #undef TAPESTRY_SCALAR
+/// \endcond

@@ -10,7 +10,8 @@
 #include <tapestry/loss/implementation/printability.hpp>
 #include <tapestry/loss/implementation/yolo_training.hpp>
 #include <tapestry/loss/implementation/yolox_training.hpp>
-
+/// \cond
 #define TAPESTRY_SCALAR double
 #include <tapestry/loss/implementation/instances.inl>
 #undef TAPESTRY_SCALAR
+/// \endcond

@@ -9,7 +9,8 @@
 #include <tapestry/nn/implementation/network/program_builder.hpp>
 #include <tapestry/nn/implementation/network_variable.hpp>
 #include <tapestry/nn/implementation/vector_kernels.hpp>
-
+/// \cond
 #define TAPESTRY_SCALAR float
 #include <tapestry/nn/implementation/instances.inl>
 #undef TAPESTRY_SCALAR
+/// \endcond

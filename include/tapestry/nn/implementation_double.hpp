@@ -7,7 +7,8 @@
 #include <tapestry/nn/implementation/network/program_builder.hpp>
 #include <tapestry/nn/implementation/network_variable.hpp>
 #include <tapestry/nn/implementation/vector_kernels.hpp>
-
+/// \cond
 #define TAPESTRY_SCALAR double
 #include <tapestry/nn/implementation/instances.inl>
 #undef TAPESTRY_SCALAR
+/// \endcond

@@ -17,7 +17,8 @@
 #include <tapestry/raster/implementation/texture_operator.hpp>
 #include <tapestry/raster/implementation/vertex_gradient.hpp>
 #include <tapestry/raster/implementation/visibility.hpp>
-
+/// \cond
 #define TAPESTRY_SCALAR float
 #include <tapestry/raster/implementation/instances.inl>
 #undef TAPESTRY_SCALAR
+/// \endcond

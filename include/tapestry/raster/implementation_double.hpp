@@ -7,7 +7,8 @@
 #include <tapestry/raster/implementation/texture.hpp>
 #include <tapestry/raster/implementation/texture_operator.hpp>
 #include <tapestry/raster/implementation/vertex_gradient.hpp>
-
+/// \cond
 #define TAPESTRY_SCALAR double
 #include <tapestry/raster/implementation/instances.inl>
 #undef TAPESTRY_SCALAR
+/// \endcond

@@ -9,7 +9,7 @@ namespace tapestry::image {
 template <std::floating_point T>
 using Matrix3 = std::array<std::array<T, 3>, 3>;
 
-inline constexpr Matrix3<double> identity3{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+inline constexpr Matrix3<double> identity3{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< the identity
 
 /// m · x
 template <std::floating_point T>
@@ -28,7 +28,7 @@ template <std::floating_point T>
       for (std::size_t k = 0; k < 3; ++k) all[i][j] += a[i][k] * b[k][j];
   return all;
 }
-
+/// mᵀ
 template <std::floating_point T>
 [[nodiscard]] constexpr Matrix3<T> transposed(const Matrix3<T>& m) {
   return {{{m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}}};
