@@ -7,10 +7,11 @@ cd "$build"
 ninja -t inputs camouflage | grep '\.o$' | sed 's|.*/||' | sort >"$OLDPWD/built"
 link=$(ninja -t commands camouflage | tail -1)
 cd "$OLDPWD"
-(cd "$build" && bash -c "${link/ -o examples\/camouflage / -Wl,--trace -o $OLDPWD/camouflage }") |
+(cd "$build" && bash -c "${link/ -o examples\/camouflage / -Wl,--trace,--trace -o $OLDPWD/camouflage }") |
   grep -o '[A-Za-z_]*\.cpp\.o' | sort >linked
 [ -s linked ] || { echo "the linker names no object: $link"; exit 1; }
-if comm -23 <(uniq built) <(uniq linked) | grep .; then
+# With MPI another object takes the place of one_process. Of the library for double the laboratory needs all but io's.
+if comm -23 <(uniq built) <(uniq linked) | grep -vE '^(one_process|io_double)'; then
   echo "are built for camouflage, and not linked"
   exit 1
 fi
