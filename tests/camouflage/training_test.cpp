@@ -1,3 +1,4 @@
+#include <atomic>
 #include <barrier>
 #include <cmath>
 #include <cstddef>
@@ -125,6 +126,30 @@ TEST_CASE("threads share a step a few times, whatever the number of layers", "[c
   training.step();
   CHECK(pool.loop_count() - before >= 1);
   CHECK(pool.loop_count() - before <= 4);  // views, their gradients, the sum, the update
+}
+
+TEST_CASE("a step prepares the views of the next, and the last one none", "[camouflage][training]") {
+  Fixture fixture;
+  std::atomic<int> loads{0};
+  std::vector<camouflage::ViewStore<float>::Loader> loaders;
+  for (std::size_t i = 0; i < 4; ++i)
+    loaders.emplace_back([&loads, i] {
+      ++loads;
+      return test::tiny_frame(i);
+    });
+  auto settings = fixture.store.settings();
+  settings.keep_bytes = 0;  // every view is prepared for each step that takes it
+  camouflage::ViewStore<float> store(fixture.car, settings, std::move(loaders));
+  camouflage::TrainingOptions options;
+  options.epochs = 2;
+  options.batch = 3;
+  camouflage::Training<float> training(fixture.objective, store, {0, 1, 2, 3}, fixture.start, options);
+  std::vector<int> after;  // steps take 3, 1, 3, 1 views
+  while (!training.finished()) {
+    training.step();
+    after.push_back(loads);
+  }
+  CHECK(after == std::vector{4, 7, 8, 8});
 }
 
 TEST_CASE("a shared training gives the same bits for any number of processes", "[camouflage][training]") {
