@@ -110,5 +110,5 @@ expect_exit 3 "none there" "$programs/camouflage" "${start[@]}" --start none.npz
 expect_exit 2 "no first texture of that name" "$programs/camouflage" "${start[@]}" --start none --output none
 expect_error_line "--start is 'none'; expected one of random, zero, own"
 expect_exit 4 "that of another car" "$programs/camouflage" --texels 8 "${start[@]}" --start whole/out/runs/fca-1/texture.npz --output none
-expect_error_line 'texture.npz: the texture does not fit the car'
+expect_error_line 'texture.npz: the texture is laid on a car in another way'
 finish
