@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Every table of the FCA paper and its figure of attention, and an eighth: effect against resolution. What is there is not
-# done again, so that an interrupted command goes on, and ends with the same files. One command at a time works in a folder, and
-# what its steps read must stay as it is.
+# done again, so that an interrupted command goes on, and ends with the same files. One command at a time works in a folder,
+# and files that its steps read must not change.
 #
 #   paper.sh OUTPUT [--quick] [--tables "1 8"]
 #
@@ -9,9 +9,10 @@
 # --quick   one seed, 5 draws of noise, few steps, frames and views: a first look
 # --tables  only these: 1 methods, 2 photographed, 3 views, 4 occlusion, 5 hard examples, 6 terms of the loss, 7 first
 #           textures, 8 resolution, attention
-# Paths must have no spaces, quotes or backslashes; relative ones are seen from where the first command began. In the environment: COMMON (options of camouflage: mesh, detector), FRAMES (folder with train and
-# test; else streets are drawn with the mesh, of LENGTH metres), FURTHER (weights of further detectors that measure, too), COARSE
-# (options of the row coarse), SEEDS ("1 2 3"), DRAWS of matched noise (20), EPOCHS, LAUNCH ("mpirun -n 4 --bind-to none").
+# Paths must have no spaces, quotes or backslashes; give relative ones from the folder where the first command was started. In
+# the environment: COMMON (options of camouflage: mesh, detector), FRAMES (folder with train and test; else streets are
+# drawn with the mesh, of LENGTH metres), FURTHER (weights of further detectors that measure, too), COARSE (options of the
+# row coarse), SEEDS ("1 2 3"), DRAWS of matched noise (20), EPOCHS, LAUNCH ("mpirun -n 4 --bind-to none").
 set -euo pipefail
 [ $# -ge 1 ] && [ "${1:0:1}" != - ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 output=$1 quick=() tables="1 2 3 4 5 6 7 8 attention"

@@ -1,7 +1,7 @@
 #pragma once
 /// \file
-/// What implementation.hpp brings, for double: a program that computes in double includes this, too, in the
-/// same source file or in another one. tapestry::compiled has both.
+/// The parts of implementation.hpp for double. A program that computes in double includes this header, too,
+/// in the same source file or in another one. tapestry::compiled has both.
 #include <tapestry/detect/implementation_double.hpp>
 #include <tapestry/image/implementation_double.hpp>
 #include <tapestry/io/implementation_double.hpp>

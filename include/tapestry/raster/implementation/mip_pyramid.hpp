@@ -26,7 +26,7 @@ std::vector<MipOverlap> mip_overlaps(std::size_t coarse_size, std::size_t fine_s
   std::vector<MipOverlap> overlaps;
   overlaps.reserve(coarse_size);
   for (std::size_t coarse = 0; coarse < coarse_size; ++coarse) {
-    // In units of 1 / coarse_size of a fine texel, so that all bounds are whole numbers.
+    // Bounds count units of 1 / coarse_size of a fine texel: they are whole numbers.
     const std::size_t begin = coarse * fine_size, end = begin + fine_size;
     MipOverlap overlap{begin / coarse_size, 0, {}};
     for (std::size_t fine = overlap.first; fine * coarse_size < end; ++fine) {
