@@ -1,5 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/arrays/reduction.hpp>
+#include <tapestry/autodiff/detail/arrays/reduction.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <vector>
 

@@ -1,7 +1,7 @@
 // Darknet's networks, names of classes, safetensors and ONNX.
 #include <tapestry/io/darknet/model_file.hpp>
+#include <tapestry/io/detail/safetensors_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/io/safetensors_file.hpp>
 #include <tapestry/io/text_lists.hpp>
 
 #include "../../tests/support/onnx_builder.hpp"

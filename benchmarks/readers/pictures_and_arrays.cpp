@@ -2,9 +2,9 @@
 #include <cstdint>
 #include <random>
 #include <tapestry/camouflage/run_state.hpp>
+#include <tapestry/io/detail/zip_writer.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/npy.hpp>
-#include <tapestry/io/zip_writer.hpp>
 #if defined(TAPESTRY_JPEG)
 #include <turbojpeg.h>
 

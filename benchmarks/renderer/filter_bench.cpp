@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
-#include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <vector>
 

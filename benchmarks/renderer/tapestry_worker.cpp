@@ -5,10 +5,10 @@
 #include <memory>
 #include <string>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/detail/render_textured.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/fragments.hpp>
-#include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <tapestry/version.hpp>
 #include <utility>

@@ -11,7 +11,7 @@
 #include <tapestry/version.hpp>
 
 // Before those that include them, so that a compiler's message about them names few files.
-#include <tapestry/autodiff/tape/dual_number.hpp>
+#include <tapestry/autodiff/detail/tape/dual_number.hpp>
 
 #include <tapestry/autodiff/tape.hpp>
 

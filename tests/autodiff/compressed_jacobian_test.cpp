@@ -8,8 +8,8 @@
 #include <string>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
+#include <tapestry/autodiff/compressed_array_jacobian.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
-#include <tapestry/autodiff/jacobian/compressed_array_jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <vector>
 

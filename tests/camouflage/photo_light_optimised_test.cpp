@@ -15,7 +15,7 @@
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/visibility.hpp>
 
 #include "../support/catch.hpp"

@@ -6,7 +6,7 @@
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/training.hpp>
-#include <tapestry/core/thread_pool.hpp>
+#include <tapestry/core/detail/thread_pool.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <thread>

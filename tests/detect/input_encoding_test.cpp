@@ -1,4 +1,4 @@
-#include <tapestry/detect/input_encoding.hpp>
+#include <tapestry/detect/detail/input_encoding.hpp>
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include <tapestry/evaluate/fate.hpp>
+#include <tapestry/evaluate/detail/fate.hpp>
 
 #include <string>
 #include <vector>

@@ -3,9 +3,9 @@
 
 #include <cstdint>
 #include <tapestry/camouflage/run_state.hpp>
+#include <tapestry/io/detail/zip_writer.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/npy.hpp>
-#include <tapestry/io/zip_writer.hpp>
 
 #include "target.hpp"
 

@@ -1,4 +1,4 @@
-#include <tapestry/geometry/orientation.hpp>
+#include <tapestry/geometry/detail/orientation.hpp>
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include <tapestry/geometry/rotation.hpp>
+#include <tapestry/geometry/detail/rotation.hpp>
 
 #include <cmath>
 #include <numbers>

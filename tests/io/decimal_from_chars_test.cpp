@@ -1,4 +1,4 @@
-#include <tapestry/io/number_formats.hpp>
+#include <tapestry/io/detail/number_formats.hpp>
 
 #include <charconv>
 #include <string>

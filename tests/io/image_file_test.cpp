@@ -1,7 +1,7 @@
-#include <tapestry/io/bmp_file.hpp>
+#include <tapestry/io/detail/bmp_file.hpp>
+#include <tapestry/io/detail/pnm_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
-#include <tapestry/io/pnm_file.hpp>
 
 #include <algorithm>
 #include <array>

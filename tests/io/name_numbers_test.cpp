@@ -1,4 +1,4 @@
-#include <tapestry/io/name_numbers.hpp>
+#include <tapestry/io/detail/name_numbers.hpp>
 
 #include <map>
 #include <random>

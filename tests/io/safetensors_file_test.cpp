@@ -1,5 +1,5 @@
-#include <tapestry/io/number_formats.hpp>
-#include <tapestry/io/safetensors_file.hpp>
+#include <tapestry/io/detail/number_formats.hpp>
+#include <tapestry/io/detail/safetensors_file.hpp>
 
 #include <algorithm>
 #include <array>

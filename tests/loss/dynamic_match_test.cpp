@@ -1,4 +1,4 @@
-#include <tapestry/loss/box_assignment.hpp>
+#include <tapestry/loss/detail/box_assignment.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 #include <cmath>
-#include <tapestry/loss/logistic.hpp>
+#include <tapestry/loss/detail/logistic.hpp>
 
 #include "../support/catch.hpp"
 

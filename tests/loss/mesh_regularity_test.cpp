@@ -1,8 +1,8 @@
 #include <tapestry/loss/mesh_regularity.hpp>
 
 #include <tapestry/autodiff/tape.hpp>
+#include <tapestry/geometry/detail/rotation.hpp>
 #include <tapestry/geometry/point_columns.hpp>
-#include <tapestry/geometry/rotation.hpp>
 #include <tapestry/geometry/shapes.hpp>
 
 #include "../support/catch.hpp"

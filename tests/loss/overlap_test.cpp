@@ -1,6 +1,6 @@
 #include <cmath>
 #include <limits>
-#include <tapestry/loss/overlap.hpp>
+#include <tapestry/loss/detail/overlap.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

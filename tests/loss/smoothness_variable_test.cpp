@@ -1,5 +1,5 @@
+#include <tapestry/loss/detail/total_variation.hpp>
 #include <tapestry/loss/smoothness.hpp>
-#include <tapestry/loss/total_variation.hpp>
 
 #include <cmath>
 #include <memory>

@@ -1,4 +1,4 @@
-#include <tapestry/loss/total_variation.hpp>
+#include <tapestry/loss/detail/total_variation.hpp>
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include <tapestry/nn/batch_norm.hpp>
+#include <tapestry/nn/detail/batch_norm.hpp>
 
 #include <cmath>
 #include <vector>

@@ -1,4 +1,4 @@
-#include <tapestry/nn/bfloat16.hpp>
+#include <tapestry/nn/detail/bfloat16.hpp>
 #include <tapestry/nn/engine.hpp>
 
 #include <algorithm>

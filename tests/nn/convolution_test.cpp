@@ -1,7 +1,7 @@
-#include <tapestry/nn/convolution_weight_adjoint.hpp>
-#include <tapestry/nn/convolution_window.hpp>
+#include <tapestry/nn/detail/convolution_weight_adjoint.hpp>
+#include <tapestry/nn/detail/convolution_window.hpp>
+#include <tapestry/nn/detail/few_channel_convolution.hpp>
 #include <tapestry/nn/engine.hpp>
-#include <tapestry/nn/few_channel_convolution.hpp>
 
 #include <algorithm>
 #include <cmath>

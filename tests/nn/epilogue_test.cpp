@@ -1,4 +1,4 @@
-#include <tapestry/nn/vector_kernels.hpp>
+#include <tapestry/nn/detail/vector_kernels.hpp>
 
 #include <algorithm>
 #include <cmath>

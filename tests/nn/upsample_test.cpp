@@ -1,4 +1,4 @@
-#include <tapestry/nn/layout.hpp>
+#include <tapestry/nn/detail/layout.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

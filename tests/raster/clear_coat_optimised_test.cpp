@@ -4,7 +4,7 @@
 #include <numbers>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/shapes.hpp>
-#include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"

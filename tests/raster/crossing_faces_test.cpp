@@ -1,4 +1,4 @@
-#include <tapestry/raster/crossing_faces.hpp>
+#include <tapestry/raster/detail/crossing_faces.hpp>
 
 #include <algorithm>
 #include <array>

@@ -9,8 +9,8 @@
 #include <sstream>
 #include <string>
 #include <tapestry/io/mesh_writers.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include <tapestry/raster/face_field.hpp>
+#include <tapestry/raster/detail/face_field.hpp>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <tapestry/raster/face_weights.hpp>
+#include <tapestry/raster/detail/face_weights.hpp>
 #include <tapestry/raster/fragments.hpp>
 
 #include "../support/catch.hpp"

@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <numbers>
 #include <tapestry/geometry/camera.hpp>
-#include <tapestry/raster/face_field.hpp>
+#include <tapestry/raster/detail/face_field.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
+#include <tapestry/raster/detail/vertex_gradient/grazing_faces.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
-#include <tapestry/raster/vertex_gradient/grazing_faces.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"

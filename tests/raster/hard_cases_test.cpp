@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstdint>
 #include <tapestry/core/random.hpp>
+#include <tapestry/raster/detail/render_textured.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
-#include <tapestry/raster/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"

@@ -1,7 +1,7 @@
-#include <tapestry/raster/light_adjoint.hpp>
+#include <tapestry/raster/detail/light_adjoint.hpp>
 
 #include <memory>
-#include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"

@@ -6,8 +6,8 @@
 #include <limits>
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/image/colour_space.hpp>
-#include <tapestry/raster/atlas_filter.hpp>
-#include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/detail/atlas_filter.hpp>
+#include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <vector>

@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"

@@ -3,9 +3,9 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
+#include <tapestry/raster/detail/vertex_gradient/sliver.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
-#include <tapestry/raster/vertex_gradient/sliver.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <vector>
 

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <tapestry/autodiff/jacobian/compressed_array_jacobian.hpp>
+#include <tapestry/autodiff/compressed_array_jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <vector>

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <tapestry/raster/cropped.hpp>
-#include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <vector>

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <tapestry/raster/footprint.hpp>
+#include <tapestry/raster/detail/footprint.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 
 #include "../support/catch.hpp"

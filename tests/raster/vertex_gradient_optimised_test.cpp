@@ -7,7 +7,7 @@
 #include <string>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <utility>
 #include <vector>
 

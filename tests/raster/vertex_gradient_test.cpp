@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/detail/render_textured.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"

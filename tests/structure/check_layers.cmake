@@ -1,6 +1,8 @@
 # Fails when a header of INCLUDE_DIR (…/include/tapestry) breaks the order of the layers: a header may include its
 # own folder or a folder of a lower level, never a neighbour or one above. A header beside the folders belongs to
 # the folder of its name, if there is one; version.hpp is of level 0 and any other (tapestry.hpp) is above all.
+# What stands in <folder>/detail/ is for this folder, its tests and benchmarks: neither another folder nor programs nor
+# pages include it. The headers that stand outside are what users meet; there are at most `most_public`.
 # A file x.inl is a part of its folder that a header includes more than once. The short programs of examples/tour
 # beside include/ show the library alone: they include it, standard headers and Eigen, whose matrices hold variables.
 cmake_minimum_required(VERSION 3.21)
@@ -21,6 +23,7 @@ set(level_camouflage 7)
 set(level_evaluate 8)
 set(level_laboratory 9)
 set(compiled "(^|/)(laboratory_)?implementation(_double)?(/.*)?\\.hpp$|^io/json\\.hpp$")  # what takes long to compile
+set(most_public 170)  # beside one header a folder
 set(longest_header 300)  # lines; a longer one becomes a folder of its own name
 
 function(find_folder header folder)
@@ -48,6 +51,8 @@ function(check_own_include header folder line)
     message(SEND_ERROR "${header} includes tapestry/${other}, a folder that is on no level")
   elseif(NOT other_folder STREQUAL folder AND NOT level_${other_folder} LESS level_${folder})
     message(SEND_ERROR "${header} (level ${level_${folder}}) may not include ${other} (level ${level_${other_folder}})")
+  elseif(other MATCHES "^[a-z_]+/detail/" AND NOT other_folder STREQUAL folder)
+    message(SEND_ERROR "${header} may not include ${other}, a detail of another folder")
   elseif(NOT header MATCHES "${compiled}" AND other MATCHES "${compiled}")
     message(SEND_ERROR "${header} may not include ${other}: that is for one source file of a program")
   endif()
@@ -59,7 +64,7 @@ function(check_foreign_include header folder line)
   elseif(line MATCHES "[</](stb|protozero)" AND NOT folder STREQUAL "io")
     message(SEND_ERROR "${header} may not use stb or protozero, which belong to io: ${line}")
   elseif(line MATCHES "<(fstream|filesystem|fcntl\\.h|sys/stat\\.h|unistd\\.h|zlib\\.h)>" AND NOT folder STREQUAL "io" AND
-         NOT header MATCHES "^evaluate/(implementation/)?dataset/")
+         NOT header MATCHES "^evaluate/((implementation|detail)/)?dataset/")
     message(SEND_ERROR "${header} may not open files, which is io's part: ${line}")
   elseif(line MATCHES "<xtensor/" AND NOT header STREQUAL "core/array.hpp")
     message(SEND_ERROR "${header} may not include xtensor itself, core/array.hpp does: ${line}")
@@ -84,7 +89,7 @@ function(check_header header)
   endif()
   string(REGEX MATCHALL "\n" line_ends "${text}")
   list(LENGTH line_ends line_count)
-  if(line_count GREATER longest_header AND NOT header STREQUAL "tapestry.hpp")  # that is a list
+  if(line_count GREATER longest_header)
     message(SEND_ERROR "${header} has ${line_count} lines, at most ${longest_header} are allowed")
   endif()
   file(STRINGS "${INCLUDE_DIR}/${header}" lines REGEX "^[ \t]*#[ \t]*include")
@@ -142,15 +147,36 @@ function(find_compiled_part header result)
   set(${result} ${answer} PARENT_SCOPE)
 endfunction()
 
-# A linker names core/compiled.hpp's variable where a program lacks the bodies of <folder>/implementation/<header>.
+# A linker names core/compiled.hpp's variable where a program lacks the bodies of <folder>/implementation/<header>, which
+# <folder>/<header> or <folder>/detail/<header> declares.
 function(check_compiled_header header)
-  string(REPLACE "/implementation/" "/" declaring "${header}")
-  if(header MATCHES "/implementation/" AND EXISTS "${INCLUDE_DIR}/${declaring}")
-    find_compiled_part("${declaring}" answer)
-    if(NOT answer)
-      message(SEND_ERROR "${declaring} does not include core/compiled.hpp, though ${header} is compiled once")
+  foreach(beside IN ITEMS "/" "/detail/")
+    string(REPLACE "/implementation/" "${beside}" declaring "${header}")
+    if(header MATCHES "/implementation/" AND EXISTS "${INCLUDE_DIR}/${declaring}")
+      find_compiled_part("${declaring}" answer)
+      if(NOT answer)
+        message(SEND_ERROR "${declaring} does not include core/compiled.hpp, though ${header} is compiled once")
+      endif()
     endif()
+  endforeach()
+endfunction()
+
+# Fails if there are more headers that users meet than most_public, or one of a page or a program is a detail.
+function(check_public headers)
+  list(FILTER headers INCLUDE REGEX "/.*\\.hpp$")
+  list(FILTER headers EXCLUDE REGEX "/(detail|implementation)/|/implementation(_double)?\\.hpp$")
+  list(LENGTH headers count)
+  if(count GREATER most_public)
+    message(SEND_ERROR "users meet ${count} headers, at most ${most_public} are allowed")
   endif()
+  file(GLOB_RECURSE users RELATIVE "${INCLUDE_DIR}/../.." "${INCLUDE_DIR}/../../examples/*.[ch]pp"
+       "${INCLUDE_DIR}/../../docs/*.md" "${INCLUDE_DIR}/../../README.md")
+  foreach(user IN LISTS users)
+    file(STRINGS "${INCLUDE_DIR}/../../${user}" lines REGEX "#[ \t]*include[ \t]*<tapestry/[a-z_]+/detail/")
+    foreach(line IN LISTS lines)
+      message(SEND_ERROR "${user} may not include a detail: ${line}")
+    endforeach()
+  endforeach()
 endfunction()
 
 function(check_tour tour_dir)
@@ -176,4 +202,5 @@ endforeach()
 if(EXISTS "${INCLUDE_DIR}/tapestry.hpp")
   check_umbrella("${headers}")
 endif()
+check_public("${headers}")
 check_tour("${INCLUDE_DIR}/../../examples/tour")

@@ -11,8 +11,8 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
 #include <utility>
 #include <vector>
 

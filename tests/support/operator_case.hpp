@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 #include <tapestry/core/random.hpp>
-#include <tapestry/nn/layout.hpp>
+#include <tapestry/nn/detail/layout.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <vector>
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <vector>
 
 #include "paint.hpp"

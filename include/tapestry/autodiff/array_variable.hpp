@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <tapestry/autodiff/arrays/array_memory.hpp>
+#include <tapestry/autodiff/detail/arrays/array_memory.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>

@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 #include <tapestry/autodiff/checkpoint.hpp>
+#include <tapestry/autodiff/detail/tape/spare_tape.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/autodiff/tape/spare_tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
 #include <utility>

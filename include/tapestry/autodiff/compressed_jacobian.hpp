@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <tapestry/autodiff/detail/jacobian/jacobian_pattern.hpp>
+#include <tapestry/autodiff/detail/jacobian/tangent_sweep.hpp>
+#include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
-#include <tapestry/autodiff/jacobian/jacobian_pattern.hpp>
-#include <tapestry/autodiff/jacobian/tangent_sweep.hpp>
-#include <tapestry/autodiff/tape/statement.hpp>
 #include <tapestry/core/error.hpp>
 #include <type_traits>
 #include <utility>

@@ -7,10 +7,10 @@
 #include <iterator>
 #include <span>
 #include <string>
+#include <tapestry/autodiff/detail/tape/dual_number.hpp>
+#include <tapestry/autodiff/detail/tape/spare_tape.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/autodiff/tape/dual_number.hpp>
-#include <tapestry/autodiff/tape/spare_tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <type_traits>
 #include <utility>

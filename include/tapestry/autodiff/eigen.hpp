@@ -1,9 +1,9 @@
 #pragma once
 #include <Eigen/Core>
 #include <concepts>
+#include <tapestry/autodiff/detail/eigen/eigen_solvers.hpp>
+#include <tapestry/autodiff/detail/eigen/householder.hpp>
 #include <tapestry/autodiff/dual.hpp>
-#include <tapestry/autodiff/eigen/eigen_solvers.hpp>
-#include <tapestry/autodiff/eigen/householder.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/variable.hpp>
 

@@ -10,12 +10,12 @@
 /// x / y by y has the digits of x / y, which are few where that is denormal. Where a third derivative
 /// overflows, it may be NaN for atan2, by both operands, or on a tape of duals of duals; those of exp2 are
 /// infinite where exp2 is. tests/autodiff/function_table_test.cpp tests every function for this.
-#include <tapestry/autodiff/functions/arithmetic.hpp>
-#include <tapestry/autodiff/functions/exponential.hpp>
-#include <tapestry/autodiff/functions/hyperbolic.hpp>
-#include <tapestry/autodiff/functions/power.hpp>
-#include <tapestry/autodiff/functions/reduction.hpp>
-#include <tapestry/autodiff/functions/selection.hpp>
-#include <tapestry/autodiff/functions/special.hpp>
-#include <tapestry/autodiff/functions/ternary.hpp>
-#include <tapestry/autodiff/functions/trigonometric.hpp>
+#include <tapestry/autodiff/detail/functions/arithmetic.hpp>
+#include <tapestry/autodiff/detail/functions/exponential.hpp>
+#include <tapestry/autodiff/detail/functions/hyperbolic.hpp>
+#include <tapestry/autodiff/detail/functions/power.hpp>
+#include <tapestry/autodiff/detail/functions/reduction.hpp>
+#include <tapestry/autodiff/detail/functions/selection.hpp>
+#include <tapestry/autodiff/detail/functions/special.hpp>
+#include <tapestry/autodiff/detail/functions/ternary.hpp>
+#include <tapestry/autodiff/detail/functions/trigonometric.hpp>

@@ -8,10 +8,10 @@
 #include <span>
 #include <string>
 #include <tapestry/autodiff/derivatives.hpp>
+#include <tapestry/autodiff/detail/tape/shared.hpp>
+#include <tapestry/autodiff/detail/tape/spare_tape.hpp>
+#include <tapestry/autodiff/detail/tape/vector_sweep.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/autodiff/tape/shared.hpp>
-#include <tapestry/autodiff/tape/spare_tape.hpp>
-#include <tapestry/autodiff/tape/vector_sweep.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
 #include <type_traits>

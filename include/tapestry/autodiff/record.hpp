@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/autodiff/tape/input_slot.hpp>
+#include <tapestry/autodiff/detail/tape/input_slot.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tuple>

@@ -8,9 +8,9 @@
 #include <span>
 #include <string>
 #include <tapestry/autodiff/derivatives.hpp>
-#include <tapestry/autodiff/jacobian/interactions.hpp>
-#include <tapestry/autodiff/jacobian/jacobian_pattern.hpp>
-#include <tapestry/autodiff/tape/spare_tape.hpp>
+#include <tapestry/autodiff/detail/jacobian/interactions.hpp>
+#include <tapestry/autodiff/detail/jacobian/jacobian_pattern.hpp>
+#include <tapestry/autodiff/detail/tape/spare_tape.hpp>
 #include <tapestry/core/error.hpp>
 #include <type_traits>
 #include <utility>

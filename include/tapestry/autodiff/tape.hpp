@@ -3,11 +3,11 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <tapestry/autodiff/tape/deferred_throw.hpp>
-#include <tapestry/autodiff/tape/diagnosis.hpp>
-#include <tapestry/autodiff/tape/first_non_finite.hpp>
-#include <tapestry/autodiff/tape/shared.hpp>
-#include <tapestry/autodiff/tape/tape_state.hpp>
+#include <tapestry/autodiff/detail/tape/deferred_throw.hpp>
+#include <tapestry/autodiff/detail/tape/diagnosis.hpp>
+#include <tapestry/autodiff/detail/tape/first_non_finite.hpp>
+#include <tapestry/autodiff/detail/tape/shared.hpp>
+#include <tapestry/autodiff/detail/tape/tape_state.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>

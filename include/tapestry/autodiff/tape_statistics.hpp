@@ -7,8 +7,8 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/autodiff/tape/statement.hpp>
 #include <typeinfo>
 #include <utility>
 #include <vector>

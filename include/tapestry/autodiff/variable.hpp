@@ -2,10 +2,10 @@
 #include <concepts>
 #include <cstddef>
 #include <span>
-#include <tapestry/autodiff/functions/arithmetic.hpp>
+#include <tapestry/autodiff/detail/functions/arithmetic.hpp>
+#include <tapestry/autodiff/detail/tape/expression.hpp>
+#include <tapestry/autodiff/detail/tape/write_statement.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/autodiff/tape/expression.hpp>
-#include <tapestry/autodiff/tape/write_statement.hpp>
 #include <tapestry/core/error.hpp>
 #include <utility>
 

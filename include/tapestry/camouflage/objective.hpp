@@ -4,8 +4,8 @@
 #include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
+#include <tapestry/camouflage/detail/method/method.hpp>
 #include <tapestry/camouflage/ensemble.hpp>
-#include <tapestry/camouflage/method/method.hpp>
 #include <tapestry/camouflage/objective_terms.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>

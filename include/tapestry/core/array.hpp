@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <tapestry/core/array_concepts.hpp>
-#include <tapestry/core/supported_target.hpp>
+#include <tapestry/core/detail/array_concepts.hpp>
+#include <tapestry/core/detail/supported_target.hpp>
 #include <vector>
 #if __has_include(<xtensor/containers/xtensor.hpp>)  // 0.26 moved its headers into folders
 #include <xtensor/containers/xtensor.hpp>

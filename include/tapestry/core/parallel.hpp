@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <exception>
 #include <optional>
-#include <tapestry/core/thread_pool.hpp>
+#include <tapestry/core/detail/thread_pool.hpp>
 #include <thread>
 #include <type_traits>
 #include <utility>

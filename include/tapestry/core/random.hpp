@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <tapestry/core/supported_target.hpp>
+#include <tapestry/core/detail/supported_target.hpp>
 #include <utility>
 
 namespace tapestry {

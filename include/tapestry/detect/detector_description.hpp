@@ -6,8 +6,8 @@
 #include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/decoded_outputs.hpp>
+#include <tapestry/detect/detail/input_encoding.hpp>
 #include <tapestry/detect/head.hpp>
-#include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/nn/network/tensor.hpp>
 #include <vector>

@@ -3,7 +3,7 @@
 #include <optional>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/evaluate/average_precision/class_matches.hpp>
+#include <tapestry/evaluate/detail/average_precision/class_matches.hpp>
 #include <vector>
 
 namespace tapestry::evaluate {

@@ -14,8 +14,8 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/evaluate/controls.hpp>
+#include <tapestry/evaluate/detail/fate.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
-#include <tapestry/evaluate/fate.hpp>
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/image/transform/chain.hpp>

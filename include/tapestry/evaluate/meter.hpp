@@ -8,8 +8,8 @@
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/pass.hpp>
+#include <tapestry/evaluate/detail/fate.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
-#include <tapestry/evaluate/fate.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <tapestry/loss/prediction.hpp>
 #include <utility>

@@ -6,8 +6,8 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/evaluate/detail/fate.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
-#include <tapestry/evaluate/fate.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/protocol_outcomes.hpp>

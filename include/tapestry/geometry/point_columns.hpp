@@ -10,8 +10,8 @@
 #include <span>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/geometry/detail/orientation.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/orientation.hpp>
 #include <utility>
 #include <vector>
 

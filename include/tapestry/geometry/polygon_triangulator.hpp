@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <tapestry/geometry/orientation.hpp>
+#include <tapestry/geometry/detail/orientation.hpp>
 #include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <vector>

@@ -3,8 +3,8 @@
 #include <numbers>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/detail/rotation.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/rotation.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <vector>
 

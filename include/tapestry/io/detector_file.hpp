@@ -12,8 +12,8 @@
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
+#include <tapestry/io/detail/safetensors_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/safetensors_file.hpp>
 #include <vector>
 
 namespace tapestry::io {

@@ -6,7 +6,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/io/png_scan.hpp>  // limits of pictures
+#include <tapestry/io/detail/png_scan.hpp>  // limits of pictures
 #include <vector>
 
 namespace tapestry::io {

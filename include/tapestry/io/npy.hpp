@@ -12,10 +12,10 @@
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/detail/name_numbers.hpp>
+#include <tapestry/io/detail/npy_header.hpp>
+#include <tapestry/io/detail/zip_archive.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/name_numbers.hpp>
-#include <tapestry/io/npy_header.hpp>
-#include <tapestry/io/zip_archive.hpp>
 #include <type_traits>
 #include <utility>
 #include <vector>

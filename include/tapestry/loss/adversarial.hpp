@@ -7,7 +7,7 @@
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/head.hpp>
-#include <tapestry/loss/adversarial_terms.hpp>
+#include <tapestry/loss/detail/adversarial_terms.hpp>
 #include <tapestry/loss/prediction.hpp>
 #include <vector>
 

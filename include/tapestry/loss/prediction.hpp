@@ -8,8 +8,8 @@
 #include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/class_score.hpp>
 #include <tapestry/detect/head.hpp>
-#include <tapestry/loss/logistic.hpp>
-#include <tapestry/loss/overlap.hpp>
+#include <tapestry/loss/detail/logistic.hpp>
+#include <tapestry/loss/detail/overlap.hpp>
 #include <vector>
 
 namespace tapestry::loss {

@@ -1,7 +1,7 @@
 #pragma once
 #include <concepts>
 #include <memory>
-#include <tapestry/loss/neighbour_steps.hpp>
+#include <tapestry/loss/detail/neighbour_steps.hpp>
 #include <utility>
 #include <vector>
 

@@ -4,8 +4,8 @@
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/detect/head.hpp>
+#include <tapestry/loss/detail/training_terms.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <tapestry/loss/training_terms.hpp>
 #include <vector>
 
 namespace tapestry::loss {

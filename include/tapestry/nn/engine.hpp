@@ -4,11 +4,11 @@
 #include <cstddef>
 #include <optional>
 #include <string_view>
-#include <tapestry/nn/bfloat16.hpp>
-#include <tapestry/nn/convolution.hpp>
-#include <tapestry/nn/convolution_window.hpp>
-#include <tapestry/nn/few_channel_convolution.hpp>
-#include <tapestry/nn/winograd.hpp>
+#include <tapestry/nn/detail/bfloat16.hpp>
+#include <tapestry/nn/detail/convolution.hpp>
+#include <tapestry/nn/detail/convolution_window.hpp>
+#include <tapestry/nn/detail/few_channel_convolution.hpp>
+#include <tapestry/nn/detail/winograd.hpp>
 
 namespace tapestry::nn {
 

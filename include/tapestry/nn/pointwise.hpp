@@ -6,7 +6,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
-#include <tapestry/nn/vector_kernels.hpp>
+#include <tapestry/nn/detail/vector_kernels.hpp>
 
 namespace tapestry::nn {
 namespace detail {

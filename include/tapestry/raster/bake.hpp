@@ -7,7 +7,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/fragment_shader.hpp>
+#include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 

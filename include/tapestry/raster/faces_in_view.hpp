@@ -10,8 +10,8 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
-#include <tapestry/raster/face_boxes.hpp>
-#include <tapestry/raster/view_clip.hpp>
+#include <tapestry/raster/detail/face_boxes.hpp>
+#include <tapestry/raster/detail/view_clip.hpp>
 #include <vector>
 
 namespace tapestry::raster {

@@ -6,8 +6,8 @@
 #include <memory>
 #include <optional>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/raster/fragment_scan.hpp>
-#include <tapestry/raster/tiled_triangles.hpp>
+#include <tapestry/raster/detail/fragment_scan.hpp>
+#include <tapestry/raster/detail/tiled_triangles.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <utility>
 #include <vector>

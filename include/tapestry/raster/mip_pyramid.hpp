@@ -9,7 +9,7 @@
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/raster/mip_levels.hpp>
+#include <tapestry/raster/detail/mip_levels.hpp>
 #include <vector>
 
 namespace tapestry::raster {

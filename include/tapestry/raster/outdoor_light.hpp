@@ -11,8 +11,8 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
+#include <tapestry/raster/detail/parallel_view.hpp>
 #include <tapestry/raster/lighting.hpp>
-#include <tapestry/raster/parallel_view.hpp>
 #include <vector>
 
 namespace tapestry::raster {

@@ -11,11 +11,11 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/geometry/pose.hpp>
-#include <tapestry/raster/light_adjoint.hpp>
-#include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/detail/light_adjoint.hpp>
+#include <tapestry/raster/detail/render_textured.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/silhouette.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
 #include <utility>
 #include <vector>
 

@@ -6,7 +6,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/pose.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <vector>
 

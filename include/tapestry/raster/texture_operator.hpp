@@ -10,10 +10,10 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/raster/fragment_shader.hpp>
+#include <tapestry/raster/detail/fragment_shader.hpp>
+#include <tapestry/raster/detail/texture_tiles.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/lighting.hpp>
-#include <tapestry/raster/texture_tiles.hpp>
 #include <vector>
 
 namespace tapestry::raster {

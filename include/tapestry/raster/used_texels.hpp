@@ -9,7 +9,7 @@
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/raster/fragment_shader.hpp>  // require_layout
+#include <tapestry/raster/detail/fragment_shader.hpp>  // require_layout
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <vector>

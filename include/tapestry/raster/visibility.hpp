@@ -6,8 +6,8 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/raster_kernels.hpp>
-#include <tapestry/raster/triangle_setup.hpp>
+#include <tapestry/raster/detail/raster_kernels.hpp>
+#include <tapestry/raster/detail/triangle_setup.hpp>
 #include <vector>
 
 namespace tapestry::raster {

@@ -1,10 +1,10 @@
-#include <tapestry/autodiff/arrays/unary.hpp>
+#include <tapestry/autodiff/detail/arrays/unary.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <tapestry/autodiff/arrays/reduction.hpp>
+#include <tapestry/autodiff/detail/arrays/reduction.hpp>
 #include <vector>
 
 #include "../../support/catch.hpp"

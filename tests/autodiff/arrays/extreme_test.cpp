@@ -1,4 +1,4 @@
-#include <tapestry/autodiff/arrays/extreme.hpp>
+#include <tapestry/autodiff/detail/arrays/extreme.hpp>
 
 #include <cmath>
 #include <cstddef>

@@ -1,8 +1,8 @@
-#include <tapestry/autodiff/arrays/join.hpp>
+#include <tapestry/autodiff/detail/arrays/join.hpp>
 
 #include <cstddef>
 #include <span>
-#include <tapestry/autodiff/arrays/reduction.hpp>
+#include <tapestry/autodiff/detail/arrays/reduction.hpp>
 #include <vector>
 
 #include "../../support/catch.hpp"

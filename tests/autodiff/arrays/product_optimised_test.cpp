@@ -1,11 +1,11 @@
-#include <tapestry/autodiff/arrays/product.hpp>
+#include <tapestry/autodiff/detail/arrays/product.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <tapestry/autodiff/arrays/reduction.hpp>
-#include <tapestry/autodiff/arrays/view.hpp>
+#include <tapestry/autodiff/detail/arrays/reduction.hpp>
+#include <tapestry/autodiff/detail/arrays/view.hpp>
 
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"

@@ -1,8 +1,8 @@
-#include <tapestry/autodiff/arrays/view.hpp>
+#include <tapestry/autodiff/detail/arrays/view.hpp>
 
 #include <cmath>
 #include <cstddef>
-#include <tapestry/autodiff/arrays/elementwise.hpp>
+#include <tapestry/autodiff/detail/arrays/elementwise.hpp>
 
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"

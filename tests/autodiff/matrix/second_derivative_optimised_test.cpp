@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <span>
 #include <tapestry/autodiff/derivatives.hpp>
+#include <tapestry/autodiff/detail/matrix/product.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
-#include <tapestry/autodiff/matrix/product.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
 #include <vector>
 

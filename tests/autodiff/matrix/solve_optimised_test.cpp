@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 #include <tapestry/autodiff/derivatives.hpp>
+#include <tapestry/autodiff/detail/matrix/product.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
-#include <tapestry/autodiff/matrix/product.hpp>
 #include <utility>
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include <tapestry/autodiff/matrix/sparse_solve.hpp>
+#include <tapestry/autodiff/detail/matrix/sparse_solve.hpp>
 
 #include <cmath>
 #include <cstddef>

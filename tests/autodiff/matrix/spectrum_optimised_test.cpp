@@ -2,9 +2,9 @@
 #include <Eigen/SVD>
 #include <cmath>
 #include <limits>
-#include <tapestry/autodiff/matrix/eigenvalues.hpp>
-#include <tapestry/autodiff/matrix/product.hpp>
-#include <tapestry/autodiff/matrix/singular_values.hpp>
+#include <tapestry/autodiff/detail/matrix/eigenvalues.hpp>
+#include <tapestry/autodiff/detail/matrix/product.hpp>
+#include <tapestry/autodiff/detail/matrix/singular_values.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
 
 #include "matrix_gradient.hpp"

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <set>
 #include <string>
+#include <tapestry/camouflage/detail/method/method.hpp>
 #include <tapestry/camouflage/method/comparators.hpp>
-#include <tapestry/camouflage/method/method.hpp>
 #include <tapestry/camouflage/paint.hpp>
 #include <vector>
 

@@ -1,5 +1,5 @@
+#include <tapestry/image/detail/transform/own_transformation.hpp>
 #include <tapestry/image/transform/chain.hpp>
-#include <tapestry/image/transform/own_transformation.hpp>
 
 #include <cmath>
 #include <cstddef>

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <numbers>
 #include <tapestry/image/colour_space.hpp>
-#include <tapestry/image/transform/camera_effects.hpp>
+#include <tapestry/image/detail/transform/camera_effects.hpp>
+#include <tapestry/image/detail/transform/warp.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
-#include <tapestry/image/transform/warp.hpp>
 #include <vector>
 #if defined(TAPESTRY_JPEG)
 #include <turbojpeg.h>

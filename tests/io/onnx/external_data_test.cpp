@@ -1,4 +1,4 @@
-#include <tapestry/io/onnx/external_data.hpp>
+#include <tapestry/io/detail/onnx/external_data.hpp>
 
 #include <cstddef>
 #include <filesystem>

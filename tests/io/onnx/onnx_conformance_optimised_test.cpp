@@ -1,8 +1,8 @@
 // Runs ONNX's own test vectors, as Debian's package libonnx-testdata installs them: a model, and for each set
 // of inputs what a reference implementation made of them.
 #include <tapestry/io/onnx/onnx_file.hpp>
+#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <tapestry/nn/network/operators.hpp>
 
 #include <algorithm>
 #include <bit>

@@ -1,7 +1,7 @@
 #include <cstdint>
 #include <set>
 #include <string>
-#include <tapestry/nn/network/operators.hpp>
+#include <tapestry/nn/detail/network/operators.hpp>
 #include <vector>
 
 #include "../../support/operator_case.hpp"

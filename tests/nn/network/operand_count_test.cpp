@@ -4,7 +4,7 @@
 #include <map>
 #include <set>
 #include <string>
-#include <tapestry/nn/network/operators.hpp>
+#include <tapestry/nn/detail/network/operators.hpp>
 #include <utility>
 
 #include "../../support/operator_case.hpp"

@@ -1,5 +1,5 @@
+#include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
-#include <tapestry/nn/network/simplify/editable_graph.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <string>
-#include <tapestry/autodiff/arrays/reduction.hpp>
+#include <tapestry/autodiff/detail/arrays/reduction.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>

@@ -4,7 +4,7 @@
 #include <Eigen/QR>
 #include <memory>
 #include <string>
-#include <tapestry/autodiff/matrix/record_matrix.hpp>
+#include <tapestry/autodiff/detail/matrix/record_matrix.hpp>
 #include <tapestry/core/error.hpp>
 
 namespace tapestry {

@@ -1,36 +1,12 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
 #include <iterator>
-#include <map>
-#include <memory>
-#include <mutex>
-#include <numeric>
-#include <optional>
-#include <span>
-#include <string>
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/autodiff/variable.hpp>
-#include <tapestry/camouflage/drawn_views.hpp>
-#include <tapestry/camouflage/ensemble.hpp>
+#include <tapestry/camouflage/detail/drawn_views.hpp>
 #include <tapestry/camouflage/objective.hpp>
-#include <tapestry/camouflage/objective_terms.hpp>
-#include <tapestry/camouflage/photo_session.hpp>
-#include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/detect/heat_map.hpp>
-#include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/loss/adversarial.hpp>
 #include <tapestry/loss/attention.hpp>
 #include <tapestry/loss/printability.hpp>
 #include <tapestry/loss/smoothness.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 

@@ -1,27 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <string_view>
-#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/image/transform/colour_change.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/face_charts.hpp>
-#include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 

@@ -1,42 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
-#include <optional>
-#include <span>
-#include <string>
-#include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/camouflage/drawn_views.hpp>
-#include <tapestry/camouflage/photo_light.hpp>
+#include <tapestry/camouflage/detail/drawn_views.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
-#include <tapestry/image/transform/chain.hpp>
-#include <tapestry/io/frame.hpp>
 #include <tapestry/loss/smoothness.hpp>
-#include <tapestry/raster/estimated_light.hpp>
-#include <tapestry/raster/fragments.hpp>
-#include <tapestry/raster/mip_pyramid.hpp>
-#include <tapestry/raster/outdoor_light.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/texture_operator.hpp>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace tapestry::camouflage::detail {
 

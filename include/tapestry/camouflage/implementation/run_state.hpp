@@ -1,14 +1,5 @@
 #pragma once
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <span>
-#include <string>
-#include <tapestry/camouflage/objective_terms.hpp>
 #include <tapestry/camouflage/run_state.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/npy.hpp>
 
 namespace tapestry::camouflage::detail {

@@ -1,26 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <string>
-#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/point_columns.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/image/over.hpp>
-#include <tapestry/loss/mesh_regularity.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/render_variable.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 

@@ -1,28 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <chrono>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <functional>
-#include <memory>
-#include <numeric>
-#include <optional>
-#include <span>
-#include <string>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/autodiff/tape.hpp>
-#include <tapestry/camouflage/objective.hpp>
-#include <tapestry/camouflage/objective_terms.hpp>
-#include <tapestry/camouflage/photo_session.hpp>
-#include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/training.hpp>
-#include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/optim/adam.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 

@@ -1,35 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <functional>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <string>
-#include <tapestry/camouflage/photo_light.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/over.hpp>
-#include <tapestry/image/pixel_window.hpp>
-#include <tapestry/io/frame.hpp>
 #include <tapestry/raster/cropped.hpp>
 #include <tapestry/raster/fitted_camera.hpp>
-#include <tapestry/raster/mip_pyramid.hpp>
-#include <tapestry/raster/texture_operator.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage::detail {
 

@@ -4,7 +4,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <tapestry/camouflage/method/method.hpp>
+#include <tapestry/camouflage/detail/method/method.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 

@@ -3,7 +3,7 @@
 #include <concepts>
 #include <cstdint>
 #include <string>
-#include <tapestry/camouflage/method/method.hpp>
+#include <tapestry/camouflage/detail/method/method.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 

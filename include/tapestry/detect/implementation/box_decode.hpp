@@ -1,23 +1,13 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
 #include <span>
-#include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_decode_variable.hpp>
 #include <tapestry/detect/box_formula.hpp>
-#include <tapestry/detect/box_grid.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/class_score.hpp>
-#include <tapestry/detect/head.hpp>
+#include <tapestry/detect/detail/box_grid.hpp>
 #include <tapestry/detect/suppression.hpp>
-#include <vector>
 
 namespace tapestry::detect::detail {
 

@@ -1,20 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <map>
-#include <string>
-#include <string_view>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/random.hpp>
 #include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/network_config.hpp>
-#include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/detect/pass.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::detect {
 

@@ -1,33 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <charconv>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <string>
-#include <string_view>
-#include <system_error>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/decoded_outputs.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/detector_description.hpp>
-#include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/implementation/detector/claim.hpp>
 #include <tapestry/detect/implementation/detector/foreign.hpp>
 #include <tapestry/detect/implementation/detector/passes.hpp>
-#include <tapestry/detect/suppression.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/image/letterbox.hpp>
-#include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/network.hpp>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace tapestry::detect {
 

@@ -1,23 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <numeric>
-#include <string>
-#include <string_view>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/detect/decoded_outputs.hpp>
 #include <tapestry/detect/detector_description.hpp>
-#include <tapestry/detect/head.hpp>
-#include <tapestry/detect/input_encoding.hpp>
-#include <tapestry/image/letterbox.hpp>
-#include <tapestry/nn/network/description.hpp>
-#include <tuple>
-#include <utility>
-#include <vector>
 
 namespace tapestry::detect {
 

@@ -1,19 +1,5 @@
 #pragma once
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/detector_variable.hpp>
-#include <tapestry/detect/input_encoding.hpp>
-#include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/detect/pass.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::detect {
 

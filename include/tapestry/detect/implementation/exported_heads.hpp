@@ -1,22 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <functional>
-#include <map>
-#include <optional>
 #include <set>
-#include <string>
-#include <string_view>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/detect/decoded_outputs.hpp>
-#include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
-#include <tapestry/detect/head.hpp>
-#include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/tensor.hpp>
-#include <vector>
 
 namespace tapestry::detect::detail {
 

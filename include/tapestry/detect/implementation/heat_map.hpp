@@ -1,20 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <optional>
-#include <string>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_formula.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/class_score.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/detect/heat_map.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::detect {
 

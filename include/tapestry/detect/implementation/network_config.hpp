@@ -1,17 +1,7 @@
 #pragma once
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <string>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network_config.hpp>
-#include <tapestry/detect/network_config/layer.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/nn/activation.hpp>
-#include <vector>
 
 namespace tapestry::detect::detail {
 

@@ -1,20 +1,8 @@
 #pragma once
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
 #include <string_view>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
-#include <tapestry/evaluate/average_precision/class_matches.hpp>
-#include <tuple>
-#include <utility>
-#include <vector>
 
 namespace tapestry::evaluate::detail {
 

@@ -1,21 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <string>
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/controls.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/texture_layout.hpp>
-#include <tapestry/raster/used_texels.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::evaluate::detail {
 

@@ -1,14 +1,10 @@
 #pragma once
 #include <algorithm>
-#include <array>
-#include <cstddef>
 #include <numeric>
-#include <string>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/evaluate/fate.hpp>
+#include <tapestry/evaluate/detail/fate.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <vector>
 
 namespace tapestry::evaluate {
 

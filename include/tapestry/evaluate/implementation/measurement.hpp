@@ -1,40 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <mutex>
-#include <numeric>
-#include <optional>
-#include <string>
-#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/heat_map.hpp>
-#include <tapestry/detect/pass.hpp>
-#include <tapestry/detect/suppression.hpp>
-#include <tapestry/evaluate/controls.hpp>
-#include <tapestry/evaluate/detection_rate.hpp>
-#include <tapestry/evaluate/fate.hpp>
 #include <tapestry/evaluate/measurement.hpp>
-#include <tapestry/evaluate/meter.hpp>
-#include <tapestry/evaluate/paired_bootstrap.hpp>
-#include <tapestry/evaluate/views.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/image/transform/chain.hpp>
-#include <tapestry/loss/prediction.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::evaluate {
 

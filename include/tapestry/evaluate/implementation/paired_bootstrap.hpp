@@ -1,18 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <numbers>
 #include <numeric>
-#include <string>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
-#include <vector>
 
 namespace tapestry::evaluate::detail {
 

@@ -1,18 +1,5 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/evaluate/detection_rate.hpp>
-#include <tapestry/evaluate/measurement.hpp>
-#include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
-#include <tapestry/evaluate/views.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::evaluate {
 

@@ -1,15 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <string>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/implementation/paired_bootstrap.hpp>
-#include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/two_level_difference.hpp>
-#include <vector>
 
 namespace tapestry::evaluate::detail {
 

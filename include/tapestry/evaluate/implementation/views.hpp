@@ -1,25 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <numbers>
-#include <optional>
-#include <string>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/views.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/image/letterbox.hpp>
-#include <tapestry/image/pixel_window.hpp>
-#include <tapestry/io/frame.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::evaluate {
 

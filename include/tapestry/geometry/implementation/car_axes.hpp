@@ -1,15 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
 #include <tapestry/geometry/car_axes.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <vector>
 
 namespace tapestry::geometry::detail {
 

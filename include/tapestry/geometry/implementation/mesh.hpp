@@ -1,21 +1,11 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <map>
 #include <numbers>
-#include <string>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/geometry/shapes.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::geometry {
 

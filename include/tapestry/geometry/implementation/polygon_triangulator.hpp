@@ -1,17 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <span>
-#include <tapestry/geometry/orientation.hpp>
-#include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/geometry/polygon_triangulator.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::geometry::detail {
 

@@ -1,18 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
-#include <tapestry/image/pixel_window.hpp>
-#include <vector>
 
 namespace tapestry::image::detail {
 

@@ -1,18 +1,11 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/image/resize.hpp>
-#include <vector>
 
 namespace tapestry::image::detail {
 

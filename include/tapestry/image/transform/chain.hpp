@@ -6,10 +6,10 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/image/transform/camera_effects.hpp>
+#include <tapestry/image/detail/transform/camera_effects.hpp>
+#include <tapestry/image/detail/transform/own_transformation.hpp>
+#include <tapestry/image/detail/transform/warp.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
-#include <tapestry/image/transform/own_transformation.hpp>
-#include <tapestry/image/transform/warp.hpp>
 #include <variant>
 #include <vector>
 

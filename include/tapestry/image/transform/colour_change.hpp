@@ -8,7 +8,7 @@
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/image/transform/matrix3.hpp>
+#include <tapestry/image/detail/transform/matrix3.hpp>
 
 namespace tapestry::image::detail {
 

@@ -8,20 +8,13 @@
 #include <cctype>
 #include <cerrno>
 #include <concepts>
-#include <cstddef>
 #include <cstring>
 #include <filesystem>
-#include <initializer_list>
 #include <iterator>
 #include <new>
-#include <span>
-#include <string>
-#include <string_view>
 #include <system_error>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::io::detail {

@@ -7,13 +7,13 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/bmp_file.hpp>
+#include <tapestry/io/detail/bmp_file.hpp>
+#include <tapestry/io/detail/png_scan.hpp>
+#include <tapestry/io/detail/pnm_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/implementation/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
-#include <tapestry/io/png_scan.hpp>
-#include <tapestry/io/pnm_file.hpp>
 #include <utility>
 #include <vector>
 

@@ -1,25 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <map>
-#include <span>
-#include <string>
-#include <string_view>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
-#include <tapestry/core/huge_pages.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/detect/network_config.hpp>
-#include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
+#include <tapestry/io/detail/npy_header.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/npy_header.hpp>
-#include <tapestry/io/safetensors_file.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io {
 

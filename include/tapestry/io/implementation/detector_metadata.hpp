@@ -16,12 +16,12 @@
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
+#include <tapestry/io/detail/safetensors_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/io/read_detector.hpp>
-#include <tapestry/io/safetensors_file.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <tapestry/io/text_lists.hpp>
 #include <tapestry/nn/engine.hpp>

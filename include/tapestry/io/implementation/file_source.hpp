@@ -1,24 +1,12 @@
 #pragma once
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
-#include <algorithm>
-#include <array>
 #include <bit>
 #include <cerrno>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
-#include <filesystem>
-#include <span>
-#include <string>
-#include <string_view>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/input_ledger.hpp>
 #include <tuple>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io {
 

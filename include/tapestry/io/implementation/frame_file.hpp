@@ -1,26 +1,13 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <span>
-#include <string>
-#include <system_error>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/frame.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/implementation/frame_members.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/npy.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io::detail {
 

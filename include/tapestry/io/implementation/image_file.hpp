@@ -1,21 +1,13 @@
 #pragma once
-#include <algorithm>
 #include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/bmp_file.hpp>
+#include <tapestry/io/detail/bmp_file.hpp>
+#include <tapestry/io/detail/png_scan.hpp>
+#include <tapestry/io/detail/pnm_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
-#include <tapestry/io/png_scan.hpp>
-#include <tapestry/io/pnm_file.hpp>
-#include <vector>
 
 namespace tapestry::io::detail {
 

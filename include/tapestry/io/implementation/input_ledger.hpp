@@ -2,13 +2,10 @@
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
-#include <mutex>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/input_ledger.hpp>
 #include <utility>
-#include <vector>
 
 namespace tapestry::io {
 namespace detail {

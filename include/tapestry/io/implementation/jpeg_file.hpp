@@ -1,12 +1,5 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <string_view>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/jpeg_file.hpp>
-#include <vector>
 
 namespace tapestry::io {
 

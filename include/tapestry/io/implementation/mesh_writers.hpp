@@ -1,26 +1,11 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <charconv>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/raster/face_charts.hpp>
-#include <tapestry/raster/mip_pyramid.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <vector>
 
 namespace tapestry::io::detail {
 

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/io/detail/name_numbers.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/name_numbers.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <utility>

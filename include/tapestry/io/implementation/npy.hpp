@@ -1,26 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <span>
-#include <string>
-#include <string_view>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/file_source.hpp>
-#include <tapestry/io/name_numbers.hpp>
+#include <tapestry/io/detail/zip_writer.hpp>
 #include <tapestry/io/npy.hpp>
-#include <tapestry/io/npy_header.hpp>
-#include <tapestry/io/zip_archive.hpp>
-#include <tapestry/io/zip_writer.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io::detail {
 

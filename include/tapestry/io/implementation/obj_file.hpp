@@ -1,22 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <string_view>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/io/file_source.hpp>
-#include <tapestry/io/name_numbers.hpp>
+#include <tapestry/io/detail/name_numbers.hpp>
+#include <tapestry/io/detail/obj_file/parsing.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/io/obj_file/parsing.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io::detail {
 

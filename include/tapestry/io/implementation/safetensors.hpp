@@ -13,11 +13,11 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/detail/npy_header.hpp>
+#include <tapestry/io/detail/number_formats.hpp>
+#include <tapestry/io/detail/safetensors_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/json.hpp>
-#include <tapestry/io/npy_header.hpp>
-#include <tapestry/io/number_formats.hpp>
-#include <tapestry/io/safetensors_file.hpp>
 #include <utility>
 #include <vector>
 

@@ -1,21 +1,14 @@
 #pragma once
-#include <algorithm>
 #include <charconv>
-#include <cstddef>
-#include <cstdint>
 #include <ranges>
-#include <string>
 #include <string_view>
 #include <system_error>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/io/detail/name_numbers.hpp>
+#include <tapestry/io/detail/number_formats.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/name_numbers.hpp>
-#include <tapestry/io/number_formats.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <tapestry/io/text_lists.hpp>
-#include <vector>
 
 namespace tapestry::io {
 

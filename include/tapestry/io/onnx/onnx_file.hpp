@@ -6,7 +6,7 @@
 #include <string_view>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/io/onnx/protobuf_message.hpp>
+#include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/network/tensor.hpp>

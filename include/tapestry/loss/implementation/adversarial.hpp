@@ -1,18 +1,10 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <span>
 #include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/adversarial.hpp>
-#include <tapestry/loss/adversarial_terms.hpp>
-#include <tapestry/loss/box_assignment.hpp>
-#include <tapestry/loss/prediction_variable.hpp>
-#include <tapestry/loss/responsible.hpp>
-#include <vector>
+#include <tapestry/loss/detail/box_assignment.hpp>
+#include <tapestry/loss/detail/prediction_variable.hpp>
 
 namespace tapestry::loss::detail {
 

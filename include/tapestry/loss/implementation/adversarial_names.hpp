@@ -6,10 +6,10 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/adversarial.hpp>
-#include <tapestry/loss/adversarial_terms.hpp>
-#include <tapestry/loss/box_assignment.hpp>
-#include <tapestry/loss/prediction_variable.hpp>
-#include <tapestry/loss/responsible.hpp>
+#include <tapestry/loss/detail/adversarial_terms.hpp>
+#include <tapestry/loss/detail/box_assignment.hpp>
+#include <tapestry/loss/detail/prediction_variable.hpp>
+#include <tapestry/loss/detail/responsible.hpp>
 
 namespace tapestry::loss {
 

@@ -1,15 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <limits>
-#include <optional>
-#include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/loss/adversarial_terms.hpp>
-#include <tapestry/loss/overlap.hpp>
-#include <tapestry/loss/responsible.hpp>
-#include <vector>
+#include <tapestry/loss/detail/adversarial_terms.hpp>
 
 namespace tapestry::loss::detail {
 

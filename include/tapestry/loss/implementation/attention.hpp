@@ -1,12 +1,6 @@
 #pragma once
-#include <cmath>
-#include <concepts>
-#include <cstddef>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/loss/attention.hpp>
-#include <vector>
 
 namespace tapestry::loss::detail {
 

@@ -6,7 +6,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/loss/box_assignment.hpp>
+#include <tapestry/loss/detail/box_assignment.hpp>
 #include <tapestry/loss/prediction.hpp>
 #include <vector>
 

@@ -1,19 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <memory>
 #include <numeric>
-#include <string>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/cross_entropy.hpp>
-#include <tapestry/loss/logistic.hpp>
-#include <utility>
-#include <vector>
+#include <tapestry/loss/detail/logistic.hpp>
 
 namespace tapestry::loss::detail {
 

@@ -1,15 +1,6 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/loss/mesh_regularity.hpp>
-#include <vector>
 
 namespace tapestry::loss::detail {
 

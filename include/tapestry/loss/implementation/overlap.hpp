@@ -1,8 +1,8 @@
 #pragma once
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/loss/adversarial_terms.hpp>
-#include <tapestry/loss/overlap.hpp>
-#include <tapestry/loss/responsible.hpp>
+#include <tapestry/loss/detail/adversarial_terms.hpp>
+#include <tapestry/loss/detail/overlap.hpp>
+#include <tapestry/loss/detail/responsible.hpp>
 
 namespace tapestry::loss::detail {
 

@@ -1,15 +1,8 @@
 #pragma once
-#include <concepts>
-#include <memory>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/loss/neighbour_steps.hpp>
+#include <tapestry/loss/detail/neighbour_steps.hpp>
+#include <tapestry/loss/detail/total_variation.hpp>
 #include <tapestry/loss/printability.hpp>
-#include <tapestry/loss/total_variation.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::loss {
 

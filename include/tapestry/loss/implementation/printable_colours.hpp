@@ -7,9 +7,9 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/loss/neighbour_steps.hpp>
+#include <tapestry/loss/detail/neighbour_steps.hpp>
+#include <tapestry/loss/detail/total_variation.hpp>
 #include <tapestry/loss/printability.hpp>
-#include <tapestry/loss/total_variation.hpp>
 
 namespace tapestry::loss {
 

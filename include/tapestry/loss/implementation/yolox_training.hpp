@@ -1,21 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/loss/box_assignment.hpp>
+#include <tapestry/loss/detail/prediction_variable.hpp>
 #include <tapestry/loss/implementation/yolo_training.hpp>
-#include <tapestry/loss/prediction.hpp>
-#include <tapestry/loss/prediction_variable.hpp>
-#include <tapestry/loss/training_terms.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/loss/yolox_training.hpp>
-#include <vector>
 
 namespace tapestry::loss::detail {
 

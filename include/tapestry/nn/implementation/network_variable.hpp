@@ -1,23 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <string>
-#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/operation.hpp>
-#include <tapestry/nn/network/operator_context.hpp>
-#include <tapestry/nn/network/operators.hpp>
-#include <tapestry/nn/network/tensor.hpp>
+#include <tapestry/nn/detail/network/operator_context.hpp>
+#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/network_variable.hpp>
-#include <tapestry/nn/workspace.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn::detail {
 

@@ -1,7 +1,5 @@
 #pragma once
-#include <concepts>
-#include <tapestry/nn/vector_kernels.hpp>
-#include <type_traits>
+#include <tapestry/nn/detail/vector_kernels.hpp>
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -20,7 +18,7 @@ namespace tapestry::nn {
 #pragma GCC optimize("O3")
 #endif
 
-#define TAPESTRY_KERNELS <tapestry/nn/vector_kernels.inl>
+#define TAPESTRY_KERNELS <tapestry/nn/detail/vector_kernels.inl>
 #include <tapestry/core/for_each_instruction_set.inl>
 
 #if defined(__x86_64__)  // the last set: only its bfloat16 kernels are used
@@ -34,7 +32,7 @@ namespace tapestry::nn {
 namespace avx512_bf16 {
 #define TAPESTRY_BFLOAT16
 #define TAPESTRY_VECTOR_BYTES 64
-#include <tapestry/nn/vector_kernels.inl>
+#include <tapestry/nn/detail/vector_kernels.inl>
 #undef TAPESTRY_VECTOR_BYTES
 #undef TAPESTRY_BFLOAT16
 }  // namespace avx512_bf16

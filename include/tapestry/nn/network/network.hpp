@@ -6,11 +6,11 @@
 #include <span>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
-#include <tapestry/nn/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/network/window_plan.hpp>
 #include <utility>
 #include <vector>

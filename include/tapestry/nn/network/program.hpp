@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 #include <tapestry/core/scoped_timer.hpp>
-#include <tapestry/nn/network/operation.hpp>
+#include <tapestry/nn/detail/network/operation.hpp>
 #include <tapestry/nn/network/tensor.hpp>
 #include <utility>
 #include <vector>

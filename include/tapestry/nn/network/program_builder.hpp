@@ -7,10 +7,10 @@
 #include <set>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/nn/detail/network/operators.hpp>
+#include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/operators.hpp>
 #include <tapestry/nn/network/program.hpp>
-#include <tapestry/nn/network/simplify/editable_graph.hpp>
 #include <vector>
 
 namespace tapestry::nn {

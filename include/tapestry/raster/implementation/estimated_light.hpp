@@ -1,23 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <numbers>
-#include <optional>
-#include <string>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/estimated_light.hpp>
-#include <tapestry/raster/lighting.hpp>
-#include <tapestry/raster/outdoor_light.hpp>
-#include <tapestry/raster/parallel_view.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

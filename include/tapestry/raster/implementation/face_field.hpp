@@ -1,20 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <atomic>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/raster/cell_grid.hpp>
-#include <tapestry/raster/crossing_faces.hpp>
-#include <tapestry/raster/face_field.hpp>
-#include <tapestry/raster/face_weights.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
-#include <tapestry/raster/pixel_rays.hpp>
-#include <vector>
+#include <tapestry/raster/detail/face_field.hpp>
 
 namespace tapestry::raster {
 

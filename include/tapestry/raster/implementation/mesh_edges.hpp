@@ -11,7 +11,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
-#include <tapestry/raster/crossing_faces.hpp>
+#include <tapestry/raster/detail/crossing_faces.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tuple>
 #include <vector>

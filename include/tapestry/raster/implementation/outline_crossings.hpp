@@ -8,7 +8,7 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/deferred.hpp>
-#include <tapestry/raster/pixel_rays.hpp>
+#include <tapestry/raster/detail/pixel_rays.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <vector>
 

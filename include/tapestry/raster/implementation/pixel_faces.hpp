@@ -8,9 +8,9 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/raster/deferred.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/implementation/outline_crossings.hpp>
 #include <tapestry/raster/render_variable.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <utility>
 

@@ -1,5 +1,5 @@
 #pragma once
-#include <tapestry/raster/raster_kernels.hpp>
+#include <tapestry/raster/detail/raster_kernels.hpp>
 
 /// \file
 /// The kernels of raster_kernels.hpp, compiled for each instruction set by target attributes, so that a build
@@ -19,7 +19,7 @@ namespace tapestry::raster {
 #endif
 
 #define TAPESTRY_WIDE_LOOPS
-#define TAPESTRY_KERNELS <tapestry/raster/raster_kernels.inl>
+#define TAPESTRY_KERNELS <tapestry/raster/detail/raster_kernels.inl>
 #include <tapestry/core/for_each_instruction_set.inl>
 #undef TAPESTRY_WIDE_LOOPS
 

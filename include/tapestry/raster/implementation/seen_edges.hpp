@@ -8,18 +8,18 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
-#include <tapestry/raster/crossing_faces.hpp>
-#include <tapestry/raster/face_field.hpp>
+#include <tapestry/raster/detail/crossing_faces.hpp>
+#include <tapestry/raster/detail/face_field.hpp>
+#include <tapestry/raster/detail/surface.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
+#include <tapestry/raster/detail/vertex_gradient/edge_line.hpp>
+#include <tapestry/raster/detail/vertex_gradient/interior.hpp>
+#include <tapestry/raster/detail/vertex_gradient/intersections.hpp>
+#include <tapestry/raster/detail/vertex_gradient/outlines.hpp>
+#include <tapestry/raster/detail/vertex_gradient/pixel_map.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/silhouette.hpp>
-#include <tapestry/raster/surface.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
-#include <tapestry/raster/vertex_gradient/edge_line.hpp>
-#include <tapestry/raster/vertex_gradient/interior.hpp>
-#include <tapestry/raster/vertex_gradient/intersections.hpp>
-#include <tapestry/raster/vertex_gradient/outlines.hpp>
-#include <tapestry/raster/vertex_gradient/pixel_map.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <vector>
 

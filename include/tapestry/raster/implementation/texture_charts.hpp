@@ -10,7 +10,7 @@
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/raster/bake.hpp>
-#include <tapestry/raster/fragment_shader.hpp>
+#include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <utility>

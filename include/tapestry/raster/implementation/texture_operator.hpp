@@ -1,30 +1,11 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
-#include <optional>
-#include <string>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/raster/fragment_shader.hpp>
-#include <tapestry/raster/fragments.hpp>
-#include <tapestry/raster/light_adjoint.hpp>
-#include <tapestry/raster/lighting.hpp>
-#include <tapestry/raster/render_textured.hpp>
+#include <tapestry/raster/detail/light_adjoint.hpp>
+#include <tapestry/raster/detail/render_textured.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/silhouette.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <tapestry/raster/texture_tiles.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::raster {
 

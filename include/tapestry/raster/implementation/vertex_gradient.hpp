@@ -1,28 +1,8 @@
 #pragma once
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/raster/crossing_faces.hpp>
-#include <tapestry/raster/face_field.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
+#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/silhouette.hpp>
-#include <tapestry/raster/surface.hpp>
-#include <tapestry/raster/vertex_gradient.hpp>
-#include <tapestry/raster/vertex_gradient/edge_line.hpp>
-#include <tapestry/raster/vertex_gradient/interior.hpp>
-#include <tapestry/raster/vertex_gradient/intersections.hpp>
-#include <tapestry/raster/vertex_gradient/outlines.hpp>
-#include <tapestry/raster/vertex_gradient/pixel_map.hpp>
-#include <tapestry/raster/visibility.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

@@ -1,20 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/pixel_rays.hpp>
-#include <tapestry/raster/tiled_triangles.hpp>
+#include <tapestry/raster/detail/pixel_rays.hpp>
+#include <tapestry/raster/detail/tiled_triangles.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

@@ -1,12 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/segment/car_component.hpp>
-#include <vector>
 
 namespace tapestry::segment {
 

@@ -1,22 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <map>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/finite.hpp>
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/image/resize.hpp>
-#include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/network.hpp>
-#include <tapestry/nn/workspace.hpp>
 #include <tapestry/segment/u2_net.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::segment::detail {
 

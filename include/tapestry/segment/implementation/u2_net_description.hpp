@@ -1,16 +1,8 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <string>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/nn/network/description.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::segment::detail {
 

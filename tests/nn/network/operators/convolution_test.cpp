@@ -1,4 +1,4 @@
-#include <tapestry/nn/network/operators/convolution.hpp>
+#include <tapestry/nn/detail/network/operators/convolution.hpp>
 
 #include <cstdint>
 #include <string>

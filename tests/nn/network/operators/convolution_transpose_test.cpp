@@ -1,4 +1,4 @@
-#include <tapestry/nn/network/operators/convolution_transpose.hpp>
+#include <tapestry/nn/detail/network/operators/convolution_transpose.hpp>
 
 #include <cstdint>
 #include <limits>

@@ -1,5 +1,5 @@
+#include <tapestry/nn/detail/network/operators/gather.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <tapestry/nn/network/operators/gather.hpp>
 
 #include <cmath>
 #include <limits>

@@ -1,24 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
-#include <string>
 #include <tapestry/camouflage/method/comparators.hpp>
-#include <tapestry/camouflage/method/method.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 

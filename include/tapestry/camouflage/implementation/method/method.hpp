@@ -1,27 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
-#include <optional>
-#include <string>
-#include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/camouflage/method/method.hpp>
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/transform.hpp>
+#include <tapestry/camouflage/detail/method/method.hpp>
 #include <tapestry/image/transform/chain.hpp>
 #include <tapestry/raster/bake.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 

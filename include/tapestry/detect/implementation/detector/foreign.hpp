@@ -9,11 +9,11 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/decoded_outputs.hpp>
+#include <tapestry/detect/detail/input_encoding.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/implementation/detector/claim.hpp>
-#include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network.hpp>

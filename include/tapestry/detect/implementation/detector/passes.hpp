@@ -6,9 +6,9 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/detect/detail/input_encoding.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/implementation/detector/claim.hpp>
-#include <tapestry/detect/input_encoding.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/nn/pointwise.hpp>

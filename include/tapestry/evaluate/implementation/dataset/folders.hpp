@@ -11,7 +11,7 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/evaluate/dataset/dataset.hpp>
 #include <tapestry/evaluate/dataset/readers.hpp>
-#include <tapestry/evaluate/dataset/xml_reader.hpp>
+#include <tapestry/evaluate/detail/dataset/xml_reader.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <utility>

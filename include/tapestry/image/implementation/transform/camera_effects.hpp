@@ -1,17 +1,7 @@
 #pragma once
-#include <algorithm>
 #include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <cstdlib>
-#include <string>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/image/transform/camera_effects.hpp>
-#include <tapestry/image/transform/colour_change.hpp>
-#include <vector>
+#include <tapestry/image/detail/transform/camera_effects.hpp>
 
 namespace tapestry::image::detail {
 

@@ -1,22 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <string>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/image/transform/camera_effects.hpp>
 #include <tapestry/image/transform/chain.hpp>
-#include <tapestry/image/transform/colour_change.hpp>
-#include <tapestry/image/transform/warp.hpp>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace tapestry::image::detail {
 

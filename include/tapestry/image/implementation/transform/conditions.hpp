@@ -8,11 +8,11 @@
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/image/transform/camera_effects.hpp>
+#include <tapestry/image/detail/transform/camera_effects.hpp>
+#include <tapestry/image/detail/transform/matrix3.hpp>
+#include <tapestry/image/detail/transform/warp.hpp>
 #include <tapestry/image/transform/chain.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
-#include <tapestry/image/transform/matrix3.hpp>
-#include <tapestry/image/transform/warp.hpp>
 #include <vector>
 
 namespace tapestry::image::detail {

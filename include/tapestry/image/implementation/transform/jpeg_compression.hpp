@@ -7,9 +7,9 @@
 #include <numbers>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/image/transform/camera_effects.hpp>
+#include <tapestry/image/detail/transform/camera_effects.hpp>
+#include <tapestry/image/detail/transform/matrix3.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
-#include <tapestry/image/transform/matrix3.hpp>
 
 namespace tapestry::image::detail {
 

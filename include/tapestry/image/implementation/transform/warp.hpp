@@ -1,12 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
+#include <tapestry/image/detail/transform/warp.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
-#include <tapestry/image/transform/warp.hpp>
 
 namespace tapestry::image::detail {
 

@@ -1,20 +1,9 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/network_config.hpp>
-#include <tapestry/io/darknet/known_keys.hpp>
-#include <tapestry/io/darknet/layer_parsing.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/darknet/section.hpp>
+#include <tapestry/io/detail/darknet/known_keys.hpp>
+#include <tapestry/io/detail/darknet/layer_parsing.hpp>
+#include <tapestry/io/detail/darknet/section.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/file_source.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io::detail {
 

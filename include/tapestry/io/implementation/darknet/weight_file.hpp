@@ -13,8 +13,8 @@
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
+#include <tapestry/io/detail/number_formats.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/number_formats.hpp>
 #include <vector>
 
 namespace tapestry::io::detail {

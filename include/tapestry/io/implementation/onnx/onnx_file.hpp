@@ -1,28 +1,12 @@
 #pragma once
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <optional>
 #include <set>
-#include <span>
-#include <string>
-#include <string_view>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/io/detail/onnx/external_data.hpp>
+#include <tapestry/io/detail/onnx/graph.hpp>
+#include <tapestry/io/detail/onnx/node.hpp>
+#include <tapestry/io/detail/onnx/tensor.hpp>
+#include <tapestry/io/detail/onnx/tensor_elements.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/number_formats.hpp>
-#include <tapestry/io/onnx/external_data.hpp>
-#include <tapestry/io/onnx/graph.hpp>
-#include <tapestry/io/onnx/node.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/io/onnx/protobuf_message.hpp>
-#include <tapestry/io/onnx/tensor.hpp>
-#include <tapestry/io/onnx/tensor_elements.hpp>
-#include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/tensor.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io::detail {
 

@@ -11,8 +11,8 @@
 #include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/detail/onnx/tensor_elements.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/io/onnx/tensor_elements.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <utility>
 #include <variant>

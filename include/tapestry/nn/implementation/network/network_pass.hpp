@@ -1,16 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <tapestry/core/error.hpp>
-#include <tapestry/nn/mode.hpp>
-#include <tapestry/nn/network/layout_conversion.hpp>
+#include <tapestry/nn/detail/network/layout_conversion.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
-#include <tapestry/nn/network/program.hpp>
 #include <tapestry/nn/pointwise.hpp>
-#include <tapestry/nn/workspace.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/nn/network/operators.hpp>
+#include <tapestry/nn/detail/network/operators.hpp>
 #include <variant>
 #include <vector>
 

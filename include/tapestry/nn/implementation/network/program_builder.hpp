@@ -1,24 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <map>
-#include <memory>
-#include <optional>
-#include <set>
-#include <span>
-#include <string>
-#include <tapestry/core/error.hpp>
+#include <tapestry/nn/detail/network/layout_conversion.hpp>
 #include <tapestry/nn/implementation/network/fold.hpp>
-#include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/layout_conversion.hpp>
-#include <tapestry/nn/network/operators.hpp>
-#include <tapestry/nn/network/program.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
-#include <tapestry/nn/network/simplify/editable_graph.hpp>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace tapestry::nn {
 

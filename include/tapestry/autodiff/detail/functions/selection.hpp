@@ -1,0 +1,180 @@
+#pragma once
+#include <cmath>
+#include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
+#include <tapestry/autodiff/detail/tape/expression.hpp>
+#include <tapestry/autodiff/detail/tape/formula.hpp>
+
+namespace tapestry {
+namespace detail {
+struct Abs {
+  static constexpr bool is_cheap = true;
+  static constexpr bool skips_zero = true;
+  static auto value(auto x) { return abs(x); }
+  static auto partial(auto x, auto) { return decltype(x)(sign(x)); }
+};
+/// x or y, and its derivative, chosen by Choice::takes_x(x, y).
+template <class Choice>
+struct Selection {
+  static constexpr bool is_cheap = true;
+  static constexpr bool skips_zero = true;
+  static auto value(auto x, auto y) { return Choice::takes_x(x, y) ? x : y; }
+  static auto partial_x(auto x, auto y, auto) { return decltype(x)(Choice::takes_x(x, y) ? 1 : 0); }
+  static auto partial_y(auto x, auto y, auto) { return decltype(x)(Choice::takes_x(x, y) ? 0 : 1); }
+  static auto pass_x(auto g, auto x, auto y) { return Choice::takes_x(x, y) ? g : decltype(g)(0); }
+  static auto pass_y(auto g, auto x, auto y) { return Choice::takes_x(x, y) ? decltype(g)(0) : g; }
+};
+struct Max : Selection<Max> {
+  static bool takes_x(auto x, auto y) { return either(x >= y, x != x); }
+};
+struct Min : Selection<Min> {
+  static bool takes_x(auto x, auto y) { return either(x <= y, x != x); }
+};
+struct Fmax : Selection<Fmax> {
+  static bool takes_x(auto x, auto y) { return either(x >= y, y != y); }
+};
+struct Fmin : Selection<Fmin> {
+  static bool takes_x(auto x, auto y) { return either(x <= y, y != y); }
+};
+struct Fdim {
+  static constexpr bool is_cheap = true;
+  static constexpr bool skips_zero = true;
+  template <std::floating_point T>
+  static T value(T x, T y) {
+    return x <= y ? T(0) : x - y;
+  }
+  template <DualNumber T>
+  static T value(const T& x, const T& y) {
+    return dual_binary<Fdim, T>(x, y);
+  }
+  static auto partial_x(auto x, auto y, auto) { return decltype(x)(x < y ? 0 : 1); }
+  static auto partial_y(auto x, auto y, auto) { return decltype(x)(x < y ? 0 : -1); }
+};
+struct Fmod {
+  static constexpr bool skips_zero = true;
+  static auto value(auto x, auto y) { return fmod(x, y); }
+  static auto partial_x(auto x, auto, auto) { return decltype(x)(1); }
+  static auto partial_y(auto x, auto y, auto rest) { return decltype(x)(-round((x - rest) / y)); }
+};
+struct Remainder {
+  static constexpr bool skips_zero = true;
+  static auto value(auto x, auto y) { return remainder(x, y); }
+  static auto partial_x(auto x, auto y, auto rest) { return Fmod::partial_x(x, y, rest); }
+  static auto partial_y(auto x, auto y, auto rest) { return Fmod::partial_y(x, y, rest); }
+};
+struct Copysign {
+  static constexpr bool is_cheap = true;
+  static constexpr bool skips_zero = true;
+  static auto value(auto x, auto y) { return copysign(x, y); }
+  static auto partial_x(auto x, auto y, auto) { return decltype(x)(signbit(x) == signbit(y) ? 1 : -1); }
+  static auto partial_y(auto x, auto, auto) { return decltype(x)(0); }
+};
+}  // namespace detail
+
+/// |x|; its derivative at 0 is taken as 0.
+template <Differentiable X>
+[[nodiscard]] auto abs(const X& x) {
+  return detail::make_unary<detail::Abs>(x);
+}
+template <Differentiable X>
+[[nodiscard]] auto fabs(const X& x) {
+  return detail::make_unary<detail::Abs>(x);
+}
+
+/// The larger one, and its derivative. At a tie the first argument has the whole derivative. A NaN on
+/// either side gives NaN. The argument not taken receives no gradient, whatever is upstream. std::max takes
+/// two variables but no number beside one: write max(x, 0.0) without std::, and likewise clamp(x, 0.0, 1.0).
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto max(const X& x, const Y& y) { return detail::make_binary<detail::Max>(x, y); }
+
+/// The smaller one; otherwise as max().
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto min(const X& x, const Y& y) { return detail::make_binary<detail::Min>(x, y); }
+
+/// Like max(), but a NaN on one side returns the other.
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto fmax(const X& x, const Y& y) { return detail::make_binary<detail::Fmax>(x, y); }
+
+/// Like min(), but a NaN on one side returns the other.
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto fmin(const X& x, const Y& y) { return detail::make_binary<detail::Fmin>(x, y); }
+
+/// x held within [low, high]. The derivative by x is 1 on the closed interval and for a NaN, which stays one,
+/// and 0 outside.
+template <Differentiable X, Number N>
+[[nodiscard]] auto clamp(const X& x, N low, N high) {
+  return min(max(x, low), high);
+}
+
+/// max(x − y, 0), and 0 of two equal infinities; at x = y the derivatives are those of x − y.
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto fdim(const X& x, const Y& y) { return detail::make_binary<detail::Fdim>(x, y); }
+
+/// Like std::fmod; the derivatives are those between its jumps: 1, and −trunc(x / y).
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto fmod(const X& x, const Y& y) { return detail::make_binary<detail::Fmod>(x, y); }
+
+/// Like std::remainder; the derivatives are those between its jumps: 1, and −(the integer nearest to x / y).
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto remainder(const X& x, const Y& y) { return detail::make_binary<detail::Remainder>(x, y); }
+
+/// |x| with the sign of y, −0 being negative. The derivative by x is 1 where the signs agree and −1 where
+/// they do not; that by y, between its jumps, is 0.
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] auto copysign(const X& x, const Y& y) { return detail::make_binary<detail::Copysign>(x, y); }
+
+/// Functions constant between jumps have no derivative to record and return a plain number.
+template <Differentiable X>
+[[nodiscard]] auto sign(const X& x) {
+  return sign(detail::base_value(x));
+}
+template <Differentiable X>
+[[nodiscard]] auto floor(const X& x) {
+  return std::floor(detail::base_value(x));
+}
+template <Differentiable X>
+[[nodiscard]] auto ceil(const X& x) {
+  return std::ceil(detail::base_value(x));
+}
+template <Differentiable X>
+[[nodiscard]] auto round(const X& x) {
+  return std::round(detail::base_value(x));
+}
+template <Differentiable X>
+[[nodiscard]] auto rint(const X& x) {
+  return std::rint(detail::base_value(x));
+}
+template <Differentiable X>
+[[nodiscard]] auto nearbyint(const X& x) {
+  return std::nearbyint(detail::base_value(x));
+}
+template <Differentiable X>
+[[nodiscard]] auto trunc(const X& x) {
+  return std::trunc(detail::base_value(x));
+}
+
+template <Differentiable X>
+[[nodiscard]] bool isfinite(const X& x) {
+  return std::isfinite(detail::base_value(x));
+}
+template <Differentiable X>
+[[nodiscard]] bool isinf(const X& x) {
+  return std::isinf(detail::base_value(x));
+}
+template <Differentiable X>
+[[nodiscard]] bool isnan(const X& x) {
+  return std::isnan(detail::base_value(x));
+}
+template <Differentiable X>
+[[nodiscard]] bool signbit(const X& x) {
+  return std::signbit(detail::base_value(x));
+}
+
+}  // namespace tapestry

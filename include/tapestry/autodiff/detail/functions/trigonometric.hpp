@@ -1,0 +1,120 @@
+#pragma once
+#include <tapestry/autodiff/detail/functions/hyperbolic.hpp>
+#include <tapestry/autodiff/detail/functions/power.hpp>
+#include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
+#include <tapestry/autodiff/detail/tape/expression.hpp>
+#include <tapestry/autodiff/detail/tape/formula.hpp>
+
+namespace tapestry {
+namespace detail {
+struct Sin {
+  static auto value(auto x) { return sin(x); }
+  static auto partial(auto x, auto) { return cos(x); }
+};
+struct Cos {
+  static auto value(auto x) { return cos(x); }
+  static auto partial(auto x, auto) { return -sin(x); }
+};
+struct Tan {
+  static auto value(auto x) { return tan(x); }
+  static auto partial(auto, auto tan_x) { return 1 + tan_x * tan_x; }
+};
+struct Asin {
+  static auto value(auto x) { return asin(x); }
+  template <std::floating_point T>
+  static T partial(T x, T) {
+    return 1 / std::sqrt((1 - x) * (1 + x));
+  }
+  /// The slope is given, since the product of the two factors would cancel near 0.
+  template <DualNumber T>
+  static T partial(const T& x, const T& asin_x) {
+    const auto f = partial(x.value(), asin_x.value());
+    return dual_of<Asin>(x, f, x.value() * f * Atanh::partial(x.value(), f));
+  }
+};
+struct Acos {
+  static auto value(auto x) { return acos(x); }
+  static auto partial(auto x, auto acos_x) { return -Asin::partial(x, acos_x); }
+};
+struct Atan {
+  static auto value(auto x) { return atan(x); }
+  static auto partial(auto x, auto) {
+    if (abs(x) > Base<decltype(x)>(0x1p60F))
+      return 1 / x / x;  // where 1 is lost beside x², and x² would overflow
+    return 1 / (1 + x * x);
+  }
+};
+/// x / (x² + y²), 0 at the origin and far away.
+struct LegBySquaredRadius {
+  template <std::floating_point T>
+  static T value(T x, T y) {
+    const T radius = std::hypot(x, y);
+    if (radius == 0) return T(0);
+    const T scale = scale_of_length(radius);
+    if (scale == 1) return x / radius / radius;
+    const T scaled = std::hypot(scale * x, scale * y);
+    return std::isinf(scaled) ? T(0) : scale * x / scaled / scaled * scale;
+  }
+  template <DualNumber T>
+  static T value(const T& x, const T& y) {
+    return dual_binary<LegBySquaredRadius, T>(x, y);
+  }
+  /// (y − x) (y + x) by the fourth power of the radius.
+  static auto partial_x(auto x, auto y, auto) {
+    const auto radius = hypot(x, y);
+    if (radius == 0 || isinf(radius)) return decltype(x)(0);
+    return 4 * ((y / 2 - x / 2) / radius) * ((y / 2 + x / 2) / radius) / radius / radius;
+  }
+  static auto partial_y(auto x, auto y, auto) {
+    const auto radius = hypot(x, y);
+    if (radius == 0 || isinf(radius)) return decltype(x)(0);
+    return -2 * (x / radius) * (y / radius) / radius / radius;
+  }
+};
+struct Atan2 {
+  static constexpr bool skips_zero = true;
+  static auto value(auto y, auto x) { return atan2(y, x); }
+  static auto partial_x(auto y, auto x, auto) { return LegBySquaredRadius::value(x, y); }
+  static auto partial_y(auto y, auto x, auto) { return -LegBySquaredRadius::value(y, x); }
+};
+}  // namespace detail
+
+template <Differentiable X>
+[[nodiscard]] auto sin(const X& x) {
+  return detail::make_unary<detail::Sin>(x);
+}
+
+template <Differentiable X>
+[[nodiscard]] auto cos(const X& x) {
+  return detail::make_unary<detail::Cos>(x);
+}
+
+template <Differentiable X>
+[[nodiscard]] auto tan(const X& x) {
+  return detail::make_unary<detail::Tan>(x);
+}
+
+/// At ±1 the derivative is +∞.
+template <Differentiable X>
+[[nodiscard]] auto asin(const X& x) {
+  return detail::make_unary<detail::Asin>(x);
+}
+
+/// At ±1 the derivative is −∞.
+template <Differentiable X>
+[[nodiscard]] auto acos(const X& x) {
+  return detail::make_unary<detail::Acos>(x);
+}
+
+template <Differentiable X>
+[[nodiscard]] auto atan(const X& x) {
+  return detail::make_unary<detail::Atan>(x);
+}
+
+/// Angle of the point (x, y). At the origin, and across the cut, where the angle jumps, the derivatives
+/// are those of the smooth branch; at the origin itself they are taken as 0.
+template <class Y, class X>
+requires detail::FormulaOperands<Y, X>
+[[nodiscard]] auto atan2(const Y& y, const X& x) { return detail::make_binary<detail::Atan2>(y, x); }
+
+}  // namespace tapestry

@@ -1,0 +1,170 @@
+#pragma once
+#include <Eigen/Core>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <tapestry/autodiff/detail/arrays/elementwise.hpp>
+#include <tapestry/autodiff/detail/tape/input_slot.hpp>
+#include <tapestry/autodiff/detail/tape/tape_state.hpp>
+#include <tapestry/autodiff/eigen.hpp>
+#include <tapestry/autodiff/variable.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+/// Inputs of operations on matrices, whichever way the matrices are held.
+namespace tapestry::detail {
+
+/// Numbers in columns, which all decompositions work on.
+template <class T>
+using DenseMatrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
+
+template <class X>
+concept EigenMatrix = std::derived_from<X, Eigen::MatrixBase<X>>;
+
+template <class X>
+struct IsPlainArray : std::false_type {};
+template <class T, std::size_t Rank>
+struct IsPlainArray<Array<T, Rank>> : std::bool_constant<Rank == 1 || Rank == 2> {};
+
+/// The scalar type of a matrix of variables; void for a plain one.
+template <class X>
+struct MatrixScalarOf {
+  using type = void;
+};
+template <EigenMatrix X>
+requires ScalarExpression<typename X::Scalar>
+struct MatrixScalarOf<X> {
+  using type = typename X::Scalar::ExpressionScalar;
+};
+template <DifferentiableArray X>
+requires(X::rank == 1 || X::rank == 2) struct MatrixScalarOf<X> {
+  using type = ArrayScalarType<X>;
+};
+
+template <class X>
+inline constexpr bool holds_variables = !std::is_void_v<typename MatrixScalarOf<X>::type>;
+
+template <class X, class... Rest>
+struct MatrixScalarOfAny {
+  using type = typename MatrixScalarOf<X>::type;
+};
+template <class X, class... Rest>
+requires(!holds_variables<X> && sizeof...(Rest) > 0) struct MatrixScalarOfAny<X, Rest...> {
+  using type = typename MatrixScalarOfAny<Rest...>::type;
+};
+/// The scalar type of the first that holds variables.
+template <class... X>
+using MatrixScalar = typename MatrixScalarOfAny<X...>::type;
+
+template <class X>
+concept AnyMatrix = EigenMatrix<X> || holds_variables<X> || IsPlainArray<X>::value;
+
+/// 1 if X is a vector, else Eigen::Dynamic.
+template <class X>
+[[nodiscard]] consteval int columns_of() {
+  if constexpr (EigenMatrix<X>) {
+    return X::ColsAtCompileTime == 1 ? 1 : Eigen::Dynamic;
+  } else if constexpr (DifferentiableArray<X>) {
+    return X::rank == 1 ? 1 : Eigen::Dynamic;
+  } else {
+    return std::tuple_size_v<typename X::shape_type> == 1 ? 1 : Eigen::Dynamic;
+  }
+}
+
+/// Places on the tape of the entries of an Eigen matrix, column by column; no links if all are passive.
+template <class T>
+struct EntriesSlot {
+  std::vector<Link> links;
+  /// Access of a pullback to the adjoints.
+  struct Adjoint {
+    const std::vector<Link>* links;
+    T* adjoints;
+  };
+  [[nodiscard]] bool is_active() const { return !links.empty(); }
+  void require_own(const TapeState<T>& state) const {
+    for (const Link link : links) state.require_own_if_active(link);
+  }
+  void list(std::vector<std::uint32_t>& statements) const {
+    for (const Link link : links)
+      if (link.is_active()) statements.push_back(link.index());
+  }
+  [[nodiscard]] Adjoint adjoint(T* adjoints) const { return {&links, adjoints}; }
+  static void require_shape() {}
+};
+
+/// An input's numbers, and a slot that finds its adjoint on the tape: an EntriesSlot or an ArraySlot.
+template <class T, class Slot>
+struct MatrixInput {
+  DenseMatrix<T> value;
+  Slot slot;
+};
+
+/// An array in Eigen's form; a vector is a column.
+template <class T, std::size_t Rank>
+[[nodiscard]] auto eigen_map(const Array<T, Rank>& array) {
+  using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const auto columns = static_cast<Eigen::Index>(Rank == 1 ? 1 : array.shape()[Rank - 1]);
+  return Eigen::Map<const Matrix>(array.data(), static_cast<Eigen::Index>(array.shape()[0]), columns);
+}
+
+template <class T, EigenMatrix X>
+[[nodiscard]] auto matrix_input(const X& x) {
+  MatrixInput<T, EntriesSlot<T>> input;
+  if constexpr (!ScalarExpression<typename X::Scalar>) {
+    input.value = x.template cast<T>();
+  } else {
+    const auto& entries = x.eval();
+    input.value.resize(entries.rows(), entries.cols());
+    std::vector<Link> links(static_cast<std::size_t>(entries.size()));
+    bool is_active = false;
+    for (Eigen::Index j = 0, k = 0; j < entries.cols(); ++j)
+      for (Eigen::Index i = 0; i < entries.rows(); ++i, ++k) {
+        const Variable<T>& entry = entries(i, j);
+        input.value(i, j) = entry.value();
+        links[static_cast<std::size_t>(k)] = entry.link();
+        is_active = is_active || entry.is_active();
+      }
+    if (is_active) input.slot.links = std::move(links);
+  }
+  return input;
+}
+
+template <class T, std::size_t Rank>
+[[nodiscard]] auto matrix_input(const ArrayVariable<T, Rank>& x) {
+  return MatrixInput<T, ArraySlot<T, Rank>>{eigen_map(x.value()), slot_of<T>(x)};
+}
+template <class T, ArrayExpression X>
+[[nodiscard]] auto matrix_input(const X& x) {
+  return matrix_input<T>(ArrayVariable<T, X::rank>(x));
+}
+template <class T, std::size_t Rank>
+[[nodiscard]] auto matrix_input(const Array<T, Rank>& x) {
+  return MatrixInput<T, ArraySlot<T, Rank>>{eigen_map(x), {}};
+}
+
+template <class Matrix>
+[[nodiscard]] std::string shape_text(const Matrix& matrix) {
+  // std::string first: g++ 12 warns falsely of "[" + std::to_string() where it is inlined.
+  return std::string("[") + std::to_string(matrix.rows()) + ", " + std::to_string(matrix.cols()) + "]";
+}
+
+/// \throws ShapeError unless a is square
+template <class T>
+void require_square(const char* operation, const DenseMatrix<T>& a) {
+  if (a.rows() != a.cols())
+    throw ShapeError(std::string(operation) + ": a is " + shape_text(a) + ", expected a square matrix");
+}
+
+/// \throws ShapeError unless b has as many rows as a
+template <class T>
+void require_equal_rows(const char* operation, const DenseMatrix<T>& a, const DenseMatrix<T>& b) {
+  if (a.rows() != b.rows())
+    throw ShapeError(std::string(operation) + ": b is " + shape_text(b) + ", expected " +
+                     std::to_string(a.rows()) + " rows as a " + shape_text(a));
+}
+
+}  // namespace tapestry::detail

@@ -1,0 +1,157 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <tapestry/autodiff/detail/matrix/matrix_input.hpp>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/core/array.hpp>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+/// Conversion of an operation on matrices to one record, whichever way its matrices are held.
+namespace tapestry::detail {
+
+template <class Target>
+[[nodiscard]] bool is_wanted(const Target& adjoint) {
+  if constexpr (std::is_pointer_v<Target>) {
+    return adjoint != nullptr;
+  } else {
+    return !adjoint.links->empty();
+  }
+}
+template <class T, std::size_t Rank>
+void add_part(Array<T, Rank>* adjoint, const DenseMatrix<T>& part) {
+  using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::Map<Matrix>(adjoint->data(), part.rows(), part.cols()) += part;
+}
+template <class T>
+void add_part(const typename EntriesSlot<T>::Adjoint& adjoint, const DenseMatrix<T>& part) {
+  const std::vector<Link>& links = *adjoint.links;
+  for (std::size_t i = 0; i < links.size(); ++i)
+    if (links[i].is_active()) adjoint.adjoints[links[i].index()] += part.data()[i];
+}
+
+template <class T>
+[[nodiscard]] const T& as_dense(const T& scalar) {
+  return scalar;
+}
+template <class T, std::size_t Rank>
+[[nodiscard]] DenseMatrix<T> as_dense(const Array<T, Rank>& array) {
+  return eigen_map(array);
+}
+
+/// Runs pullback(value_adjoint, DenseMatrix<T>*...), which assigns to plain matrices, and adds these to
+/// adjoints of any kind; the pointer is null for a passive input.
+template <class T, class Pullback>
+struct MatrixPullback {
+  Pullback pullback;
+
+  template <class Adjoint, class... Targets>
+  void operator()(const Adjoint& value_adjoint, const Targets&... targets) const {
+    call(value_adjoint, std::index_sequence_for<Targets...>(), targets...);
+  }
+
+ private:
+  template <class Adjoint, std::size_t... I, class... Targets>
+  void call(const Adjoint& value_adjoint, std::index_sequence<I...>, const Targets&... targets) const {
+    std::array<DenseMatrix<T>, sizeof...(I)> parts;
+    pullback(as_dense(value_adjoint), (is_wanted(targets) ? &parts[I] : nullptr)...);
+    (add_if_wanted(targets, parts[I]), ...);
+  }
+  template <class Target>
+  static void add_if_wanted(const Target& target, const DenseMatrix<T>& part) {
+    if (is_wanted(target)) add_part<T>(target, part);
+  }
+};
+
+/// An operation whose result is an Eigen matrix of variables, which are the statements behind it, column by
+/// column.
+template <class T, class Pullback, class... Slots>
+class EntriesRecord final : public TapeRecord<T> {
+ public:
+  EntriesRecord(Eigen::Index rows, Eigen::Index columns, Pullback pullback, Slots... slots)
+      : rows_(rows), columns_(columns), pullback_(std::move(pullback)), slots_(std::move(slots)...) {}
+  void pull_back(T* adjoints, std::size_t statement) override {
+    const T* const first = adjoints + statement + 1;
+    if (std::all_of(first, first + rows_ * columns_, [](const T& adjoint) { return is_zero(adjoint); }))
+      return;
+    const DenseMatrix<T> value_adjoint = Eigen::Map<const DenseMatrix<T>>(first, rows_, columns_);
+    pull_back_slots(pullback_, value_adjoint, slots_, adjoints);
+  }
+  void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
+  [[nodiscard]] const char* operation() const noexcept override { return detail::type_name<Pullback>(); }
+
+ private:
+  Eigen::Index rows_, columns_;
+  Pullback pullback_;
+  std::tuple<Slots...> slots_;
+};
+
+template <class T>
+[[nodiscard]] std::shared_ptr<const Array<T, 2>> shared_array_of(const DenseMatrix<T>& value,
+                                                                 std::integral_constant<std::size_t, 2>) {
+  auto array = std::make_shared<Array<T, 2>>(
+      Extents<2>{static_cast<std::size_t>(value.rows()), static_cast<std::size_t>(value.cols())});
+  for (Eigen::Index i = 0; i < value.rows(); ++i)
+    for (Eigen::Index j = 0; j < value.cols(); ++j) array->data()[i * value.cols() + j] = value(i, j);
+  return array;
+}
+template <class T>
+[[nodiscard]] std::shared_ptr<const Array<T, 1>> shared_array_of(const DenseMatrix<T>& value,
+                                                                 std::integral_constant<std::size_t, 1>) {
+  auto array = std::make_shared<Array<T, 1>>(Extents<1>{static_cast<std::size_t>(value.size())});
+  std::copy(value.data(), value.data() + value.size(), array->data());
+  return array;
+}
+
+template <int Columns, class T, class Pullback, class... Slots>
+[[nodiscard]] Eigen::Matrix<Variable<T>, Eigen::Dynamic, Columns> record_entries(const DenseMatrix<T>& value,
+                                                                                 Pullback pullback,
+                                                                                 Slots... slots) {
+  Eigen::Matrix<Variable<T>, Eigen::Dynamic, Columns> result = value.template cast<Variable<T>>();
+  TapeState<T>* const state = tape_of<T>(slots...);
+  if (state == nullptr) return result;
+  using Record = EntriesRecord<T, Pullback, Slots...>;
+  const auto size = static_cast<std::size_t>(value.size());
+  static_cast<void>(state->append_record(
+      std::make_unique<Record>(value.rows(), value.cols(), std::move(pullback), std::move(slots)...), size));
+  for (std::size_t i = 0; i < size;) {
+    std::size_t count = size - i;
+    Link link = state->append_inputs(count);
+    for (const std::size_t end = i + count; i < end; ++i, ++link) result.data()[i] = {value.data()[i], link};
+  }
+  return result;
+}
+
+template <class Slot>
+inline constexpr bool is_array_slot = false;
+template <class T, std::size_t Rank>
+inline constexpr bool is_array_slot<ArraySlot<T, Rank>> = true;
+
+/// The result of an operation: an array if an input is one, else an Eigen matrix; a vector if Columns is 1.
+/// \param pullback  called with (const DenseMatrix<T>& value_adjoint, DenseMatrix<T>*...), see MatrixPullback
+template <int Columns, class T, class Pullback, class... Slots>
+[[nodiscard]] auto record_matrix(const DenseMatrix<T>& value, Pullback pullback,
+                                 MatrixInput<T, Slots>... inputs) {
+  MatrixPullback<T, Pullback> adding{std::move(pullback)};
+  if constexpr ((is_array_slot<Slots> || ...)) {
+    constexpr std::size_t rank = Columns == 1 ? 1 : 2;
+    return record_array_slots<T, rank>(shared_array_of(value, std::integral_constant<std::size_t, rank>()),
+                                       std::move(adding), std::move(inputs.slot)...);
+  } else {
+    return record_entries<Columns, T>(value, std::move(adding), std::move(inputs.slot)...);
+  }
+}
+
+/// The same for a number. \param pullback  called with (T value_adjoint, DenseMatrix<T>*...)
+template <class T, class Pullback, class... Slots>
+[[nodiscard]] Variable<T> record_number(T value, Pullback pullback, MatrixInput<T, Slots>... inputs) {
+  return record_scalar_slots<T>(value, MatrixPullback<T, Pullback>{std::move(pullback)},
+                                std::move(inputs.slot)...);
+}
+
+}  // namespace tapestry::detail

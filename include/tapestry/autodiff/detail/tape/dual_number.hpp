@@ -1,0 +1,183 @@
+#pragma once
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <tapestry/autodiff/detail/tape/scalar.hpp>
+#include <utility>
+
+namespace tapestry {
+
+/// A number that carries its derivatives in N directions through every function that Variable has: forward
+/// mode, for functions of few inputs, with no tape and no memory.
+///
+///   Dual<double> x = Dual<double>::input(2.0);
+///   auto y = x * x + sin(x);            // y.tangent() == 4 + cos(2)
+///
+/// T is a floating-point type, or a Dual for derivatives of derivatives. A Variable<Dual<double>> records
+/// dual numbers on a Tape<Dual<double>>: forward over reverse, see derivatives.hpp.
+///
+/// Two derivatives taken one inside the other must not mix their directions up. Duals of different Tags are
+/// different types: a sum of the two does not compile, unless one is the T of the other and so the constant
+/// that it should be. derivatives.hpp tags by the function that is differentiated.
+///
+/// On the tape as here, a zero passes nothing on and nothing through: 0 · ∞ = 0 · NaN = 0 wherever slopes are
+/// multiplied; see Tape::zero_products(). Comparisons look at the values only.
+template <class T, std::size_t N = 1, class Tag = void>
+class Dual {
+  static_assert(
+      detail::is_scalar<T> && N > 0,
+      "a Dual holds floating-point numbers or Duals: for second derivatives record Duals on a tape, "
+      "Variable<Dual<double>>, see derivatives.hpp");
+
+ public:
+  using value_type = T;
+  static constexpr std::size_t direction_count = N;
+
+  constexpr Dual() = default;
+  /// A constant.
+  template <std::convertible_to<T> X>
+  requires(!std::same_as<X, Dual>) constexpr Dual(const X& value) : value_(static_cast<T>(value)) {}
+  constexpr Dual(const T& value, const std::array<T, N>& tangents) : value_(value), tangents_(tangents) {}
+
+  /// A number to differentiate by, along one of the directions.
+  [[nodiscard]] static constexpr Dual input(const T& value, std::size_t direction = 0) {
+    Dual dual(value);
+    dual.tangents_[direction] = T(1);
+    return dual;
+  }
+
+  [[nodiscard]] constexpr const T& value() const { return value_; }
+  /// The derivative along one direction.
+  [[nodiscard]] constexpr const T& tangent(std::size_t direction = 0) const { return tangents_[direction]; }
+  /// The derivatives, one a direction.
+  [[nodiscard]] constexpr const std::array<T, N>& tangents() const { return tangents_; }
+
+  /// Whether value and tangents are all zero.
+  [[nodiscard]] constexpr bool is_zero() const {
+    bool all = detail::is_zero(value_);
+    for (const T& tangent : tangents_) all = all && detail::is_zero(tangent);
+    return all;
+  }
+
+  constexpr Dual& operator+=(const Dual& y) {
+    value_ += y.value_;
+    for (std::size_t k = 0; k < N; ++k) tangents_[k] += y.tangents_[k];
+    return *this;
+  }
+  constexpr Dual& operator-=(const Dual& y) {
+    value_ -= y.value_;
+    for (std::size_t k = 0; k < N; ++k) tangents_[k] -= y.tangents_[k];
+    return *this;
+  }
+  constexpr Dual& operator*=(const Dual& y) { return *this = *this * y; }
+  constexpr Dual& operator/=(const Dual& y) { return *this = *this / y; }
+
+  friend constexpr void swap(Dual& x, Dual& y) noexcept { std::swap(x, y); }
+
+ private:
+  T value_ = T(0);
+  std::array<T, N> tangents_{};
+};
+
+/// The value alone, a constant.
+template <DualNumber X>
+[[nodiscard]] constexpr X passive(const X& x) {
+  return X(x.value());
+}
+
+namespace detail {
+
+/// tangent · partial. A partial that is a plain number has no zeros beside it, which would make NaN of ∞.
+template <class T, class Partial>
+[[nodiscard]] constexpr T chain_with(const T& tangent, const Partial& partial) {
+  if constexpr (std::same_as<T, Partial>) {
+    return chain(tangent, partial);
+  } else {
+    auto inner = tangent.tangents();
+    for (auto& of_tangent : inner) of_tangent = chain_with(of_tangent, partial);
+    return {chain_with(tangent.value(), partial), inner};
+  }
+}
+
+/// Adds partial · (tangents of x) to the tangents.
+template <class Operation, class T, std::size_t N, class Partial>
+constexpr void add_tangents(std::array<T, N>& tangents, const std::array<T, N>& from,
+                            const Partial& partial) {
+  if constexpr (SkipsZero<Operation>) {
+    if (is_zero(partial)) return;
+  }
+  for (std::size_t k = 0; k < N; ++k) tangents[k] += chain_with(from[k], partial);
+}
+
+/// Whether the partial by an operand is a number that follows from the other, of type Other: the operation is
+/// linear, and the other is a number or does not matter.
+template <class Operation, class Other>
+concept SlopeXIsNumber = requires {
+  typename Operation::SlopeX;
+}
+|| (Number<Other> && requires { Operation::is_linear_in_x; });
+template <class Operation, class Other>
+concept SlopeYIsNumber = requires {
+  typename Operation::SlopeY;
+}
+|| (Number<Other> && requires { Operation::is_linear_in_y; });
+
+/// f(x), given f and its derivative at the value of x.
+template <class Operation, class T, std::size_t N, class Tag, class Slope>
+[[nodiscard]] constexpr Dual<T, N, Tag> dual_of(const Dual<T, N, Tag>& x, const T& value,
+                                                const Slope& slope) {
+  std::array<T, N> tangents{};
+  add_tangents<Operation>(tangents, x.tangents(), slope);
+  return {value, tangents};
+}
+
+template <class Operation, class T, std::size_t N, class Tag>
+[[nodiscard]] constexpr Dual<T, N, Tag> dual_unary(const Dual<T, N, Tag>& x) {
+  const T value = Operation::value(x.value());
+  if constexpr (requires { typename Operation::Slope; }) {
+    return dual_of<Operation>(x, value, Operation::partial(Base<T>(0), Base<T>(0)));
+  } else {
+    return dual_of<Operation>(x, value, Operation::partial(x.value(), value));
+  }
+}
+
+/// One of x and y is a D, the other a D, or a constant that converts to the T of it.
+template <class Operation, class D, class X, class Y>
+[[nodiscard]] constexpr D dual_binary(const X& x, const Y& y) {
+  using T = typename D::value_type;
+  constexpr std::size_t n = D::direction_count;
+  constexpr bool x_varies = std::same_as<X, D>;
+  constexpr bool y_varies = std::same_as<Y, D>;
+  const auto value_in = []<class Z>(const Z& z) {
+    if constexpr (std::same_as<Z, D>) {
+      return z.value();
+    } else {
+      return static_cast<T>(z);
+    }
+  };
+  constexpr Base<T> zero = 0;
+  const auto number_in = []<class Z>(const Z& z) {
+    if constexpr (Number<Z>) {
+      return static_cast<Base<T>>(z);
+    } else {
+      return Base<T>(0);  // does not matter
+    }
+  };
+  const T a = value_in(x);
+  const T b = value_in(y);
+  const T value = Operation::value(a, b);
+  std::array<T, n> tangents{};
+  if constexpr (x_varies && SlopeXIsNumber<Operation, Y>) {
+    add_tangents<Operation>(tangents, x.tangents(), Operation::partial_x(zero, number_in(y), zero));
+  } else if constexpr (x_varies) {
+    add_tangents<Operation>(tangents, x.tangents(), Operation::partial_x(a, b, value));
+  }
+  if constexpr (y_varies && SlopeYIsNumber<Operation, X>) {
+    add_tangents<Operation>(tangents, y.tangents(), Operation::partial_y(number_in(x), zero, zero));
+  } else if constexpr (y_varies) {
+    add_tangents<Operation>(tangents, y.tangents(), Operation::partial_y(a, b, value));
+  }
+  return {value, tangents};
+}
+}  // namespace detail
+}  // namespace tapestry

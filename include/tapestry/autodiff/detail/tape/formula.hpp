@@ -1,0 +1,110 @@
+#pragma once
+#include <concepts>
+#include <tapestry/autodiff/detail/tape/dual_number.hpp>
+#include <tapestry/autodiff/detail/tape/expression.hpp>
+#include <tapestry/autodiff/detail/tape/numeric_limits.hpp>
+#include <tapestry/autodiff/detail/tape/scalar.hpp>
+#include <type_traits>
+
+namespace tapestry::detail {
+
+/// Two operands that make a formula: both expressions, or one of them and a constant.
+template <class X, class Y>
+concept ExpressionOperands = (ScalarExpression<X> && ScalarExpression<Y>) ||
+                             (ScalarExpression<X> &&
+                              ConstantOf<Y, typename std::remove_cvref_t<X>::ExpressionScalar>) ||
+                             (ScalarExpression<Y> &&
+                              ConstantOf<X, typename std::remove_cvref_t<Y>::ExpressionScalar>);
+
+/// Two operands of which one is a Dual, and the other the same Dual or a constant beside it.
+template <class X, class Y>
+concept DualOperands = (DualNumber<X> &&
+                        (std::same_as<X, Y> || std::convertible_to<Y, typename X::value_type>)) ||
+                       (DualNumber<Y> && std::convertible_to<X, typename Y::value_type>);
+
+/// The operands of a differentiable function of two.
+template <class X, class Y>
+concept FormulaOperands = ExpressionOperands<X, Y> || DualOperands<X, Y>;
+
+/// The scalar type of a formula of x and y.
+template <class X, class Y>
+struct FormulaScalar;
+template <ScalarExpression X, class Y>
+struct FormulaScalar<X, Y> {
+  using type = typename X::ExpressionScalar;
+};
+template <class X, ScalarExpression Y>
+requires(!ScalarExpression<X>) struct FormulaScalar<X, Y> {
+  using type = typename Y::ExpressionScalar;
+};
+template <class X, class Y>
+requires DualOperands<X, Y>
+struct FormulaScalar<X, Y> {
+  static constexpr bool is_x = [] {
+    if constexpr (DualNumber<X>) {
+      return std::convertible_to<Y, X>;
+    } else {
+      return false;
+    }
+  }();
+  using type = std::conditional_t<is_x, X, Y>;
+};
+template <class X, class Y>
+using ScalarOf = typename FormulaScalar<X, Y>::type;
+
+template <class Operation, Differentiable X>
+[[nodiscard]] auto make_unary(const X& x) {
+  if constexpr (DualNumber<X>) {
+    return dual_unary<Operation>(x);
+  } else {
+    return Unary<Operation, X>(x);
+  }
+}
+
+/// A formula itself, or a number as one.
+template <class T, class X>
+[[nodiscard]] auto as_expression(const X& x) {
+  if constexpr (ScalarExpression<X>) {
+    return x;
+  } else {
+    return ConstantLeaf<T>(static_cast<T>(x));
+  }
+}
+
+/// A constant takes the other operand's scalar type.
+template <class Operation, class X, class Y>
+requires FormulaOperands<X, Y>
+[[nodiscard]] auto make_binary(const X& x, const Y& y) {
+  using T = ScalarOf<X, Y>;
+  if constexpr (DualOperands<X, Y>) {
+    return dual_binary<Operation, T>(x, y);
+  } else if constexpr (!ScalarExpression<X>) {
+    return Binary<Operation, ConstantLeaf<T>, Y>(ConstantLeaf<T>(static_cast<T>(x)), y);
+  } else if constexpr (!ScalarExpression<Y>) {
+    return Binary<Operation, X, ConstantLeaf<T>>(x, ConstantLeaf<T>(static_cast<T>(y)));
+  } else {
+    return Binary<Operation, X, Y>(x, y);
+  }
+}
+
+/// The number of type T that an operand stands for, whatever it carries.
+template <std::floating_point T, class X>
+[[nodiscard]] T value_of(const X& x) {
+  if constexpr (Number<X>) {
+    return static_cast<T>(x);
+  } else {
+    return value_of<T>(x.value());
+  }
+}
+
+/// The number beneath a differentiable scalar.
+template <Differentiable X>
+[[nodiscard]] auto base_value(const X& x) {
+  if constexpr (ScalarExpression<X>) {
+    return value_of<Base<typename X::ExpressionScalar>>(x);
+  } else {
+    return value_of<Base<X>>(x);
+  }
+}
+
+}  // namespace tapestry::detail

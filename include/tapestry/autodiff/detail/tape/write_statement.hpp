@@ -1,0 +1,185 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <tapestry/autodiff/detail/tape/deferred_throw.hpp>
+#include <tapestry/autodiff/detail/tape/expression.hpp>
+#include <tapestry/autodiff/detail/tape/formula.hpp>
+#include <tapestry/autodiff/detail/tape/tape_memory.hpp>
+#include <tapestry/autodiff/detail/tape/tape_state.hpp>
+#include <utility>
+
+namespace tapestry::detail {
+
+/// Writes general operands behind the head of a tape, without checking where they were recorded.
+template <class T>
+class PairSink {
+ public:
+  explicit PairSink(Word* words) : end_(words) {}
+
+  template <class Factor>
+  void add(Link link, Factor factor) {
+    write_pair(end_, link.index(), as_number<T>(factor));
+    end_ += pair_words<T>;
+  }
+  [[nodiscard]] Word* end() const { return end_; }
+
+ private:
+  Word* end_;
+};
+
+/// Collects operands whose number is not known.
+template <class T, std::size_t Bound>
+struct Operands {
+  Link links[Bound];
+  T partials[Bound];
+  std::size_t count = 0;
+
+  template <class Factor>
+  void add(Link link, Factor factor) {
+    links[count] = link;
+    partials[count++] = as_number<T>(factor);
+  }
+};
+
+/// Records a formula that the fast way cannot record: with passive or older variables, without room, without
+/// an active tape, or on a tape that watches values. Throws nothing, see deferred_throw.hpp.
+/// \returns a passive link if it failed; throw_deferred() is to follow
+template <class T>
+[[nodiscard, gnu::noinline]] Link record_carefully(const T& value, const Link* links, const T* partials,
+                                                   std::size_t count) noexcept {
+  try {
+    TapeState<T>& state = TapeState<T>::require_active();
+    const Link link = state.append_linear(
+        count, [links](std::size_t i) { return links[i]; }, partials);
+    state.note_value(link, static_cast<double>(value_of<Base<T>>(value)));
+    return link;
+  } catch (...) {
+    deferred_exception() = std::current_exception();
+    return {};
+  }
+}
+
+/// The same with partial derivatives from registers: one function for all formulas of as many operands.
+template <class T, class... Partials>
+[[nodiscard, gnu::noinline, gnu::cold]] Link record_from_registers(const Link* links, T value,
+                                                                   Partials... partials) noexcept {
+  const T all[] = {partials...};
+  return record_carefully<T>(value, links, all, sizeof...(partials));
+}
+
+/// Operands of a formula whose number the compiler knows. They are computed before it is decided whether the
+/// fast way can record them, so that their code stands once; and at constant places, so that all stay in
+/// registers.
+template <class T, OperandCounts counts>
+class CountedOperands {
+ public:
+  void add(Link link, T partial) {
+    indices_[general_] = link.index();
+    general_partials_[general_++] = partial;
+    keep(link, partial);
+  }
+  void add(Link link, One) {
+    plus_ == counts.plus ? add(link, T(1)) : add_unit(link, counts.general + plus_++, T(1));
+  }
+  void add(Link link, MinusOne) {
+    minus_ == counts.minus ? add(link, T(-1))
+                           : add_unit(link, counts.general + counts.plus + minus_++, T(-1));
+  }
+
+  /// Writes the statement in the layout of statement.hpp.
+  [[gnu::always_inline]] void write(Word* words) const {
+    write(words, std::make_index_sequence<counts.general>(),
+          std::make_index_sequence<counts.plus + counts.minus>());
+  }
+  /// Records in the careful way.
+  [[gnu::always_inline]] Link record_carefully(const T& value) const {
+    return record_carefully(value, std::make_index_sequence<counts.sum()>());
+  }
+
+ private:
+  void add_unit(Link link, std::size_t place, T partial) {
+    indices_[place] = link.index();
+    keep(link, partial);
+  }
+  void keep(Link link, T partial) {
+    links_[count_] = link;
+    partials_[count_++] = partial;
+  }
+  template <std::size_t... General, std::size_t... Unit>
+  [[gnu::always_inline]] void write(Word* words, std::index_sequence<General...>,
+                                    std::index_sequence<Unit...>) const {
+    (write_pair(words + General * pair_words<T>, indices_[General], general_partials_[General]), ...);
+    ((words[counts.general * pair_words<T> + Unit] = indices_[counts.general + Unit]), ...);
+  }
+  template <std::size_t... Place>
+  [[gnu::always_inline]] Link record_carefully(const T& value, std::index_sequence<Place...>) const {
+    const Link links[] = {links_[Place]...};
+    return record_from_registers<T>(links, value, partials_[Place]...);
+  }
+
+  Word indices_[counts.sum()];  // in the order of statement.hpp
+  T general_partials_[counts.general == 0 ? 1 : counts.general];
+  Link links_[counts.sum()];  // in the order of the formula, as partials_
+  T partials_[counts.sum()];
+  std::size_t count_ = 0, general_ = 0, plus_ = 0, minus_ = 0;
+};
+
+/// Whether E always pushes the same operands, and a kind can hold their counts.
+template <class E>
+[[nodiscard]] constexpr bool has_kind() {
+  constexpr OperandCounts counts = within_kind(counts_of_expression<E, One>());
+  return pushes_all<E>() && counts.sum() != 0 && counts.general <= largest_counts.general;
+}
+
+/// record_statement() of a formula whose counts a kind can hold.
+template <class E>
+[[gnu::always_inline]] inline void record_of_kind(const E& formula, Link& link) {
+  using T = typename E::ExpressionScalar;
+  constexpr OperandCounts counts = within_kind(counts_of_expression<E, One>());
+  CountedOperands<T, counts> operands;
+  formula.push(One{}, operands);
+  WriteHead& head = *TapeState<T>::active;
+  Link next = head.next;
+  if (head.has_usual_room() && formula.difference(next) >> 32U == 0) [[likely]] {
+    Word* const words = head.words;
+    __builtin_prefetch(words + prefetched_words, 1);
+    const std::uintptr_t kinds_base = head.kinds_base;  // all read before the first word is written
+    operands.write(words);
+    *reinterpret_cast<StatementKind*>(kinds_base + next.index()) = kind_of(counts);
+    head.words = words + words_of<T>(counts);
+    link = next;
+    head.next = ++next;
+    return;
+  }
+  if (formula.difference(Link()) == 0) return;  // passive
+  link = operands.record_carefully(formula.value());
+  if (!link.is_active()) [[unlikely]]
+    throw_deferred();
+}
+
+/// Records a formula as one statement of the active tape, or not at all if it is passive. One comparison
+/// finds room for it, and one for each variable checks that it was recorded there since the last rewind.
+/// \throws DomainError if it is active but no tape is, or it uses a variable not on the tape
+template <class E>
+[[gnu::always_inline]] inline void record_statement(const E& formula, Link& link) {
+  using T = typename E::ExpressionScalar;
+  if constexpr (CountsOperands<E> && E::operand_bound * pair_words<T> < WriteHead::usual_words) {
+    if constexpr (has_kind<E>()) return record_of_kind(formula, link);
+    WriteHead& head = *TapeState<T>::active;
+    if (head.has_usual_room() && formula.difference(head.next) >> 32U == 0) [[likely]] {
+      PairSink<T> sink(head.words);
+      formula.push(One{}, sink);
+      link = static_cast<TapeState<T>&>(head).commit_pairs(sink.end());
+      return;
+    }
+  }
+  if (!formula.is_active()) return;
+  Operands<T, E::operand_bound> operands;
+  push_factor(formula, One{}, operands);
+  link = record_carefully<T>(formula.value(), operands.links, operands.partials, operands.count);
+  if (!link.is_active()) [[unlikely]]
+    throw_deferred();
+}
+
+}  // namespace tapestry::detail

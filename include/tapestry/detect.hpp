@@ -1,0 +1,22 @@
+#pragma once
+/// \file
+/// All of detect/ that programs name: picture to boxes.
+#include <tapestry/detect/box_decode.hpp>
+#include <tapestry/detect/box_decode_variable.hpp>
+#include <tapestry/detect/box_formula.hpp>
+#include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/detect/class_score.hpp>
+#include <tapestry/detect/darknet_model.hpp>
+#include <tapestry/detect/decoded_outputs.hpp>
+#include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/detector_description.hpp>
+#include <tapestry/detect/detector_variable.hpp>
+#include <tapestry/detect/exported_heads.hpp>
+#include <tapestry/detect/head.hpp>
+#include <tapestry/detect/heat_map.hpp>
+#include <tapestry/detect/kept_picture.hpp>
+#include <tapestry/detect/network_config.hpp>
+#include <tapestry/detect/network_config/layer.hpp>
+#include <tapestry/detect/parameter_layout.hpp>
+#include <tapestry/detect/pass.hpp>
+#include <tapestry/detect/suppression.hpp>

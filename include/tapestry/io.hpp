@@ -1,0 +1,20 @@
+#pragma once
+/// \file
+/// All of io/ that programs name: files in and out.
+#include <tapestry/io/atomic_file.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
+#include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/frame.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/input_ledger.hpp>
+#include <tapestry/io/jpeg_file.hpp>
+#include <tapestry/io/mesh_writers.hpp>
+#include <tapestry/io/npy.hpp>
+#include <tapestry/io/obj_file.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
+#include <tapestry/io/read_detector.hpp>
+#include <tapestry/io/text_lines.hpp>
+#include <tapestry/io/text_lists.hpp>
+#include <tapestry/io/tinyobj.hpp>

@@ -1,0 +1,137 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/in_quotes.hpp>
+#include <tapestry/io/detail/onnx/protobuf_message.hpp>
+#include <tapestry/io/detail/onnx/tensor_elements.hpp>
+#include <tapestry/nn/network/description.hpp>
+#include <tapestry/nn/network/tensor.hpp>
+#include <utility>
+
+namespace tapestry::io {
+
+namespace detail {
+
+/// The name of a ValueInfoProto; it is added to its place in error messages.
+[[nodiscard]] inline std::string read_value_name(ProtobufMessage& value) {
+  ProtobufMessage message = value;
+  std::string name;
+  while (message.next()) {
+    if (message.tag() == 1) {
+      name = message.bytes("name");
+    } else {
+      message.skip();
+    }
+  }
+  if (name.empty()) value.fail_whole("has no name");
+  value.set_place(value.place() + " " + in_quotes(name));
+  return name;
+}
+
+/// A TensorShapeProto.Dimension. One that has a name or is open has no number, or −1 as Paddle writes.
+[[nodiscard]] inline std::optional<std::size_t> read_extent(ProtobufMessage message) {
+  std::optional<std::size_t> extent;
+  while (message.next()) {
+    if (message.tag() != 1) {
+      message.skip();
+      continue;
+    }
+    const std::int64_t value = message.integer("dim_value");
+    if (value < -1) message.fail("negative extent", "0 or more, or -1", std::to_string(value));
+    if (value >= 0) extent = static_cast<std::size_t>(value);
+  }
+  return extent;
+}
+
+inline void read_shape(ProtobufMessage message, nn::InputDescription& input) {
+  while (message.next()) {
+    if (message.tag() != 1) {
+      message.skip();
+      continue;
+    }
+    if (input.shape.size() == 32)
+      message.fail("input has too many axes", "at most 32", "more", ErrorKind::limit);
+    input.shape.push_back(read_extent(message.message("dim", message.place())));
+  }
+}
+
+/// A TypeProto.Tensor.
+inline void read_tensor_type(ProtobufMessage message, nn::InputDescription& input) {
+  bool has_shape = false;
+  auto type = OnnxType::undefined;
+  while (message.next()) {
+    if (message.tag() == 1) {
+      type = static_cast<OnnxType>(message.integer("elem_type"));
+    } else if (message.tag() == 2) {
+      if (std::exchange(has_shape, true)) message.fail("two shapes");
+      read_shape(message.message("shape", message.place()), input);
+    } else {
+      message.skip();
+    }
+  }
+  if (!is_supported(type))
+    message.fail_whole("element type is not supported", supported_onnx_types, name_of(type));
+  if (!has_shape) message.fail_whole("has no shape", "a number of axes, whose extents may be open");
+  input.type = facts_of(type).meaning;
+}
+
+/// A TypeProto.
+inline void read_type(ProtobufMessage message, nn::InputDescription& input) {
+  bool is_tensor = false;
+  while (message.next()) {
+    const std::uint32_t tag = message.tag();
+    if (tag == 1) {
+      if (std::exchange(is_tensor, true)) message.fail("two types");
+      read_tensor_type(message.message("tensor_type", message.place()), input);
+    } else if (tag == 6) {  // denotation
+      message.skip();
+    } else {
+      message.fail("type is not supported", "a tensor",
+                   tag == 4   ? "a sequence"
+                   : tag == 5 ? "a map"
+                   : tag == 8 ? "a sparse tensor"
+                   : tag == 9 ? "an optional value"
+                              : "type " + std::to_string(tag));
+    }
+  }
+  if (!is_tensor) message.fail_whole("has no type", "a tensor");
+}
+
+}  // namespace detail
+
+/// A ValueInfoProto of an input.
+/// Source: onnx.proto, ValueInfoProto, TypeProto and TensorShapeProto.
+///
+/// \throws FileError (malformed)  for a value without name, type or number of axes; for types other than
+///         tensors of supported elements; for extents below −1; (limit) for 2^48 elements and more
+[[nodiscard]] inline nn::InputDescription read_input(ProtobufMessage value) {
+  nn::InputDescription input;
+  input.name = detail::read_value_name(value);
+  bool has_type = false;
+  ProtobufMessage message = value;
+  while (message.next()) {
+    if (message.tag() != 2) {
+      message.skip();
+      continue;
+    }
+    if (std::exchange(has_type, true)) message.fail("two types");
+    detail::read_type(message.message("type", message.place()), input);
+  }
+  if (!has_type) value.fail_whole("has no type", "a tensor");
+  nn::Shape known;
+  for (const std::optional<std::size_t>& extent : input.shape) known.push_back(extent.value_or(1));
+  if (!element_count(known))
+    value.fail_whole("extents are more than any memory can hold", "fewer than 2^48 elements",
+                     tapestry::detail::to_text(known), ErrorKind::limit);
+  return input;
+}
+
+/// The name in a ValueInfoProto of an output; its type is computed from the nodes.
+/// \throws FileError (malformed)  for a value without a name
+[[nodiscard]] inline std::string read_output(ProtobufMessage value) { return detail::read_value_name(value); }
+
+}  // namespace tapestry::io

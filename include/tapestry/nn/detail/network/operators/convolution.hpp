@@ -1,0 +1,289 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/nn/detail/batch_norm.hpp>
+#include <tapestry/nn/detail/convolution_weight_adjoint.hpp>
+#include <tapestry/nn/detail/convolution_window.hpp>
+#include <tapestry/nn/detail/network/operators.hpp>
+#include <tapestry/nn/detail/network/operators/convolution_weights.hpp>
+#include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
+#include <tapestry/nn/engine.hpp>
+#include <tapestry/nn/pointwise.hpp>
+
+namespace tapestry::nn {
+
+/// Plan of one convolution of a network: all of it except the values.
+template <std::floating_point T>
+struct ConvolutionPlan {
+  ConvolutionShape shape{};
+  std::size_t images = 1;
+  std::size_t addend = no_operand;  ///< operand of the output's extents that is added to the result
+  bool adds_first = false;          ///< before the activation, not after it
+  std::size_t weight = 1;           ///< operands
+  std::size_t bias = no_operand;
+  bool has_computed_weights = false;
+  bool takes_batches = true;  ///< x and the addend are computed, weights and bias are not
+  FusedActivation<T> activation{};
+
+  static constexpr std::size_t no_operand = static_cast<std::size_t>(-1);
+  [[nodiscard]] std::size_t out_size(std::size_t batch) const { return batch * images * shape.out_size(); }
+};
+
+/// Conv: activation(Σ x · weights + bias [+ addend]) [+ addend].
+template <std::floating_point T>
+class Convolution : public Operation<T> {
+ public:
+  explicit Convolution(const ConvolutionPlan<T>& plan)
+      : Operation<T>(
+            {{{plan.images, plan.shape.rows.output, plan.shape.columns.output, plan.shape.out_channels},
+              ElementType::floating}}),
+        plan_(plan),
+        weights_(plan.shape) {}
+
+  void prepare(std::span<const TensorView<const T>> constants) override {
+    if (!plan_.has_computed_weights) {
+      weights_.set(constants[plan_.weight].values);
+      static_cast<void>(weights_.convolution());
+    }
+    if (!has_bias() || !constants[plan_.bias].is_there()) return;
+    bias_.resize(plan_.shape.out_channels);
+    std::copy_n(constants[plan_.bias].values, bias_.size(), bias_.data());
+  }
+
+  void forward(const ForwardCall<T>& call) const override {
+    const Computed weights(*this, call.inputs);
+    const FusedActivation<T>& activation = plan_.activation;
+    T* const out = call.outputs[0].values;
+    const T* addend = has_addend() ? call.inputs[plan_.addend].values : nullptr;
+    Epilogue<T> end{};
+    if (has_bias()) end.bias = bias_.empty() ? call.inputs[plan_.bias].values : bias_.data();
+    if (addend != nullptr && plan_.adds_first) {
+      copy(addend, out, plan_.out_size(call.batch));
+      end.adds = true;
+      addend = nullptr;
+    }
+    const bool keeps_signs = call.keeps && activation.needs_signs();
+    const bool fuses_signs = keeps_signs && fuses_bits<T>(plan_.shape);
+    if (keeps_signs) call.state.bits.resize(block_count(plan_.out_size(call.batch), 8));
+    if (fuses_signs) end.positive = call.state.bits.data();  // whole bytes a pixel; others follow below
+    if (!keeps_signs || fuses_signs) end.addend = addend;
+    end.slope = activation.slope;
+    end.curve = activation.curve;
+    if (call.keeps && activation.is_curve()) {
+      call.state.values.resize(plan_.out_size(call.batch));
+      end.argument = call.state.values.data();
+    }
+    convolve<T>(call.engine, weights->convolution(), call.batch * plan_.images, call.inputs[0].values, end,
+                out, plan_.shape.out_size(), window_of(call.window));
+    if (!keeps_signs || fuses_signs) return;
+    positive_bits(out, call.state.bits.data(), plan_.out_size(call.batch));
+    if (addend != nullptr) add(addend, out, plan_.out_size(call.batch));
+  }
+
+  void adjoint(const AdjointCall<T>& call) const override {
+    T* const adjoint = call.output_adjoints[0].values;
+    if (!plan_.adds_first) hand_to_addend(call, adjoint);
+    pull_back_activation(call, adjoint);
+    if (plan_.adds_first) hand_to_addend(call, adjoint);
+    const std::size_t pixels = plan_.out_size(call.batch) / plan_.shape.out_channels;
+    if (has_bias() && call.wants(plan_.bias))
+      bias_adjoint(adjoint, pixels, plan_.shape.out_channels, call.accumulate(plan_.bias));
+    if (call.wants(plan_.weight)) {
+      static thread_local Buffer<T> partial;
+      convolution_weight_adjoint(plan_.shape, call.batch * plan_.images, call.inputs[0].values, adjoint,
+                                 partial, call.accumulate(plan_.weight));
+    }
+    if (!call.wants(0)) return;
+    const Computed weights(*this, call.inputs);
+    convolve_adjoint(call.engine, *weights, call.batch * plan_.images, adjoint, call.is_fresh[0],
+                     call.input_adjoints[0].values, window_of(call.input_window));
+    call.is_fresh[0] = false;
+  }
+
+  [[nodiscard]] std::optional<MapWindow> window_reached(Engine engine, std::span<const MapWindow> changed,
+                                                        bool with_adjoint) const override {
+    if (plan_.has_computed_weights) return std::nullopt;
+    const PackedConvolution<T>& packed = weights_.convolution();
+    const OutputTile tile = tile_of(engine, packed);
+    MapWindow window{outputs_reached(plan_.shape.rows, tile, changed[0].rows),
+                     outputs_reached(plan_.shape.columns, tile, changed[0].columns)};
+    if (has_addend()) window = hull(window, changed[plan_.addend]);
+    if (!with_adjoint) return window;
+    for (const PackedConvolution<T>& part : weights_.adjoint()) {
+      const MapWindow outputs = outputs_inside(part, changed[0]);
+      const OutputTile own = tile_of(engine, part);
+      window.rows = hull(window.rows, inputs_needed(part.shape.rows, own, outputs.rows));
+      window.columns = hull(window.columns, inputs_needed(part.shape.columns, own, outputs.columns));
+    }
+    return window;
+  }
+  /// Outputs that share a tile with the window are computed with it.
+  [[nodiscard]] MapWindow window_read(Engine engine, std::size_t operand,
+                                      const MapWindow& computed) const override {
+    const OutputTile tile = tile_of(engine, weights_.convolution());
+    const MapWindow tiles{aligned(computed.rows, tile.outputs, plan_.shape.rows.output),
+                          aligned(computed.columns, tile.outputs, plan_.shape.columns.output)};
+    if (operand != 0) return tiles;
+    return {inputs_needed(plan_.shape.rows, tile, tiles.rows),
+            inputs_needed(plan_.shape.columns, tile, tiles.columns)};
+  }
+  [[nodiscard]] double product_count() const override {
+    return static_cast<double>(plan_.images * plan_.shape.rows.output * plan_.shape.columns.output) *
+           static_cast<double>(plan_.shape.taps() * plan_.shape.group_in() * plan_.shape.out_channels);
+  }
+
+  [[nodiscard]] AdjointReads adjoint_reads() const override {
+    if (!plan_.has_computed_weights) return {};
+    return {1U | std::uint64_t(1) << plan_.weight, 0};
+  }
+  [[nodiscard]] AdjointReads weight_adjoint_reads() const override { return {1, 0}; }
+  [[nodiscard]] bool is_weight(std::size_t input) const override {
+    return input == plan_.weight || input == plan_.bias;
+  }
+  [[nodiscard]] bool takes_batches() const override { return plan_.takes_batches; }
+
+ private:
+  /// The weights, packed for this call if the network computes them.
+  class Computed {
+   public:
+    Computed(const Convolution& owner, std::span<const TensorView<const T>> inputs)
+        : own_(owner.plan_.shape) {
+      weights_ = &owner.weights_;
+      if (!owner.plan_.has_computed_weights) return;
+      own_.set(inputs[owner.plan_.weight].values);
+      weights_ = &own_;
+    }
+    const ConvolutionWeights<T>& operator*() const { return *weights_; }
+    const ConvolutionWeights<T>* operator->() const { return weights_; }
+
+   private:
+    ConvolutionWeights<T> own_;
+    const ConvolutionWeights<T>* weights_;
+  };
+
+  [[nodiscard]] bool has_bias() const { return plan_.bias != plan_.no_operand; }
+  [[nodiscard]] bool has_addend() const { return plan_.addend != plan_.no_operand; }
+
+  [[nodiscard]] static std::optional<MapWindow> window_of(const MapWindow* window) {
+    return window == nullptr ? std::nullopt : std::optional(*window);
+  }
+
+  void pull_back_activation(const AdjointCall<T>& call, T* adjoint) const {
+    const FusedActivation<T>& activation = plan_.activation;
+    if (activation.is_curve()) {
+      curve_adjoint(activation.curve, call.state.values.data(), adjoint, adjoint, plan_.out_size(call.batch));
+    } else if (activation.needs_signs()) {
+      leaky_adjoint(call.state.bits.data(), activation.slope, adjoint, adjoint, plan_.out_size(call.batch));
+    }
+  }
+
+  void hand_to_addend(const AdjointCall<T>& call, const T* adjoint) const {
+    if (!has_addend() || !call.wants(plan_.addend)) return;
+    T* const to = call.input_adjoints[plan_.addend].values;
+    // Where input and addend are one value, only operand 0 counts as fresh.
+    if (to == call.input_adjoints[0].values) static_cast<void>(call.accumulate(0));
+    if (call.is_fresh[plan_.addend]) {
+      copy(adjoint, to, plan_.out_size(call.batch));
+      call.is_fresh[plan_.addend] = false;
+    } else {
+      add(adjoint, to, plan_.out_size(call.batch));
+    }
+  }
+
+  ConvolutionPlan<T> plan_;
+  ConvolutionWeights<T> weights_;
+  Buffer<T> bias_;
+};
+
+namespace detail {
+/// Extents of a convolution of pictures with weights [M, C/group, kH, kW].
+/// \throws ShapeError if they do not fit
+[[nodiscard]] inline ConvolutionShape convolution_shape(OperatorContext& context, const Shape& picture,
+                                                        const Shape& weights) {
+  const std::int64_t group = context.integer("group", 1);
+  if (weights.size() != 4)
+    throw ShapeError("the weights are " + tapestry::detail::to_text(weights) + ", expected four axes");
+  if (size_of(weights) == 0) throw ShapeError("the weights are empty");
+  if (static_cast<std::size_t>(group) > weights[0] || weights[0] % static_cast<std::size_t>(group) != 0 ||
+      weights[1] * static_cast<std::size_t>(group) != picture[3])
+    throw ShapeError("weights " + tapestry::detail::to_text(weights) + " in " + std::to_string(group) +
+                     " groups do not fit " + std::to_string(picture[3]) + " channels");
+  KernelAttributes window = window_attributes(context, {weights[2], weights[3]});
+  ConvolutionShape shape;
+  shape.rows = axis_window(window, 0, picture[1]);
+  shape.columns = axis_window(window, 1, picture[2]);
+  shape.in_channels = picture[3];
+  shape.out_channels = weights[0];
+  shape.groups = static_cast<std::size_t>(group);
+  return shape;
+}
+
+inline void require_bias(const OperatorContext& context, std::size_t input, std::size_t channels) {
+  if (context.input(input).shape != Shape{channels})
+    throw ShapeError("the bias is " + tapestry::detail::to_text(context.input(input).shape) + ", expected [" +
+                     std::to_string(channels) + "]");
+}
+
+/// \param weight  operand of the weights; behind it comes the bias
+template <std::floating_point T>
+[[nodiscard]] ConvolutionPlan<T> plan_convolution(OperatorContext& context, std::size_t weight) {
+  ConvolutionPlan<T> plan;
+  const Shape& picture = picture_shape(context);
+  plan.shape = convolution_shape(context, picture, context.input(weight).shape);
+  plan.images = picture[0];
+  plan.weight = weight;
+  plan.has_computed_weights = context.input(weight).constant == nullptr;
+  for (std::size_t i = 0; i < context.inputs.size(); ++i)
+    if (context.has_input(i) && (context.input(i).constant == nullptr) != (i < weight))
+      plan.takes_batches = false;
+  context.require_type(weight, ElementType::floating);
+  if (!context.has_input(weight + 1)) return plan;
+  plan.bias = weight + 1;
+  require_bias(context, plan.bias, plan.shape.out_channels);
+  return plan;
+}
+}  // namespace detail
+
+/// Ranges of the attributes of a convolution, and of these others.
+[[nodiscard]] inline std::vector<AttributeRange> convolution_ranges(std::vector<AttributeRange> others = {}) {
+  others.push_back({"group", 1, largest_extent});
+  return window_ranges(std::move(others));
+}
+
+/// Conv, and FusedConv, which simplified() makes of a Conv and the nodes behind it. Operands of FusedConv: x,
+/// addend or nothing, weights, bias. Attributes: those of Conv and FusedActivation, and `adds_first`.
+template <std::floating_point T>
+void add_convolution(OperatorTable<T>& table) {
+  table["Conv"] = {LayoutRule::channels_last,
+                   1,
+                   false,
+                   {{2, 3}},
+                   [](OperatorContext& context) {
+                     return std::make_unique<Convolution<T>>(detail::plan_convolution<T>(context, 1));
+                   },
+                   convolution_ranges()};
+  table["FusedConv"] = {
+      LayoutRule::channels_last,
+      2,
+      false,
+      {{3, 4}},
+      [](OperatorContext& context) {
+        ConvolutionPlan<T> plan = detail::plan_convolution<T>(context, 2);
+        plan.activation = fused_activation<T>(context);
+        plan.adds_first = context.integer("adds_first", 0) != 0;
+        if (context.has_input(1)) plan.addend = 1;
+        auto convolution = std::make_unique<Convolution<T>>(plan);
+        if (context.has_input(1) && context.input(1).shape != convolution->result_shape())
+          throw ShapeError("the addend is " + tapestry::detail::to_text(context.input(1).shape) +
+                           ", expected " + tapestry::detail::to_text(convolution->result_shape()));
+        return convolution;
+      },
+      convolution_ranges()};
+}
+
+}  // namespace tapestry::nn

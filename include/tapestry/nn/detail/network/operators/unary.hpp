@@ -1,0 +1,283 @@
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <string>
+#include <tapestry/autodiff/arrays/expression/block_loop.hpp>
+#include <tapestry/nn/detail/network/operators.hpp>
+#include <tapestry/nn/detail/network/operators/piecewise_functions.hpp>
+#include <tapestry/nn/detail/network/operators/trigonometric_functions.hpp>
+#include <tapestry/nn/detail/network/operators/unary_functions.hpp>
+#include <tapestry/nn/pointwise.hpp>
+
+namespace tapestry::nn {
+
+/// Loops of a function of one number, see unary_functions.hpp.
+template <std::floating_point T>
+struct UnaryLoops {
+  void (*forward)(const T* x, T* y, std::size_t count, T a, T b) = nullptr;
+  /// dx[i] = dy[i] · slope, computed from `kept`; dx may be dy.
+  void (*adjoint)(const T* kept, const T* dy, T* dx, std::size_t count, T a, T b) = nullptr;
+  unary::Reads reads = unary::Reads::nothing;
+  bool is_test = false;  ///< results are truths
+};
+
+namespace detail {
+template <class F, std::floating_point T>
+void unary_forward(const T* x, T* y, std::size_t count, T a, T b) {
+  struct Body {
+    const T* x;
+    T* y;
+    T a, b;
+    [[gnu::always_inline]] void operator()(std::size_t i) const { y[i] = F::value(x[i], a, b); }
+  };
+  if constexpr (F::is_vector) {
+    tapestry::detail::for_block<16>(count, Body{x, y, a, b});
+  } else {
+    for (std::size_t i = 0; i < count; ++i) y[i] = F::value(x[i], a, b);
+  }
+}
+
+template <class F, std::floating_point T>
+void unary_adjoint(const T* kept, const T* dy, T* dx, std::size_t count, T a, T b) {
+  struct Body {
+    const T *kept, *dy;
+    T* dx;
+    T a, b;
+    [[gnu::always_inline]] void operator()(std::size_t i) const { dx[i] = dy[i] * F::slope(kept[i], a, b); }
+  };
+  if constexpr (F::is_vector) {
+    tapestry::detail::for_block<16>(count, Body{kept, dy, dx, a, b});
+  } else {
+    for (std::size_t i = 0; i < count; ++i) dx[i] = dy[i] * F::slope(kept[i], a, b);
+  }
+}
+
+template <class F, std::floating_point T>
+[[nodiscard]] UnaryLoops<T> unary_loops() {
+  UnaryLoops<T> loops{
+      &unary_forward<F, T>, nullptr, F::reads,
+      std::same_as<F, unary::Not> || std::same_as<F, unary::IsNan> || std::same_as<F, unary::IsInf>};
+  if constexpr (F::reads != unary::Reads::no_derivative) loops.adjoint = &unary_adjoint<F, T>;
+  return loops;
+}
+}  // namespace detail
+
+/// A function of each element.
+template <std::floating_point T>
+class UnaryOperation : public Operation<T> {
+ public:
+  UnaryOperation(const Operand& x, ElementType type, const UnaryLoops<T>& loops, T a, T b)
+      : Operation<T>({{x.shape, type}}), loops_(loops), a_(a), b_(b) {
+    this->set_pixelwise();
+  }
+
+  void forward(const ForwardCall<T>& call) const override {
+    const T* const x = call.inputs[0].values;
+    T* const y = call.outputs[0].values;
+    detail::for_each_block(call.outputs[0].size(), [&](std::size_t begin, std::size_t count) {
+      loops_.forward(x + begin, y + begin, count, a_, b_);
+    });
+  }
+
+  void adjoint(const AdjointCall<T>& call) const override {
+    T* const dy = call.output_adjoints[0].values;  // later calls do not read it
+    const T* kept = dy;
+    if (loops_.reads == unary::Reads::input) kept = call.inputs[0].values;
+    if (loops_.reads == unary::Reads::output) kept = call.outputs[0].values;
+    T* const dx = call.input_adjoints[0].values;
+    const bool is_fresh = call.is_fresh[0];
+    detail::for_each_block(call.output_adjoints[0].size(), [&](std::size_t begin, std::size_t count) {
+      T* const to = (is_fresh ? dx : dy) + begin;
+      loops_.adjoint(kept + begin, dy + begin, to, count, a_, b_);
+      if (!is_fresh) kernels<T>().add(to, dx + begin, count);
+    });
+    call.is_fresh[0] = false;
+  }
+
+  [[nodiscard]] AdjointReads adjoint_reads() const override {
+    return {loops_.reads == unary::Reads::input ? 1U : 0U, loops_.reads == unary::Reads::output ? 1U : 0U};
+  }
+  [[nodiscard]] bool is_differentiable(std::size_t input) const override {
+    return input == 0 && loops_.reads != unary::Reads::no_derivative;
+  }
+  [[nodiscard]] bool works_in_place() const override { return true; }
+
+ private:
+  UnaryLoops<T> loops_;
+  T a_, b_;
+};
+
+/// Relu and LeakyRelu, whose adjoints need only one bit for each element.
+template <std::floating_point T>
+class Rectifier : public Operation<T> {
+ public:
+  /// \param slope  at and below 0
+  Rectifier(const Operand& x, T slope) : Operation<T>({{x.shape, x.type}}), slope_(slope) {
+    this->set_pixelwise();
+  }
+
+  void forward(const ForwardCall<T>& call) const override {
+    const std::size_t size = call.outputs[0].size();
+    if (call.keeps) call.state.bits.resize((size + 7) / 8);
+    detail::for_each_block(size, [&](std::size_t begin, std::size_t count) {
+      const T* const x = call.inputs[0].values + begin;
+      T* const y = call.outputs[0].values + begin;
+      if (slope_ == 0) {
+        if (call.keeps) kernels<T>().positive_bits(x, call.state.bits.data() + begin / 8, count);
+        return detail::unary_forward<unary::Relu>(x, y, count, slope_, slope_);
+      }
+      static thread_local Buffer<std::uint8_t> own;
+      if (!call.keeps) own.resize((count + 7) / 8);
+      std::uint8_t* const bits = call.keeps ? call.state.bits.data() + begin / 8 : own.data();
+      kernels<T>().positive_bits(x, bits, count);
+      kernels<T>().leaky_adjoint(bits, slope_, x, y, count);  // x times its slope is the value
+    });
+  }
+
+  void adjoint(const AdjointCall<T>& call) const override {
+    T* const dy = call.output_adjoints[0].values;  // later calls do not read it
+    T* const dx = call.input_adjoints[0].values;
+    const bool is_fresh = call.is_fresh[0];
+    detail::for_each_block(call.output_adjoints[0].size(), [&](std::size_t begin, std::size_t count) {
+      T* const to = (is_fresh ? dx : dy) + begin;
+      kernels<T>().leaky_adjoint(call.state.bits.data() + begin / 8, slope_, dy + begin, to, count);
+      if (!is_fresh) kernels<T>().add(to, dx + begin, count);
+    });
+    call.is_fresh[0] = false;
+  }
+
+  [[nodiscard]] bool works_in_place() const override { return true; }
+
+ private:
+  T slope_;
+};
+
+namespace detail {
+struct UnaryParameter {
+  const char* name = nullptr;  ///< the attribute's name, or null
+  double otherwise = 0;
+};
+
+template <std::floating_point T>
+[[nodiscard]] Operator<T> unary_operator(const UnaryLoops<T>& loops, UnaryParameter a, UnaryParameter b) {
+  const auto make = [loops, a, b](OperatorContext& context) -> std::unique_ptr<Operation<T>> {
+    const auto value = [&](const UnaryParameter& from) {
+      return static_cast<T>(from.name == nullptr ? from.otherwise
+                                                 : context.number(from.name, from.otherwise));
+    };
+    const Operand& x = context.input(0);
+    return std::make_unique<UnaryOperation<T>>(x, loops.is_test ? ElementType::boolean : x.type, loops,
+                                               value(a), value(b));
+  };
+  return {LayoutRule::any, 1, false, {{1, 1}}, make};
+}
+
+template <class F, std::floating_point T>
+void add_unary(OperatorTable<T>& table, const char* name, UnaryParameter a = {}, UnaryParameter b = {}) {
+  table[name] = unary_operator(unary_loops<F, T>(), a, b);
+}
+
+/// Bounds of Clip: attributes up to opset 10, then operands, which must be constant.
+template <std::floating_point T>
+[[nodiscard]] std::unique_ptr<Operation<T>> make_clip(OperatorContext& context) {
+  T bounds[] = {std::numeric_limits<T>::lowest(), std::numeric_limits<T>::max()};
+  const char* const names[] = {"min", "max"};
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (context.opset() < 11) {
+      if (context.has_attribute(names[i])) bounds[i] = static_cast<T>(context.number(names[i], 0));
+    } else if (context.has_input(i + 1)) {
+      if (context.constant(i + 1).size() != 1)
+        throw ShapeError(std::string(names[i]) + " has " + std::to_string(context.constant(i + 1).size()) +
+                         " elements, expected 1");
+      bounds[i] = static_cast<T>(context.constant(i + 1).at(0));
+    }
+  }
+  const Operand& x = context.input(0);
+  return std::make_unique<UnaryOperation<T>>(x, x.type, unary_loops<unary::Clip, T>(), bounds[0], bounds[1]);
+}
+
+template <std::floating_point T>
+[[nodiscard]] std::unique_ptr<Operation<T>> make_is_inf(OperatorContext& context) {
+  const T below = context.integer("detect_negative", 1) != 0 ? T(1) : T(0);
+  const T above = context.integer("detect_positive", 1) != 0 ? T(1) : T(0);
+  return std::make_unique<UnaryOperation<T>>(context.input(0), ElementType::boolean,
+                                             unary_loops<unary::IsInf, T>(), below, above);
+}
+
+template <std::floating_point T>
+[[nodiscard]] std::unique_ptr<Operation<T>> make_gelu(OperatorContext& context) {
+  const std::string approximation = context.text("approximate", "none");
+  if (approximation != "none" && approximation != "tanh")
+    throw DomainError("approximate is " + in_quotes(approximation) + ", expected 'none' or 'tanh'");
+  const Operand& x = context.input(0);
+  const auto loops =
+      approximation == "none" ? unary_loops<unary::Gelu, T>() : unary_loops<unary::GeluTanh, T>();
+  return std::make_unique<UnaryOperation<T>>(x, x.type, loops, T(0), T(0));
+}
+
+/// Functions of mathematics.
+template <std::floating_point T>
+void add_elementary_operators(OperatorTable<T>& table) {
+  add_unary<unary::Erf>(table, "Erf");
+  add_unary<unary::Exp>(table, "Exp");
+  add_unary<unary::Log>(table, "Log");
+  add_unary<unary::Sqrt>(table, "Sqrt");
+  add_unary<unary::Reciprocal>(table, "Reciprocal");
+  add_unary<unary::Abs>(table, "Abs");
+  add_unary<unary::Neg>(table, "Neg");
+  add_unary<unary::Sin>(table, "Sin");
+  add_unary<unary::Cos>(table, "Cos");
+  add_unary<unary::Tan>(table, "Tan");
+  add_unary<unary::Asin>(table, "Asin");
+  add_unary<unary::Acos>(table, "Acos");
+  add_unary<unary::Atan>(table, "Atan");
+  add_unary<unary::Sinh>(table, "Sinh");
+  add_unary<unary::Cosh>(table, "Cosh");
+  add_unary<unary::Asinh>(table, "Asinh");
+  add_unary<unary::Acosh>(table, "Acosh");
+  add_unary<unary::Atanh>(table, "Atanh");
+  add_unary<unary::Floor>(table, "Floor");
+  add_unary<unary::Ceil>(table, "Ceil");
+  add_unary<unary::Round>(table, "Round");
+  add_unary<unary::Sign>(table, "Sign");
+}
+}  // namespace detail
+
+/// Functions of each element on its own. "Swish" is Tapestry's name for x · σ(x); ONNX has none.
+template <std::floating_point T>
+void add_unary_operators(OperatorTable<T>& table) {
+  using detail::add_unary;
+  const auto rectifier = [](double otherwise, const char* name) {
+    return [otherwise, name](OperatorContext& context) -> std::unique_ptr<Operation<T>> {
+      const double slope = name == nullptr ? otherwise : context.number(name, otherwise);
+      return std::make_unique<Rectifier<T>>(context.input(0), static_cast<T>(slope));
+    };
+  };
+  table["Relu"] = {LayoutRule::any, 1, false, {{1, 1}}, rectifier(0, nullptr)};
+  table["LeakyRelu"] = {LayoutRule::any, 1, false, {{1, 1}}, rectifier(0.01, "alpha")};
+  table["Clip"] = {LayoutRule::any, 1, false, {{1, 1}, {1, 3, 11}}, detail::make_clip<T>};
+  table["Gelu"] = {LayoutRule::any, 1, false, {{1, 1}}, detail::make_gelu<T>};
+  add_unary<unary::Sigmoid>(table, "Sigmoid");
+  add_unary<unary::Swish>(table, "Swish", {"alpha", 1});
+  add_unary<unary::HardSigmoid>(table, "HardSigmoid", {"alpha", 0.2}, {"beta", 0.5});
+  add_unary<unary::HardSwish>(table, "HardSwish");
+  add_unary<unary::HardMish>(table, "HardMish");
+  add_unary<unary::Mish>(table, "Mish");
+  add_unary<unary::Elu>(table, "Elu", {"alpha", 1});
+  add_unary<unary::Selu>(table, "Selu", {"alpha", 1.67326319217681884765625},
+                         {"gamma", 1.05070102214813232421875});
+  add_unary<unary::Celu>(table, "Celu", {"alpha", 1});
+  add_unary<unary::ThresholdedRelu>(table, "ThresholdedRelu", {"alpha", 1});
+  add_unary<unary::Softplus>(table, "Softplus");
+  add_unary<unary::Softsign>(table, "Softsign");
+  add_unary<unary::Tanh>(table, "Tanh");
+  add_unary<unary::Shrink>(table, "Shrink", {"lambd", 0.5}, {"bias", 0});
+  add_unary<unary::Not>(table, "Not");
+  add_unary<unary::IsNan>(table, "IsNaN");
+  detail::add_elementary_operators(table);
+  table["IsInf"] = {LayoutRule::any, 1, false, {{1, 1}}, detail::make_is_inf<T>};
+}
+
+}  // namespace tapestry::nn

@@ -1,0 +1,25 @@
+#pragma once
+/// \file
+/// All of raster/ that programs name: mesh to picture, with the gradient of texture, light and vertices.
+#include <tapestry/raster/bake.hpp>
+#include <tapestry/raster/clear_coat.hpp>
+#include <tapestry/raster/cropped.hpp>
+#include <tapestry/raster/deferred.hpp>
+#include <tapestry/raster/estimated_light.hpp>
+#include <tapestry/raster/face_charts.hpp>
+#include <tapestry/raster/faces_in_view.hpp>
+#include <tapestry/raster/fitted_camera.hpp>
+#include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/geometry_picture.hpp>
+#include <tapestry/raster/light.hpp>
+#include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/mip_pyramid.hpp>
+#include <tapestry/raster/outdoor_light.hpp>
+#include <tapestry/raster/painted.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
+#include <tapestry/raster/render_variable.hpp>
+#include <tapestry/raster/silhouette.hpp>
+#include <tapestry/raster/texture_layout.hpp>
+#include <tapestry/raster/texture_operator.hpp>
+#include <tapestry/raster/used_texels.hpp>
+#include <tapestry/raster/visibility.hpp>

@@ -1,0 +1,246 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/transform.hpp>
+#include <tapestry/raster/detail/raster_kernels.hpp>
+#include <tapestry/raster/detail/view_clip.hpp>
+#include <vector>
+
+namespace tapestry::raster {
+
+/// The part of a pixel that shows one face.
+struct Fragment {
+  std::size_t pixel;  ///< row · width + column
+  std::int32_t face;
+  double coverage;                    ///< share of the pixel's samples, in (0, 1]
+  std::array<double, 3> barycentric;  ///< perspective-correct, at the mean place of those samples
+};
+
+/// Whether all samples of one face in one pixel make one fragment, or each sample makes one.
+enum class FragmentGrain { face, sample };
+
+/// A fragment in its stored form.
+struct PackedFragment {
+  std::uint32_t pixel;  ///< row · width + column
+  std::int32_t face;
+  float coverage;       ///< in (0, 1]
+  float barycentric_0;  ///< the third is 1 − barycentric_0 − barycentric_1
+  float barycentric_1;
+};
+
+namespace detail {
+
+/// The fragments of a pixel row before they are visited, in separate arrays.
+class FragmentRow {
+ public:
+  static constexpr std::size_t most_of_pixel = 64;
+
+  void clear() { size_ = 0; }
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+  /// Makes room for the fragments of so many pixels, at most `each` in every one.
+  void reserve(std::size_t pixels, std::size_t each) {
+    constexpr std::size_t beyond = 8;  // elements that kernels access past the last one
+    const std::size_t wanted = size_ + pixels * each + beyond;
+    if (wanted <= face_.size()) return;
+    column_.resize(2 * wanted);
+    face_.resize(2 * wanted);
+    coverage_.resize(2 * wanted);
+    for (auto& place : place_) place.resize(2 * wanted);
+    for (auto& weight : barycentric_) weight.resize(2 * wanted);
+  }
+
+  /// \param place  {column, row} in samples
+  void add(std::size_t column, std::int32_t face, float coverage, const std::array<double, 2>& place) {
+    column_[size_] = static_cast<std::uint32_t>(column);
+    face_[size_] = face;
+    coverage_[size_] = coverage;
+    place_[0][size_] = place[0];
+    place_[1][size_] = place[1];
+    ++size_;
+  }
+
+  /// Adds the fragments of pixels that show one face each, from rows of one sample a pixel.
+  void add_samples(const std::int32_t* faces, std::size_t row, std::size_t column_begin,
+                   std::size_t column_end) {
+    reserve(column_end - column_begin, 1);
+    std::uint32_t* const columns = column_.data();
+    std::int32_t* const own = face_.data();
+    std::size_t size = size_;
+    for (std::size_t column = column_begin; column < column_end; ++column) {
+      own[size] = faces[column];
+      columns[size] = static_cast<std::uint32_t>(column);
+      size += faces[column] >= 0 ? 1 : 0;
+    }
+    for (std::size_t i = size_; i < size; ++i) {
+      coverage_[i] = 1;
+      place_[0][i] = static_cast<double>(columns[i]);
+      place_[1][i] = static_cast<double>(row);
+    }
+    size_ = size;
+  }
+
+  void set_barycentrics(const RayGrid& rays, const geometry::Mesh& mesh,
+                        const std::vector<geometry::Vector3>& positions_view) {
+    const std::array<double*, 3> b{barycentric_[0].data(), barycentric_[1].data(), barycentric_[2].data()};
+    raster_kernels().barycentrics(rays, mesh.faces.data(), positions_view.data(), size_, face_.data(),
+                                  place_[0].data(), place_[1].data(), b.data());
+  }
+
+  /// Calls visit(fragment) for each.
+  template <class Visit>
+  void visit(std::size_t first_pixel, Visit& visit) const {
+    for (std::size_t i = 0; i < size_; ++i) {
+      visit(Fragment{first_pixel + column_[i],
+                     face_[i],
+                     static_cast<double>(coverage_[i]),
+                     {barycentric_[0][i], barycentric_[1][i], barycentric_[2][i]}});
+    }
+  }
+
+  /// Appends each.
+  void pack(std::size_t first_pixel, std::vector<PackedFragment>& packed) const {
+    const std::size_t before = packed.size();
+    packed.resize(before + size_);
+    PackedFragment* const out = packed.data() + before;
+    const std::uint32_t* const column = column_.data();
+    const std::int32_t* const face = face_.data();
+    const float* const coverage = coverage_.data();
+    const double *const first = barycentric_[0].data(), *const second = barycentric_[1].data();
+    const auto pixel = static_cast<std::uint32_t>(first_pixel);
+    for (std::size_t i = 0, size = size_; i < size; ++i) {
+      out[i] = {pixel + column[i], face[i], coverage[i], static_cast<float>(first[i]),
+                static_cast<float>(second[i])};
+    }
+  }
+
+ private:
+  std::size_t size_ = 0;
+  std::vector<std::uint32_t> column_;
+  std::vector<std::int32_t> face_;
+  std::vector<float> coverage_;  // counts of at most 64 samples, over a power of two: exact
+  std::array<std::vector<double>, 2> place_;
+  std::array<std::vector<double>, 3> barycentric_;
+};
+
+/// Turns rows of samples into fragments, pixel by pixel.
+class FragmentScan {
+ public:
+  FragmentScan(const geometry::Mesh& mesh, const std::vector<geometry::Vector3>& positions_view,
+               const geometry::Camera& camera, std::size_t height, std::size_t width,
+               std::size_t samples_per_axis)
+      : mesh_(mesh),
+        positions_view_(positions_view),
+        rays_(camera, height * samples_per_axis, width * samples_per_axis),
+        width_(width),
+        axis_(samples_per_axis),
+        share_(1 / static_cast<float>(axis_ * axis_)) {}
+
+  /// Finds the fragments of columns column_begin … column_end − 1 of a pixel row.
+  /// \param faces  the row's samples, [samples_per_axis, width · samples_per_axis]
+  const FragmentRow& scan(const std::int32_t* faces, std::size_t row, std::size_t column_begin,
+                          std::size_t column_end, FragmentGrain grain) {
+    fragments_.clear();
+    if (grain == FragmentGrain::sample) {
+      for (std::size_t column = column_begin; column < column_end; ++column) add_samples(faces, row, column);
+    } else if (axis_ == 1) {
+      fragments_.add_samples(faces, row, column_begin, column_end);
+    } else if (axis_ == 2) {
+      scan_pixels<2>(faces, row, column_begin, column_end);
+    } else if (axis_ == 4) {
+      scan_pixels<4>(faces, row, column_begin, column_end);
+    } else {
+      scan_pixels<8>(faces, row, column_begin, column_end);
+    }
+    fragments_.set_barycentrics(rays_, mesh_, positions_view_);
+    return fragments_;
+  }
+
+ private:
+  template <std::size_t Axis>
+  void scan_pixels(const std::int32_t* faces, std::size_t row, std::size_t column_begin,
+                   std::size_t column_end) {
+    constexpr double centre = 0.5 * static_cast<double>(Axis - 1);
+    for (std::size_t column = column_begin; column < column_end; ++column) {
+      const std::int32_t* const corner = faces + column * Axis;
+      const std::int32_t first = corner[0];
+      const auto own = static_cast<std::uint32_t>(first);
+      const std::uint64_t pair = std::uint64_t{own} << 32U | own;
+      std::uint64_t difference = 0;
+      for (std::size_t y = 0; y < Axis; ++y) {
+        for (std::size_t x = 0; x < Axis; x += 2) {
+          std::uint64_t samples = 0;
+          std::memcpy(&samples, corner + y * width_ * Axis + x, sizeof samples);
+          difference |= samples ^ pair;
+        }
+      }
+      if (difference == 0 && first < 0) continue;
+      fragments_.reserve(1, FragmentRow::most_of_pixel);
+      if (difference == 0) {
+        fragments_.add(
+            column, first, 1,
+            {static_cast<double>(column * Axis) + centre, static_cast<double>(row * Axis) + centre});
+      } else {
+        add_faces<Axis>(corner, row, column);
+      }
+    }
+  }
+
+  /// One fragment for each face of a pixel that shows several, or shows one in part.
+  template <std::size_t Axis>
+  void add_faces(const std::int32_t* corner, std::size_t row, std::size_t column) {
+    std::array<std::int32_t, Axis * Axis> face;
+    for (std::size_t y = 0; y < Axis; ++y)
+      std::memcpy(face.data() + y * Axis, corner + y * width_ * Axis, Axis * sizeof(std::int32_t));
+    for (std::size_t s = 0; s < face.size(); ++s) {
+      const std::int32_t own = face[s];
+      if (own < 0) continue;
+      std::int32_t count = 0, down = 0, right = 0;
+      for (std::size_t other = 0; other < face.size(); ++other) {  // those before s are −1 or another face's
+        const std::int32_t is_own = face[other] == own ? -1 : 0;
+        face[other] |= is_own;
+        count -= is_own;
+        down += is_own & static_cast<std::int32_t>(other / Axis);
+        right += is_own & static_cast<std::int32_t>(other % Axis);
+      }
+      const double each = 1 / static_cast<double>(count);
+      fragments_.add(column, own, share_ * static_cast<float>(count),
+                     {static_cast<double>(column * Axis) + each * static_cast<double>(right),
+                      static_cast<double>(row * Axis) + each * static_cast<double>(down)});
+    }
+  }
+
+  /// One fragment for each sample, those of a face one after the other.
+  void add_samples(const std::int32_t* faces, std::size_t row, std::size_t column) {
+    std::array<std::int32_t, 64> face;
+    for (std::size_t s = 0; s < axis_ * axis_; ++s)
+      face[s] = faces[(s / axis_ * width_ + column) * axis_ + s % axis_];
+    fragments_.reserve(1, FragmentRow::most_of_pixel);
+    for (std::size_t s = 0; s < axis_ * axis_; ++s) {
+      const std::int32_t own = face[s];
+      if (own < 0) continue;
+      for (std::size_t other = s; other < axis_ * axis_; ++other) {
+        if (face[other] != own) continue;
+        face[other] = -1;
+        fragments_.add(column, own, share_,
+                       {static_cast<double>(column * axis_ + other % axis_),
+                        static_cast<double>(row * axis_ + other / axis_)});
+      }
+    }
+  }
+
+  const geometry::Mesh& mesh_;
+  const std::vector<geometry::Vector3>& positions_view_;
+  RayGrid rays_;
+  std::size_t width_;
+  std::size_t axis_;
+  float share_;
+  FragmentRow fragments_;
+};
+
+}  // namespace detail
+}  // namespace tapestry::raster

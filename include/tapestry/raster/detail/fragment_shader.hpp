@@ -1,0 +1,230 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/geometry/transform.hpp>
+#include <tapestry/raster/detail/atlas_filter.hpp>
+#include <tapestry/raster/detail/footprint.hpp>
+#include <tapestry/raster/detail/mip_levels.hpp>
+#include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
+#include <tapestry/raster/texture_layout.hpp>
+#include <vector>
+
+namespace tapestry::raster::detail {
+
+inline void require_uvs(const char* operation, const geometry::Mesh& mesh,
+                        const std::vector<std::uint8_t>& painted) {
+  for (std::size_t face = 0; face < painted.size(); ++face) {
+    if (painted[face] == 0) continue;
+    const auto complain = [&](const std::string& what) {
+      throw Error(ErrorKind::mismatch, std::string(operation) + ": face " + std::to_string(face) +
+                                           " is painted from an atlas but " + what);
+    };
+    if (face >= mesh.face_uvs.size()) complain("has no uv");
+    for (const std::int32_t uv : mesh.face_uvs[face]) {
+      if (uv < 0) complain("has no uv");
+      if (static_cast<std::size_t>(uv) >= mesh.uvs.size())
+        complain("refers to uv " + std::to_string(uv) + " of " + std::to_string(mesh.uvs.size()));
+      const auto& [u, v] = mesh.uvs[static_cast<std::size_t>(uv)];
+      if (!(std::abs(u) <= 1e9) || !(std::abs(v) <= 1e9))
+        complain("has a uv that is not finite or beyond 1e9");
+    }
+  }
+}
+
+inline void require_layout(const char* operation, const PaintedMesh& body) {
+  const auto& [mesh, painted, layout, space, pyramid] = body;
+  const std::string name = operation;
+  if (painted.size() != mesh.faces.size()) {
+    throw ShapeError(name + ": painted is [" + std::to_string(painted.size()) + "], expected [" +
+                     std::to_string(mesh.faces.size()) + "], one entry a face");
+  }
+  constexpr std::size_t size_limit = 1U << 16U;
+  if (layout.kind == TextureKind::cube) {
+    if (layout.texels_per_edge == 0 || layout.texels_per_edge > 256)
+      throw DomainError(name + ": texels_per_edge must be 1 to 256");
+  } else if (layout.kind == TextureKind::atlas) {
+    if (layout.height == 0 || layout.width == 0 || layout.height > size_limit || layout.width > size_limit)
+      throw DomainError(name + ": an atlas must have 1 to 65536 rows and columns");
+    if (!(layout.u_extent > 0 && layout.u_extent <= 1e6))
+      throw DomainError(name + ": u_extent must be in (0, 1e6]");
+    if (layout.most_lookups == 0 || layout.most_lookups > 64)
+      throw DomainError(name + ": most_lookups must be 1 to 64");
+    require_uvs(operation, mesh, painted);
+  }
+  if (stored_texel_count(layout, mesh) >= std::numeric_limits<std::uint32_t>::max())
+    throw Error(ErrorKind::limit, name + ": the texture has more than 4294967294 texels");
+}
+
+/// Everything needed to turn the fragments of a view into entries. `Lighting` is the result of prepare() for
+/// a light.
+template <class Lighting>
+struct FragmentShader {
+  const PaintedMesh& body;
+  const Lighting& lighting;
+  const std::vector<geometry::Vector3>& positions_view;
+  const geometry::Camera& camera;
+  std::array<double, 2> picture_size;   ///< height, width
+  OwnColours own_colours;               ///< of faces that are not painted
+  std::optional<AtlasFilter> filter{};  ///< of a filtered atlas
+
+  /// Appends the taps of a painted fragment, weighted by coverage and light.
+  void add_taps(const Fragment& fragment, std::vector<Tap>& taps) const {
+    const double scale = fragment.coverage * light_of(fragment);
+    visit_taps(fragment, [&](const Tap& tap) { taps.push_back({tap.texel, tap.weight * scale}); });
+  }
+
+  /// The light's factor, before its colour.
+  [[nodiscard]] double light_of(const Fragment& fragment) const {
+    return lighting.at(static_cast<std::size_t>(fragment.face), fragment.barycentric);
+  }
+
+  /// Calls visit(Tap) for the taps of a painted fragment, whose weights sum to 1.
+  template <class Visit>
+  void visit_taps(const Fragment& fragment, Visit visit) const {
+    const auto face = static_cast<std::size_t>(fragment.face);
+    switch (body.layout.kind) {
+      case TextureKind::cube:
+        return visit_cube_taps(body.layout, face, fragment.barycentric, visit);
+      case TextureKind::vertex:
+        for (std::size_t k = 0; k < 3; ++k)
+          visit(Tap{static_cast<std::size_t>(body.mesh.faces[face][k]), fragment.barycentric[k]});
+        return;
+      case TextureKind::solid:
+        return visit(Tap{0, 1});
+      case TextureKind::atlas:
+        return visit_taps_of_atlas(fragment, visit);
+    }
+  }
+
+  /// The map from a painted face's points to an atlas.
+  [[nodiscard]] FaceInAtlas face_in_atlas(std::size_t face) const {
+    std::array<geometry::Vector3, 3> corners;
+    std::array<std::array<double, 2>, 3> corner_uvs;
+    for (std::size_t k = 0; k < 3; ++k) {
+      corners[k] = positions_view[static_cast<std::size_t>(body.mesh.faces[face][k])];
+      corner_uvs[k] = body.mesh.uvs[static_cast<std::size_t>(body.mesh.face_uvs[face][k])];
+    }
+    return {corners, corner_uvs, body.layout, camera, picture_size[0], picture_size[1]};
+  }
+
+  /// Footprint of a fragment in an atlas: a fragment that fills a part of its pixel has that part of the
+  /// footprint.
+  [[nodiscard]] static AtlasSteps steps_of(const Fragment& fragment, const FaceInAtlas& map) {
+    return map.steps(fragment.barycentric, fragment.coverage < 1 ? std::sqrt(fragment.coverage) : 1);
+  }
+
+ private:
+  template <class Visit>
+  void visit_taps_of_atlas(const Fragment& fragment, Visit visit) const {
+    const auto face = static_cast<std::size_t>(fragment.face);
+    if (filter) {
+      const FaceInAtlas map = face_in_atlas(face);
+      return filter->visit_taps(map.place(fragment.barycentric), steps_of(fragment, map), visit);
+    }
+    std::array<double, 2> uv{0, 0};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& corner = body.mesh.uvs[static_cast<std::size_t>(body.mesh.face_uvs[face][k])];
+      for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += fragment.barycentric[k] * corner[axis];
+    }
+    visit_atlas_taps(body.layout, uv, visit);
+  }
+};
+
+/// Fragments collected for a lookup together in a filtered atlas.
+template <class Lighting>
+class FilteredFragments {
+ public:
+  explicit FilteredFragments(const FragmentShader<Lighting>& shader) : shader_(shader) {}
+
+  /// \pre not full
+  void add(const Fragment& fragment) {
+    if (fragment.face != face_) {
+      face_ = fragment.face;
+      map_.emplace(shader_.face_in_atlas(static_cast<std::size_t>(face_)));
+    }
+    const auto place = map_->place(fragment.barycentric);
+    const AtlasSteps steps = shader_.steps_of(fragment, *map_);
+    for (std::size_t axis = 0; axis < place.size(); ++axis) batch.place[axis][count] = place[axis];
+    for (std::size_t i = 0; i < steps.size(); ++i) batch.steps[i][count] = steps[i];
+    ++count;
+  }
+
+  [[nodiscard]] bool is_full() const { return count == LookupBatch::size; }
+
+  LookupBatch batch;
+  std::size_t count = 0;
+
+ private:
+  const FragmentShader<Lighting>& shader_;
+  std::int32_t face_ = -1;
+  std::optional<FaceInAtlas> map_{};  // of that face
+};
+
+/// \param body       must outlive the shader
+/// \param fragments  of the same mesh and camera
+template <class Lighting>
+[[nodiscard]] FragmentShader<Lighting> make_shader(const PaintedMesh& body, const Lighting& lighting,
+                                                   const FragmentBands& fragments,
+                                                   const geometry::Camera& camera, std::size_t height,
+                                                   std::size_t width) {
+  FragmentShader<Lighting> shader{body,
+                                  lighting,
+                                  fragments.positions_view(),
+                                  camera,
+                                  {static_cast<double>(height), static_cast<double>(width)},
+                                  OwnColours(body)};
+  if (is_filtered(body.layout)) shader.filter.emplace(body);
+  return shader;
+}
+
+/// The grain for a layout: cubes are looked up at every sample.
+[[nodiscard]] inline FragmentGrain grain_of(const TextureLayout& layout) {
+  return layout.kind == TextureKind::cube ? FragmentGrain::sample : FragmentGrain::face;
+}
+
+/// \throws DomainError unless a view that keeps its fragments belongs to this body as it is now
+inline void require_view_of(const char* operation, const PaintedMesh& body, const FragmentBands& view) {
+  if (!view.kept_grain()) return;
+  const geometry::Mesh& drawn = view.mesh();
+  bool fits = *view.kept_grain() == grain_of(body.layout) &&
+              drawn.positions.size() == body.mesh.positions.size() &&
+              (&drawn == &body.mesh || drawn.faces == body.mesh.faces);
+  if (fits) {
+    const auto is_near = [&](const geometry::Vector3& position, const geometry::Vector3& then) {
+      const geometry::Vector3 now = geometry::view_from_world(view.camera(), position);
+      const geometry::Vector3 moved = geometry::subtract(now, then);
+      return !(geometry::dot(moved, moved) > 1e-18 * (1 + geometry::dot(now, now)));
+    };
+    fits = std::equal(body.mesh.positions.begin(), body.mesh.positions.end(), view.positions_view().begin(),
+                      is_near);
+  }
+  if (!fits)
+    throw DomainError(std::string(operation) +
+                      ": the view was drawn of another mesh, before its positions moved, or for another kind "
+                      "of texture; draw it anew");
+}
+
+}  // namespace tapestry::raster::detail
+
+namespace tapestry::raster {
+
+/// Draws a view of a painted mesh and keeps its fragments, once for both its picture, by render_textured(),
+/// and its gradient, by vertex_adjoint(). Bits are those of drawing anew. The mesh must outlive the view.
+/// \throws as texture_operator()
+[[nodiscard]] inline FragmentBands drawn_view(const PaintedMesh& body, const geometry::Camera& camera,
+                                              std::size_t height, std::size_t width,
+                                              std::size_t samples_per_axis = 4) {
+  return {"drawn_view", body.mesh, camera, height, width, samples_per_axis, detail::grain_of(body.layout)};
+}
+
+}  // namespace tapestry::raster

@@ -1,0 +1,79 @@
+#pragma once
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <tapestry/core/compiled.hpp>
+#include <tapestry/core/instruction_set.hpp>
+#include <tapestry/raster/detail/mip_levels.hpp>
+#include <tapestry/raster/detail/triangle.hpp>
+#include <tapestry/raster/detail/view_clip.hpp>
+
+namespace tapestry::raster {
+
+/// 1.5 · 2⁵²: the low bits of a sum with it are the nearest integer of the other summand.
+inline constexpr double rounding_magic = 6755399441055744.0;
+
+/// Options that decide which triangles are made, and their tiles.
+struct SetupOptions {
+  std::int32_t columns;  ///< samples of the picture
+  std::int32_t rows;
+  bool culls_back;
+};
+
+/// The kernels of one instruction set; see raster_kernels.inl for what each computes.
+struct RasterKernels {
+  void (*project)(const Projection&, const std::array<double, 3>* world, std::size_t count,
+                  std::array<double, 3>* view, ScreenVertex* screen) = nullptr;
+  std::uint32_t (*highest_index)(const std::int32_t* indices, std::size_t count) = nullptr;
+  std::size_t (*list_faces)(const std::array<std::int32_t, 3>* faces, std::int32_t first, std::int32_t count,
+                            const ScreenVertex* vertices, std::int32_t columns, std::int32_t rows,
+                            std::int32_t* list) = nullptr;
+  std::size_t (*set_up)(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
+                        const std::int32_t* list, std::size_t count, const ScreenVertex* vertices,
+                        const std::array<double, 3>* view, const SetupOptions& options,
+                        ScreenTriangle* triangles, TileRange* tiles) = nullptr;
+  void (*draw_triangles)(const ScreenTriangle* const* triangles, std::size_t count,
+                         const Tile& tile) = nullptr;
+  void (*barycentrics)(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
+                       const std::array<double, 3>* view, std::size_t count, const std::int32_t* face,
+                       const double* column, const double* row, double* const* result) = nullptr;
+  void (*choose_lookups)(const LookupRule& rule, LookupBatch& batch, std::size_t count) = nullptr;
+  void (*look_up)(const PyramidTexels& pyramid, const LookupBatch& batch, std::size_t count,
+                  float* sums) = nullptr;
+};
+
+#if !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off")
+#endif
+
+/// {x, y} of ScreenVertex for a point of view space, with the bits of the kernels.
+[[nodiscard]] [[gnu::noinline]] inline std::array<std::int32_t, 2> snapped(
+    const Projection& p, const std::array<double, 3>& view) {
+  std::array<std::int32_t, 2> place{};
+  const double inverse = 1 / view[2];
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const double slope = view[axis] * inverse;
+    const double offset = slope * p.samples[axis];
+    const double coordinate = offset + p.centre[axis];
+    const double rounded = coordinate * subpixel_steps + rounding_magic;
+    place[axis] = static_cast<std::int32_t>(std::bit_cast<std::int64_t>(rounded));
+  }
+  return place;
+}
+
+#if !defined(__clang__)
+#pragma GCC pop_options
+#endif
+
+/// The kernels of one instruction set, which the processor must have. All give the same bits.
+[[nodiscard]] RasterKernels raster_kernels_of(InstructionSet set);
+
+/// The kernels in use, chosen once.
+[[nodiscard]] inline const RasterKernels& raster_kernels() {
+  static const RasterKernels chosen = raster_kernels_of(instruction_set());
+  return chosen;
+}
+
+}  // namespace tapestry::raster
