@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -48,62 +49,66 @@ struct CountedCharacter {
   std::size_t* read;
 };
 
-/// Checks the events of a parse for what the parser itself accepts: duplicate keys, and unlimited nesting,
-/// which could overflow the stack of recursive code.
-class JsonCheck final : public nlohmann::json_sax<nlohmann::json> {
+/// Reads a text once, and checks at each event of the parser what the parser itself accepts: duplicate keys,
+/// and unlimited nesting, which could overflow the stack of recursive code.
+class JsonReader {
  public:
-  JsonCheck(std::string_view text, std::string path, std::uint64_t offset, std::size_t deepest)
+  JsonReader(std::string_view text, std::string path, std::uint64_t offset, std::size_t deepest)
       : text_(text), path_(std::move(path)), offset_(offset), deepest_(deepest) {}
 
-  /// Parses the whole text.
-  /// \returns where the members of the outermost object have their values
-  [[nodiscard]] std::map<std::string, std::uint64_t> positions() {
+  [[nodiscard]] JsonText read() {
     if (const std::size_t zero = text_.find('\0'); zero != text_.npos)  // nlohmann ends the text there
       fail(zero, "zero byte in JSON");
-    nlohmann::json::sax_parse(CountedCharacter{text_.data(), &read_},
-                              CountedCharacter{text_.data() + text_.size(), nullptr}, this);
-    return std::move(positions_);
-  }
-
-  bool null() override { return scalar(0); }
-  bool boolean(bool) override { return scalar(0); }
-  bool number_integer(number_integer_t) override { return scalar(1); }
-  bool number_unsigned(number_unsigned_t) override { return scalar(1); }
-  bool number_float(number_float_t, const string_t&) override { return scalar(1); }
-  bool string(string_t&) override { return scalar(0); }
-  bool binary(binary_t&) override { return false; }  // does not occur in text
-  bool start_object(std::size_t) override { return open(); }
-  bool end_object() override { return close(); }
-  bool start_array(std::size_t) override { return open(); }
-  bool end_array() override { return close(); }
-
-  bool key(string_t& name) override {
-    const std::size_t begin = next_token(0);
-    auto& keys = keys_.back();
-    if (keys.size() == largest_member_count)
-      fail(begin, "too many members in an object", "at most 131072", "more", ErrorKind::limit);
-    if (!keys.insert(name).second) fail(begin, "key given twice", "each key once", in_quotes(name));
-    if (keys_.size() == 1) member_ = name;
-    return true;
-  }
-
-  /// \param position number of characters read, counting the end of the text as one
-  bool parse_error(std::size_t position, const std::string&,
-                   const nlohmann::detail::exception& error) override {
-    const std::string_view message = error.what();  // [...] parse error at line 1, column 9: syntax error ...
-    const std::size_t place = message.find(": ");
-    const auto what = message.substr(place == message.npos ? message.find("] ") + 2 : place + 2);
-    const std::size_t at = std::min(position, text_.size() + 1) - 1;
-    fail(at,
-         "not valid JSON: " +
-             std::string(what.substr(0, std::min<std::size_t>(what.find("; last read"), 120))),
-         "", at == text_.size() ? "the end" : in_quotes(text_.substr(at, 20)));
+    try {
+      auto value = nlohmann::json::parse(
+          CountedCharacter{text_.data(), &read_}, CountedCharacter{text_.data() + text_.size(), nullptr},
+          [this](int, nlohmann::json::parse_event_t event, const nlohmann::json& parsed) {
+            return take(event, parsed);
+          });
+      return {std::move(value), std::move(positions_)};
+    } catch (const nlohmann::json::parse_error& error) {
+      refuse(std::min(error.byte, text_.size() + 1) - 1, error.what());
+    } catch (const nlohmann::json::out_of_range& error) {  // a number, which does not tell its place
+      refuse(text_.find_first_not_of(" \t\r\n,:[{", token_end_), error.what());
+    }
   }
 
  private:
   [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
                          const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const {
     throw FileError(kind, {path_, "@" + std::to_string(offset_ + at), what, expected, found});
+  }
+
+  /// \param message  nlohmann's: [...] parse error at line 1, column 9: syntax error ...
+  [[noreturn]] void refuse(std::size_t at, std::string_view message) const {
+    const std::size_t place = message.find(": ");
+    const auto what = message.substr(place == message.npos ? message.find("] ") + 2 : place + 2);
+    fail(at,
+         "not valid JSON: " +
+             std::string(what.substr(0, std::min<std::size_t>(what.find("; last read"), 120))),
+         "", at == text_.size() ? "the end" : in_quotes(text_.substr(at, 20)));
+  }
+
+  bool take(nlohmann::json::parse_event_t event, const nlohmann::json& parsed) {
+    using Event = nlohmann::json::parse_event_t;
+    if (event == Event::key)
+      take_key(parsed.get_ref<const std::string&>());
+    else if (event == Event::value)
+      begin_value(parsed.is_number() ? 1 : 0);
+    else if (event == Event::object_start || event == Event::array_start)
+      open();
+    else
+      close();
+    return true;
+  }
+
+  void take_key(const std::string& name) {
+    const std::size_t begin = next_token(0);
+    auto& keys = keys_.back();
+    if (keys.size() == largest_member_count)
+      fail(begin, "too many members in an object", "at most 131072", "more", ErrorKind::limit);
+    if (!keys.insert(name).second) fail(begin, "key given twice", "each key once", in_quotes(name));
+    if (keys_.size() == 1) member_ = name;
   }
 
   /// Where the token that was read last begins.
@@ -119,21 +124,15 @@ class JsonCheck final : public nlohmann::json_sax<nlohmann::json> {
     if (keys_.size() == 1 && !keys_[0].empty()) positions_.emplace(member_, offset_ + begin);
     return begin;
   }
-  bool scalar(std::size_t ahead) {
-    begin_value(ahead);
-    return true;
-  }
-  bool open() {
+  void open() {
     const std::size_t begin = begin_value(0);
     if (keys_.size() == deepest_)
       fail(begin, "JSON nested too deep", "at most " + std::to_string(deepest_) + " levels", "more");
     keys_.emplace_back();
-    return true;
   }
-  bool close() {
+  void close() {
     (void)next_token(0);
     keys_.pop_back();
-    return true;
   }
 
   std::string_view text_;
@@ -159,10 +158,7 @@ class JsonCheck final : public nlohmann::json_sax<nlohmann::json> {
 ///                  131,072 members of an object
 [[nodiscard]] inline JsonText read_json(std::string_view text, const std::string& path,
                                         std::uint64_t offset = 0, std::size_t deepest = 64) {
-  JsonText result;
-  result.positions = detail::JsonCheck(text, path, offset, deepest).positions();
-  result.value = nlohmann::json::parse(text);
-  return result;
+  return detail::JsonReader(text, path, offset, deepest).read();
 }
 
 }  // namespace tapestry::io
