@@ -18,8 +18,7 @@ template <std::integral Integer, std::floating_point T>
 [[nodiscard]] Integer whole_number(const char* operation, T truncated) {
   constexpr auto low = static_cast<T>(std::numeric_limits<Integer>::min());  // a power of two, exact
   if (!(truncated >= low && truncated < -low))
-    throw NumericError(std::string(operation) + ": " + std::to_string(truncated) +
-                       " does not fit an integer");
+    throw NumericError({operation, ": ", truncated, " does not fit an integer"});
   return static_cast<Integer>(truncated);
 }
 }  // namespace detail

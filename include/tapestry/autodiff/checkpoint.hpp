@@ -53,7 +53,7 @@ class PassiveOnly {
   /// Forgets what was recorded since this was made.
   [[noreturn]] void refuse(const std::string& what, const char* remedy) const {
     if (tape_ != nullptr) tape_->rewind(before_);
-    throw DomainError(what + " uses an active variable beside its arguments; make it " + remedy);
+    throw DomainError({what, " uses an active variable beside its arguments; make it ", remedy});
   }
 
  private:
@@ -69,8 +69,8 @@ template <class T>
 void sweep_results(Tape<T>& tape, std::span<const Variable<T>> results, std::span<const T> result_adjoints,
                    std::span<const Variable<T>> inputs, std::span<T> input_adjoints) {
   if (results.size() != result_adjoints.size())
-    throw DomainError("checkpoint: the function returned " + std::to_string(results.size()) +
-                      " variables, and " + std::to_string(result_adjoints.size()) + " when first called");
+    throw DomainError({"checkpoint: the function returned ", results.size(), " variables, and ",
+                       result_adjoints.size(), " when first called"});
   TapeState<T>& state = *tape.shared_state();
   for (const Variable<T>& result : results) state.require_own_if_active(result.link());
   state.reverse(tape.statement_count(), [&](T* adjoints) {

@@ -43,8 +43,8 @@ template <class T, class Step>
                                                     std::span<const Variable<T>> parameters) {
   std::vector<Variable<T>> next = step(index, state, parameters);
   if (next.size() != state.size())
-    throw ShapeError("checkpointed_scan: step " + std::to_string(index) + " makes " +
-                     std::to_string(next.size()) + " variables of " + std::to_string(state.size()));
+    throw ShapeError(
+        {"checkpointed_scan: step ", index, " makes ", next.size(), " variables of ", state.size()});
   return next;
 }
 

@@ -113,12 +113,11 @@ namespace detail {
 inline void require_pattern_of(const JacobianPattern& pattern, std::size_t roots, std::size_t variables,
                                std::size_t values) {
   if (pattern.row_count() != roots || pattern.column_count() != variables)
-    throw DomainError("compressed_jacobian: " + std::to_string(roots) + " roots and " +
-                      std::to_string(variables) + " variables, expected " +
-                      std::to_string(pattern.row_count()) + " and " + std::to_string(pattern.column_count()));
+    throw DomainError({"compressed_jacobian: ", roots, " roots and ", variables, " variables, expected ",
+                       pattern.row_count(), " and ", pattern.column_count()});
   if (pattern.entry_count() != values)
-    throw DomainError("compressed_jacobian: room for " + std::to_string(values) + " entries, expected " +
-                      std::to_string(pattern.entry_count()));
+    throw DomainError(
+        {"compressed_jacobian: room for ", values, " entries, expected ", pattern.entry_count()});
 }
 
 template <class T>

@@ -86,8 +86,7 @@ namespace detail {
 inline void require_as_many(const char* operation, const char* what, std::size_t found,
                             std::size_t expected) {
   if (found != expected)
-    throw DomainError(std::string(operation) + ": " + std::to_string(found) + " entries of " + what +
-                      ", expected " + std::to_string(expected));
+    throw DomainError({operation, ": ", found, " entries of ", what, ", expected ", expected});
 }
 
 /// Records f on a tape of duals, calls `seed(i)` for the tangents of input i, sweeps back, and calls

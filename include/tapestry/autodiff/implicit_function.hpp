@@ -56,8 +56,8 @@ class ImplicitRecord final : public TapeRecord<T> {
   static Vector solve_transposed(Tape<T>& tape, const std::vector<Variable<T>>& residuals,
                                  std::span<const Variable<T>> x, const Vector& side) {
     if (residuals.size() != x.size())
-      throw ShapeError("implicit_function: the residual has " + std::to_string(residuals.size()) +
-                       " numbers, expected " + std::to_string(x.size()));
+      throw ShapeError(
+          {"implicit_function: the residual has ", residuals.size(), " numbers, expected ", x.size()});
     Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic> transposed(side.size(), side.size());
     for (Eigen::Index i = 0; i < side.size(); ++i) {
       tape.reverse(residuals[static_cast<std::size_t>(i)]);

@@ -115,9 +115,7 @@ class AdjointVectors {
   template <class ArrayOnTape>
   requires requires(const ArrayOnTape& array) { array.shared_adjoint(); }
   [[nodiscard]] const auto& of(const ArrayOnTape& array, std::size_t k) const {
-    if (k >= Width)
-      throw DomainError("AdjointVectors: root " + std::to_string(k) + ", expected one below " +
-                        std::to_string(Width));
+    if (k >= Width) throw DomainError({"AdjointVectors: root ", k, ", expected one below ", Width});
     if (!array.is_active()) return array.adjoint();
     require_swept(array.link());
     if (state_->vector_sweeps != sweep_)
@@ -136,8 +134,7 @@ class AdjointVectors {
              const std::span<const Variable<T>>* kept) {
     const auto& state = tape.shared_state();
     if (roots.size() > Width)
-      throw DomainError("AdjointVectors: " + std::to_string(roots.size()) + " roots, expected at most " +
-                        std::to_string(Width));
+      throw DomainError({"AdjointVectors: ", roots.size(), " roots, expected at most ", Width});
     state_ = {};  // until the sweep is done
     detail::sweep_vectors<T, Width>(*state, roots, kept, adjoints_, [](std::size_t k) { return k; });
     state_ = state;

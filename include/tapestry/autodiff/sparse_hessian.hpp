@@ -22,8 +22,8 @@ namespace detail {
 /// The pattern with the transpose of each entry. \throws DomainError unless it is square
 [[nodiscard]] inline JacobianPattern symmetrised(const JacobianPattern& pattern) {
   if (pattern.row_count() != pattern.column_count())
-    throw DomainError("HessianPlan: a pattern of " + std::to_string(pattern.row_count()) + " rows and " +
-                      std::to_string(pattern.column_count()) + " columns, expected a square one");
+    throw DomainError({"HessianPlan: a pattern of ", pattern.row_count(), " rows and ",
+                       pattern.column_count(), " columns, expected a square one"});
   std::vector<JacobianPattern::Entry> entries;
   entries.reserve(2 * pattern.entry_count());
   pattern.visit([&](std::size_t row, std::size_t column, std::size_t) {

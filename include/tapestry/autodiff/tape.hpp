@@ -242,8 +242,7 @@ class Tape {
   static void require_equal_count(const char* operation, const char* what, std::size_t found,
                                   std::size_t variables) {
     if (found != variables)
-      throw DomainError(std::string(operation) + ": " + std::to_string(found) + " " + what + " for " +
-                        std::to_string(variables) + " variables");
+      throw DomainError({operation, ": ", found, " ", what, " for ", variables, " variables"});
   }
   [[nodiscard]] detail::TapeState<T>& state() const { return *shared_state(); }
 

@@ -101,8 +101,8 @@ template <class T>
 [[nodiscard]] Variable<T> record_partials(T value, std::span<const Variable<T>> variables,
                                           std::span<const T> partials) {
   if (variables.size() != partials.size())
-    throw DomainError("record_partials: " + std::to_string(partials.size()) + " partials for " +
-                      std::to_string(variables.size()) + " variables");
+    throw DomainError(
+        {"record_partials: ", partials.size(), " partials for ", variables.size(), " variables"});
   bool is_active = false;
   for (const Variable<T>& variable : variables) is_active = is_active || variable.is_active();
   if (!is_active) return value;

@@ -1,6 +1,11 @@
 #pragma once
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <tapestry/version.hpp>
 #include <utility>
 
@@ -17,10 +22,79 @@ enum class ErrorKind {
   limit = 8,      ///< larger than a stated limit on memory, size or time
 };
 
+/// A part of a message: text, a number, or extents, which read [2, 3].
+class MessagePart {
+ public:
+  MessagePart(std::string_view text) : kind_(Kind::text), text_(text.data()), size_(text.size()) {}
+  MessagePart(const char* text) : MessagePart(std::string_view(text)) {}
+  MessagePart(const std::string& text) : MessagePart(std::string_view(text)) {}
+  template <std::signed_integral I>
+  MessagePart(I number) : kind_(Kind::integer), integer_(number) {}
+  template <std::unsigned_integral I>
+  MessagePart(I number) : kind_(Kind::count), count_(number) {}
+  template <std::floating_point F>
+  MessagePart(F number) : kind_(Kind::number), number_(static_cast<double>(number)) {}
+  template <class Extents>
+  requires requires(const Extents& e) {
+    { e.data() } -> std::convertible_to<const std::size_t*>;
+  }
+  MessagePart(const Extents& extents)
+      : kind_(Kind::extents), extents_(extents.data()), size_(extents.size()) {}
+  MessagePart(char) = delete;  // a letter or a number?
+
+  void append_to(std::string& message) const {
+    switch (kind_) {
+      case Kind::text:
+        message.append(text_, size_);
+        break;
+      case Kind::integer:
+        message += std::to_string(integer_);
+        break;
+      case Kind::count:
+        message += std::to_string(count_);
+        break;
+      case Kind::number:
+        message += std::to_string(number_);
+        break;
+      case Kind::extents:
+        message += '[';
+        for (std::size_t i = 0; i < size_; ++i) message += (i > 0 ? ", " : "") + std::to_string(extents_[i]);
+        message += ']';
+    }
+  }
+
+ private:
+  enum class Kind { text, integer, count, number, extents };
+  Kind kind_;
+  union {
+    const char* text_;
+    std::int64_t integer_;
+    std::uint64_t count_;
+    double number_;
+    const std::size_t* extents_;
+  };
+  std::size_t size_ = 0;
+};
+
+/// What an exception says: a text, or parts, as in `ShapeError({"solve: b is ", b.shape(), ", expected ",
+/// 3})`.
+class ErrorMessage {
+ public:
+  ErrorMessage(std::string text) : text_(std::move(text)) {}
+  ErrorMessage(const char* text) : text_(text) {}
+  [[gnu::cold]] ErrorMessage(std::initializer_list<MessagePart> parts) {
+    for (const MessagePart& part : parts) part.append_to(text_);
+  }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
 /// The root of every exception that Tapestry throws.
 class Error : public std::runtime_error {
  public:
-  Error(ErrorKind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
+  Error(ErrorKind kind, const ErrorMessage& message) : std::runtime_error(message.text()), kind_(kind) {}
   /// The kind of this error.
   [[nodiscard]] ErrorKind kind() const noexcept { return kind_; }
 
@@ -31,19 +105,19 @@ class Error : public std::runtime_error {
 /// An argument has extents that the operation cannot accept.
 class ShapeError : public Error {
  public:
-  explicit ShapeError(const std::string& message) : Error(ErrorKind::mismatch, message) {}
+  explicit ShapeError(const ErrorMessage& message) : Error(ErrorKind::mismatch, message) {}
 };
 
 /// An argument lies outside what the operation is defined for.
 class DomainError : public Error {
  public:
-  explicit DomainError(const std::string& message) : Error(ErrorKind::usage, message) {}
+  explicit DomainError(const ErrorMessage& message) : Error(ErrorKind::usage, message) {}
 };
 
 /// A value that should be finite is not.
 class NumericError : public Error {
  public:
-  explicit NumericError(const std::string& message) : Error(ErrorKind::numeric, message) {}
+  explicit NumericError(const ErrorMessage& message) : Error(ErrorKind::numeric, message) {}
 };
 
 /// Something is wrong with a file. The message reads
@@ -90,8 +164,7 @@ template <class Array>
 void require_shape(const char* operation, const char* argument, const Array& array,
                    const typename Array::shape_type& expected) {
   if (array.shape() != expected) {
-    throw ShapeError(std::string(operation) + ": " + argument + " is " + detail::to_text(array.shape()) +
-                     ", expected " + detail::to_text(expected));
+    throw ShapeError({operation, ": ", argument, " is ", array.shape(), ", expected ", expected});
   }
 }
 

@@ -36,11 +36,11 @@ enum class InstructionSet { portable, avx2, avx512 };
   for (const auto set : {InstructionSet::portable, InstructionSet::avx2, InstructionSet::avx512}) {
     if (name_of(set) != name) continue;
     if (set <= best) return set;
-    throw DomainError("TAPESTRY_INSTRUCTION_SET: this processor has no " + std::string(name) +
-                      ", expected at most " + std::string(name_of(best)));
+    throw DomainError(
+        {"TAPESTRY_INSTRUCTION_SET: this processor has no ", name, ", expected at most ", name_of(best)});
   }
-  throw DomainError("TAPESTRY_INSTRUCTION_SET: found " + in_quotes(name) +
-                    ", expected portable, avx2 or avx512");
+  throw DomainError(
+      {"TAPESTRY_INSTRUCTION_SET: found ", in_quotes(name), ", expected portable, avx2 or avx512"});
 }
 
 /// The instruction set of all computation: the one that the environment variable TAPESTRY_INSTRUCTION_SET

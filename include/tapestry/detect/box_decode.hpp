@@ -46,9 +46,8 @@ void require_finite_logits(const std::vector<Array<T, 4>>& logits, const std::st
   for (const auto& head : logits)
     for (std::size_t i = 0; i < head.size(); ++i)
       if (!std::isfinite(head.data()[i]))
-        throw NumericError(picture + ": output " + std::to_string(i) +
-                           " of the detector; expected a finite number, found " +
-                           std::to_string(head.data()[i]));
+        throw NumericError(
+            {picture, ": output ", i, " of the detector; expected a finite number, found ", head.data()[i]});
 }
 
 }  // namespace tapestry::detect

@@ -67,8 +67,7 @@ inline constexpr std::string_view anchored_family_names = "darknet, ultralytics 
 [[nodiscard]] inline DecodeFamily decode_family_by_name(std::string_view name) {
   for (const DecodeFamily family : decode_families)
     if (name_of(family) == name) return family;
-  throw DomainError("no decode family is called " + in_quotes(name) + "; expected " +
-                    std::string(decode_family_names));
+  throw DomainError({"no decode family is called ", in_quotes(name), "; expected ", decode_family_names});
 }
 
 /// Order of a candidate's channels in the decode family distance.
@@ -142,22 +141,21 @@ inline void require_layout(const char* operation, const Head& head) {
   const std::string of_family =
       std::string(operation) + ": a head of the decode family " + std::string(name_of(head.decode));
   if (!has_anchors(head.decode) && !head.anchors.empty())
-    throw DomainError(of_family + " has " + std::to_string(head.anchors.size()) + " anchors, expected none");
+    throw DomainError({of_family, " has ", head.anchors.size(), " anchors, expected none"});
   if (head.decode == DecodeFamily::distance && (head.bins == 0 || head.bins > largest_bin_count))
-    throw DomainError(of_family + " has " + std::to_string(head.bins) + " bins, expected 1 to " +
-                      std::to_string(largest_bin_count));
+    throw DomainError({of_family, " has ", head.bins, " bins, expected 1 to ", largest_bin_count});
   if (!head.has_objectness() && head.classes == 0)
-    throw DomainError(of_family + " has no classes, expected at least 1");
+    throw DomainError({of_family, " has no classes, expected at least 1"});
   if (head.exclusive_classes && head.decode != DecodeFamily::darknet)
-    throw DomainError(of_family + " has exclusive classes, expected those of the family darknet alone");
+    throw DomainError({of_family, " has exclusive classes, expected those of the family darknet alone"});
 }
 
 /// \throws DomainError if a head has no class of that index
 inline void require_class(const char* operation, const std::vector<Head>& heads, std::size_t class_index) {
   for (const Head& head : heads)
     if (class_index >= head.classes)
-      throw DomainError(std::string(operation) + ": class " + std::to_string(class_index) +
-                        " of a network with " + std::to_string(head.classes) + " classes");
+      throw DomainError(
+          {operation, ": class ", class_index, " of a network with ", head.classes, " classes"});
 }
 
 }  // namespace tapestry::detect

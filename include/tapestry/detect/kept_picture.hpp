@@ -45,8 +45,7 @@ template <std::floating_point T>
 void require_kept(const char* operation, const Detector<T>& detector, const Array<T, 4>& images,
                   const std::vector<KeptPicture<T>*>& kept) {
   if (kept.size() != images.shape(0))
-    throw ShapeError(std::string(operation) + ": " + std::to_string(kept.size()) + " kept pictures for " +
-                     std::to_string(images.shape(0)) + " images");
+    throw ShapeError({operation, ": ", kept.size(), " kept pictures for ", images.shape(0), " images"});
   for (const KeptPicture<T>* picture : kept)
     if (picture != nullptr)
       image::require_window(operation, picture->window(), detector.input_height(), detector.input_width());

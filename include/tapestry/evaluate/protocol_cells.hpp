@@ -106,8 +106,8 @@ template <class Values, std::predicate<std::size_t> Belongs>
   const auto pictures = measured_values(outcomes, values, texture, belongs);
   const std::size_t draws = outcomes.draws_of(texture);
   if (pictures_a_view == 0 || pictures.size() / draws % pictures_a_view != 0)
-    throw ShapeError("view_means: " + std::to_string(pictures.size() / draws) + " pictures are not " +
-                     std::to_string(pictures_a_view) + " of each view");
+    throw ShapeError(
+        {"view_means: ", pictures.size() / draws, " pictures are not ", pictures_a_view, " of each view"});
   return detail::means_of_views(pictures, pictures_a_view * draws);
 }
 

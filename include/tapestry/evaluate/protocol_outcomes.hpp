@@ -73,12 +73,9 @@ template <class Value, std::predicate<std::size_t> Belongs>
   require_shape("measured_values", "state", outcomes.state, {outcomes.frame_count()});
   require_shape("measured_values", "values", values, {outcomes.frame_count(), columns});
   if (texture >= outcomes.texture_count())
-    throw ShapeError("measured_values: texture " + std::to_string(texture) + " of " +
-                     std::to_string(outcomes.texture_count()));
+    throw ShapeError({"measured_values: texture ", texture, " of ", outcomes.texture_count()});
   const std::size_t first = outcomes.first_column(texture), last = first + outcomes.draws_of(texture);
-  if (last > columns)
-    throw ShapeError("measured_values: draws up to column " + std::to_string(last) + " of " +
-                     std::to_string(columns));
+  if (last > columns) throw ShapeError({"measured_values: draws up to column ", last, " of ", columns});
   std::vector<double> numbers;
   for (std::size_t frame = 0; frame < outcomes.frame_count(); ++frame)
     if (outcomes.state_of(frame) == FrameState::measured && belongs(frame))

@@ -79,8 +79,8 @@ namespace detail {
 template <class Visit>
 void for_each_view(const char* operation, const ViewGrid& grid, Visit visit) {
   if (grid.azimuth_step_deg == 0 || 360 % grid.azimuth_step_deg != 0)
-    throw DomainError(std::string(operation) + ": azimuths every " + std::to_string(grid.azimuth_step_deg) +
-                      " degrees do not divide a full turn");
+    throw DomainError(
+        {operation, ": azimuths every ", grid.azimuth_step_deg, " degrees do not divide a full turn"});
   for (std::size_t column = 0; column < grid.distances.size(); ++column)
     for (const double elevation_deg : grid.elevations_deg)
       for (std::size_t azimuth_deg = 0; azimuth_deg < 360; azimuth_deg += grid.azimuth_step_deg)

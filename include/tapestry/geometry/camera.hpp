@@ -53,8 +53,8 @@ struct Camera {
 namespace detail {
 inline double tan_half(const char* operation, double fov_rad) {
   if (!(fov_rad > 0 && fov_rad < std::numbers::pi)) {
-    throw DomainError(std::string(operation) + ": field of view is " + std::to_string(fov_rad) +
-                      " rad, expected more than 0 and less than pi");
+    throw DomainError(
+        {operation, ": field of view is ", fov_rad, " rad, expected more than 0 and less than pi"});
   }
   return std::tan(fov_rad / 2);
 }
@@ -183,7 +183,7 @@ struct Intrinsics {
 [[nodiscard]] inline Camera pinhole_camera(const Intrinsics& intrinsics, const Matrix3& view_from_world,
                                            const Vector3& translation) {
   const auto& k = intrinsics;
-  const auto fail = [](const char* what) { throw DomainError(std::string("pinhole_camera: ") + what); };
+  const auto fail = [](const char* what) { throw DomainError({"pinhole_camera: ", what}); };
   if (!(k.focal_x > 0) || !(k.focal_y > 0) || !is_finite({k.focal_x, k.focal_y, k.skew}))
     fail("focal lengths must be positive and finite, and skew finite");
   if (!(k.width > 0) || !(k.height > 0) || !is_finite({k.width, k.height, 0}))

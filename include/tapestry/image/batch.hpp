@@ -37,8 +37,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> picture_of(const Array<T, 4>& batch, std::size_t index) {
   if (index >= batch.shape(0))
-    throw DomainError("picture_of: picture " + std::to_string(index) + " of a batch of " +
-                      std::to_string(batch.shape(0)));
+    throw DomainError({"picture_of: picture ", index, " of a batch of ", batch.shape(0)});
   Array<T, 3> picture(Extents<3>{batch.shape(1), batch.shape(2), batch.shape(3)});
   std::copy_n(batch.data() + index * picture.size(), picture.size(), picture.data());
   return picture;

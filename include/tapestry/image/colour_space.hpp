@@ -20,8 +20,7 @@ namespace tapestry::image {
 template <class Element>
 [[nodiscard]] Array<Element, 3> swap_red_blue(Array<Element, 3> picture) {
   if (picture.shape(2) != 3) {
-    throw ShapeError("swap_red_blue: picture has " + std::to_string(picture.shape(2)) +
-                     " channels, expected 3");
+    throw ShapeError({"swap_red_blue: picture has ", picture.shape(2), " channels, expected 3"});
   }
   for (std::size_t i = 0; i < picture.size(); i += 3) std::swap(picture.data()[i], picture.data()[i + 2]);
   return picture;
@@ -77,7 +76,7 @@ inline constexpr std::array colour_spaces{ColourSpace::encoded, ColourSpace::lin
 [[nodiscard]] inline ColourSpace colour_space_by_name(const std::string& name) {
   for (const ColourSpace space : colour_spaces)
     if (name == name_of(space)) return space;
-  throw DomainError("no colour space " + in_quotes(name) + "; expected encoded or linear");
+  throw DomainError({"no colour space ", in_quotes(name), "; expected encoded or linear"});
 }
 
 namespace detail {

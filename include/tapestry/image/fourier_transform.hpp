@@ -138,15 +138,14 @@ class FourierTransform {
   static std::size_t checked(std::size_t extent, std::size_t height, std::size_t width) {
     constexpr std::size_t most = std::size_t(1) << 30U;
     if (extent == 0 || extent > most)
-      throw DomainError("FourierTransform: found " + std::to_string(height) + " rows and " +
-                        std::to_string(width) + " columns, expected 1 to " + std::to_string(most));
+      throw DomainError(
+          {"FourierTransform: found ", height, " rows and ", width, " columns, expected 1 to ", most});
     return extent;
   }
 
   static void require_size(const char* operation, std::size_t found, std::size_t expected) {
     if (found != expected)
-      throw ShapeError(std::string("FourierTransform::") + operation + ": found " + std::to_string(found) +
-                       " values, expected " + std::to_string(expected));
+      throw ShapeError({"FourierTransform::", operation, ": found ", found, " values, expected ", expected});
   }
 
   void transform_columns(Spectrum& spectrum, void (FourierAxis::*transform)(const Complex*, Complex*)) {

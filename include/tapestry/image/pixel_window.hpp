@@ -18,10 +18,9 @@ inline void require_window(const char* operation, const PixelWindow& window, std
     return first <= all && count <= all - first;
   };
   if (fits(window.top, window.height, height) && fits(window.left, window.width, width)) return;
-  throw ShapeError(std::string(operation) + ": the window of " + std::to_string(window.height) + "x" +
-                   std::to_string(window.width) + " pixels at row " + std::to_string(window.top) +
-                   ", column " + std::to_string(window.left) + " leaves the picture, [" +
-                   std::to_string(height) + ", " + std::to_string(width) + "]");
+  throw ShapeError({operation, ": the window of ", window.height, "x", window.width, " pixels at row ",
+                    window.top, ", column ", window.left, " leaves the picture, [", height, ", ", width,
+                    "]"});
 }
 
 }  // namespace tapestry::image

@@ -37,7 +37,7 @@ struct Frame {
 [[nodiscard]] inline geometry::Camera camera_of(const Frame& frame) {
   if (frame.camera) return *frame.camera;
   if (frame.pose) return geometry::carla_camera(*frame.pose);
-  throw DomainError("camera_of: frame " + frame.name + " has neither a camera nor a pose");
+  throw DomainError({"camera_of: frame ", frame.name, " has neither a camera nor a pose"});
 }
 
 /// The light of a frame, for pictures in a colour space.

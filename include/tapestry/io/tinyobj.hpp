@@ -45,8 +45,7 @@ inline void require_corners(const std::string& face, const char* kind, const geo
                             std::size_t count, std::int32_t least) {
   for (const std::int32_t corner : corners)
     if (corner < least || (corner >= 0 && static_cast<std::size_t>(corner) >= count))
-      throw Error(ErrorKind::mismatch, "mesh_of: " + face + " refers to " + kind + " " +
-                                           std::to_string(corner) + " of " + std::to_string(count));
+      throw Error(ErrorKind::mismatch, {"mesh_of: ", face, " refers to ", kind, " ", corner, " of ", count});
 }
 
 /// A face whose corners do not all have such an attribute has none.
@@ -64,9 +63,8 @@ void append_shape(geometry::Mesh& mesh, const Shape& shape) {
   for (std::size_t f = 0; f < from.num_face_vertices.size(); ++f, first += 3) {
     const std::string face = "face " + std::to_string(f) + " of shape " + in_quotes(shape.name);
     if (from.num_face_vertices[f] != 3 || first + 3 > from.indices.size())
-      throw Error(ErrorKind::mismatch, "mesh_of: " + face + " has " +
-                                           std::to_string(+from.num_face_vertices[f]) +
-                                           " corners, expected 3: read with tinyobj's option triangulate");
+      throw Error(ErrorKind::mismatch, {"mesh_of: ", face, " has ", +from.num_face_vertices[f],
+                                        " corners, expected 3: read with tinyobj's option triangulate"});
     geometry::Corners corners{}, uvs{}, normals{};
     for (std::size_t k = 0; k < 3; ++k) {
       corners[k] = from.indices[first + k].vertex_index;

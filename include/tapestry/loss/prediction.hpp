@@ -86,10 +86,10 @@ inline void require_raw_logits(const char* operation, const std::vector<detect::
   for (const auto& head : heads)
     if (head.decode == detect::DecodeFamily::scaled)
       throw DomainError(
-          std::string(operation) +
-          ": heads of the decode family scaled (new_coords=1) give activations, but losses need "
-          "raw logits; expected " +
-          families);
+          {operation,
+           ": heads of the decode family scaled (new_coords=1) give activations, but losses need "
+           "raw logits; expected ",
+           families});
 }
 
 /// \throws ShapeError if the logits do not belong to the heads; DomainError if there is no such image, a head
@@ -98,8 +98,8 @@ template <std::floating_point T>
 void require_predictions(const char* operation, const Predictions<T>& predictions) {
   const std::string name(operation);
   if (predictions.logits.size() != predictions.heads.size())
-    throw ShapeError(name + ": logits of " + std::to_string(predictions.logits.size()) + " heads, expected " +
-                     std::to_string(predictions.heads.size()));
+    throw ShapeError(
+        {name, ": logits of ", predictions.logits.size(), " heads, expected ", predictions.heads.size()});
   require_raw_logits(operation, predictions.heads);
   for (std::size_t i = 0; i < predictions.heads.size(); ++i) {
     const auto& head = predictions.heads[i];
@@ -108,8 +108,7 @@ void require_predictions(const char* operation, const Predictions<T>& prediction
     require_shape(operation, "logits", logits,
                   {logits.shape(0), head.channel_count(), head.grid_height, head.grid_width});
     if (predictions.image >= logits.shape(0))
-      throw DomainError(name + ": image " + std::to_string(predictions.image) + " of a batch of " +
-                        std::to_string(logits.shape(0)));
+      throw DomainError({name, ": image ", predictions.image, " of a batch of ", logits.shape(0)});
   }
 }
 
@@ -117,23 +116,20 @@ void require_predictions(const char* operation, const Predictions<T>& prediction
 template <std::floating_point T>
 void require_batch(const char* operation, const char* argument, std::size_t images,
                    const LogitsView<T>& logits) {
-  if (images == 0) throw DomainError(std::string(operation) + ": an empty batch");
+  if (images == 0) throw DomainError({operation, ": an empty batch"});
   for (const auto* head : logits)
     if (head->shape(0) != images)
-      throw ShapeError(std::string(operation) + ": " + argument + " of " + std::to_string(images) +
-                       " images, expected " + std::to_string(head->shape(0)));
+      throw ShapeError({operation, ": ", argument, " of ", images, " images, expected ", head->shape(0)});
 }
 
 /// \throws DomainError if the class is none of the heads' or the box is not finite
 template <std::floating_point T>
 void require_target(const char* operation, const Predictions<T>& predictions, const Target& target) {
   const auto& [cx, cy, w, h] = target.box;
-  if (!std::isfinite(cx + cy + w + h))
-    throw DomainError(std::string(operation) + ": the target box is not finite");
+  if (!std::isfinite(cx + cy + w + h)) throw DomainError({operation, ": the target box is not finite"});
   for (const auto& head : predictions.heads)
     if (target.class_index >= head.classes)
-      throw DomainError(std::string(operation) + ": class " + std::to_string(target.class_index) + " of " +
-                        std::to_string(head.classes));
+      throw DomainError({operation, ": class ", target.class_index, " of ", head.classes});
 }
 
 /// \throws ShapeError if the adjoint does not have the shapes of the logits, where it is wanted
@@ -141,8 +137,8 @@ template <std::floating_point T>
 void require_adjoint(const char* operation, const Predictions<T>& predictions,
                      const LogitsAdjoint<T>& logits_adjoint) {
   if (logits_adjoint.size() != predictions.logits.size())
-    throw ShapeError(std::string(operation) + ": logits_adjoint of " + std::to_string(logits_adjoint.size()) +
-                     " heads, expected " + std::to_string(predictions.logits.size()));
+    throw ShapeError({operation, ": logits_adjoint of ", logits_adjoint.size(), " heads, expected ",
+                      predictions.logits.size()});
   for (std::size_t i = 0; i < logits_adjoint.size(); ++i)
     if (logits_adjoint[i] != nullptr)
       require_shape(operation, "logits_adjoint", *logits_adjoint[i], predictions.logits[i]->shape());

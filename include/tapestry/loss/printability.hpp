@@ -40,15 +40,14 @@ void require_printable(const char* operation, const Texels& texels, const UsedTe
                        const Array<double, 2>& palette, double spread) {
   require_shape(operation, "texels", texels, {used.shape(0) * used.shape(1), 3});
   if (palette.shape(0) == 0 || palette.shape(1) != 3)
-    throw ShapeError(std::string(operation) + ": palette is [" + std::to_string(palette.shape(0)) + ", " +
-                     std::to_string(palette.shape(1)) + "], expected at least one colour of 3 channels");
+    throw ShapeError({operation, ": palette is [", palette.shape(0), ", ", palette.shape(1),
+                      "], expected at least one colour of 3 channels"});
   for (const double channel : palette.storage())
     if (!(channel >= 0 && channel <= 1))
-      throw DomainError(std::string(operation) + ": the palette holds " + std::to_string(channel) +
-                        ", expected channels from 0 to 1");
+      throw DomainError({operation, ": the palette holds ", channel, ", expected channels from 0 to 1"});
   if (!(spread > 0 && spread * spread > 0 && std::isfinite(2 * spread * spread)))
-    throw DomainError(std::string(operation) + ": spread is " + std::to_string(spread) +
-                      ", expected a number above 0 whose square is, too, and finite");
+    throw DomainError(
+        {operation, ": spread is ", spread, ", expected a number above 0 whose square is, too, and finite"});
 }
 
 /// Σ M, in the order of the texels.

@@ -110,8 +110,7 @@ class Adam {
 
   void require_length(const char* argument, std::size_t length) const {
     if (length == state_.first_moment.size()) return;
-    throw ShapeError("Adam: " + std::string(argument) + " has " + std::to_string(length) +
-                     " values, expected " + std::to_string(state_.first_moment.size()));
+    throw ShapeError({"Adam: ", argument, " has ", length, " values, expected ", state_.first_moment.size()});
   }
 
   AdamSettings settings_;

@@ -225,8 +225,7 @@ template <class Base>
                                               const ClearCoat<Base>& light) {
   const auto require = [](const char* name, double value, double least) {
     if (!(value >= least && value <= 1))
-      throw DomainError(std::string("clear coat: ") + name + " is " + std::to_string(value) + ", expected " +
-                        std::to_string(least) + " to 1");
+      throw DomainError({"clear coat: ", name, " is ", value, ", expected ", least, " to 1"});
   };
   require("coat", light.coat, 0);
   require("roughness", light.roughness, 0.01);

@@ -24,9 +24,8 @@ namespace tapestry::raster {
 [[nodiscard]] inline geometry::Camera fitted_camera(geometry::Camera camera, const image::Placement& place,
                                                     std::size_t height, std::size_t width) {
   if (place.height == 0 || place.width == 0 || height == 0 || width == 0)
-    throw DomainError("fitted_camera: a photograph of " + std::to_string(place.height) + " x " +
-                      std::to_string(place.width) + " pixels on a canvas of " + std::to_string(height) +
-                      " x " + std::to_string(width) + ", expected at least 1 x 1");
+    throw DomainError({"fitted_camera: a photograph of ", place.height, " x ", place.width,
+                       " pixels on a canvas of ", height, " x ", width, ", expected at least 1 x 1"});
   const auto fit_axis = [&](std::size_t axis, double& tan_half_fov, std::size_t extent, std::size_t placed,
                             std::size_t before) {
     const auto whole = static_cast<double>(extent);

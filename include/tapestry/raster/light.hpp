@@ -28,8 +28,7 @@ inline void require_light(const char* operation, const Light& light) {
   if (!(geometry::length(geometry::normalised(light.direction)) > 0.5) ||
       !geometry::is_finite(light.colour) || !std::isfinite(light.ambient) ||
       !std::isfinite(light.directional)) {
-    throw DomainError(std::string(operation) +
-                      ": the light needs finite numbers and a direction with a length");
+    throw DomainError({operation, ": the light needs finite numbers and a direction with a length"});
   }
 }
 

@@ -123,11 +123,11 @@ struct PreparedOutdoorLight {
   if (!std::all_of(light.sky.begin(), light.sky.end(), [](double x) { return std::isfinite(x); }))
     throw DomainError("outdoor light: the sky needs finite numbers");
   if (light.occlusion && light.occlusion->open.size() != mesh.faces.size())
-    throw DomainError("outdoor light: the occlusion has " + std::to_string(light.occlusion->open.size()) +
-                      " faces, the mesh " + std::to_string(mesh.faces.size()));
+    throw DomainError({"outdoor light: the occlusion has ", light.occlusion->open.size(), " faces, the mesh ",
+                       mesh.faces.size()});
   if (light.shadow && light.shadow->face_count() != mesh.faces.size())
-    throw DomainError("outdoor light: the shadow has " + std::to_string(light.shadow->face_count()) +
-                      " faces, the mesh " + std::to_string(mesh.faces.size()));
+    throw DomainError({"outdoor light: the shadow has ", light.shadow->face_count(), " faces, the mesh ",
+                       mesh.faces.size()});
   PreparedOutdoorLight prepared{light.colour, light, geometry::normalised(light.direction), &mesh, {}};
   const geometry::Vector3 eye = geometry::eye_of(camera);
   prepared.faces.resize(mesh.faces.size());

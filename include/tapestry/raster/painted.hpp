@@ -42,8 +42,7 @@ inline constexpr double widest_atlas = 64;
         extent = std::max(extent, std::ceil(mesh.uvs[static_cast<std::size_t>(corner)][0] - 1e-5));
   }
   if (extent > widest_atlas)
-    throw DomainError("painted: u of the painted faces goes up to " + std::to_string(extent) +
-                      ", expected at most 64");
+    throw DomainError({"painted: u of the painted faces goes up to ", extent, ", expected at most 64"});
   return extent;
 }
 

@@ -37,7 +37,7 @@ template <std::floating_point T>
   };
   const geometry::Pose result{vector(p), vector(p + 3)};
   if (!geometry::is_finite(result.rotation) || !geometry::is_finite(result.translation))
-    throw DomainError(std::string(operation) + ": the pose must be finite");
+    throw DomainError({operation, ": the pose must be finite"});
   return result;
 }
 

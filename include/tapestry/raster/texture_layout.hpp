@@ -42,7 +42,7 @@ inline constexpr std::array texture_filters{TextureFilter::bilinear, TextureFilt
 [[nodiscard]] inline TextureFilter texture_filter_by_name(const std::string& name) {
   for (const TextureFilter filter : texture_filters)
     if (name == name_of(filter)) return filter;
-  throw DomainError("no texture filter " + in_quotes(name) + "; expected bilinear, trilinear or anisotropic");
+  throw DomainError({"no texture filter ", in_quotes(name), "; expected bilinear, trilinear or anisotropic"});
 }
 
 /// Layout of a texture; the texels themselves are an array [texel_count, 3].

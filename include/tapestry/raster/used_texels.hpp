@@ -93,8 +93,8 @@ void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, st
   const auto columns = bounds(0), rows = bounds(1);
   work += static_cast<std::uint64_t>(columns[1] - columns[0]) * static_cast<std::uint64_t>(rows[1] - rows[0]);
   if (work > most_texel_visits)
-    throw Error(ErrorKind::limit, "used_texels: the painted faces span over more than " +
-                                      std::to_string(most_texel_visits) + " texels, each counted for itself");
+    throw Error(ErrorKind::limit, {"used_texels: the painted faces span over more than ", most_texel_visits,
+                                   " texels, each counted for itself"});
   for (long long row = rows[0]; row < rows[1]; ++row)
     for (long long column = columns[0]; column < columns[1]; ++column) {
       const auto x = reach_of_texel(column, size[0]), y = reach_of_texel(row, size[1]);
@@ -126,9 +126,8 @@ void for_each_used_texel(const PaintedMesh& body, Visit visit) {
     for (std::size_t axis = 0; axis < 2; ++axis) {
       const auto [low, high] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
       if (high - low > 8)
-        throw Error(ErrorKind::limit, "used_texels: face " + std::to_string(face) + " spans over " +
-                                          std::to_string(high - low) +
-                                          " repetitions of the atlas, expected at most 8");
+        throw Error(ErrorKind::limit, {"used_texels: face ", face, " spans over ", high - low,
+                                       " repetitions of the atlas, expected at most 8"});
       for (auto& point : corner) point[axis] *= static_cast<double>(axis == 0 ? layout.width : layout.height);
     }
     for (const double right : moves_off_border(corner, 0, static_cast<double>(layout.width)))

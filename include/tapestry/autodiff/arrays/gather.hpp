@@ -17,8 +17,7 @@ template <class T, std::size_t Rank>
   std::size_t place = 0;
   for (std::size_t axis = 0; axis < Rank; ++axis) {
     if (index[axis] >= x.shape()[axis])
-      throw ShapeError("element: index " + detail::to_text(index) + " lies outside " +
-                       detail::to_text(x.shape()));
+      throw ShapeError({"element: index ", index, " lies outside ", x.shape()});
     place = place * x.shape()[axis] + index[axis];
   }
   const auto pullback = [place](T value_adjoint, Array<T, Rank>* x_adjoint) {
@@ -33,8 +32,7 @@ template <std::size_t NewRank, DifferentiableArray X>
   using T = detail::ArrayScalarType<X>;
   const ArrayVariable<T, X::rank> variable(x);
   if (detail::count_of(extents) != variable.size())
-    throw ShapeError("reshape: " + detail::to_text(variable.shape()) + " does not fit " +
-                     detail::to_text(extents));
+    throw ShapeError({"reshape: ", variable.shape(), " does not fit ", extents});
   Array<T, NewRank> value(extents);
   std::copy_n(variable.value().data(), variable.size(), value.data());
   const auto pullback = [](const Array<T, NewRank>& value_adjoint, Array<T, X::rank>* x_adjoint) {
@@ -46,9 +44,7 @@ template <std::size_t NewRank, DifferentiableArray X>
 namespace detail {
 inline void require_places(const char* operation, const std::vector<std::size_t>& places, std::size_t size) {
   for (const std::size_t place : places)
-    if (place >= size)
-      throw ShapeError(std::string(operation) + ": index " + std::to_string(place) + " lies outside [" +
-                       std::to_string(size) + "]");
+    if (place >= size) throw ShapeError({operation, ": index ", place, " lies outside [", size, "]"});
 }
 }  // namespace detail
 
@@ -75,8 +71,7 @@ template <std::size_t Rank, DifferentiableArray X>
   using T = detail::ArrayScalarType<X>;
   const ArrayVariable<T, X::rank> variable(x);
   if (places.size() != variable.size())
-    throw ShapeError("scatter: " + std::to_string(places.size()) + " places for " +
-                     detail::to_text(variable.shape()));
+    throw ShapeError({"scatter: ", places.size(), " places for ", variable.shape()});
   detail::require_places("scatter", places, detail::count_of(extents));
   Array<T, Rank> value = zeros<T, Rank>(extents);
   for (std::size_t i = 0; i < places.size(); ++i) value.data()[places[i]] += variable.value().data()[i];

@@ -20,7 +20,7 @@ template <class T>
   require_square(operation, a);
   auto lu = std::make_shared<const LuDecomposition<T>>(a);
   for (Eigen::Index i = 0; i < a.rows(); ++i)
-    if (lu->matrixLU()(i, i) == 0) throw NumericError(std::string(operation) + ": a is singular");
+    if (lu->matrixLU()(i, i) == 0) throw NumericError({operation, ": a is singular"});
   return lu;
 }
 
@@ -34,7 +34,7 @@ template <class T>
   require_square(operation, a);
   auto decomposition = std::make_shared<const CholeskyDecomposition<T>>(a);
   if (decomposition->info() != Eigen::Success)
-    throw NumericError(std::string(operation) + ": a is not positive definite");
+    throw NumericError({operation, ": a is not positive definite"});
   return decomposition;
 }
 
@@ -184,8 +184,8 @@ requires(detail::holds_variables<A> || detail::holds_variables<B>)
   const auto right = detail::matrix_input<T>(b);
   const Eigen::Index columns = left.value.cols();
   if (left.value.rows() < columns)
-    throw ShapeError("least_squares: a is " + detail::shape_text(left.value) +
-                     ", expected no more columns than rows");
+    throw ShapeError(
+        {"least_squares: a is ", detail::shape_text(left.value), ", expected no more columns than rows"});
   detail::require_equal_rows<T>("least_squares", left.value, right.value);
   if (!left.value.allFinite()) throw NumericError("least_squares: a has a number that is not finite");
   const auto qr = std::make_shared<Eigen::ColPivHouseholderQR<Matrix>>(left.value.rows(), columns);

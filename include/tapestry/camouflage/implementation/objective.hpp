@@ -129,8 +129,7 @@ template class Ensemble<double>;
 
 std::vector<double> worst_view_weights(std::span<const double> losses, double share) {
   if (!(share > 0 && share <= 1))
-    throw DomainError("worst_view_weights: the share is " + std::to_string(share) +
-                      ", expected above 0 and at most 1");
+    throw DomainError({"worst_view_weights: the share is ", share, ", expected above 0 and at most 1"});
   if (losses.empty()) throw DomainError("worst_view_weights: no losses");
   if (std::ranges::any_of(losses, [](double loss) { return std::isnan(loss); }))
     throw DomainError("worst_view_weights: a loss is not a number");

@@ -17,8 +17,8 @@ Paint<T> without_paint(Array<T, 2> colours) {
 template <std::floating_point T>
 void require_sound(const char* operation, const Paint<T>& paint) {
   if (!paint.painted.empty() && paint.painted.size() != paint.colours.shape(0))
-    throw ShapeError(std::string(operation) + ": " + std::to_string(paint.painted.size()) +
-                     " texels are paint or not, expected " + std::to_string(paint.colours.shape(0)));
+    throw ShapeError({operation, ": ", paint.painted.size(), " texels are paint or not, expected ",
+                      paint.colours.shape(0)});
 }
 
 template <std::floating_point T>

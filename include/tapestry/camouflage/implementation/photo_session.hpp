@@ -77,8 +77,8 @@ PhotoSession draw_session(ViewSpan<T> views, const image::Conditions& conditions
 
 void require_shots(const PhotoSession* session, std::size_t views) {
   if (session != nullptr && session->shots.size() != views)
-    throw ShapeError("objective: a photo session of " + std::to_string(session->shots.size()) +
-                     " shots for " + std::to_string(views) + " views");
+    throw ShapeError(
+        {"objective: a photo session of ", session->shots.size(), " shots for ", views, " views"});
 }
 
 template <std::floating_point T>

@@ -37,8 +37,8 @@ template <std::floating_point T>
 ArrayVariable<T, 2> shape_steps(const ShapeParameter& shape, const ArrayVariable<T, 2>& parameter) {
   const std::size_t count = shape.row_count();
   if (parameter.shape()[0] < count || parameter.shape()[1] != 3)
-    throw ShapeError("shape_steps: parameter is " + tapestry::detail::to_text(parameter.shape()) +
-                     ", expected at least " + std::to_string(count) + " rows of 3");
+    throw ShapeError(
+        {"shape_steps: parameter is ", parameter.shape(), ", expected at least ", count, " rows of 3"});
   const std::size_t first = parameter.shape()[0] - count;
   std::vector<std::size_t> places;
   for (const std::int32_t row : shape.edges->welded)
@@ -80,7 +80,7 @@ template decltype(reshaped<double>) reshaped<double>;
 template <std::floating_point T>
 RedrawnView<T> redrawn(const View<T>& view, const ShapeParameter& shape, const ArrayVariable<T, 2>& texels,
                        const ArrayVariable<T, 2>& positions) {
-  if (!view.sight) throw DomainError("redrawn: view " + view.name + " does not keep what it is drawn by");
+  if (!view.sight) throw DomainError({"redrawn: view ", view.name, " does not keep what it is drawn by"});
   const auto& [camera, light, mask, samples] = *view.sight;
   const std::size_t height = mask.shape(0), width = mask.shape(1);
   const auto drawn = raster::render(shape.car, camera, height, width, light,

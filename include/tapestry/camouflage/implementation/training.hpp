@@ -14,8 +14,8 @@ Training<T>::Training(Objective<T>& objective, ViewStore<T>& store, std::vector<
   if (usable_.empty()) throw Error(ErrorKind::mismatch, "training: no view shows the car");
   if (options.batch == 0) throw DomainError("training: a batch needs at least one view");
   if (!(options.worst_share > 0 && options.worst_share <= 1))
-    throw DomainError("training: the worst share of views is " + std::to_string(options.worst_share) +
-                      ", expected above 0 and at most 1");
+    throw DomainError(
+        {"training: the worst share of views is ", options.worst_share, ", expected above 0 and at most 1"});
   state_.parameter = std::move(start);
 }
 
@@ -154,8 +154,8 @@ template <std::floating_point T>
 void Training<T>::require_finite_terms(const std::vector<ViewPointer>& views) const {
   for (const auto& [name, term] : ObjectiveTerms::all)
     if (!std::isfinite(terms_.*term))
-      throw NumericError("step " + std::to_string(state_.step + 1) + ": term " + name + " is " +
-                         std::to_string(terms_.*term) + " in the minibatch of " + names_of(views));
+      throw NumericError({"step ", state_.step + 1, ": term ", name, " is ", terms_.*term,
+                          " in the minibatch of ", names_of(views)});
 }
 
 template <std::floating_point T>
@@ -163,8 +163,8 @@ void Training<T>::require_finite_gradient(const Array<T, 2>& gradient,
                                           const std::vector<ViewPointer>& views) const {
   for (std::size_t i = 0; i < gradient.size(); ++i)
     if (!std::isfinite(gradient.data()[i]))
-      throw NumericError("step " + std::to_string(state_.step + 1) + ": the gradient of " + row_name(i / 3) +
-                         " is not finite in the minibatch of " + names_of(views));
+      throw NumericError({"step ", state_.step + 1, ": the gradient of ", row_name(i / 3),
+                          " is not finite in the minibatch of ", names_of(views)});
 }
 
 template <std::floating_point T>

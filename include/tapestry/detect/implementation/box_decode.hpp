@@ -47,7 +47,7 @@ std::vector<Detection> decode(const std::vector<Head>& heads, const std::vector<
     const Head& head = heads[h];
     require_layout("decode", head);
     const std::size_t cells = head.grid_height * head.grid_width;
-    if (image >= logits[h].shape(0)) throw DomainError("decode: no image " + std::to_string(image));
+    if (image >= logits[h].shape(0)) throw DomainError({"decode: no image ", image});
     require_shape("decode", "logits", logits[h],
                   {logits[h].shape(0), head.channel_count(), head.grid_height, head.grid_width});
     const T* of_image = logits[h].data() + image * head.channel_count() * cells;
@@ -172,8 +172,7 @@ std::vector<DecodedHead<T>> detail::decoded_heads(const std::vector<Head>& heads
                                                   const std::vector<ArrayVariable<T, 4>>& logits,
                                                   std::size_t input_height, std::size_t input_width) {
   if (logits.size() != heads.size())
-    throw ShapeError("decode: logits of " + std::to_string(logits.size()) + " heads, expected " +
-                     std::to_string(heads.size()));
+    throw ShapeError({"decode: logits of ", logits.size(), " heads, expected ", heads.size()});
   std::vector<DecodedHead<T>> decoded;
   for (std::size_t h = 0; h < logits.size(); ++h)
     decoded.push_back(decode(heads[h], logits[h], input_height, input_width));

@@ -69,9 +69,7 @@ Detector<T>::Detector(nn::NetworkDescription network, std::vector<Head> heads,
     const Head& head = heads_.heads[h];
     const nn::Shape expected{1, head.channel_count(), head.grid_height, head.grid_width};
     if (network_.output_shape(h) != expected)
-      throw ShapeError("Detector: output " + std::to_string(h) + " is " +
-                       tapestry::detail::to_text(network_.output_shape(h)) + ", expected " +
-                       tapestry::detail::to_text(expected));
+      throw ShapeError({"Detector: output ", h, " is ", network_.output_shape(h), ", expected ", expected});
   }
   require_layers(network.path, layers);
 }
@@ -85,17 +83,16 @@ std::size_t Detector<T>::class_index(std::string_view name) const {
     for (std::size_t i = 0; i < std::min<std::size_t>(names_.size(), 20); ++i)
       list += (i > 0 ? ", " : "") + names_[i];
     if (names_.size() > 20) list += ", … (" + std::to_string(names_.size()) + " in all)";
-    throw Error(ErrorKind::mismatch, "no class is named " + in_quotes(name) + "; there are " + list);
+    throw Error(ErrorKind::mismatch, {"no class is named ", in_quotes(name), "; there are ", list});
   }
   const std::size_t classes = heads().empty() ? 0 : heads().front().classes;
   std::size_t index = 0;
   const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
   if (name.empty() || error != std::errc{} || end != name.data() + name.size())
-    throw Error(ErrorKind::usage, "class " + in_quotes(name) +
-                                      " needs the names of the classes; without them it must be a number");
+    throw Error(ErrorKind::usage, {"class ", in_quotes(name),
+                                   " needs the names of the classes; without them it must be a number"});
   if (index >= classes)
-    throw Error(ErrorKind::mismatch,
-                "class " + std::string(name) + ": the detector has " + std::to_string(classes) + " classes");
+    throw Error(ErrorKind::mismatch, {"class ", name, ": the detector has ", classes, " classes"});
   return index;
 }
 

@@ -6,8 +6,7 @@ namespace tapestry::detect {
 HeadKind head_kind_by_name(std::string_view name) {
   for (const HeadKind kind : head_kinds)
     if (name_of(kind) == name) return kind;
-  throw DomainError("no kind of head is called " + in_quotes(name) + "; expected " +
-                    std::string(head_kind_names));
+  throw DomainError({"no kind of head is called ", in_quotes(name), "; expected ", head_kind_names});
 }
 
 DetectorDescription known_description(std::string_view name) {
@@ -26,7 +25,7 @@ DetectorDescription known_description(std::string_view name) {
             {{{10, 13}, {16, 30}, {33, 23}},
              {{30, 61}, {62, 45}, {59, 119}},
              {{116, 90}, {156, 198}, {373, 326}}}};
-  throw DomainError("no known detector is called " + in_quotes(name) + "; expected yolox, nanodet or yolov5");
+  throw DomainError({"no known detector is called ", in_quotes(name), "; expected yolox, nanodet or yolov5"});
 }
 
 std::vector<Head> heads_of(const DetectorDescription& description, std::size_t classes,
@@ -37,9 +36,8 @@ std::vector<Head> heads_of(const DetectorDescription& description, std::size_t c
   const std::size_t anchored = has_anchors(head.decode) ? description.strides.size() : 0;
   const auto is_none = [](const auto& anchors) { return anchors.empty(); };
   if (description.anchors.size() != anchored || std::ranges::any_of(description.anchors, is_none))
-    throw DomainError("heads_of: a description of " + std::string(name_of(description.head)) +
-                      " heads has anchors for " + std::to_string(description.anchors.size()) +
-                      " of them, expected some for " + std::to_string(anchored));
+    throw DomainError({"heads_of: a description of ", name_of(description.head), " heads has anchors for ",
+                       description.anchors.size(), " of them, expected some for ", anchored});
   if (description.head == HeadKind::nanodet) head.order = ChannelOrder::classes_first;
   if (description.head == HeadKind::yolov8) head.bins = 16;
   std::vector<Head> heads;
@@ -61,10 +59,9 @@ std::size_t class_count_of(const DetectorDescription& description, std::size_t c
   const Head head = heads_of(one, 0, 1, 1).front();
   const std::size_t others = head.channel_count(), candidates = head.anchor_count();
   if (channels <= others || channels % candidates != 0)
-    throw ShapeError("class_count_of: outputs of " + std::to_string(channels) +
-                     " channels, expected more than " + std::to_string(others) +
-                     (candidates > 1 ? " and a multiple of " + std::to_string(candidates) : "") + " for " +
-                     std::string(name_of(description.head)) + " heads");
+    throw ShapeError({"class_count_of: outputs of ", channels, " channels, expected more than ", others,
+                      (candidates > 1 ? " and a multiple of " + std::to_string(candidates) : ""), " for ",
+                      name_of(description.head), " heads"});
   return (channels - others) / candidates;
 }
 

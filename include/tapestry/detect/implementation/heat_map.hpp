@@ -12,8 +12,7 @@ std::optional<BestCandidate> best_candidate(const std::vector<Head>& heads,
                                             std::size_t width) {
   require_class("best_candidate", heads, search.class_index);
   if (logits.size() != heads.size())
-    throw ShapeError("best_candidate: logits of " + std::to_string(logits.size()) + " heads, expected " +
-                     std::to_string(heads.size()));
+    throw ShapeError({"best_candidate: logits of ", logits.size(), " heads, expected ", heads.size()});
   std::optional<BestCandidate> best;
   for (std::size_t h = 0; h < heads.size(); ++h) {
     const Head& head = heads[h];
@@ -21,8 +20,7 @@ std::optional<BestCandidate> best_candidate(const std::vector<Head>& heads,
     require_shape("best_candidate", "logits", *logits[h],
                   {logits[h]->shape(0), head.channel_count(), head.grid_height, head.grid_width});
     if (image >= logits[h]->shape(0))
-      throw DomainError("best_candidate: image " + std::to_string(image) + " of a batch of " +
-                        std::to_string(logits[h]->shape(0)));
+      throw DomainError({"best_candidate: image ", image, " of a batch of ", logits[h]->shape(0)});
     const auto objectness_channel = head.objectness_channel();
     const std::size_t cells = head.grid_height * head.grid_width;
     const T* const of_image = logits[h]->data() + image * head.channel_count() * cells;

@@ -35,8 +35,7 @@ Array<T, 1> fold_batch_norm(const NetworkConfig& config, const ParameterLayout& 
   folded.reserve(parameters.size());
   const auto append = [&](std::size_t layer, double value) {
     if (!is_finite(static_cast<float>(value)))
-      throw NumericError("fold_batch_norm: layer " + std::to_string(layer) + " becomes " +
-                         std::to_string(value) + ", expected finite numbers");
+      throw NumericError({"fold_batch_norm: layer ", layer, " becomes ", value, ", expected finite numbers"});
     folded.push_back(static_cast<T>(value));
   };
   std::vector<double> factors;

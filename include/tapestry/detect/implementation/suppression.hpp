@@ -12,9 +12,9 @@ namespace tapestry::detect {
 std::vector<Detection> suppress(std::vector<Detection> detections, double iou_threshold, bool per_class,
                                 const SuppressionMeasure& measure) {
   if (!(iou_threshold >= 0 && iou_threshold <= 1))
-    throw DomainError("suppress: iou_threshold is " + std::to_string(iou_threshold) + ", not in [0, 1]");
+    throw DomainError({"suppress: iou_threshold is ", iou_threshold, ", not in [0, 1]"});
   if (const auto exponent = measure.distance_exponent; exponent && !(*exponent > 0))
-    throw DomainError("suppress: distance_exponent is " + std::to_string(*exponent) + ", expected above 0");
+    throw DomainError({"suppress: distance_exponent is ", *exponent, ", expected above 0"});
   const auto is_stronger = [](const Detection& a, const Detection& b) {
     return std::tuple(-a.confidence, a.head, a.candidate, a.class_index) <
            std::tuple(-b.confidence, b.head, b.candidate, b.class_index);

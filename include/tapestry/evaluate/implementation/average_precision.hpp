@@ -147,16 +147,15 @@ inline void require_sound_box(std::string_view what, std::size_t index, const de
   if (std::isfinite(box.cx) && std::isfinite(box.cy) && std::isfinite(box.w) && std::isfinite(box.h) &&
       box.w >= 0 && box.h >= 0)
     return;
-  throw DomainError("average_precision: box of " + std::string(what) + " " + std::to_string(index) +
-                    " is not finite, or of negative extent");
+  throw DomainError(
+      {"average_precision: box of ", what, " ", index, " is not finite, or of negative extent"});
 }
 
 inline void require_class_below(std::string_view what, std::size_t index, std::size_t class_index,
                                 std::size_t class_count) {
   if (class_index >= class_count)
-    throw DomainError("average_precision: " + std::string(what) + " " + std::to_string(index) +
-                      " is of class " + std::to_string(class_index) + ", expected less than " +
-                      std::to_string(class_count));
+    throw DomainError({"average_precision: ", what, " ", index, " is of class ", class_index,
+                       ", expected less than ", class_count});
 }
 
 [[nodiscard]] inline PrecisionSummary mean_summary(const std::vector<ClassPrecision>& classes) {
@@ -188,16 +187,14 @@ AveragePrecision average_precision(const std::vector<TruthBox>& truths,
     detail::require_class_below("truth", i, truths[i].class_index, class_count);
     detail::require_sound_box("truth", i, truths[i].box);
     if (!(std::isfinite(truths[i].area) && truths[i].area >= 0))
-      throw DomainError("average_precision: area of truth " + std::to_string(i) +
-                        " is not finite, or negative");
+      throw DomainError({"average_precision: area of truth ", i, " is not finite, or negative"});
     truths_of[truths[i].class_index].push_back(truths[i]);
   }
   for (std::size_t i = 0; i < detections.size(); ++i) {
     detail::require_class_below("detection", i, detections[i].class_index, class_count);
     detail::require_sound_box("detection", i, detections[i].box);
     if (!std::isfinite(detections[i].confidence))
-      throw NumericError("average_precision: confidence of detection " + std::to_string(i) +
-                         " is not finite");
+      throw NumericError({"average_precision: confidence of detection ", i, " is not finite"});
     detections_of[detections[i].class_index].push_back(detections[i]);
   }
   AveragePrecision result;

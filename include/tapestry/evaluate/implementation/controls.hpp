@@ -6,17 +6,16 @@ namespace tapestry::evaluate::detail {
 void require_chart_colours(const char* operation, const Array<float, 2>& colours,
                            const std::vector<raster::TextureChart>& charts) {
   if (colours.shape(1) != 3)
-    throw ShapeError(std::string(operation) + ": colours are [" + std::to_string(colours.shape(0)) + ", " +
-                     std::to_string(colours.shape(1)) + "], expected 3 channels");
+    throw ShapeError(
+        {operation, ": colours are [", colours.shape(0), ", ", colours.shape(1), "], expected 3 channels"});
   for (const raster::TextureChart& chart : charts)
     for (const raster::ChartTexel& texel : chart.texels) {
       if (texel.texel >= colours.shape(0))
-        throw ShapeError(std::string(operation) + ": a chart has texel " + std::to_string(texel.texel) +
-                         " of a texture of " + std::to_string(colours.shape(0)));
+        throw ShapeError(
+            {operation, ": a chart has texel ", texel.texel, " of a texture of ", colours.shape(0)});
       for (std::size_t c = 0; c < 3; ++c)
         if (!std::isfinite(colours(texel.texel, c)))
-          throw NumericError(std::string(operation) + ": texel " + std::to_string(texel.texel) +
-                             " has a colour that is not finite");
+          throw NumericError({operation, ": texel ", texel.texel, " has a colour that is not finite"});
     }
 }
 

@@ -43,9 +43,8 @@ DetectionRate detection_rate(const std::vector<bool>& found, std::size_t picture
 AttackSuccess attack_success_rate(const std::vector<bool>& clean_found,
                                   const std::vector<bool>& adversarial_found, std::size_t pictures_a_view) {
   if (clean_found.size() != adversarial_found.size())
-    throw ShapeError("attack_success_rate: adversarial_found has " +
-                     std::to_string(adversarial_found.size()) + " views, expected " +
-                     std::to_string(clean_found.size()));
+    throw ShapeError({"attack_success_rate: adversarial_found has ", adversarial_found.size(),
+                      " views, expected ", clean_found.size()});
   AttackSuccess success;
   for (std::size_t view = 0; view < clean_found.size(); ++view) {
     if (!clean_found[view]) continue;

@@ -54,21 +54,20 @@ inline std::array<double, 2> bca_interval(const std::vector<double>& resampled, 
 
 /// \throws DomainError for no resamples or a level not in (0, 1)
 inline void require_settings(const std::string& operation, const BootstrapSettings& settings) {
-  if (settings.resamples == 0) throw DomainError(operation + ": resamples is 0, expected at least 1");
+  if (settings.resamples == 0) throw DomainError({operation, ": resamples is 0, expected at least 1"});
   if (!(settings.level > 0 && settings.level < 1))
-    throw DomainError(operation + ": level is " + std::to_string(settings.level) + ", not in (0, 1)");
+    throw DomainError({operation, ": level is ", settings.level, ", not in (0, 1)"});
 }
 
 /// \throws ShapeError, DomainError, NumericError as paired_bootstrap()
 inline void require_pairs(const std::string& operation, const std::vector<double>& first,
                           const std::vector<double>& second, const BootstrapSettings& settings) {
   if (first.size() != second.size())
-    throw ShapeError(operation + ": second has " + std::to_string(second.size()) + " numbers, expected " +
-                     std::to_string(first.size()));
+    throw ShapeError({operation, ": second has ", second.size(), " numbers, expected ", first.size()});
   require_settings(operation, settings);
   for (std::size_t i = 0; i < first.size(); ++i)
     if (!std::isfinite(first[i]) || !std::isfinite(second[i]) || !std::isfinite(first[i] - second[i]))
-      throw NumericError(operation + ": pair " + std::to_string(i) + " has a number that is not finite");
+      throw NumericError({operation, ": pair ", i, " has a number that is not finite"});
 }
 
 }  // namespace tapestry::evaluate::detail
@@ -125,8 +124,7 @@ PairedRatio paired_ratio(const std::vector<double>& first, const std::vector<dou
 PairedDifference rate_difference(const std::vector<bool>& first, const std::vector<bool>& second,
                                  std::size_t pictures_a_view) {
   if (first.size() != second.size())
-    throw ShapeError("rate_difference: second has " + std::to_string(second.size()) + " pictures, expected " +
-                     std::to_string(first.size()));
+    throw ShapeError({"rate_difference: second has ", second.size(), " pictures, expected ", first.size()});
   PairedDifference difference;
   if (first.empty()) return difference;
   std::array<std::size_t, 4> counts{};  // both, the first alone, the second alone, none

@@ -25,13 +25,11 @@ std::vector<DetectionRate> rates_above(const std::vector<double>& thresholds,
 std::vector<Cell> cells_of(const ProtocolTable& table, const std::vector<ProtocolFrame>& frames,
                            const ProtocolOutcomes& outcomes) {
   if (frames.size() != outcomes.frame_count())
-    throw ShapeError("cells_of: outcomes of " + std::to_string(outcomes.frame_count()) +
-                     " frames, expected " + std::to_string(frames.size()));
+    throw ShapeError({"cells_of: outcomes of ", outcomes.frame_count(), " frames, expected ", frames.size()});
   for (const ProtocolFrame& frame : frames)
     if (frame.row >= table.rows.size() || frame.column >= table.columns.size())
-      throw ShapeError("cells_of: a frame is in row " + std::to_string(frame.row) + ", column " +
-                       std::to_string(frame.column) + " of a table of " + std::to_string(table.rows.size()) +
-                       " by " + std::to_string(table.columns.size()));
+      throw ShapeError({"cells_of: a frame is in row ", frame.row, ", column ", frame.column,
+                        " of a table of ", table.rows.size(), " by ", table.columns.size()});
   std::vector<Cell> cells;
   for (std::size_t cell = 0; cell < table.cell_count(); ++cell)
     cells.push_back(cell_of(

@@ -93,15 +93,14 @@ PairedDifference two_level_difference(const Array<double, 2>& differences,
                                       const BootstrapSettings& settings) {
   const std::size_t draw_count = differences.shape(0), view_count = differences.shape(1);
   if (draw_count == 0)
-    throw ShapeError("two_level_difference: differences is [0, " + std::to_string(view_count) +
-                     "], expected one draw or more");
+    throw ShapeError(
+        {"two_level_difference: differences is [0, ", view_count, "], expected one draw or more"});
   detail::require_settings("two_level_difference", settings);
   std::vector<double> view_means(view_count);
   for (std::size_t d = 0; d < draw_count; ++d)
     for (std::size_t v = 0; v < view_count; ++v) {
       if (!std::isfinite(differences(d, v)))
-        throw NumericError("two_level_difference: draw " + std::to_string(d) + " of view " +
-                           std::to_string(v) + " is not finite");
+        throw NumericError({"two_level_difference: draw ", d, " of view ", v, " is not finite"});
       view_means[v] += differences(d, v) / static_cast<double>(draw_count);
     }
   if (draw_count == 1 || view_count < 2)

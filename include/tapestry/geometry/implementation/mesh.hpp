@@ -21,9 +21,8 @@ MeshTopology mesh_topology(const Mesh& mesh) {
     for (std::size_t k = 0; k < 3; ++k) {
       corner[k] = static_cast<std::size_t>(mesh.faces[face][k]);  // negative ones become huge
       if (corner[k] >= mesh.positions.size())
-        throw Error(ErrorKind::mismatch, "mesh_topology: face " + std::to_string(face) +
-                                             " refers to position " + std::to_string(mesh.faces[face][k]) +
-                                             " of " + std::to_string(mesh.positions.size()));
+        throw Error(ErrorKind::mismatch, {"mesh_topology: face ", face, " refers to position ",
+                                          mesh.faces[face][k], " of ", mesh.positions.size()});
     }
     for (std::size_t k = 0; k < 3; ++k) {
       const auto [low, high] = std::minmax(corner[k], corner[(k + 1) % 3]);
@@ -59,11 +58,11 @@ inline std::vector<std::uint8_t> faces_by_label(const char* operation, const cha
                                                 const std::vector<std::int32_t>& labels,
                                                 const std::vector<std::string>& known,
                                                 const std::vector<std::string>& names) {
-  if (names.empty()) throw DomainError(std::string(operation) + ": no " + kind + " named");
+  if (names.empty()) throw DomainError({operation, ": no ", kind, " named"});
   for (const std::string& name : names) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      throw Error(ErrorKind::mismatch, std::string(operation) + ": the mesh has no " + kind + " '" + name +
-                                           "'; it has " + quoted_list(known));
+      throw Error(ErrorKind::mismatch,
+                  {operation, ": the mesh has no ", kind, " '", name, "'; it has ", quoted_list(known)});
     }
   }
   std::vector<std::uint8_t> selected(face_count, 0);
@@ -98,9 +97,8 @@ std::vector<std::uint8_t> faces_by_ids(const Mesh& mesh, const std::vector<std::
   for (std::size_t entry = 0; entry < one_based_ids.size(); ++entry) {
     const std::int64_t id = one_based_ids[entry];
     if (id < 1 || static_cast<std::uint64_t>(id) > mesh.faces.size()) {
-      throw Error(ErrorKind::mismatch, "faces_by_ids: entry " + std::to_string(entry + 1) + " is face " +
-                                           std::to_string(id) + ", expected 1 to " +
-                                           std::to_string(mesh.faces.size()));
+      throw Error(ErrorKind::mismatch, {"faces_by_ids: entry ", entry + 1, " is face ", id,
+                                        ", expected 1 to ", mesh.faces.size()});
     }
     selected[static_cast<std::size_t>(id) - 1] = 1;
   }
@@ -111,7 +109,7 @@ Vector3 axis_by_name(const std::string& name) {
   const bool is_negative = name.starts_with('-');
   const std::string letter = name.substr(is_negative ? 1 : 0);
   if (letter != "x" && letter != "y" && letter != "z")
-    throw DomainError("axis_by_name: found " + in_quotes(name) + ", expected x, y, z, -x, -y or -z");
+    throw DomainError({"axis_by_name: found ", in_quotes(name), ", expected x, y, z, -x, -y or -z"});
   Vector3 axis{0, 0, 0};
   axis[static_cast<std::size_t>(letter[0] - 'x')] = is_negative ? -1 : 1;
   return axis;
@@ -120,8 +118,8 @@ Vector3 axis_by_name(const std::string& name) {
 Matrix3 world_from_mesh(const MeshAxes& axes) {
   const Vector3 up = axis_by_name(axes.up), forward = axis_by_name(axes.forward);
   if (dot(up, forward) != 0)
-    throw DomainError("world_from_mesh: up is " + axes.up + " and forward " + axes.forward +
-                      ", expected two axes at a right angle");
+    throw DomainError({"world_from_mesh: up is ", axes.up, " and forward ", axes.forward,
+                       ", expected two axes at a right angle"});
   return {forward, cross(up, forward), up};
 }
 

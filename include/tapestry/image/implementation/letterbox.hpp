@@ -8,8 +8,7 @@ namespace tapestry::image::detail {
 void require_size(const char* operation, std::size_t rows, std::size_t columns) {
   constexpr std::size_t limit = 1U << 16U;
   if (rows == 0 || columns == 0 || rows > limit || columns > limit) {
-    throw DomainError(std::string(operation) + ": a side of [" + std::to_string(rows) + ", " +
-                      std::to_string(columns) + "] is not 1 to 65536");
+    throw DomainError({operation, ": a side of [", rows, ", ", columns, "] is not 1 to 65536"});
   }
 }
 
@@ -20,8 +19,8 @@ namespace tapestry::image {
 Fit fit_by_name(std::string_view name) {
   for (const FitKind kind : fit_kinds)
     if (name_of(kind) == name) return {kind, kind == FitKind::letterbox_top_left ? 114.0 / 255 : 0.5};
-  throw DomainError("no fit is called " + in_quotes(name) +
-                    "; expected letterbox, letterbox_top_left or stretch");
+  throw DomainError(
+      {"no fit is called ", in_quotes(name), "; expected letterbox, letterbox_top_left or stretch"});
 }
 
 Placement placement(std::size_t from_height, std::size_t from_width, std::size_t height, std::size_t width,

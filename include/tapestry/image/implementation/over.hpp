@@ -117,8 +117,7 @@ template <std::floating_point T>
 ArrayVariable<T, 4> over(const std::vector<ArrayVariable<T, 3>>& premultiplied,
                          const std::vector<Backdrop<T>>& backdrops, ColourSpace space) {
   if (premultiplied.empty() || premultiplied.size() != backdrops.size())
-    throw ShapeError("over: " + std::to_string(premultiplied.size()) + " pictures over " +
-                     std::to_string(backdrops.size()) + " backdrops");
+    throw ShapeError({"over: ", premultiplied.size(), " pictures over ", backdrops.size(), " backdrops"});
   const Extents<3> extents = backdrops.front().background->shape();
   const std::size_t size = backdrops.front().background->size();
   std::vector<detail::Laid<T>> all;

@@ -41,8 +41,7 @@ namespace detail {
 template <std::floating_point T, std::size_t Rank>
 void require_colours(const char* operation, const Array<T, Rank>& colours) {
   if (colours.shape(Rank - 1) != 3)
-    throw ShapeError(std::string(operation) + ": " + std::to_string(colours.shape(Rank - 1)) +
-                     " channels, expected 3");
+    throw ShapeError({operation, ": ", colours.shape(Rank - 1), " channels, expected 3"});
 }
 
 /// Calls visit(i) for the first number of each colour, from several threads.

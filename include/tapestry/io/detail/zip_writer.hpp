@@ -22,7 +22,7 @@ class ZipWriter {
     if (content.size() > largest || body_.size() + stored.size() + directory_.size() + 1000 > largest ||
         count_ >= 65534 || name.size() > 400)
       throw Error(ErrorKind::limit,
-                  "zip archive: member '" + name + "' does not fit into 4 GiB and 65534 members");
+                  {"zip archive: member '", name, "' does not fit into 4 GiB and 65534 members"});
     const auto offset = static_cast<std::uint32_t>(body_.size());
     std::string fields;  // common to local header and central directory
     put16(fields, 20);   // version needed to extract

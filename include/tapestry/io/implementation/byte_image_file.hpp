@@ -60,7 +60,7 @@ std::string png_file(const std::string& path, const Array<std::uint8_t, 3>& imag
 std::string jpeg_file(const std::string& path, const Array<std::uint8_t, 3>& image, int quality) {
   require_shape("jpeg_file", "image", image, {image.shape(0), image.shape(1), 3});
   if (quality < 1 || quality > 100)
-    throw DomainError("jpeg_file: quality is " + std::to_string(quality) + ", expected 1 to 100");
+    throw DomainError({"jpeg_file: quality is ", quality, ", expected 1 to 100"});
   detail::require_writable_size(path, image.shape(0), image.shape(1));
   return detail::require_encoded(path,
                                  detail::encode_jpeg(image.data(), image.shape(0), image.shape(1), quality));

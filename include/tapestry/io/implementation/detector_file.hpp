@@ -118,8 +118,8 @@ std::size_t write_detector_file(const std::string& path, const DetectorMetadata&
   config.batch_norm_epsilon = metadata.batch_norm_epsilon;
   const auto layout = detail::layout_of(config);
   if (parameters.size() != layout.count)
-    throw ShapeError("write_detector_file: parameters is [" + std::to_string(parameters.size()) +
-                     "], expected [" + std::to_string(layout.count) + "]");
+    throw ShapeError(
+        {"write_detector_file: parameters is [", parameters.size(), "], expected [", layout.count, "]"});
   const auto fields = fields_of(metadata);
   if (!metadata.is_folded) {
     const auto tensors = detector_tensors(config, layout);

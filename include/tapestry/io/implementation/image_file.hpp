@@ -24,9 +24,8 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
   for (std::size_t i = 0; i < count; ++i) {
     if (!std::isfinite(values[i])) {
       const std::size_t pixel = i / channels;
-      throw NumericError(path + ": picture is not written, its value at row " +
-                         std::to_string(pixel / width) + ", column " + std::to_string(pixel % width) +
-                         " is not finite");
+      throw NumericError({path, ": picture is not written, its value at row ", pixel / width, ", column ",
+                          pixel % width, " is not finite"});
     }
     result[i] = level(values[i]);
   }
@@ -35,8 +34,7 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
 
 inline void require_writable_size(const std::string& path, std::size_t height, std::size_t width) {
   if (height == 0 || width == 0 || height > png_side_limit || width > png_side_limit)
-    throw ShapeError(path + ": cannot write a picture of " + std::to_string(height) + " x " +
-                     std::to_string(width));
+    throw ShapeError({path, ": cannot write a picture of ", height, " x ", width});
 }
 
 inline std::string require_encoded(const std::string& path, std::string file) {

@@ -151,7 +151,7 @@ void write_painted_obj(const std::string& path, const raster::PaintedMesh& body,
 namespace tapestry::io::detail {
 
 inline void require_faces(const char* operation, const geometry::Mesh& mesh) {
-  if (mesh.faces.empty()) throw DomainError(std::string(operation) + ": the mesh has no faces");
+  if (mesh.faces.empty()) throw DomainError({operation, ": the mesh has no faces"});
 }
 
 }  // namespace tapestry::io::detail

@@ -40,14 +40,13 @@ raster::PaintedMesh writable_body(const char* operation, const raster::PaintedMe
                                   const std::array<std::size_t, 3>& texture) {
   const std::string name = operation;
   if (body.painted.size() != body.mesh.faces.size())
-    throw ShapeError(name + ": painted has " + std::to_string(body.painted.size()) + " entries, expected " +
-                     std::to_string(body.mesh.faces.size()));
-  if (!(body.layout.u_extent > 0)) throw DomainError(name + ": u_extent must be positive");
+    throw ShapeError(
+        {name, ": painted has ", body.painted.size(), " entries, expected ", body.mesh.faces.size()});
+  if (!(body.layout.u_extent > 0)) throw DomainError({name, ": u_extent must be positive"});
   auto written = raster::with_atlas(body);
   const std::array<std::size_t, 3> charts{written.layout.height, written.layout.width, 3};
   if (body.layout.kind != raster::TextureKind::atlas && texture != charts)
-    throw ShapeError(name + ": texture is " + tapestry::detail::to_text(texture) + ", expected " +
-                     tapestry::detail::to_text(charts) + ", the charts of the faces");
+    throw ShapeError({name, ": texture is ", texture, ", expected ", charts, ", the charts of the faces"});
   return written;
 }
 

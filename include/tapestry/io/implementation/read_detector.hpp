@@ -19,7 +19,7 @@ namespace tapestry::io::detail {
 [[nodiscard]] inline nn::Engine engine_of(const std::string& precision) {
   if (precision == "bfloat16") return nn::Engine::bfloat16;
   if (precision == "float") return nn::Engine::automatic;
-  throw DomainError("read_detector: precision is " + in_quotes(precision) + ", expected float or bfloat16");
+  throw DomainError({"read_detector: precision is ", in_quotes(precision), ", expected float or bfloat16"});
 }
 
 [[nodiscard]] inline FileError no_common_layer(const std::string& path) {
@@ -39,7 +39,7 @@ template <std::floating_point T>
   const bool is_number =
       layer.size() < 6 && std::ranges::all_of(layer, [](unsigned char c) { return std::isdigit(c) != 0; });
   if (!is_number)
-    throw Error(ErrorKind::usage, "layer '" + layer + "': layers of Darknet networks are numbers, from 0");
+    throw Error(ErrorKind::usage, {"layer '", layer, "': layers of Darknet networks are numbers, from 0"});
   return model.value_name(std::stoul(layer));
 }
 
@@ -47,7 +47,7 @@ template <std::floating_point T>
 [[nodiscard]] detect::Detector<T> read_darknet_detector(const DetectorFiles& files,
                                                         std::vector<std::string>* warnings) {
   if (!files.description.empty())
-    throw Error(ErrorKind::usage, files.weights + ": is described by its cfg, not by " + files.description);
+    throw Error(ErrorKind::usage, {files.weights, ": is described by its cfg, not by ", files.description});
   std::optional<detect::DecodeFamily> decode;
   if (!files.decode.empty()) decode = detect::decode_family_by_name(files.decode);
   const auto [model, remarks] =
@@ -78,10 +78,10 @@ template <std::floating_point T>
   if (const auto known = detect::recognised_detector(network)) return *known;
   throw Error(
       ErrorKind::usage,
-      files.weights +
-          ": its outputs are not those of a detector that is known by its layers (YOLOX, NanoDet); a "
-          "description must define them, such as a file of {\"head\": \"yolov5\"} beside the model, of its "
-          "name with the ending .json");
+      {files.weights,
+       ": its outputs are not those of a detector that is known by its layers (YOLOX, NanoDet); a "
+       "description must define them, such as a file of {\"head\": \"yolov5\"} beside the model, of its "
+       "name with the ending .json"});
 }
 
 template <std::floating_point T>
@@ -89,9 +89,8 @@ template <std::floating_point T>
                                                      std::vector<std::string>* warnings) {
   for (const std::string& other : {files.config, files.decode})
     if (!other.empty())
-      throw Error(
-          ErrorKind::usage,
-          files.weights + ": an ONNX model takes no cfg and no decode family, but " + other + " was given");
+      throw Error(ErrorKind::usage, {files.weights, ": an ONNX model takes no cfg and no decode family, but ",
+                                     other, " was given"});
   const auto network = read_onnx(files.weights);
   auto layers = files.layers;
   for (std::string& layer : layers) {

@@ -151,7 +151,7 @@ std::string safetensors_header_text(const std::map<std::string, std::string>& me
     end += begin;
     const nlohmann::json entry{{"dtype", "F32"}, {"shape", shape}, {"data_offsets", {begin, end}}};
     if (!header.emplace(name, entry).second)
-      throw DomainError("write_safetensors: tensor " + in_quotes(name) + " given twice");
+      throw DomainError({"write_safetensors: tensor ", in_quotes(name), " given twice"});
     begin = end;
   }
   try {
@@ -198,9 +198,8 @@ namespace tapestry::io {
 
 void SafetensorsFile::read(const Tensor& tensor, std::span<float> values, std::size_t first) const {
   if (first > tensor.size() || values.size() > tensor.size() - first)
-    throw ShapeError("SafetensorsFile::read: values is [" + std::to_string(values.size()) +
-                     "], expected at most [" + std::to_string(tensor.size()) + "] less the first " +
-                     std::to_string(first));
+    throw ShapeError({"SafetensorsFile::read: values is [", values.size(), "], expected at most [",
+                      tensor.size(), "] less the first ", first});
   if (tensor.type == TensorType::f32) {
     read_converted<float_from_f32>(tensor, values, first);
   } else if (tensor.type == TensorType::f64) {
@@ -220,12 +219,12 @@ void write_safetensors(const std::string& path, const std::map<std::string, std:
                        const std::vector<NamedShape>& tensors, std::span<const float> values) {
   const std::string text = safetensors_header_text(metadata, tensors);
   if (text.size() > largest_safetensors_header)
-    throw DomainError("write_safetensors: the header is " + std::to_string(text.size()) +
-                      " bytes, expected at most 16777216");
+    throw DomainError(
+        {"write_safetensors: the header is ", text.size(), " bytes, expected at most 16777216"});
   try {
     (void)parse_safetensors_header(text, values.size_bytes(), path);
   } catch (const FileError& error) {
-    throw DomainError("write_safetensors: " + error.details().what);
+    throw DomainError({"write_safetensors: ", error.details().what});
   }
   const auto length = little_endian_bytes(std::uint64_t(text.size()));
   const auto header = std::as_bytes(std::span<const char>(text));

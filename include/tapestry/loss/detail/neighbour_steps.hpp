@@ -150,8 +150,7 @@ template <class Penalty, std::floating_point T>
                                                const std::vector<ArrayVariable<T, 3>>& pictures,
                                                SharedMasks<T> masks) {
   if (masks.size() != pictures.size())
-    throw ShapeError(std::string(operation) + ": masks of " + std::to_string(masks.size()) +
-                     " pictures, expected " + std::to_string(pictures.size()));
+    throw ShapeError({operation, ": masks of ", masks.size(), " pictures, expected ", pictures.size()});
   std::vector<std::shared_ptr<const Array<T, 3>>> values;
   for (const auto& picture : pictures) values.push_back(picture.shared_value());
   std::vector<double> sums(values.size());

@@ -23,8 +23,7 @@ struct AbsoluteStep {
 /// \throws DomainError unless ε is a number from 0 on
 inline AbsoluteStep absolute_step(const char* operation, double epsilon) {
   if (std::isfinite(epsilon) && epsilon >= 0) return {epsilon};
-  throw DomainError(std::string(operation) + ": epsilon is " + std::to_string(epsilon) +
-                    ", expected a finite number of at least 0");
+  throw DomainError({operation, ": epsilon is ", epsilon, ", expected a finite number of at least 0"});
 }
 }  // namespace detail
 

@@ -18,8 +18,8 @@ AdversarialLoss adversarial_loss_by_name(const std::string& name) {
   if (name == "as_coded") return AdversarialLoss::as_coded;
   if (name == "max_score") return AdversarialLoss::max_score;
   if (name == "vanish") return AdversarialLoss::vanish;
-  throw DomainError("no adversarial loss is called '" + name +
-                    "'; there are paper, as_coded, max_score and vanish");
+  throw DomainError(
+      {"no adversarial loss is called '", name, "'; there are paper, as_coded, max_score and vanish"});
 }
 
 std::string name_of(AdversarialLoss kind) {

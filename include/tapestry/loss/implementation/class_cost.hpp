@@ -23,9 +23,8 @@ ClassCost::ClassCost(double class_logit, std::optional<double> objectness_logit)
 void require_free_heads(const char* operation, const std::vector<detect::Head>& heads) {
   for (const auto& head : heads)
     if (detect::has_anchors(head.decode) || head.decode == detect::DecodeFamily::decoded)
-      throw DomainError(std::string(operation) + ": heads of the decode family " +
-                        std::string(detect::name_of(head.decode)) +
-                        ", whose candidates are no cells without anchors; expected yolox or distance");
+      throw DomainError({operation, ": heads of the decode family ", detect::name_of(head.decode),
+                         ", whose candidates are no cells without anchors; expected yolox or distance"});
 }
 
 }  // namespace tapestry::loss::detail

@@ -10,7 +10,7 @@ namespace tapestry::loss::detail {
 template <std::floating_point T>
 void require_wanted(const char* operation, const Array<T, 4>& logits, const Array<T, 4>& wanted) {
   require_shape(operation, "wanted", wanted, logits.shape());
-  if (logits.size() == 0) throw ShapeError(std::string(operation) + ": no logits");
+  if (logits.size() == 0) throw ShapeError({operation, ": no logits"});
 }
 
 inline constexpr std::size_t entropy_block = 4096;  ///< logits that a thread takes at a time

@@ -136,9 +136,8 @@ void require_finite_image(const char* operation, const Predictions<T>& predictio
     const T* const first = logits.data() + predictions.image * count;
     for (std::size_t i = 0; i < count; ++i)
       if (!std::isfinite(first[i]))
-        throw NumericError(std::string(operation) + ": logit " + std::to_string(i) + " of head " +
-                           std::to_string(head) + ", image " + std::to_string(predictions.image) +
-                           "; expected a finite number, found " + std::to_string(first[i]));
+        throw NumericError({operation, ": logit ", i, " of head ", head, ", image ", predictions.image,
+                            "; expected a finite number, found ", first[i]});
   }
 }
 
@@ -151,7 +150,7 @@ DynamicMatches dynamic_matches(const std::vector<detect::Head>& heads, const Log
                                const Truths& truths, std::size_t input_height, std::size_t input_width,
                                const DynamicMatchOptions& options) {
   constexpr const char* operation = "dynamic_matches";
-  if (truths.empty()) throw DomainError(std::string(operation) + ": an empty batch");
+  if (truths.empty()) throw DomainError({operation, ": an empty batch"});
   detail::require_free_heads(operation, heads);
   const Predictions<T> last{heads, logits, truths.size() - 1, input_height, input_width};
   require_predictions(operation, last);

@@ -115,16 +115,15 @@ inline void require_family(const char* operation, const std::vector<detect::Head
   require_raw_logits(operation, heads, "darknet or ultralytics");
   for (const auto& head : heads)
     if (!detect::has_anchors(head.decode))
-      throw DomainError(std::string(operation) + ": heads of the decode family " +
-                        std::string(detect::name_of(head.decode)) +
-                        " have no anchors, which this loss needs; expected darknet or ultralytics");
+      throw DomainError({operation, ": heads of the decode family ", detect::name_of(head.decode),
+                         " have no anchors, which this loss needs; expected darknet or ultralytics"});
 }
 
 template <std::floating_point T>
 void require_training(const char* operation, const std::vector<detect::Head>& heads,
                       const LogitsView<T>& logits, const Truths& truths, std::size_t input_height,
                       std::size_t input_width) {
-  if (truths.empty()) throw DomainError(std::string(operation) + ": an empty batch");
+  if (truths.empty()) throw DomainError({operation, ": an empty batch"});
   require_family(operation, heads);
   const Predictions<T> last{heads, logits, truths.size() - 1, input_height, input_width};
   require_predictions(operation, last);

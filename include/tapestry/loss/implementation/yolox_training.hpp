@@ -94,7 +94,7 @@ template <std::floating_point T>
 void require_matches(const char* operation, const std::vector<detect::Head>& heads,
                      const LogitsView<T>& logits, const DynamicMatches& matches, std::size_t input_height,
                      std::size_t input_width) {
-  if (matches.empty()) throw DomainError(std::string(operation) + ": an empty batch");
+  if (matches.empty()) throw DomainError({operation, ": an empty batch"});
   require_free_heads(operation, heads);
   require_predictions(operation,
                       Predictions<T>{heads, logits, matches.size() - 1, input_height, input_width});
@@ -108,9 +108,8 @@ void require_matches(const char* operation, const std::vector<detect::Head>& hea
                             ++sound;
                         });
     if (sound < matches[image].size())
-      throw DomainError(std::string(operation) + ": match " + std::to_string(sound) + " of image " +
-                        std::to_string(image) +
-                        "; expected candidates and classes of the heads, in order of head, row and column");
+      throw DomainError({operation, ": match ", sound, " of image ", image,
+                         "; expected candidates and classes of the heads, in order of head, row and column"});
   }
 }
 

@@ -9,16 +9,15 @@ namespace tapestry::nn::detail {
 /// \throws ShapeError unless a tensor is one map or picture
 [[nodiscard]] inline Extents<4> batch_of_maps(const char* what, const Shape& shape, std::size_t batch) {
   if (shape.size() != 4 || shape[0] != 1)
-    throw ShapeError(std::string("nn::forward: ") + what + " of the network is " +
-                     tapestry::detail::to_text(shape) + ", expected four axes, the first of extent 1");
+    throw ShapeError(
+        {"nn::forward: ", what, " of the network is ", shape, ", expected four axes, the first of extent 1"});
   return {batch, shape[1], shape[2], shape[3]};
 }
 
 template <std::floating_point T>
 void require_input(const Network<T>& network, const Array<T, 4>& x) {
   if (network.input_count() != 1)
-    throw ShapeError("nn::forward: the network has " + std::to_string(network.input_count()) +
-                     " inputs, expected one");
+    throw ShapeError({"nn::forward: the network has ", network.input_count(), " inputs, expected one"});
   if (x.shape(0) == 0) throw ShapeError("nn::forward: a batch of none");
   require_shape("nn::forward", "x", x, batch_of_maps("the input", network.input_shape(0), x.shape(0)));
   for (std::size_t i = 0; i < network.output_count(); ++i)
@@ -105,9 +104,9 @@ class LayerRecord {
       OperatorContext context(node_, 18, std::move(operands), true);
       operation_ = made_operation(operators<T>().at(node_.operation), context);
     } catch (const ShapeError& error) {
-      throw ShapeError("nn::" + node_.name + ": " + error.what());
+      throw ShapeError({"nn::", node_.name, ": ", error.what()});
     } catch (const DomainError& error) {
-      throw DomainError("nn::" + node_.name + ": " + error.what());
+      throw DomainError({"nn::", node_.name, ": ", error.what()});
     }
     std::vector<TensorView<const T>> views = inputs();
     operation_->prepare(views);

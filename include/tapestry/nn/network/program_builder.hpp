@@ -94,7 +94,7 @@ class ProgramBuilder {
   void fold(const Node& node);
 
   static void require_result(std::size_t i, std::size_t count) {
-    if (i >= count) throw DomainError("result " + std::to_string(i) + " is not supported");
+    if (i >= count) throw DomainError({"result ", i, " is not supported"});
   }
 
   /// Whether the node takes its tensors channels last.

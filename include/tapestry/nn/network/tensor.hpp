@@ -29,12 +29,10 @@ inline constexpr std::size_t most_axes = 32;
 /// \throws ShapeError for more than most_elements or most_axes
 inline void require_room(const Shape& shape) {
   if (shape.size() > most_axes)
-    throw ShapeError("a tensor of " + std::to_string(shape.size()) + " axes, expected at most " +
-                     std::to_string(most_axes));
+    throw ShapeError({"a tensor of ", shape.size(), " axes, expected at most ", most_axes});
   std::size_t count = 1;
   for (const std::size_t extent : shape) {
-    if (extent > 0 && count > most_elements / extent)
-      throw ShapeError("a tensor " + tapestry::detail::to_text(shape) + " is too large");
+    if (extent > 0 && count > most_elements / extent) throw ShapeError({"a tensor ", shape, " is too large"});
     count *= extent > 0 ? extent : 1;
   }
 }

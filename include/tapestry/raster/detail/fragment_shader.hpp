@@ -26,8 +26,7 @@ inline void require_uvs(const char* operation, const geometry::Mesh& mesh,
   for (std::size_t face = 0; face < painted.size(); ++face) {
     if (painted[face] == 0) continue;
     const auto complain = [&](const std::string& what) {
-      throw Error(ErrorKind::mismatch, std::string(operation) + ": face " + std::to_string(face) +
-                                           " is painted from an atlas but " + what);
+      throw Error(ErrorKind::mismatch, {operation, ": face ", face, " is painted from an atlas but ", what});
     };
     if (face >= mesh.face_uvs.size()) complain("has no uv");
     for (const std::int32_t uv : mesh.face_uvs[face]) {
@@ -45,24 +44,24 @@ inline void require_layout(const char* operation, const PaintedMesh& body) {
   const auto& [mesh, painted, layout, space, pyramid] = body;
   const std::string name = operation;
   if (painted.size() != mesh.faces.size()) {
-    throw ShapeError(name + ": painted is [" + std::to_string(painted.size()) + "], expected [" +
-                     std::to_string(mesh.faces.size()) + "], one entry a face");
+    throw ShapeError(
+        {name, ": painted is [", painted.size(), "], expected [", mesh.faces.size(), "], one entry a face"});
   }
   constexpr std::size_t size_limit = 1U << 16U;
   if (layout.kind == TextureKind::cube) {
     if (layout.texels_per_edge == 0 || layout.texels_per_edge > 256)
-      throw DomainError(name + ": texels_per_edge must be 1 to 256");
+      throw DomainError({name, ": texels_per_edge must be 1 to 256"});
   } else if (layout.kind == TextureKind::atlas) {
     if (layout.height == 0 || layout.width == 0 || layout.height > size_limit || layout.width > size_limit)
-      throw DomainError(name + ": an atlas must have 1 to 65536 rows and columns");
+      throw DomainError({name, ": an atlas must have 1 to 65536 rows and columns"});
     if (!(layout.u_extent > 0 && layout.u_extent <= 1e6))
-      throw DomainError(name + ": u_extent must be in (0, 1e6]");
+      throw DomainError({name, ": u_extent must be in (0, 1e6]"});
     if (layout.most_lookups == 0 || layout.most_lookups > 64)
-      throw DomainError(name + ": most_lookups must be 1 to 64");
+      throw DomainError({name, ": most_lookups must be 1 to 64"});
     require_uvs(operation, mesh, painted);
   }
   if (stored_texel_count(layout, mesh) >= std::numeric_limits<std::uint32_t>::max())
-    throw Error(ErrorKind::limit, name + ": the texture has more than 4294967294 texels");
+    throw Error(ErrorKind::limit, {name, ": the texture has more than 4294967294 texels"});
 }
 
 /// Everything needed to turn the fragments of a view into entries. `Lighting` is the result of prepare() for
@@ -209,9 +208,10 @@ inline void require_view_of(const char* operation, const PaintedMesh& body, cons
                       is_near);
   }
   if (!fits)
-    throw DomainError(std::string(operation) +
-                      ": the view was drawn of another mesh, before its positions moved, or for another kind "
-                      "of texture; draw it anew");
+    throw DomainError(
+        {operation,
+         ": the view was drawn of another mesh, before its positions moved, or for another kind "
+         "of texture; draw it anew"});
 }
 
 }  // namespace tapestry::raster::detail

@@ -193,7 +193,7 @@ namespace detail {
 /// \throws DomainError for a filtered atlas, whose levels depend on where the corners are
 inline void require_bilinear(const char* operation, const TextureLayout& layout) {
   if (is_filtered(layout))
-    throw DomainError(std::string(operation) + ": expected a bilinear atlas, found a filtered one");
+    throw DomainError({operation, ": expected a bilinear atlas, found a filtered one"});
 }
 }  // namespace detail
 

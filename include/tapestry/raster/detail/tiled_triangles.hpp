@@ -23,9 +23,8 @@ inline void require_corners(const char* operation, const geometry::Mesh& mesh) {
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
     for (const std::int32_t corner : mesh.faces[face]) {
       if (corner < 0 || static_cast<std::size_t>(corner) >= mesh.positions.size()) {
-        throw Error(ErrorKind::mismatch, std::string(operation) + ": face " + std::to_string(face) +
-                                             " refers to position " + std::to_string(corner) + " of " +
-                                             std::to_string(mesh.positions.size()));
+        throw Error(ErrorKind::mismatch, {operation, ": face ", face, " refers to position ", corner, " of ",
+                                          mesh.positions.size()});
       }
     }
   }

@@ -209,9 +209,8 @@ requires(!std::same_as<Gradient, NeuralMeshRenderer>) void vertex_adjoint(
   require_shape("vertex_adjoint", "render_adjoint", render_adjoint, {view.height(), view.width(), 3});
   detail::require_positions_adjoint("vertex_adjoint", surface.body.mesh, positions_adjoint);
   if (view.samples_per_axis() != model.samples_per_axis || &view.mesh() != &surface.body.mesh)
-    throw ShapeError("vertex_adjoint: expected a view of the surface's mesh with " +
-                     std::to_string(model.samples_per_axis) + " samples an axis, found " +
-                     std::to_string(view.samples_per_axis()) + " or another mesh");
+    throw ShapeError({"vertex_adjoint: expected a view of the surface's mesh with ", model.samples_per_axis,
+                      " samples an axis, found ", view.samples_per_axis(), " or another mesh"});
   detail::require_view_of("vertex_adjoint", surface.body, view);
   detail::add_motion(surface, view, render_adjoint, {&positions_adjoint, &positions_adjoint}, model);
 }

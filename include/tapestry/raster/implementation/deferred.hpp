@@ -20,8 +20,8 @@ template <class Visit>
 void for_each_attribute(const PixelFaces& pixels, const std::vector<geometry::Corners>& corners,
                         std::size_t attribute_count, Visit visit) {
   if (corners.size() != pixels.mesh->faces.size())
-    throw ShapeError("interpolate: corners of " + std::to_string(corners.size()) + " faces, expected " +
-                     std::to_string(pixels.mesh->faces.size()));
+    throw ShapeError(
+        {"interpolate: corners of ", corners.size(), " faces, expected ", pixels.mesh->faces.size()});
   for (std::size_t pixel = 0; pixel < pixels.face.size(); ++pixel) {
     if (pixels.face[pixel] < 0) continue;
     std::array<std::size_t, 3> attributes;
@@ -29,9 +29,8 @@ void for_each_attribute(const PixelFaces& pixels, const std::vector<geometry::Co
       const std::int32_t index = corners[static_cast<std::size_t>(pixels.face[pixel])][k];
       attributes[k] = static_cast<std::size_t>(index);
       if (index < 0 || attributes[k] >= attribute_count)
-        throw Error(ErrorKind::mismatch, "interpolate: face " + std::to_string(pixels.face[pixel]) +
-                                             " refers to attribute " + std::to_string(index) + " of " +
-                                             std::to_string(attribute_count));
+        throw Error(ErrorKind::mismatch, {"interpolate: face ", pixels.face[pixel], " refers to attribute ",
+                                          index, " of ", attribute_count});
     }
     visit(pixel, attributes);
   }

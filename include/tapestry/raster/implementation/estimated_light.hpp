@@ -204,8 +204,7 @@ inline void add_direction(const geometry::Mesh& mesh, std::size_t face, const ge
 
 AmbientOcclusion ambient_occlusion(const geometry::Mesh& mesh, std::size_t directions, std::size_t pixels) {
   if (directions == 0 || directions > 65536)
-    throw DomainError("ambient_occlusion: directions is " + std::to_string(directions) +
-                      ", expected 1 to 65536");
+    throw DomainError({"ambient_occlusion: directions is ", directions, ", expected 1 to 65536"});
   std::vector<detail::OcclusionSums> sums(mesh.faces.size());
   constexpr std::size_t block = 1024;
   for (std::size_t index = 0; index < directions; ++index) {

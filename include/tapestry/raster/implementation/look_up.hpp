@@ -47,8 +47,7 @@ struct LookUp {
 template <std::floating_point T>
 void require_texture(const char* operation, const Array<T, 3>& texture, const Array<T, 3>& uv) {
   require_shape(operation, "uv", uv, {uv.shape(0), uv.shape(1), 2});
-  if (texture.size() == 0)
-    throw ShapeError(std::string(operation) + ": the texture has no texel, expected one at least");
+  if (texture.size() == 0) throw ShapeError({operation, ": the texture has no texel, expected one at least"});
 }
 
 }  // namespace tapestry::raster::detail

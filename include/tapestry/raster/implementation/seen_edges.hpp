@@ -28,9 +28,8 @@ namespace tapestry::raster::detail {
 void require_positions_adjoint(const char* operation, const geometry::Mesh& mesh,
                                const std::vector<geometry::Vector3>& positions_adjoint) {
   if (positions_adjoint.size() != mesh.positions.size())
-    throw ShapeError(std::string(operation) + ": positions_adjoint is [" +
-                     std::to_string(positions_adjoint.size()) + "], expected [" +
-                     std::to_string(mesh.positions.size()) + "], one entry a position");
+    throw ShapeError({operation, ": positions_adjoint is [", positions_adjoint.size(), "], expected [",
+                      mesh.positions.size(), "], one entry a position"});
 }
 
 std::shared_ptr<const MeshEdges> edges_of(const char* operation, const geometry::Mesh& mesh,
@@ -40,9 +39,8 @@ std::shared_ptr<const MeshEdges> edges_of(const char* operation, const geometry:
   const auto size = [](std::size_t positions, std::size_t faces) {
     return std::to_string(positions) + " positions and " + std::to_string(faces) + " faces";
   };
-  throw ShapeError(std::string(operation) + ": edges are those of a mesh of " +
-                   size(kept->welded.size(), kept->face_count) + ", expected " +
-                   size(mesh.positions.size(), mesh.faces.size()));
+  throw ShapeError({operation, ": edges are those of a mesh of ", size(kept->welded.size(), kept->face_count),
+                    ", expected ", size(mesh.positions.size(), mesh.faces.size())});
 }
 
 void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,

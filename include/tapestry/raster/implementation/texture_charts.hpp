@@ -211,8 +211,8 @@ std::vector<TextureChart> painted_charts(std::vector<TextureChart> charts,
   for (TextureChart& chart : charts) {
     for (const ChartTexel& texel : chart.texels)
       if (texel.texel >= painted.size())
-        throw ShapeError("painted_charts: " + std::to_string(painted.size()) +
-                         " texels are painted or not, and a chart has texel " + std::to_string(texel.texel));
+        throw ShapeError({"painted_charts: ", painted.size(),
+                          " texels are painted or not, and a chart has texel ", texel.texel});
     std::erase_if(chart.texels, [&](const ChartTexel& texel) { return painted[texel.texel] == 0; });
     for (TextureChart& piece : detail::connected_pieces(chart)) pieces.push_back(std::move(piece));
   }

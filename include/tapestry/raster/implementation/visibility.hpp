@@ -10,22 +10,20 @@ void require_view(const char* operation, const geometry::Camera& camera, std::si
                   std::size_t width, std::size_t samples_per_axis) {
   const std::string name = operation;
   if (samples_per_axis != 1 && samples_per_axis != 2 && samples_per_axis != 4 && samples_per_axis != 8) {
-    throw DomainError(name + ": samples_per_axis is " + std::to_string(samples_per_axis) +
-                      ", expected 1, 2, 4 or 8");
+    throw DomainError({name, ": samples_per_axis is ", samples_per_axis, ", expected 1, 2, 4 or 8"});
   }
   const std::size_t limit = sample_limit / samples_per_axis;
   if (height == 0 || width == 0 || height > limit || width > limit) {
-    throw DomainError(name + ": picture is [" + std::to_string(height) + ", " + std::to_string(width) +
-                      "], expected 1 to " + std::to_string(limit) + " pixels an axis at " +
-                      std::to_string(samples_per_axis) + " samples an axis");
+    throw DomainError({name, ": picture is [", height, ", ", width, "], expected 1 to ", limit,
+                       " pixels an axis at ", samples_per_axis, " samples an axis"});
   }
   bool finite = geometry::is_finite(camera.translation);
   for (const auto& row : camera.rotation) finite = finite && geometry::is_finite(row);
   if (!finite || !(camera.near > 0) || !(camera.far > camera.near) || !(camera.far <= 1e30) ||
       !(camera.tan_half_fov_x > 0 && camera.tan_half_fov_x <= 1e6) ||
       !(camera.tan_half_fov_y > 0 && camera.tan_half_fov_y <= 1e6)) {
-    throw DomainError(name +
-                      ": the camera needs a finite pose, 0 < near < far ≤ 1e30 and tangents in (0, 1e6]");
+    throw DomainError(
+        {name, ": the camera needs a finite pose, 0 < near < far ≤ 1e30 and tangents in (0, 1e6]"});
   }
 }
 

@@ -166,15 +166,14 @@ nn::NetworkDescription u2_net_description(const U2NetShape& shape, std::uint64_t
   for (std::size_t i = 0; i < shape.stages.size(); ++i) {
     const ResidualU& stage = shape.stages[i];
     if (stage.levels < 2 || stage.levels > 12 || stage.middle == 0 || stage.out == 0)
-      throw DomainError("u2_net_description: stage " + std::to_string(i + 1) +
-                        " needs 2 to 12 levels and some channels");
+      throw DomainError({"u2_net_description: stage ", i + 1, " needs 2 to 12 levels and some channels"});
     stride = std::max(stride, std::size_t(1) << (i + stage.levels - 2));
   }
   if (shape.dilated_middle == 0 || shape.dilated_out == 0)
     throw DomainError("u2_net_description: the last stage needs some channels");
   if (shape.side == 0 || shape.side % stride != 0)
-    throw DomainError("u2_net_description: a side of " + std::to_string(shape.side) +
-                      " pixels is no multiple of the largest stride, " + std::to_string(stride));
+    throw DomainError({"u2_net_description: a side of ", shape.side,
+                       " pixels is no multiple of the largest stride, ", stride});
   return detail::U2NetWriter(shape, seed).write(shape);
 }
 

@@ -22,8 +22,7 @@ template <class X, class IsBetter>
   const auto layout = layout_around(operation, variable.shape(), axis);
   Array<T, rank - 1> value(without_axis(variable.shape(), axis));
   if (layout.count == 0 && value.size() > 0)
-    throw ShapeError(std::string(operation) + ": no elements along axis " + std::to_string(axis) + " of " +
-                     to_text(variable.shape()));
+    throw ShapeError({operation, ": no elements along axis ", axis, " of ", variable.shape()});
   std::vector<std::size_t> places(value.size());
   const T* const from = variable.value().data();
   for_each_line(layout, [&](std::size_t first, std::size_t line) {

@@ -17,8 +17,7 @@ namespace detail {
 template <std::size_t Rank>
 void require_count(const char* operation, std::size_t count, const Extents<Rank>& extents) {
   if (count_of(extents) != count)
-    throw ShapeError(std::string(operation) + ": " + std::to_string(count) + " elements, expected those of " +
-                     to_text(extents));
+    throw ShapeError({operation, ": ", count, " elements, expected those of ", extents});
 }
 }  // namespace detail
 
@@ -42,8 +41,7 @@ template <class T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> concatenate(std::span<const ArrayVariable<T, Rank>> parts,
                                                  std::size_t axis) {
   if (parts.empty() || axis >= Rank)
-    throw ShapeError("concatenate: " + std::to_string(parts.size()) + " arrays along axis " +
-                     std::to_string(axis) + " of " + std::to_string(Rank));
+    throw ShapeError({"concatenate: ", parts.size(), " arrays along axis ", axis, " of ", Rank});
   Extents<Rank> extents = parts.front().shape();
   std::size_t outer = 1, inner = 1;
   for (std::size_t a = 0; a < Rank; ++a) (a < axis ? outer : a == axis ? extents[a] : inner) *= extents[a];

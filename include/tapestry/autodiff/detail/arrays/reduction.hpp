@@ -54,8 +54,7 @@ struct AxisLayout {
 template <std::size_t Rank>
 [[nodiscard]] AxisLayout layout_around(const char* operation, const Extents<Rank>& extents,
                                        std::size_t axis) {
-  if (axis >= Rank)
-    throw ShapeError(std::string(operation) + ": axis " + std::to_string(axis) + " of " + to_text(extents));
+  if (axis >= Rank) throw ShapeError({operation, ": axis ", axis, " of ", extents});
   AxisLayout layout;
   for (std::size_t a = 0; a < Rank; ++a)
     (a < axis ? layout.outer : a == axis ? layout.count : layout.inner) *= extents[a];
@@ -261,7 +260,7 @@ template <class T>
 /// \throws ShapeError if there are none
 template <class T, std::size_t Rank, class Better>
 [[nodiscard]] Variable<T> extreme(const char* operation, const ArrayVariable<T, Rank>& x, Better is_better) {
-  if (x.size() == 0) throw ShapeError(std::string(operation) + ": the array has no elements");
+  if (x.size() == 0) throw ShapeError({operation, ": the array has no elements"});
   const T* const elements = x.value().data();
   std::size_t best = 0;
   for (std::size_t i = 1; i < x.size(); ++i)

@@ -19,8 +19,7 @@ struct Range {
 namespace detail {
 [[noreturn]] inline void throw_outside(const char* operation, std::size_t found, std::size_t axis,
                                        std::size_t extent) {
-  throw ShapeError(std::string(operation) + ": " + std::to_string(found) + " along axis " +
-                   std::to_string(axis) + ", expected at most " + std::to_string(extent));
+  throw ShapeError({operation, ": ", found, " along axis ", axis, ", expected at most ", extent});
 }
 
 template <class T, std::size_t Rank>
@@ -54,7 +53,7 @@ template <Viewable X>
     const std::size_t extent = view.shape()[axis], last = std::min(ranges[axis].last, extent);
     const auto [first, unused, step] = ranges[axis];
     if (first > last) detail::throw_outside("slice", first, axis, last);
-    if (step == 0) throw ShapeError("slice: step 0 along axis " + std::to_string(axis));
+    if (step == 0) throw ShapeError({"slice: step 0 along axis ", axis});
     extents[axis] = (last - first + step - 1) / step;
     offset += static_cast<std::ptrdiff_t>(first) * strides[axis];
     strides[axis] *= static_cast<std::ptrdiff_t>(step);
@@ -94,7 +93,7 @@ template <Viewable X>
   std::array<bool, X::rank> seen{};
   for (std::size_t axis = 0; axis < X::rank; ++axis) {
     if (order[axis] >= X::rank || seen[order[axis]])
-      throw ShapeError("transpose: " + detail::to_text(order) + " is no order of the axes");
+      throw ShapeError({"transpose: ", order, " is no order of the axes"});
     seen[order[axis]] = true;
     extents[axis] = view.shape()[order[axis]];
     strides[axis] = view.strides()[order[axis]];
@@ -130,8 +129,7 @@ template <Viewable X>
   auto view = detail::view_of(x);
   for (std::size_t axis = 0; axis < X::rank; ++axis)
     if (view.shape()[axis] != extents[axis] && view.shape()[axis] != 1)
-      throw ShapeError("broadcast: " + detail::to_text(view.shape()) + " does not repeat to " +
-                       detail::to_text(extents));
+      throw ShapeError({"broadcast: ", view.shape(), " does not repeat to ", extents});
   return decltype(view)(view.whole(), view.offset(), extents, view.strides_in(extents));
 }
 

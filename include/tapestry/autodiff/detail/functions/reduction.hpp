@@ -179,8 +179,7 @@ template <ScalarRange R>
 [[nodiscard]] auto dot(const R& x, const R& y) {
   using S = typename R::value_type;
   if (x.size() != y.size())
-    throw DomainError("dot: " + std::to_string(y.size()) + " entries on the right for " +
-                      std::to_string(x.size()) + " on the left");
+    throw DomainError({"dot: ", y.size(), " entries on the right for ", x.size(), " on the left"});
   if constexpr (detail::takes_partials<S>) {
     using T = detail::RangeScalar<R>;
     std::vector<S> operands(x.begin(), x.end());

@@ -129,13 +129,11 @@ class JacobianPattern {
   JacobianPattern(std::size_t rows, std::size_t columns, std::vector<Entry> entries)
       : rows_(rows), columns_(columns) {
     if (std::max(rows, columns) > std::numeric_limits<Index>::max())
-      throw DomainError("JacobianPattern: " + std::to_string(rows) + " rows and " + std::to_string(columns) +
-                        " columns, expected below 2^32");
+      throw DomainError({"JacobianPattern: ", rows, " rows and ", columns, " columns, expected below 2^32"});
     for (const Entry& entry : entries)
       if (entry.row >= rows || entry.column >= columns)
-        throw DomainError("JacobianPattern: entry (" + std::to_string(entry.row) + ", " +
-                          std::to_string(entry.column) + ") of a matrix of " + std::to_string(rows) +
-                          " rows and " + std::to_string(columns) + " columns");
+        throw DomainError({"JacobianPattern: entry (", entry.row, ", ", entry.column, ") of a matrix of ",
+                           rows, " rows and ", columns, " columns"});
     const auto key = [](const Entry& entry) { return std::pair(entry.row, entry.column); };
     std::sort(entries.begin(), entries.end(),
               [&](const Entry& a, const Entry& b) { return key(a) < key(b); });

@@ -24,12 +24,11 @@ template <std::floating_point T>
 [[nodiscard]] std::shared_ptr<const EigenPairs<T>> eigen_pairs_of(const char* operation,
                                                                   const DenseMatrix<T>& a) {
   require_square(operation, a);
-  if (!a.allFinite()) throw NumericError(std::string(operation) + ": a has a number that is not finite");
+  if (!a.allFinite()) throw NumericError({operation, ": a has a number that is not finite"});
   if (a.rows() == 0)
     return std::make_shared<const EigenPairs<T>>(EigenPairs<T>{DenseMatrix<T>(0, 1), DenseMatrix<T>(0, 0)});
   const Eigen::SelfAdjointEigenSolver<DenseMatrix<T>> solver(a);
-  if (solver.info() != Eigen::Success)
-    throw NumericError(std::string(operation) + ": the iteration does not converge");
+  if (solver.info() != Eigen::Success) throw NumericError({operation, ": the iteration does not converge"});
   return std::make_shared<const EigenPairs<T>>(EigenPairs<T>{solver.eigenvalues(), solver.eigenvectors()});
 }
 
@@ -43,8 +42,7 @@ template <std::floating_point T>
   if (abs(gap) > gap_size) return turn / gap;
   if (abs(turn) <= turn_size) return T(0);
   if (turn != turn) return turn;  // the adjoint is NaN
-  throw NumericError(std::string(operation) +
-                     ": two values are equal, so that their vectors have no derivative");
+  throw NumericError({operation, ": two values are equal, so that their vectors have no derivative"});
 }
 }  // namespace detail
 

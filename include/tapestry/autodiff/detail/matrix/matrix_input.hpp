@@ -156,15 +156,15 @@ template <class Matrix>
 template <class T>
 void require_square(const char* operation, const DenseMatrix<T>& a) {
   if (a.rows() != a.cols())
-    throw ShapeError(std::string(operation) + ": a is " + shape_text(a) + ", expected a square matrix");
+    throw ShapeError({operation, ": a is ", shape_text(a), ", expected a square matrix"});
 }
 
 /// \throws ShapeError unless b has as many rows as a
 template <class T>
 void require_equal_rows(const char* operation, const DenseMatrix<T>& a, const DenseMatrix<T>& b) {
   if (a.rows() != b.rows())
-    throw ShapeError(std::string(operation) + ": b is " + shape_text(b) + ", expected " +
-                     std::to_string(a.rows()) + " rows as a " + shape_text(a));
+    throw ShapeError(
+        {operation, ": b is ", shape_text(b), ", expected ", a.rows(), " rows as a ", shape_text(a)});
 }
 
 }  // namespace tapestry::detail

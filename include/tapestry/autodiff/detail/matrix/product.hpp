@@ -27,8 +27,8 @@ requires(detail::holds_variables<A> || detail::holds_variables<B>)
   const auto left = detail::matrix_input<T>(a);
   const auto right = detail::matrix_input<T>(b);
   if (left.value.cols() != right.value.rows())
-    throw ShapeError("product: b is " + detail::shape_text(right.value) + ", expected " +
-                     std::to_string(left.value.cols()) + " rows for a " + detail::shape_text(left.value));
+    throw ShapeError({"product: b is ", detail::shape_text(right.value), ", expected ", left.value.cols(),
+                      " rows for a ", detail::shape_text(left.value)});
   const Matrix value = left.value * right.value;
   const auto pullback = [a = left.value, b = right.value](const Matrix& value_adjoint, Matrix* a_adjoint,
                                                           Matrix* b_adjoint) {

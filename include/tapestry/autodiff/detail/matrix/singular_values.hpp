@@ -22,7 +22,7 @@ struct SingularTriples {
 template <std::floating_point T>
 [[nodiscard]] std::shared_ptr<const SingularTriples<T>> singular_triples_of(const char* operation,
                                                                             const DenseMatrix<T>& a) {
-  if (!a.allFinite()) throw NumericError(std::string(operation) + ": a has a number that is not finite");
+  if (!a.allFinite()) throw NumericError({operation, ": a has a number that is not finite"});
   SingularTriples<T> triples{DenseMatrix<T>(a.rows(), 0), DenseMatrix<T>(0, 1), DenseMatrix<T>(a.cols(), 0)};
   if (a.size() > 0) {
     const Eigen::JacobiSVD<DenseMatrix<T>> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);

@@ -80,10 +80,10 @@ requires(ScalarExpression<S> || detail::holds_variables<B>)
   const auto left = detail::sparse_input<T>(Eigen::SparseMatrix<S>(a), *numbers);
   const auto right = detail::matrix_input<T>(b);
   if (numbers->rows() != numbers->cols())
-    throw ShapeError("solve: a is " + detail::shape_text(*numbers) + ", expected a square matrix");
+    throw ShapeError({"solve: a is ", detail::shape_text(*numbers), ", expected a square matrix"});
   if (numbers->rows() != right.value.rows())
-    throw ShapeError("solve: b is " + detail::shape_text(right.value) + ", expected " +
-                     std::to_string(numbers->rows()) + " rows as a " + detail::shape_text(*numbers));
+    throw ShapeError({"solve: b is ", detail::shape_text(right.value), ", expected ", numbers->rows(),
+                      " rows as a ", detail::shape_text(*numbers)});
   const auto lu = std::make_shared<Eigen::SparseLU<Numbers>>();
   if (numbers->rows() > 0) lu->compute(*numbers);
   if (numbers->rows() > 0 && lu->info() != Eigen::Success) throw NumericError("solve: a is singular");

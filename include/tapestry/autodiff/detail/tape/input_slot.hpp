@@ -44,8 +44,8 @@ struct ArraySlot {
   /// \throws ShapeError if a pullback has put an array of other extents there
   void require_shape() const {
     if (link.is_active() && !array_adjoint->keeps_shape())
-      throw ShapeError("pullback: has changed the extents of the adjoint of an input " +
-                       to_text(array_adjoint->extents()) + "; it must add to it");
+      throw ShapeError({"pullback: has changed the extents of the adjoint of an input ",
+                        array_adjoint->extents(), "; it must add to it"});
   }
 };
 

@@ -54,9 +54,8 @@ class AdjointMemory {
     try {
       memory_ = PageMemory(allocate_pages(size));
     } catch (const std::bad_alloc&) {
-      throw Error(ErrorKind::limit, "reverse: no memory for " + std::to_string(size) +
-                                        " bytes, the adjoints of " + std::to_string(count) +
-                                        " statements; checkpoint() records a part only while it is swept");
+      throw Error(ErrorKind::limit, {"reverse: no memory for ", size, " bytes, the adjoints of ", count,
+                                     " statements; checkpoint() records a part only while it is swept"});
     }
     capacity_ = size / sizeof(T);
   }

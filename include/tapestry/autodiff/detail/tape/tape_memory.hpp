@@ -200,10 +200,9 @@ class TapeMemory : public WriteHead {
     try {
       chunk.memory = PageMemory(allocate_pages(size));
     } catch (const std::bad_alloc&) {
-      throw Error(ErrorKind::limit, "the tape: no memory for " + std::to_string(size) + " bytes beside the " +
-                                        std::to_string(chunk_bytes()) + " of " +
-                                        std::to_string(statement_count()) +
-                                        " statements; checkpoint() records a part only while it is swept");
+      throw Error(ErrorKind::limit,
+                  {"the tape: no memory for ", size, " bytes beside the ", chunk_bytes(), " of ",
+                   statement_count(), " statements; checkpoint() records a part only while it is swept"});
     }
     chunk.word_count = (size - sizeof(StatementKind)) / bytes_per_word;
     chunk.kinds()[-1] = StatementKind::chunk_begin;

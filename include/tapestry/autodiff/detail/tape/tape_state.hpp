@@ -186,7 +186,7 @@ class TapeState : public TapeDiagnosis {
   }
   [[nodiscard]] std::size_t record_count() const noexcept { return records_.size(); }
   void require_idle(const char* operation) const {
-    if (is_sweeping_) throw DomainError(std::string(operation) + ": called from within reverse()");
+    if (is_sweeping_) throw DomainError({operation, ": called from within reverse()"});
   }
 
   ThreadClaim claim;

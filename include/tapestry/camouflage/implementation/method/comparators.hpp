@@ -215,7 +215,7 @@ Method<T> method_by_name(const std::string& name, const raster::PaintedMesh& car
   if (name == "mesh_adv") return mesh_adv<T>(car);
   if (name == "random") return random_paint<T>(texel_count, seed);
   if (name == "solid") return solid_paint<T>(texel_count);
-  throw DomainError("no method is called " + in_quotes(name));
+  throw DomainError({"no method is called ", in_quotes(name)});
 }
 
 template decltype(method_by_name<float>) method_by_name<float>;

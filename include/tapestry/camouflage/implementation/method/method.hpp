@@ -8,14 +8,13 @@ namespace tapestry::camouflage {
 template <std::floating_point T>
 void require_sound(const Method<T>& method) {
   if (method.greatest.shape() != method.least.shape())
-    throw ShapeError("a method has " + std::to_string(method.least.shape(0)) + " least colours and " +
-                     std::to_string(method.greatest.shape(0)) + " greatest ones");
+    throw ShapeError({"a method has ", method.least.shape(0), " least colours and ", method.greatest.shape(0),
+                      " greatest ones"});
   if (!method.row_of_texel) return;
   const auto& rows = *method.row_of_texel;
   for (std::size_t texel = 0; texel < rows.size(); ++texel)
     if (rows[texel] != Method<T>::unpainted && rows[texel] >= method.row_count)
-      throw DomainError("a method paints texel " + std::to_string(texel) + " by row " +
-                        std::to_string(rows[texel]) + " of " + std::to_string(method.row_count));
+      throw DomainError({"a method paints texel ", texel, " by row ", rows[texel], " of ", method.row_count});
 }
 
 template <std::floating_point T>
@@ -49,9 +48,7 @@ template <std::floating_point T>
 ArrayVariable<T, 2> texture_rows(const Method<T>& method, const ArrayVariable<T, 2>& parameter) {
   if (!method.shape) return parameter;
   const std::size_t rows = parameter.shape()[0], below = method.shape->row_count();
-  if (rows <= below)
-    throw ShapeError("texture_rows: " + std::to_string(rows) + " rows, of which the shape has " +
-                     std::to_string(below));
+  if (rows <= below) throw ShapeError({"texture_rows: ", rows, " rows, of which the shape has ", below});
   return ArrayVariable<T, 2>(slice(parameter, {Range{0, rows - below}, Range{}}));
 }
 
@@ -180,7 +177,7 @@ namespace tapestry::camouflage {
 
 void require_atlas(const std::string& method, const raster::PaintedMesh& car) {
   if (car.layout.kind != raster::TextureKind::atlas)
-    throw DomainError("the method " + method + " paints parts of an atlas, found a texture of another kind");
+    throw DomainError({"the method ", method, " paints parts of an atlas, found a texture of another kind"});
 }
 
 std::vector<PanelTexel> panel_texels(const std::string& method, const raster::PaintedMesh& car) {
@@ -218,7 +215,7 @@ std::vector<PanelTexel> panel_texels(const std::string& method, const raster::Pa
     if (texel) texels.push_back(*texel);
   if (texels.empty())
     throw Error(ErrorKind::mismatch,
-                "the method " + method + " paints roof, hood and doors, of which no painted face is one");
+                {"the method ", method, " paints roof, hood and doors, of which no painted face is one"});
   return texels;
 }
 

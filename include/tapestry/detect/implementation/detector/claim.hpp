@@ -15,9 +15,8 @@ namespace tapestry::detect::detail {
 /// \throws DomainError unless an end-to-end output, and no other one, has a number of classes
 inline void require_classes(const DetectorDescription& kind) {
   if ((kind.head == HeadKind::end_to_end) == (kind.decoded.classes > 0)) return;
-  throw DomainError("Detector: decoded.classes of heads " + std::string(name_of(kind.head)) + " is " +
-                    std::to_string(kind.decoded.classes) + ", expected " +
-                    (kind.decoded.classes > 0 ? "0" : "at least 1"));
+  throw DomainError({"Detector: decoded.classes of heads ", name_of(kind.head), " is ", kind.decoded.classes,
+                     ", expected ", (kind.decoded.classes > 0 ? "0" : "at least 1")});
 }
 
 /// Whether a description states what the values of the output with scores are.

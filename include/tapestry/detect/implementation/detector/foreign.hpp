@@ -115,8 +115,8 @@ inline constexpr const char* foreign_subject = "outputs of a foreign engine";
                                                         const std::vector<nn::Shape>& shapes,
                                                         std::size_t height, std::size_t width) {
   if (decode_family_of(kind.head) != DecodeFamily::decoded)
-    throw DomainError("Detector: heads of a foreign engine are " + std::string(name_of(kind.head)) +
-                      ", expected boxes_and_scores or end_to_end");
+    throw DomainError({"Detector: heads of a foreign engine are ", name_of(kind.head),
+                       ", expected boxes_and_scores or end_to_end"});
   require_classes(kind);
   const std::vector<std::string> names{kind.decoded.boxes, kind.decoded.scores};
   const std::size_t count = names[0] == names[1] ? 1 : 2;

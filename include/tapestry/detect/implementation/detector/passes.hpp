@@ -178,11 +178,10 @@ template <std::floating_point T>
 void Detector<T>::require_logits_adjoint(const char* operation, const Pass<T>& pass,
                                          const std::vector<const Array<T, 4>*>& logits_adjoint) {
   if (pass.mode == Mode::inference || pass.graph.empty())
-    throw DomainError(std::string(operation) + ": the pass kept nothing; run forward() for a gradient first");
+    throw DomainError({operation, ": the pass kept nothing; run forward() for a gradient first"});
   if (logits_adjoint.size() != pass.logits.size())
-    throw ShapeError(std::string(operation) + ": logits_adjoint has " +
-                     std::to_string(logits_adjoint.size()) + " arrays, expected " +
-                     std::to_string(pass.logits.size()));
+    throw ShapeError({operation, ": logits_adjoint has ", logits_adjoint.size(), " arrays, expected ",
+                      pass.logits.size()});
   for (std::size_t h = 0; h < logits_adjoint.size(); ++h)
     if (logits_adjoint[h] != nullptr)
       require_shape(operation, "logits_adjoint", *logits_adjoint[h], pass.logits[h].shape());
@@ -221,19 +220,16 @@ template <std::floating_point T>
 void Detector<T>::require_layer(const char* operation, const Pass<T>& pass, std::size_t layer,
                                 std::size_t image) const {
   if (layer >= layer_count_)
-    throw DomainError(std::string(operation) + ": layer " + std::to_string(layer) + " of the " +
-                      std::to_string(layer_count_) + " that were named");
-  if (image >= pass.images)
-    throw DomainError(std::string(operation) + ": image " + std::to_string(image) + " of a batch of " +
-                      std::to_string(pass.images));
+    throw DomainError({operation, ": layer ", layer, " of the ", layer_count_, " that were named"});
+  if (image >= pass.images) throw DomainError({operation, ": image ", image, " of a batch of ", pass.images});
 }
 
 template <std::floating_point T>
 void Detector<T>::require_whole(const char* operation, const Pass<T>& pass) {
   const auto is_within = [](const nn::NetworkPass<T>& one) { return one.is_within(); };
   if (pass.mode == Mode::inference || pass.graph.empty() || std::ranges::any_of(pass.graph, is_within))
-    throw DomainError(std::string(operation) +
-                      ": the pass kept nothing, or only windows; run forward() for a gradient first");
+    throw DomainError(
+        {operation, ": the pass kept nothing, or only windows; run forward() for a gradient first"});
 }
 
 template <std::floating_point T>

@@ -8,8 +8,7 @@ namespace tapestry::image::detail {
 /// Weights of the samples −r … r around a pixel, r = ⌈3σ⌉; their sum is 1.
 inline std::vector<double> gaussian_weights(double deviation_px) {
   if (!(deviation_px >= 0 && deviation_px <= 64))
-    throw DomainError("blur: a standard deviation of " + std::to_string(deviation_px) +
-                      " pixels is not 0 to 64");
+    throw DomainError({"blur: a standard deviation of ", deviation_px, " pixels is not 0 to 64"});
   const auto radius = static_cast<std::ptrdiff_t>(std::ceil(3 * deviation_px));
   std::vector<double> weights;
   double sum = 0;

@@ -117,8 +117,7 @@ ArrayVariable<T, 4> transformed(const ArrayVariable<T, 4>& pictures,
                                 const std::vector<TransformationChain>& chains) {
   const Array<T, 4>& before = pictures.value();
   if (chains.size() != before.shape(0))
-    throw ShapeError("transformed: " + std::to_string(chains.size()) + " chains for " +
-                     std::to_string(before.shape(0)) + " pictures");
+    throw ShapeError({"transformed: ", chains.size(), " chains for ", before.shape(0), " pictures"});
   std::vector<std::vector<Array<T, 3>>> stages(chains.size());
   Array<T, 4> out(before.shape());
   const std::size_t size = chains.empty() ? 0 : before.size() / chains.size();

@@ -56,8 +56,8 @@ ColourChange contrast_and_saturation(double contrast, double saturation) {
 
 Warp warp_of(const CameraMotion& motion) {
   if (!(motion.zoom > 0 && motion.focal > 0))
-    throw DomainError("warp_of: a zoom of " + std::to_string(motion.zoom) + " of a focal length of " +
-                      std::to_string(motion.focal) + "; both must be above 0");
+    throw DomainError({"warp_of: a zoom of ", motion.zoom, " of a focal length of ", motion.focal,
+                       "; both must be above 0"});
   using detail::rotation;
   auto source_from_target = composed(composed(rotation(1, motion.pan_rad), rotation(0, -motion.tilt_rad)),
                                      rotation(2, motion.roll_rad));
@@ -101,9 +101,9 @@ Conditions conditions_by_names(const std::vector<std::string>& names) {
     take("jpeg", &Conditions::worst_quality);
     take("print", &Conditions::printed_range, &Conditions::printed_error);
     if (!is_known)
-      throw DomainError("conditions: '" + name +
-                        "' is none of camera, light, blur, noise, contrast, "
-                        "jpeg, print, physical");
+      throw DomainError({"conditions: '", name,
+                         "' is none of camera, light, blur, noise, contrast, "
+                         "jpeg, print, physical"});
   }
   return chosen;
 }
@@ -163,7 +163,7 @@ namespace tapestry::image::detail {
 
 void require_sound(const JpegCompression& jpeg) {
   if (jpeg.quality < 1 || jpeg.quality > 100)
-    throw DomainError("JPEG: quality " + std::to_string(jpeg.quality) + " is not 1 to 100");
+    throw DomainError({"JPEG: quality ", jpeg.quality, " is not 1 to 100"});
 }
 
 }  // namespace tapestry::image::detail

@@ -52,10 +52,9 @@ LoadedModel<T> read_darknet_model(const std::string& cfg, const std::string& wei
   if (is_safetensors(weights)) {
     const DetectorFile file(weights);
     if (decode && *decode != file.metadata().decode)
-      throw Error(ErrorKind::mismatch, weights + ": is of the decode family " +
-                                           std::string(detect::name_of(file.metadata().decode)) +
-                                           ", which contradicts the requested " +
-                                           std::string(detect::name_of(*decode)));
+      throw Error(ErrorKind::mismatch,
+                  {weights, ": is of the decode family ", detect::name_of(file.metadata().decode),
+                   ", which contradicts the requested ", detect::name_of(*decode)});
     auto config = detail::config_for(file, weights, cfg, warnings);
     keep(config.warnings);
     keep(detect::decode_warnings(config));
@@ -66,7 +65,7 @@ LoadedModel<T> read_darknet_model(const std::string& cfg, const std::string& wei
     model.set_images_seen(file.metadata().images_seen);
     return {std::move(model), std::move(warnings)};
   }
-  if (cfg.empty()) throw Error(ErrorKind::usage, weights + ": Darknet weights need their cfg file");
+  if (cfg.empty()) throw Error(ErrorKind::usage, {weights, ": Darknet weights need their cfg file"});
   auto config = read_network_config(cfg);
   if (decode) config = detect::with_decode(std::move(config), *decode);
   keep(config.warnings);

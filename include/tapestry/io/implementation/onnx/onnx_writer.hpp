@@ -182,7 +182,7 @@ class OnnxEncoder {
 
   /// The nearest 64-bit integer to one that was read in double precision, in which the largest becomes 2⁶³.
   [[nodiscard]] static std::int64_t integer_of(const std::string& name, double value) {
-    if (std::isnan(value)) throw DomainError("write_onnx: the integers of '" + name + "' hold NaN");
+    if (std::isnan(value)) throw DomainError({"write_onnx: the integers of '", name, "' hold NaN"});
     if (value >= 0x1p63) return std::numeric_limits<std::int64_t>::max();
     if (value < -0x1p63) return std::numeric_limits<std::int64_t>::min();
     return static_cast<std::int64_t>(value);
@@ -192,8 +192,7 @@ class OnnxEncoder {
   [[nodiscard]] static float float_of(const std::string& name, double value) {
     const auto rounded = static_cast<float>(value);
     if (std::isinf(rounded) && !std::isinf(value))
-      throw DomainError("write_onnx: '" + name + "' holds " + std::to_string(value) +
-                        ", beyond single precision");
+      throw DomainError({"write_onnx: '", name, "' holds ", value, ", beyond single precision"});
     return rounded;
   }
 

@@ -21,9 +21,7 @@ namespace tapestry::nn {
   Shape shape(std::max(a.size(), b.size()), 1);
   for (std::size_t i = 1; i <= shape.size(); ++i) {
     const std::size_t x = i <= a.size() ? a[a.size() - i] : 1, y = i <= b.size() ? b[b.size() - i] : 1;
-    if (x != y && x != 1 && y != 1)
-      throw ShapeError("operands of " + tapestry::detail::to_text(a) + " and " +
-                       tapestry::detail::to_text(b) + " do not go together");
+    if (x != y && x != 1 && y != 1) throw ShapeError({"operands of ", a, " and ", b, " do not go together"});
     shape[shape.size() - i] = x == 1 ? y : x;
   }
   return shape;

@@ -45,7 +45,7 @@ class OperatorContext {
 
   /// The operand. \throws DomainError if the node leaves it out
   [[nodiscard]] const Operand& input(std::size_t i) const {
-    if (!has_input(i)) throw DomainError("input " + std::to_string(i) + " is missing");
+    if (!has_input(i)) throw DomainError({"input ", i, " is missing"});
     return inputs[i];
   }
   /// Integers of an operand that must be known beforehand, such as axes and extents. Integers out of range
@@ -57,8 +57,7 @@ class OperatorContext {
     const Constant& values = constant(i);
     require_type(i, ElementType::integer);
     if (values.size() > most)
-      throw ShapeError("input " + std::to_string(i) + " has " + std::to_string(values.size()) +
-                       " elements, expected at most " + std::to_string(most));
+      throw ShapeError({"input ", i, " has ", values.size(), " elements, expected at most ", most});
     std::vector<std::int64_t> all;
     for (std::size_t k = 0; k < values.size(); ++k) all.push_back(to_integer(values.at(k)));
     return all;
@@ -68,13 +67,13 @@ class OperatorContext {
     constexpr std::array<const char*, 3> names{"floating-point numbers", "integers", "truths"};
     const ElementType own = input(i).type;
     if (own != type)
-      throw DomainError("input " + std::to_string(i) + " holds " + names[static_cast<std::size_t>(own)] +
-                        ", expected " + names[static_cast<std::size_t>(type)]);
+      throw DomainError({"input ", i, " holds ", names[static_cast<std::size_t>(own)], ", expected ",
+                         names[static_cast<std::size_t>(type)]});
   }
   [[nodiscard]] const Constant& constant(std::size_t i) const {
     const Operand& operand = input(i);
     if (operand.constant == nullptr)
-      throw DomainError("input " + std::to_string(i) + " is computed; only a constant one is supported");
+      throw DomainError({"input ", i, " is computed; only a constant one is supported"});
     return *operand.constant;
   }
 
@@ -108,7 +107,7 @@ class OperatorContext {
   [[nodiscard]] std::size_t axis(std::int64_t logical, std::size_t rank) const {
     const auto extent = static_cast<std::int64_t>(rank);
     if (logical < -extent || logical >= std::max<std::int64_t>(extent, 1))
-      throw DomainError("axis " + std::to_string(logical) + " of " + std::to_string(rank) + " axes");
+      throw DomainError({"axis ", logical, " of ", rank, " axes"});
     const auto place = static_cast<std::size_t>(logical < 0 ? logical + extent : logical);
     return channels_last_ && rank == 4 ? stored_axis[place] : place;
   }
@@ -118,13 +117,13 @@ class OperatorContext {
     std::string unknown;
     for (const auto& [name, value] : node_.attributes)
       if (!asked_.contains(name)) unknown += (unknown.empty() ? "" : ", ") + in_quotes(name);
-    if (!unknown.empty()) throw DomainError("attribute " + unknown + " is not supported");
+    if (!unknown.empty()) throw DomainError({"attribute ", unknown, " is not supported"});
   }
 
   /// \throws DomainError for NaN and infinities, to which casts of fractions lead
   [[nodiscard]] static std::int64_t to_integer(double value) {
     constexpr double largest = 4611686018427387904.0;  // 2^62, further than any extent
-    if (!std::isfinite(value)) throw DomainError("an integer is " + std::to_string(value));
+    if (!std::isfinite(value)) throw DomainError({"an integer is ", value});
     return static_cast<std::int64_t>(std::clamp(value, -largest, largest));
   }
 
@@ -135,7 +134,7 @@ class OperatorContext {
     const auto found = node_.attributes.find(name);
     if (found == node_.attributes.end()) return nullptr;
     const auto* value = std::get_if<Value>(&found->second);
-    if (value == nullptr) throw DomainError("attribute " + in_quotes(name) + " is not " + kind);
+    if (value == nullptr) throw DomainError({"attribute ", in_quotes(name), " is not ", kind});
     return value;
   }
 

@@ -231,7 +231,7 @@ template <std::floating_point T>
   for (std::size_t i = 0; i < results.size(); ++i)
     for (const double value : results[i])
       if (operation.results()[i].type == ElementType::integer && (value > most || value < -most))
-        throw DomainError("a constant integer beyond 2^24, which " + node.operation + " computes in float");
+        throw DomainError({"a constant integer beyond 2^24, which ", node.operation, " computes in float"});
   return results;
 }
 
@@ -263,8 +263,7 @@ std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
   const auto operation = made_operation(kind, context);
   for (const auto& result : operation->results()) {
     const std::size_t count = size_of(result.shape);
-    if (count > most)
-      throw ShapeError("a constant result " + tapestry::detail::to_text(result.shape) + " is too large");
+    if (count > most) throw ShapeError({"a constant result ", result.shape, " is too large"});
     most -= count;
   }
   auto values = detail::folded(node, *operation, stored, operands);

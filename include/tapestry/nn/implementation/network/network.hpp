@@ -10,8 +10,7 @@ namespace tapestry::nn {
 template <std::floating_point T>
 void Network<T>::set_weights(std::span<const T> weights) {
   if (weights.size() != program_.weight_count)
-    throw ShapeError("Network: weights is [" + std::to_string(weights.size()) + "], expected [" +
-                     std::to_string(program_.weight_count) + "]");
+    throw ShapeError({"Network: weights is [", weights.size(), "], expected [", program_.weight_count, "]"});
   std::ranges::copy(weights, program_.constants.begin());  // in place: passes point to them
   prepare();
 }
@@ -21,7 +20,7 @@ std::size_t Network<T>::step_of(const std::string& value) const {
   for (std::size_t s = 0; s < program_.steps.size(); ++s)
     for (const std::size_t output : program_.steps[s].outputs)
       if (output != no_value && program_.values[output].name == value) return s;
-  throw DomainError("Network::step_of: no step makes the value " + in_quotes(value));
+  throw DomainError({"Network::step_of: no step makes the value ", in_quotes(value)});
 }
 
 template <std::floating_point T>
@@ -70,7 +69,7 @@ template <std::floating_point T>
 const Shape& Network<T>::picture_map(const char* operation) const {
   const ProgramValue* const input = input_count() == 1 ? &program_.values[program_.inputs[0]] : nullptr;
   if (input == nullptr || !map_of(*input))
-    throw DomainError(std::string(operation) + ": the network's input is not one picture, [1, H, W, C]");
+    throw DomainError({operation, ": the network's input is not one picture, [1, H, W, C]"});
   return input->shape;
 }
 

@@ -17,10 +17,10 @@ void require_operand_count(std::size_t count, std::int64_t opset, const std::vec
     if (version.opset <= opset) own = version;
   if (count >= own.least && count <= own.most) return;
   const std::string least = std::to_string(own.least);
-  throw DomainError(std::to_string(count) + " operands, expected " +
-                    (own.most == own.least    ? least
-                     : own.most == all_inputs ? "at least " + least
-                                              : least + " to " + std::to_string(own.most)));
+  throw DomainError({count, " operands, expected ",
+                     (own.most == own.least    ? least
+                      : own.most == all_inputs ? "at least " + least
+                                               : least + " to " + std::to_string(own.most))});
 }
 
 void require_ranges(const Node& node, const std::vector<AttributeRange>& ranges) {
@@ -29,9 +29,8 @@ void require_ranges(const Node& node, const std::vector<AttributeRange>& ranges)
     if (found == node.attributes.end()) continue;
     const auto require = [&](std::int64_t value) {
       if (value < range.least || value > range.most)
-        throw DomainError("attribute " + in_quotes(range.name) +
-                          " is out of range: " + std::to_string(value) + ", expected " +
-                          std::to_string(range.least) + " to " + std::to_string(range.most));
+        throw DomainError({"attribute ", in_quotes(range.name), " is out of range: ", value, ", expected ",
+                           range.least, " to ", range.most});
     };
     if (const auto* value = std::get_if<std::int64_t>(&found->second)) require(*value);
     if (const auto* values = std::get_if<std::vector<std::int64_t>>(&found->second))

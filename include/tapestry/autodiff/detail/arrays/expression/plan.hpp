@@ -30,8 +30,7 @@ template <std::size_t Rank>
   Extents<Rank> together{};
   for (std::size_t axis = 0; axis < Rank; ++axis) {
     if (x[axis] != y[axis] && x[axis] != 1 && y[axis] != 1)
-      throw ShapeError(std::string(operation) + ": " + argument + " is " + to_text(y) + ", expected " +
-                       to_text(x));
+      throw ShapeError({operation, ": ", argument, " is ", y, ", expected ", x});
     together[axis] = x[axis] == 1 ? y[axis] : x[axis];
   }
   return together;

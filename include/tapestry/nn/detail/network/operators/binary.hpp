@@ -166,8 +166,7 @@ template <std::floating_point T>
     const bool is_weighted = kind == BinaryKind::weighted;
     if (kind != BinaryKind::mixed) context.require_type(1, a.type);
     if (is_weighted && broadcast_shape(a.shape, b.shape) != a.shape)
-      throw ShapeError("the slope is " + tapestry::detail::to_text(b.shape) + ", expected what goes with " +
-                       tapestry::detail::to_text(a.shape));
+      throw ShapeError({"the slope is ", b.shape, ", expected what goes with ", a.shape});
     return std::make_unique<BinaryOperation<T>>(a, b,
                                                 kind == BinaryKind::test ? ElementType::boolean : a.type,
                                                 is_discrete ? integers : loops, is_weighted);

@@ -22,8 +22,7 @@ struct ChannelExtents {
 /// \throws DomainError for a tensor without an axis of channels
 [[nodiscard]] inline ChannelExtents channel_extents(const OperatorContext& context) {
   const Shape& shape = context.input(0).shape;
-  if (shape.size() < 2)
-    throw DomainError("input 0 is " + tapestry::detail::to_text(shape) + ", expected [N, C, …]");
+  if (shape.size() < 2) throw DomainError({"input 0 is ", shape, ", expected [N, C, …]"});
   ChannelExtents extents;
   extents.is_last = context.channels_last();
   extents.images = shape[0];
@@ -36,9 +35,7 @@ struct ChannelExtents {
 /// \throws ShapeError unless an operand has one value a channel
 inline void require_channels(const OperatorContext& context, std::size_t input, std::size_t channels) {
   if (context.input(input).shape != Shape{channels})
-    throw ShapeError("input " + std::to_string(input) + " is " +
-                     tapestry::detail::to_text(context.input(input).shape) + ", expected [" +
-                     std::to_string(channels) + "]");
+    throw ShapeError({"input ", input, " is ", context.input(input).shape, ", expected [", channels, "]"});
 }
 
 }  // namespace tapestry::nn

@@ -73,8 +73,7 @@ void add_channel_shuffle(OperatorTable<T>& table) {
         const ChannelExtents extents = channel_extents(context);
         const std::int64_t groups = context.integer("group", 1);
         if (!extents.is_last || extents.channels % static_cast<std::size_t>(groups) != 0)
-          throw DomainError("attribute 'group' is " + std::to_string(groups) + " for " +
-                            std::to_string(extents.channels) + " channels");
+          throw DomainError({"attribute 'group' is ", groups, " for ", extents.channels, " channels"});
         return std::make_unique<ChannelShuffle<T>>(context.input(0), extents,
                                                    static_cast<std::size_t>(groups));
       },
@@ -149,8 +148,7 @@ void add_interleave_channels(OperatorTable<T>& table) {
       [](OperatorContext& context) {
         const Shape& shape = picture_shape(context);
         if (context.input(1).shape != shape)
-          throw ShapeError("input 1 is " + tapestry::detail::to_text(context.input(1).shape) + ", expected " +
-                           tapestry::detail::to_text(shape));
+          throw ShapeError({"input 1 is ", context.input(1).shape, ", expected ", shape});
         std::vector<typename Operation<T>::Result> results;
         std::size_t total = 0;
         const auto twice = static_cast<std::int64_t>(2 * shape.back());
@@ -160,8 +158,7 @@ void add_interleave_channels(OperatorTable<T>& table) {
           total += results.back().shape.back();
         }
         if (total != 2 * shape.back())
-          throw ShapeError("attribute 'split' sums to " + std::to_string(total) + ", expected " +
-                           std::to_string(twice));
+          throw ShapeError({"attribute 'split' sums to ", total, ", expected ", twice});
         return std::make_unique<InterleaveChannels<T>>(shape, std::move(results));
       },
       {{"split", 1, largest_extent}}};

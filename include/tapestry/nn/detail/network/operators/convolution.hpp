@@ -206,13 +206,11 @@ namespace detail {
 [[nodiscard]] inline ConvolutionShape convolution_shape(OperatorContext& context, const Shape& picture,
                                                         const Shape& weights) {
   const std::int64_t group = context.integer("group", 1);
-  if (weights.size() != 4)
-    throw ShapeError("the weights are " + tapestry::detail::to_text(weights) + ", expected four axes");
+  if (weights.size() != 4) throw ShapeError({"the weights are ", weights, ", expected four axes"});
   if (size_of(weights) == 0) throw ShapeError("the weights are empty");
   if (static_cast<std::size_t>(group) > weights[0] || weights[0] % static_cast<std::size_t>(group) != 0 ||
       weights[1] * static_cast<std::size_t>(group) != picture[3])
-    throw ShapeError("weights " + tapestry::detail::to_text(weights) + " in " + std::to_string(group) +
-                     " groups do not fit " + std::to_string(picture[3]) + " channels");
+    throw ShapeError({"weights ", weights, " in ", group, " groups do not fit ", picture[3], " channels"});
   KernelAttributes window = window_attributes(context, {weights[2], weights[3]});
   ConvolutionShape shape;
   shape.rows = axis_window(window, 0, picture[1]);
@@ -225,8 +223,7 @@ namespace detail {
 
 inline void require_bias(const OperatorContext& context, std::size_t input, std::size_t channels) {
   if (context.input(input).shape != Shape{channels})
-    throw ShapeError("the bias is " + tapestry::detail::to_text(context.input(input).shape) + ", expected [" +
-                     std::to_string(channels) + "]");
+    throw ShapeError({"the bias is ", context.input(input).shape, ", expected [", channels, "]"});
 }
 
 /// \param weight  operand of the weights; behind it comes the bias
@@ -267,23 +264,22 @@ void add_convolution(OperatorTable<T>& table) {
                      return std::make_unique<Convolution<T>>(detail::plan_convolution<T>(context, 1));
                    },
                    convolution_ranges()};
-  table["FusedConv"] = {
-      LayoutRule::channels_last,
-      2,
-      false,
-      {{3, 4}},
-      [](OperatorContext& context) {
-        ConvolutionPlan<T> plan = detail::plan_convolution<T>(context, 2);
-        plan.activation = fused_activation<T>(context);
-        plan.adds_first = context.integer("adds_first", 0) != 0;
-        if (context.has_input(1)) plan.addend = 1;
-        auto convolution = std::make_unique<Convolution<T>>(plan);
-        if (context.has_input(1) && context.input(1).shape != convolution->result_shape())
-          throw ShapeError("the addend is " + tapestry::detail::to_text(context.input(1).shape) +
-                           ", expected " + tapestry::detail::to_text(convolution->result_shape()));
-        return convolution;
-      },
-      convolution_ranges()};
+  table["FusedConv"] = {LayoutRule::channels_last,
+                        2,
+                        false,
+                        {{3, 4}},
+                        [](OperatorContext& context) {
+                          ConvolutionPlan<T> plan = detail::plan_convolution<T>(context, 2);
+                          plan.activation = fused_activation<T>(context);
+                          plan.adds_first = context.integer("adds_first", 0) != 0;
+                          if (context.has_input(1)) plan.addend = 1;
+                          auto convolution = std::make_unique<Convolution<T>>(plan);
+                          if (context.has_input(1) && context.input(1).shape != convolution->result_shape())
+                            throw ShapeError({"the addend is ", context.input(1).shape, ", expected ",
+                                              convolution->result_shape()});
+                          return convolution;
+                        },
+                        convolution_ranges()};
 }
 
 }  // namespace tapestry::nn

@@ -134,17 +134,15 @@ template <std::floating_point T>
   const std::int64_t group = context.integer("group", 1);
   if (weights.size() != 4 || size_of(weights) == 0 || weights[0] != picture[3] ||
       static_cast<std::size_t>(group) > weights[0] || weights[0] % static_cast<std::size_t>(group) != 0)
-    throw ShapeError("weights " + tapestry::detail::to_text(weights) + " in " + std::to_string(group) +
-                     " groups do not fit " + std::to_string(picture[3]) + " channels");
+    throw ShapeError({"weights ", weights, " in ", group, " groups do not fit ", picture[3], " channels"});
   const KernelAttributes window = window_attributes(context, {weights[2], weights[3]});
   std::array<std::size_t, 2> extra{}, wanted{};
   read_extents(context, "output_padding", 2, extra.data());
   for (std::size_t axis = 0; axis < 2; ++axis)
     if (extra[axis] >= std::max(window.strides[axis], window.dilations[axis]))
-      throw DomainError("attribute 'output_padding' is " + std::to_string(extra[axis]) +
-                        ", expected less than the stride or the dilation, " +
-                        std::to_string(window.strides[axis]) + " and " +
-                        std::to_string(window.dilations[axis]));
+      throw DomainError({"attribute 'output_padding' is ", extra[axis],
+                         ", expected less than the stride or the dilation, ", window.strides[axis], " and ",
+                         window.dilations[axis]});
   auto extents = context.integers("output_shape");
   if (extents.size() == 4) extents.erase(extents.begin(), extents.begin() + 2);  // batch and channels
   if (!extents.empty() && extents.size() != 2)

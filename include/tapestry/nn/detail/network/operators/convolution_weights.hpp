@@ -42,7 +42,7 @@ template <std::floating_point T>
   if (name == "HardSigmoid") return {T(1), {CurveKind::hard_logistic, a, b}};
   if (name == "HardSwish") return {T(1), {CurveKind::hard_swish, a, b}};
   if (name == "Clip") return {T(1), {CurveKind::clip, a, b}};
-  throw DomainError("attribute 'activation' is " + in_quotes(name));
+  throw DomainError({"attribute 'activation' is ", in_quotes(name)});
 }
 
 /// Weights of one convolution, [filter, channel of its group, row tap, column tap]. They are packed for the

@@ -57,13 +57,9 @@ struct IndexPlan {
   [[nodiscard]] static IndexPlan of_elements(const Shape& shape, std::size_t axis, const Shape& indices) {
     IndexPlan plan;
     const auto own = strides_of(shape), steps = strides_of(indices);
-    if (shape.size() != indices.size())
-      throw ShapeError("indices are " + tapestry::detail::to_text(indices) + " for " +
-                       tapestry::detail::to_text(shape));
+    if (shape.size() != indices.size()) throw ShapeError({"indices are ", indices, " for ", shape});
     for (std::size_t i = 0; i < shape.size(); ++i) {
-      if (i != axis && indices[i] > shape[i])
-        throw ShapeError("indices are " + tapestry::detail::to_text(indices) + " for " +
-                         tapestry::detail::to_text(shape));
+      if (i != axis && indices[i] > shape[i]) throw ShapeError({"indices are ", indices, " for ", shape});
       plan.nest.loops.push_back({indices[i], {steps[i], i == axis ? 0 : own[i]}});
     }
     plan.strides = {own[axis]};
@@ -77,10 +73,10 @@ struct IndexPlan {
     const std::size_t size = indices.empty() ? 0 : indices.back();
     const std::string both = tapestry::detail::to_text(indices) + " for " + tapestry::detail::to_text(shape);
     if (indices.empty() || batch >= indices.size() || batch + size > shape.size() || size == 0)
-      throw ShapeError("indices are " + both);
+      throw ShapeError({"indices are ", both});
     const auto own = strides_of(shape), steps = strides_of(indices);
     for (std::size_t i = 0; i + 1 < indices.size(); ++i) {
-      if (i < batch && indices[i] != shape[i]) throw ShapeError("indices are " + both);
+      if (i < batch && indices[i] != shape[i]) throw ShapeError({"indices are ", both});
       plan.nest.loops.push_back({indices[i], {steps[i], i < batch ? own[i] : 0}});
     }
     for (std::size_t i = batch; i < batch + size; ++i) {
@@ -101,8 +97,7 @@ struct IndexPlan {
   template <std::floating_point T>
   [[nodiscard]] std::ptrdiff_t offset(T index, std::size_t j) const {
     const std::size_t place = place_of_index(index, extents[j]);
-    if (place == extents[j])
-      throw DomainError("index " + std::to_string(index) + " of " + std::to_string(extents[j]));
+    if (place == extents[j]) throw DomainError({"index ", index, " of ", extents[j]});
     return static_cast<std::ptrdiff_t>(place) * strides[j];
   }
 };

@@ -127,10 +127,7 @@ class Gemm : public Operation<T> {
   plan.turns_b = context.integer("transB", 0) != 0;
   plan.alpha = context.number("alpha", 1);
   plan.beta = context.number("beta", 1);
-  const auto refuse = [&] {
-    throw ShapeError(tapestry::detail::to_text(a) + " and " + tapestry::detail::to_text(b) +
-                     " cannot be multiplied");
-  };
+  const auto refuse = [&] { throw ShapeError({a, " and ", b, " cannot be multiplied"}); };
   if (a.size() != 2 || b.size() != 2) refuse();
   plan.shape = {a[plan.turns_a ? 1 : 0], a[plan.turns_a ? 0 : 1], b[plan.turns_b ? 0 : 1]};
   if (b[plan.turns_b ? 1 : 0] != plan.shape.depth || size_of(a) == 0 || size_of(b) == 0) refuse();
@@ -141,8 +138,8 @@ class Gemm : public Operation<T> {
   c.insert(c.begin(), c.size() < 2 ? 2 - c.size() : 0, 1);
   const auto fits = [](std::size_t extent, std::size_t wanted) { return extent == 1 || extent == wanted; };
   if (c.size() != 2 || !fits(c[0], plan.shape.rows) || !fits(c[1], plan.shape.columns))
-    throw ShapeError("C is " + tapestry::detail::to_text(context.input(2).shape) + ", which is no [" +
-                     std::to_string(plan.shape.rows) + ", " + std::to_string(plan.shape.columns) + "]");
+    throw ShapeError(
+        {"C is ", context.input(2).shape, ", which is no [", plan.shape.rows, ", ", plan.shape.columns, "]"});
   plan.c_row_step = c[0] == 1 ? 0 : c[1];
   plan.c_column_step = c[1] == 1 ? 0 : 1;
   return plan;

@@ -130,8 +130,7 @@ namespace detail {
 [[nodiscard]] inline double scalar_of(const OperatorContext& context, std::size_t input) {
   const Constant& constant = context.constant(input);
   if (constant.size() != 1)
-    throw ShapeError("input " + std::to_string(input) + " has " + std::to_string(constant.size()) +
-                     " elements, expected 1");
+    throw ShapeError({"input ", input, " has ", constant.size(), " elements, expected 1"});
   return constant.at(0);
 }
 
@@ -141,8 +140,7 @@ template <std::floating_point T>
   for (const std::int64_t extent : context.integers(std::size_t(0))) shape.push_back(to_extent(extent));
   const Constant* const value = context.tensor("value");
   if (value == nullptr) return std::make_unique<Ramp<T>>(shape, ElementType::floating, 0.0, 0.0);
-  if (value->size() != 1)
-    throw ShapeError("value has " + std::to_string(value->size()) + " elements, expected 1");
+  if (value->size() != 1) throw ShapeError({"value has ", value->size(), " elements, expected 1"});
   return std::make_unique<Ramp<T>>(shape, value->type, value->at(0), 0.0);
 }
 
@@ -151,7 +149,7 @@ template <std::floating_point T>
   const double start = scalar_of(context, 0), limit = scalar_of(context, 1), delta = scalar_of(context, 2);
   const double count = std::ceil((limit - start) / delta);
   if (!(count <= 2147483647.0))
-    throw DomainError("a range of " + std::to_string(count) + " elements, expected at most 2147483647");
+    throw DomainError({"a range of ", count, " elements, expected at most 2147483647"});
   const auto size = static_cast<std::size_t>(std::max(count, 0.0));
   return std::make_unique<Ramp<T>>(Shape{size}, context.input(0).type, start, delta);
 }
@@ -160,8 +158,7 @@ template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_one_hot(OperatorContext& context) {
   const Operand& indices = context.input(0);
   const Constant& values = context.constant(2);
-  if (values.size() != 2)
-    throw ShapeError("values has " + std::to_string(values.size()) + " elements, expected 2");
+  if (values.size() != 2) throw ShapeError({"values has ", values.size(), " elements, expected 2"});
   const std::size_t depth = to_extent(OperatorContext::to_integer(scalar_of(context, 1)));
   const std::size_t axis = context.axis(context.integer("axis", -1), indices.shape.size() + 1);
   Shape shape = indices.shape;
@@ -174,7 +171,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_eye(OperatorContext& context) {
   const Operand& x = context.input(0);
-  if (x.shape.size() != 2) throw ShapeError(tapestry::detail::to_text(x.shape) + " is no matrix");
+  if (x.shape.size() != 2) throw ShapeError({x.shape, " is no matrix"});
   const std::int64_t type = context.integer("dtype", 0), diagonal = context.integer("k", 0);
   constexpr std::int64_t most = std::int64_t(1) << 32U;  // further than any matrix reaches
   return std::make_unique<Eye<T>>(x.shape, type == 0 ? x.type : meaning_of(type),
@@ -184,7 +181,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_triangle(OperatorContext& context) {
   const Operand& x = context.input(0);
-  if (x.shape.size() < 2) throw ShapeError(tapestry::detail::to_text(x.shape) + " is no matrix");
+  if (x.shape.size() < 2) throw ShapeError({x.shape, " is no matrix"});
   const double diagonal = context.has_input(1) ? scalar_of(context, 1) : 0;
   return std::make_unique<Trilu<T>>(x, OperatorContext::to_integer(diagonal),
                                     context.integer("upper", 1) != 0);

@@ -189,14 +189,14 @@ namespace detail {
   } else if (mode == "bicubic" || mode == "cubic") {
     rule.mode = Mode::cubic;
   } else if (mode != "bilinear" && mode != "linear") {
-    throw DomainError("attribute 'mode' is " + in_quotes(mode));
+    throw DomainError({"attribute 'mode' is ", in_quotes(mode)});
   }
   if (padding == "border") {
     rule.padding = Padding::border;
   } else if (padding == "reflection") {
     rule.padding = Padding::reflection;
   } else if (padding != "zeros") {
-    throw DomainError("attribute 'padding_mode' is " + in_quotes(padding));
+    throw DomainError({"attribute 'padding_mode' is ", in_quotes(padding)});
   }
   return rule;
 }
@@ -209,9 +209,8 @@ void add_grid_sample(OperatorTable<T>& table) {
                            const Operand &x = context.input(0), &grid = context.input(1);
                            const Shape &a = x.shape, &b = grid.shape;
                            if (a.size() != 4 || b.size() != 4 || a[0] != b[0] || b[3] != 2 || size_of(a) == 0)
-                             throw ShapeError("pictures and grid are " + tapestry::detail::to_text(a) +
-                                              " and " + tapestry::detail::to_text(b) +
-                                              ", expected [N, C, H, W] and [N, rows, columns, 2]");
+                             throw ShapeError({"pictures and grid are ", a, " and ", b,
+                                               ", expected [N, C, H, W] and [N, rows, columns, 2]"});
                            context.require_type(1, ElementType::floating);
                            return std::make_unique<GridSample<T>>(x, grid, detail::grid_sampling(context));
                          }};

@@ -146,8 +146,7 @@ void add_group_normalization(OperatorTable<T>& table) {
         const std::int64_t groups = context.integer("num_groups", 1);
         if (static_cast<std::size_t>(groups) > extents.channels ||
             extents.channels % static_cast<std::size_t>(groups) != 0)
-          throw DomainError("attribute 'num_groups' is " + std::to_string(groups) + " for " +
-                            std::to_string(extents.channels) + " channels");
+          throw DomainError({"attribute 'num_groups' is ", groups, " for ", extents.channels, " channels"});
         const auto count = static_cast<std::size_t>(groups);
         const std::size_t weights = context.opset() < 21 ? count : extents.channels;
         for (const std::size_t input : {1U, 2U}) require_channels(context, input, weights);

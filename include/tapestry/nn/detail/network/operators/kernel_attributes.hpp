@@ -36,8 +36,7 @@ struct KernelAttributes {
 [[nodiscard]] inline const Shape& picture_shape(const OperatorContext& context) {
   const Shape& shape = context.input(0).shape;
   if (!context.channels_last())
-    throw DomainError("input 0 is " + tapestry::detail::to_text(shape) +
-                      "; only pictures, [N, C, H, W], are supported");
+    throw DomainError({"input 0 is ", shape, "; only pictures, [N, C, H, W], are supported"});
   if (size_of(shape) == 0) throw ShapeError("input 0 is empty");
   return shape;
 }
@@ -59,8 +58,7 @@ inline void read_extents(OperatorContext& context, const char* name, std::size_t
   const auto values = context.integers(name);
   if (values.empty()) return;
   if (values.size() != count)
-    throw DomainError("attribute " + in_quotes(name) + " has " + std::to_string(values.size()) +
-                      " values, expected " + std::to_string(count));
+    throw DomainError({"attribute ", in_quotes(name), " has ", values.size(), " values, expected ", count});
   for (std::size_t i = 0; i < count; ++i) to[i] = static_cast<std::size_t>(values[i]);
 }
 
@@ -71,7 +69,7 @@ inline void read_extents(OperatorContext& context, const char* name, std::size_t
   if (name == "SAME_UPPER") return AutoPad::same_upper;
   if (name == "SAME_LOWER") return AutoPad::same_lower;
   if (name == "VALID") return AutoPad::valid;
-  throw DomainError("attribute 'auto_pad' is " + in_quotes(name));
+  throw DomainError({"attribute 'auto_pad' is ", in_quotes(name)});
 }
 }  // namespace detail
 
@@ -82,8 +80,7 @@ inline void read_extents(OperatorContext& context, const char* name, std::size_t
   window.taps = taps;
   detail::read_extents(context, "kernel_shape", 2, window.taps.data());
   if (taps[0] != 0 && window.taps != taps)
-    throw DomainError("attribute 'kernel_shape' is " + tapestry::detail::to_text(window.taps) +
-                      ", but the weights have " + tapestry::detail::to_text(taps));
+    throw DomainError({"attribute 'kernel_shape' is ", window.taps, ", but the weights have ", taps});
   if (window.taps[0] == 0 || window.taps[1] == 0) throw DomainError("there is no 'kernel_shape'");
   detail::read_extents(context, "strides", 2, window.strides.data());
   detail::read_extents(context, "dilations", 2, window.dilations.data());
@@ -121,8 +118,8 @@ inline std::size_t pad_same(KernelAttributes& window, std::size_t axis, std::siz
   } else {
     const std::size_t padded = input + window.before[axis] + window.after[axis];
     if (padded < window.reach(axis))
-      throw ShapeError("a window of " + std::to_string(window.reach(axis)) + " does not fit into " +
-                       std::to_string(padded) + (axis == 0 ? " rows" : " columns"));
+      throw ShapeError({"a window of ", window.reach(axis), " does not fit into ", padded,
+                        (axis == 0 ? " rows" : " columns")});
     const std::size_t room = padded - window.reach(axis);
     output = (rounds_up ? (room + stride - 1) / stride : room / stride) + 1;
     if (rounds_up && (output - 1) * stride >= input + window.before[axis]) --output;
@@ -206,7 +203,7 @@ struct PoolingPlan {
   const auto windows = [&](const AxisWindow& axis, std::size_t after) {
     std::vector<KernelTaps> all;
     if (axis.output > static_cast<std::size_t>(2 * largest_window))
-      throw ShapeError(std::to_string(axis.output) + " windows along an axis are too many");
+      throw ShapeError({axis.output, " windows along an axis are too many"});
     for (std::size_t i = 0; i < axis.output; ++i) {
       const BlockRange taps = detail::inner_taps(axis, i);
       if (taps.begin == taps.end && !may_be_empty)

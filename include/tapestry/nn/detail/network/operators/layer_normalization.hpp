@@ -123,12 +123,10 @@ namespace detail {
 [[nodiscard]] inline std::vector<std::size_t> repeated_places(const Shape& shape, const Shape& operand) {
   Shape own = operand;
   const auto refuse = [&] {
-    throw ShapeError("a weight is " + tapestry::detail::to_text(operand) + ", which does not fit rows of " +
-                     tapestry::detail::to_text(shape));
+    throw ShapeError({"a weight is ", operand, ", which does not fit rows of ", shape});
   };
   if (own.size() > shape.size()) refuse();
-  if (size_of(shape) > (std::size_t(1) << 24U))
-    throw ShapeError("rows of " + tapestry::detail::to_text(shape) + " are too large");
+  if (size_of(shape) > (std::size_t(1) << 24U)) throw ShapeError({"rows of ", shape, " are too large"});
   own.insert(own.begin(), shape.size() - own.size(), 1);
   std::vector<std::size_t> places{0};
   for (std::size_t axis = 0; axis < shape.size(); ++axis) {

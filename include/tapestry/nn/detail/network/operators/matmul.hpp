@@ -84,10 +84,7 @@ struct MatMulPlan {
 
 /// \throws ShapeError if the extents do not fit
 [[nodiscard]] inline MatMulPlan plan_matmul(Shape a, Shape b) {
-  const auto refuse = [&] {
-    throw ShapeError(tapestry::detail::to_text(a) + " and " + tapestry::detail::to_text(b) +
-                     " cannot be multiplied");
-  };
+  const auto refuse = [&] { throw ShapeError({a, " and ", b, " cannot be multiplied"}); };
   if (a.empty() || b.empty()) refuse();
   const bool is_row = a.size() == 1, is_column = b.size() == 1;
   if (is_row) a.insert(a.begin(), 1);

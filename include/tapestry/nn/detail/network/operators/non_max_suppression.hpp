@@ -98,7 +98,7 @@ namespace detail {
                                               double otherwise) {
   if (!context.has_input(input)) return otherwise;
   const double bound = scalar_of(context, input);
-  if (std::isnan(bound)) throw DomainError("input " + std::to_string(input) + " is NaN");
+  if (std::isnan(bound)) throw DomainError({"input ", input, " is NaN"});
   return bound;
 }
 
@@ -112,8 +112,7 @@ template <std::floating_point T>
   settings.score = suppression_bound(context, 4, settings.score);
   const Shape &a = boxes.shape, &b = scores.shape;
   if (a.size() != 3 || a[2] != 4 || b.size() != 3 || a[0] != b[0] || a[1] != b[2])
-    throw ShapeError("boxes and scores are " + tapestry::detail::to_text(a) + " and " +
-                     tapestry::detail::to_text(b) + ", expected [N, B, 4] and [N, K, B]");
+    throw ShapeError({"boxes and scores are ", a, " and ", b, ", expected [N, B, 4] and [N, K, B]"});
   // Exporters write the largest integer for no limit.
   settings.most = static_cast<std::size_t>(std::clamp(most, 0.0, static_cast<double>(a[1])));
   if (boxes.constant == nullptr || scores.constant == nullptr)
@@ -121,7 +120,7 @@ template <std::floating_point T>
         "the number of boxes left depends on the picture, which is not supported; choose outputs before this "
         "node");
   if (a[1] > (std::size_t(1) << 16U))  // each box is compared with all others
-    throw ShapeError(std::to_string(a[1]) + " constant boxes are too many");
+    throw ShapeError({a[1], " constant boxes are too many"});
   const auto value = [](const Constant* constant) {
     return [constant](std::size_t i) { return static_cast<double>(static_cast<T>(constant->at(i))); };
   };

@@ -174,7 +174,7 @@ template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_arg_extreme(OperatorContext& context, bool is_largest) {
   const Operand& x = context.input(0);
   const std::size_t axis = axis_of(context, x.shape, 0);
-  if (x.shape[axis] == 0) throw ShapeError("axis " + std::to_string(axis) + " has no elements");
+  if (x.shape[axis] == 0) throw ShapeError({"axis ", axis, " has no elements"});
   Shape shape = x.shape;
   shape[axis] = 1;
   if (context.integer("keepdims", 1) == 0) shape.erase(shape.begin() + static_cast<std::ptrdiff_t>(axis));
@@ -191,12 +191,11 @@ template <std::floating_point T>
   std::int64_t k = context.opset() < 10 ? context.integer("k", -1) : 0;
   if (context.opset() >= 10) {
     const auto wanted = context.integers(1);
-    if (wanted.size() != 1)
-      throw ShapeError("k has " + std::to_string(wanted.size()) + " elements, expected 1");
+    if (wanted.size() != 1) throw ShapeError({"k has ", wanted.size(), " elements, expected 1"});
     k = wanted[0];
   }
   if (k < 0 || static_cast<std::size_t>(k) > x.shape[axis])
-    throw DomainError("k is " + std::to_string(k) + " of " + std::to_string(x.shape[axis]) + " elements");
+    throw DomainError({"k is ", k, " of ", x.shape[axis], " elements"});
   Shape shape = x.shape;
   shape[axis] = static_cast<std::size_t>(k);
   return std::make_unique<TopK<T>>(x, shape, AxisRuns(x.shape, axis, axis + 1), shape[axis], is_largest);

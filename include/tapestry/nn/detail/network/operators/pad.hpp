@@ -74,7 +74,7 @@ struct PadSettings {
   PadSettings settings{context.text("mode", "constant"), {}, {}};
   const std::string& mode = settings.mode;
   if (mode != "constant" && mode != "reflect" && mode != "edge" && mode != "wrap")
-    throw DomainError("mode is " + in_quotes(mode) + ", expected 'constant', 'reflect', 'edge' or 'wrap'");
+    throw DomainError({"mode is ", in_quotes(mode), ", expected 'constant', 'reflect', 'edge' or 'wrap'"});
   const bool has_operands = context.opset() >= 11;
   settings.pads = has_operands ? context.integers(1) : context.integers("pads");
   if (!has_operands) {
@@ -89,8 +89,7 @@ struct PadSettings {
       settings.axes.push_back(static_cast<std::int64_t>(axis));
   }
   if (settings.pads.size() != 2 * settings.axes.size())
-    throw ShapeError("pads has " + std::to_string(settings.pads.size()) + " elements, expected " +
-                     std::to_string(2 * settings.axes.size()));
+    throw ShapeError({"pads has ", settings.pads.size(), " elements, expected ", 2 * settings.axes.size()});
   return settings;
 }
 
@@ -131,8 +130,7 @@ template <std::floating_point T>
     if (axis >= x.shape.size()) throw ShapeError("a scalar has no axes");
     for (const bool is_behind : {false, true}) {
       const std::int64_t pad = settings.pads[i + (is_behind ? settings.axes.size() : 0)];
-      if (pad < -largest_window || pad > largest_window)
-        throw DomainError("pads are out of range: " + std::to_string(pad));
+      if (pad < -largest_window || pad > largest_window) throw DomainError({"pads are out of range: ", pad});
       (is_behind ? behind : before)[axis] = pad;
     }
   }
@@ -143,8 +141,7 @@ template <std::floating_point T>
     const std::ptrdiff_t padded = extent + before[axis] + behind[axis];
     shape.push_back(to_extent(padded));
     if (extent == 0 && padded > 0 && settings.mode != "constant")
-      throw ShapeError("axis " + std::to_string(axis) + " of " + tapestry::detail::to_text(x.shape) +
-                       " has nothing to pad with");
+      throw ShapeError({"axis ", axis, " of ", x.shape, " has nothing to pad with"});
   }
   require_room(shape);
   for (std::size_t axis = 0; axis < x.shape.size(); ++axis)
@@ -198,16 +195,15 @@ template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_depth_space(OperatorContext& context, bool to_space) {
   const std::string mode = to_space ? context.text("mode", "DCR") : "DCR";
   if (mode != "DCR" && mode != "CRD")
-    throw DomainError("mode is " + in_quotes(mode) + ", expected 'DCR' or 'CRD'");
+    throw DomainError({"mode is ", in_quotes(mode), ", expected 'DCR' or 'CRD'"});
   if (!context.has_attribute("blocksize")) throw DomainError("attribute 'blocksize' is missing");
   const std::size_t block = to_extent(context.integer("blocksize", 1)), area = block * block;
   const Operand& x = context.input(0);
-  if (x.shape.size() != 4) throw ShapeError(tapestry::detail::to_text(x.shape) + " has not four axes");
+  if (x.shape.size() != 4) throw ShapeError({x.shape, " has not four axes"});
   const PictureAxes from(context, x.shape);
   const auto [images, channels, rows, columns] = from.extents;
   if (to_space ? channels % area != 0 : rows % block != 0 || columns % block != 0)
-    throw ShapeError("blocks of " + std::to_string(block) + " do not fit " + std::to_string(channels) +
-                     " channels of " + std::to_string(rows) + " x " + std::to_string(columns));
+    throw ShapeError({"blocks of ", block, " do not fit ", channels, " channels of ", rows, " x ", columns});
   Shape shape = to_space ? Shape{images, channels / area, rows * block, columns * block}
                          : Shape{images, channels * area, rows / block, columns / block};
   if (context.channels_last()) shape = in_stored_order(shape);

@@ -90,7 +90,7 @@ namespace detail {
   if (type == 1 || type == 10 || type == 11 || type == 16) return ElementType::floating;
   if ((type >= 2 && type <= 7) || type == 12 || type == 13) return ElementType::integer;
   if (type == 9) return ElementType::boolean;
-  throw DomainError("element type " + std::to_string(type) + " is not supported");
+  throw DomainError({"element type ", type, " is not supported"});
 }
 
 template <std::floating_point T>

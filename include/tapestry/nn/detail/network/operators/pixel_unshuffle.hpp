@@ -110,7 +110,7 @@ void add_pixel_unshuffle(OperatorTable<T>& table) {
           if (place.row >= block[0] || place.column >= block[1])
             throw DomainError("attribute 'places' reaches beyond a block");
         if (blocks.places.empty() || shape[1] % block[0] != 0 || shape[2] % block[1] != 0)
-          throw ShapeError("a picture " + tapestry::detail::to_text(shape) + " is not one of whole blocks");
+          throw ShapeError({"a picture ", shape, " is not one of whole blocks"});
         return std::make_unique<PixelUnshuffle<T>>(shape, std::move(blocks));
       },
       {{"block", 1, largest_window}, {"places", 0, largest_window}}};

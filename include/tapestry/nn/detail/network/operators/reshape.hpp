@@ -18,7 +18,7 @@ namespace detail {
 /// An extent that a node states. \throws DomainError outside 0 … 2^31 − 1
 [[nodiscard]] inline std::size_t to_extent(std::int64_t value) {
   if (value < 0 || value > largest_extent)
-    throw DomainError("extent " + std::to_string(value) + ", expected 0 to 2147483647");
+    throw DomainError({"extent ", value, ", expected 0 to 2147483647"});
   return static_cast<std::size_t>(value);
 }
 
@@ -33,8 +33,7 @@ namespace detail {
   for (const std::int64_t axis : is_operand ? context.integers(1) : context.integers("axes")) {
     const std::size_t place = context.axis(axis, rank);
     if (place >= rank) throw ShapeError("a scalar has no axes");
-    if (std::ranges::count(places, place) != 0)
-      throw DomainError("axis " + std::to_string(axis) + " is named twice");
+    if (std::ranges::count(places, place) != 0) throw DomainError({"axis ", axis, " is named twice"});
     places.push_back(place);
   }
   return places;
@@ -60,14 +59,13 @@ namespace detail {
       continue;
     }
     const bool is_kept = wanted[axis] == 0 && !allows_zero;
-    if (is_kept && axis >= from.size())
-      throw ShapeError("extent 0 at axis " + std::to_string(axis) + " of " + tapestry::detail::to_text(from));
+    if (is_kept && axis >= from.size()) throw ShapeError({"extent 0 at axis ", axis, " of ", from});
     shape.push_back(is_kept ? from[axis] : to_extent(wanted[axis]));
   }
   require_room(shape);
   if (const std::size_t known = size_of(shape); open && known != 0) shape[*open] = size_of(from) / known;
   if (size_of(shape) != size_of(from))
-    throw ShapeError(tapestry::detail::to_text(from) + " cannot become " + tapestry::detail::to_text(wanted));
+    throw ShapeError({from, " cannot become ", tapestry::detail::to_text(wanted)});
   return shape;
 }
 
@@ -83,8 +81,7 @@ template <std::floating_point T>
   const Operand& x = context.input(0);
   const auto rank = static_cast<std::int64_t>(x.shape.size());
   std::int64_t axis = context.integer("axis", 1);
-  if (axis < -rank || axis > rank)
-    throw DomainError("axis " + std::to_string(axis) + " of " + std::to_string(rank) + " axes");
+  if (axis < -rank || axis > rank) throw DomainError({"axis ", axis, " of ", rank, " axes"});
   if (axis < 0) axis += rank;
   const auto middle = x.shape.begin() + axis;
   const Shape shape = {size_of({x.shape.begin(), middle}), size_of({middle, x.shape.end()})};
@@ -99,8 +96,7 @@ template <std::floating_point T>
   for (std::size_t axis = 0; axis < x.shape.size(); ++axis) {
     const bool is_named = axes && std::ranges::count(*axes, axis) != 0;
     if (is_named && x.shape[axis] != 1)
-      throw ShapeError("axis " + std::to_string(axis) + " of " + tapestry::detail::to_text(x.shape) +
-                       " cannot be left out");
+      throw ShapeError({"axis ", axis, " of ", x.shape, " cannot be left out"});
     if (is_named || (!axes && x.shape[axis] == 1)) continue;
     shape.push_back(x.shape[axis]);
   }

@@ -71,7 +71,7 @@ namespace detail {
   if (mode == "tf_crop_and_resize")
     return output > 1 ? axis.start * (input - 1) + x * (axis.end - axis.start) * (input - 1) / (output - 1)
                       : 0.5 * (axis.start + axis.end) * (input - 1);
-  throw DomainError("attribute 'coordinate_transformation_mode' is " + in_quotes(mode));
+  throw DomainError({"attribute 'coordinate_transformation_mode' is ", in_quotes(mode)});
 }
 
 [[nodiscard]] inline double nearest_input(const ResizeRule& rule, const ResizeAxis& axis, double x) {
@@ -80,7 +80,7 @@ namespace detail {
   if (rule.nearest == "floor") return std::floor(x);
   if (rule.nearest == "ceil") return std::ceil(x);
   if (rule.nearest == "simple") return axis.scale < 1 ? std::ceil(x) : std::floor(x);
-  throw DomainError("attribute 'nearest_mode' is " + in_quotes(rule.nearest));
+  throw DomainError({"attribute 'nearest_mode' is ", in_quotes(rule.nearest)});
 }
 
 /// Weights of the inputs ⌊x⌋ − 1 … ⌊x⌋ + 2 at x = ⌊x⌋ + t. Source: Keys, "Cubic convolution interpolation
@@ -98,16 +98,15 @@ inline void cubic_weights(double a, double t, double* weights) {
 /// \throws DomainError for a mode that is none, and for coordinates that are not finite
 [[nodiscard]] inline ResizeTable resize_table(const ResizeRule& rule, const ResizeAxis& axis) {
   if (rule.mode != "nearest" && rule.mode != "linear" && rule.mode != "cubic")
-    throw DomainError("attribute 'mode' is " + in_quotes(rule.mode));
+    throw DomainError({"attribute 'mode' is ", in_quotes(rule.mode)});
   ResizeTable table{axis.axis, axis.input, axis.output, 1, {}, {}, {}};
   table.taps = rule.mode == "nearest" ? 1 : rule.mode == "linear" ? 2 : 4;
   const auto last = static_cast<double>(axis.input - 1);
   for (std::size_t i = 0; i < axis.output; ++i) {
     const double x = detail::resize_coordinate(rule, axis, i);
     if (!std::isfinite(x))
-      throw DomainError("output " + std::to_string(i) + " lies at " + std::to_string(x) +
-                        " among the inputs; roi is " + std::to_string(axis.start) + " to " +
-                        std::to_string(axis.end));
+      throw DomainError(
+          {"output ", i, " lies at ", x, " among the inputs; roi is ", axis.start, " to ", axis.end});
     double weights[4] = {1, 0, 0, 0};
     double first = std::floor(x);
     if (rule.mode == "nearest") first = detail::nearest_input(rule, axis, x);
@@ -156,16 +155,14 @@ namespace detail {
 
 [[nodiscard]] inline std::size_t resized_extent(double value) {
   constexpr double most = 1 << 20;
-  if (!(value >= 1 && value <= most))
-    throw ShapeError("an extent would be " + std::to_string(value) + " after resizing");
+  if (!(value >= 1 && value <= most)) throw ShapeError({"an extent would be ", value, " after resizing"});
   return static_cast<std::size_t>(value);
 }
 
 /// Extents from scales: ⌊extent · scale⌋, in single precision as in other runtimes.
 inline void apply_scales(const std::vector<double>& scales, std::vector<ResizeAxis>& axes) {
   for (std::size_t k = 0; k < axes.size(); ++k) {
-    if (!(scales[k] > 0) || !std::isfinite(scales[k]))
-      throw DomainError("a scale is " + std::to_string(scales[k]));
+    if (!(scales[k] > 0) || !std::isfinite(scales[k])) throw DomainError({"a scale is ", scales[k]});
     axes[k].scale = scales[k];
     const float extent = static_cast<float>(axes[k].input) * static_cast<float>(scales[k]);
     axes[k].output = resized_extent(std::floor(static_cast<double>(extent)));
@@ -179,7 +176,7 @@ inline void apply_sizes(const std::vector<double>& sizes, const std::string& pol
   for (std::size_t k = 0; k < axes.size(); ++k)
     scales.push_back(static_cast<double>(resized_extent(sizes[k])) / static_cast<double>(axes[k].input));
   if (policy != "stretch" && policy != "not_larger" && policy != "not_smaller")
-    throw DomainError("attribute 'keep_aspect_ratio_policy' is '" + policy + "'");
+    throw DomainError({"attribute 'keep_aspect_ratio_policy' is '", policy, "'"});
   const double common = policy == "not_larger" ? *std::min_element(scales.begin(), scales.end())
                                                : *std::max_element(scales.begin(), scales.end());
   for (std::size_t k = 0; k < axes.size(); ++k) {
@@ -219,14 +216,12 @@ inline void apply_sizes(const std::vector<double>& sizes, const std::string& pol
     const std::size_t stored = context.axis(axis, shape.size());
     const auto is_same = [stored](const ResizeAxis& other) { return other.axis == stored; };
     if (stored >= shape.size() || std::ranges::any_of(attributes.axes, is_same))
-      throw DomainError("axis " + std::to_string(axis) + " is named twice, or of a scalar");
+      throw DomainError({"axis ", axis, " is named twice, or of a scalar"});
     attributes.axes.push_back({stored, shape[stored], shape[stored], 1, 0, 1});
   }
   auto& axes = attributes.axes;
   const auto require_count = [&](const char* what, std::size_t count, std::size_t expected) {
-    if (count != expected)
-      throw ShapeError(std::string(what) + " has " + std::to_string(count) + " values, expected " +
-                       std::to_string(expected));
+    if (count != expected) throw ShapeError({what, " has ", count, " values, expected ", expected});
   };
   const bool has_attribute = context.has_attribute("scales");
   const auto scales =

@@ -112,14 +112,13 @@ namespace detail {
   const char* const names[] = {"none", "add", "mul", "max", "min"};
   for (int rule = 0; rule < 5; ++rule)
     if (name == names[rule]) return static_cast<ScatterRule>(rule);
-  throw DomainError("reduction is " + in_quotes(name) + ", expected 'none', 'add', 'mul', 'max' or 'min'");
+  throw DomainError({"reduction is ", in_quotes(name), ", expected 'none', 'add', 'mul', 'max' or 'min'"});
 }
 
 /// \throws ShapeError unless the updates are of the extents expected
 inline void require_updates(const OperatorContext& context, const Shape& expected) {
   if (context.input(2).shape != expected)
-    throw ShapeError("updates are " + tapestry::detail::to_text(context.input(2).shape) + ", expected " +
-                     tapestry::detail::to_text(expected));
+    throw ShapeError({"updates are ", context.input(2).shape, ", expected ", expected});
 }
 
 template <std::floating_point T>

@@ -189,8 +189,7 @@ template <std::floating_point T>
       if (context.has_attribute(names[i])) bounds[i] = static_cast<T>(context.number(names[i], 0));
     } else if (context.has_input(i + 1)) {
       if (context.constant(i + 1).size() != 1)
-        throw ShapeError(std::string(names[i]) + " has " + std::to_string(context.constant(i + 1).size()) +
-                         " elements, expected 1");
+        throw ShapeError({names[i], " has ", context.constant(i + 1).size(), " elements, expected 1"});
       bounds[i] = static_cast<T>(context.constant(i + 1).at(0));
     }
   }
@@ -210,7 +209,7 @@ template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_gelu(OperatorContext& context) {
   const std::string approximation = context.text("approximate", "none");
   if (approximation != "none" && approximation != "tanh")
-    throw DomainError("approximate is " + in_quotes(approximation) + ", expected 'none' or 'tanh'");
+    throw DomainError({"approximate is ", in_quotes(approximation), ", expected 'none' or 'tanh'"});
   const Operand& x = context.input(0);
   const auto loops =
       approximation == "none" ? unary_loops<unary::Gelu, T>() : unary_loops<unary::GeluTanh, T>();

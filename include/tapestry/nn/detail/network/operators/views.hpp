@@ -37,12 +37,11 @@ template <std::floating_point T>
   std::vector<std::ptrdiff_t> from;
   for (const std::int64_t axis : order) {
     if (axis < 0 || static_cast<std::size_t>(axis) >= rank || std::ranges::count(order, axis) != 1)
-      throw DomainError("perm is not a permutation of the axes of " + tapestry::detail::to_text(x.shape));
+      throw DomainError({"perm is not a permutation of the axes of ", x.shape});
     shape.push_back(x.shape[static_cast<std::size_t>(axis)]);
     from.push_back(own[static_cast<std::size_t>(axis)]);
   }
-  if (shape.size() != rank)
-    throw DomainError("perm has " + std::to_string(shape.size()) + " axes, expected " + std::to_string(rank));
+  if (shape.size() != rank) throw DomainError({"perm has ", shape.size(), " axes, expected ", rank});
   const Piece piece(0, 0, 0, 0, box_nest(shape, from, strides_of(shape)));
   return std::make_unique<Rearrange<T>>(std::vector<typename Operation<T>::Result>{{shape, x.type}},
                                         std::vector<Piece>{piece}, Coverage{});
@@ -87,8 +86,7 @@ template <std::floating_point T>
   std::vector<bool> is_sliced(shape.size(), false);
   for (std::size_t i = 0; i < starts.size(); ++i) {
     const std::size_t axis = context.axis(axes[i], shape.size());
-    if (axis >= shape.size() || is_sliced[axis])
-      throw DomainError("axis " + std::to_string(axes[i]) + " is named twice");
+    if (axis >= shape.size() || is_sliced[axis]) throw DomainError({"axis ", axes[i], " is named twice"});
     is_sliced[axis] = true;
     const AxisSlice slice(static_cast<std::int64_t>(shape[axis]), starts[i], ends[i], steps[i]);
     first += slice.begin * strides[axis];
@@ -112,8 +110,7 @@ template <std::floating_point T>
     Shape common = part;
     if (part.size() == shape.size()) common[axis] = shape[axis];
     if (common != shape)
-      throw ShapeError("operand " + std::to_string(i) + " is " + tapestry::detail::to_text(part) +
-                       ", which cannot be joined to " + tapestry::detail::to_text(context.input(0).shape));
+      throw ShapeError({"operand ", i, " is ", part, ", which cannot be joined to ", context.input(0).shape});
     shape[axis] += part[axis];
   }
   std::vector<Piece> pieces;
@@ -140,11 +137,9 @@ template <std::floating_point T>
   if (!has_operand && context.has_attribute("split")) return context.integers("split");
   const auto whole = static_cast<std::int64_t>(extent);
   if (count < 1 || count > wanted)
-    throw DomainError("num_outputs is " + std::to_string(count) + " of a node with " +
-                      std::to_string(wanted) + " results");
+    throw DomainError({"num_outputs is ", count, " of a node with ", wanted, " results"});
   if (context.opset() < 18 && whole % count != 0)
-    throw ShapeError(std::to_string(whole) + " cannot be split into " + std::to_string(count) +
-                     " equal parts");
+    throw ShapeError({whole, " cannot be split into ", count, " equal parts"});
   const std::int64_t part = (whole + count - 1) / count;
   std::vector<std::int64_t> extents;
   for (std::int64_t i = 0; i < count; ++i)
@@ -170,8 +165,7 @@ template <std::floating_point T>
     begin += shape[axis];
     results.push_back({std::move(shape), x.type});
   }
-  if (begin != x.shape[axis])
-    throw ShapeError("the parts have " + std::to_string(begin) + " of " + std::to_string(x.shape[axis]));
+  if (begin != x.shape[axis]) throw ShapeError({"the parts have ", begin, " of ", x.shape[axis]});
   auto parts = std::make_unique<Rearrange<T>>(std::move(results), std::move(pieces), Coverage{});
   if (context.channels_last() && axis == 3) parts->set_pixelwise();
   return parts;
@@ -213,8 +207,7 @@ template <std::floating_point T>
   const Operand& x = context.input(0);
   const auto repeats = context.integers(1);
   if (repeats.size() != x.shape.size())
-    throw ShapeError("repeats has " + std::to_string(repeats.size()) + " elements, expected " +
-                     std::to_string(x.shape.size()));
+    throw ShapeError({"repeats has ", repeats.size(), " elements, expected ", x.shape.size()});
   Shape shape = x.shape, extents;
   std::vector<std::ptrdiff_t> strides;
   std::vector<std::size_t> times(repeats.size());
