@@ -237,14 +237,14 @@ TEST_CASE("with the kinks of the float pass every engine's gradient follows doub
   const auto adjoint = random_like(pass.logits, 3);
   auto gradient = tapestry::zeros<double, 4>({2, 64, 64, 3});
   auto single_gradient = tapestry::zeros<float, 4>({2, 64, 64, 3});
-  pass.take_kinks(single_pass);
+  pass.copy_branches(single_pass);
   detector.input_adjoint(pass, adjoint, gradient);
   single.input_adjoint(single_pass, {tapestry::cast<float>(adjoint[0])}, single_gradient);
   CHECK(relative_distance(single_gradient, gradient) < 3e-6);
 
   detect::Pass<double> inference;
   detector.forward(images, inference);
-  CHECK_THROWS_AS(inference.take_kinks(single_pass), tapestry::DomainError);
+  CHECK_THROWS_AS(inference.copy_branches(single_pass), tapestry::DomainError);
 }
 
 TEST_CASE("in bfloat16 logits stay within 1e-2, the gradient at the same kinks within 2e-2",
@@ -259,7 +259,7 @@ TEST_CASE("in bfloat16 logits stay within 1e-2, the gradient at the same kinks w
   detector.input_adjoint(pass, adjoint, gradient);
   detector.set_engine(nn::Engine::bfloat16);
   detector.forward(images, rounded, detect::Mode::input_gradient);
-  rounded.take_kinks(pass);
+  rounded.copy_branches(pass);
   detector.input_adjoint(rounded, adjoint, rounded_gradient);
   const double logits_error = relative_distance(rounded.logits[0], pass.logits[0]);
   const double gradient_error = relative_distance(rounded_gradient, gradient);

@@ -256,5 +256,5 @@ TEST_CASE("windows outside of the picture and lists of another length are refuse
                   tapestry::DomainError);  // kept nothing
   detect::Pass<float> other;
   detector.forward_within(images, {&kept, nullptr}, other, detect::Mode::input_gradient);
-  CHECK_THROWS_AS(pass.take_kinks(other), tapestry::DomainError);
+  CHECK_THROWS_AS(pass.copy_branches(other), tapestry::DomainError);
 }

@@ -254,7 +254,7 @@ Array<T, 4> image_adjoint(const detect::Detector<T>& detector, detect::Pass<T>& 
   return gradient;
 }
 
-/// Layers with a kink that take_kinks() does not hand over: those of relu6 and hard_mish.
+/// Layers with a kink that copy_branches() does not hand over: those of relu6 and hard_mish.
 std::vector<std::size_t> layers_of_other_kinks(const detect::NetworkConfig& config) {
   std::vector<std::size_t> layers;
   for (std::size_t i = 0; i < config.layers.size(); ++i)
@@ -333,8 +333,8 @@ FloatErrors float_errors(Case& drawn) {
   if (has_other_sides(config, exact, pass, single, single_pass) ||
       has_other_sides(config, moved, moved_pass, single, single_pass))
     return errors;
-  pass.take_kinks(single_pass);
-  moved_pass.take_kinks(single_pass);
+  pass.copy_branches(single_pass);
+  moved_pass.copy_branches(single_pass);
   const auto weighting = tapestry::test::weighting_of(pass, drawn.random);
   errors.gradient = over(image_adjoint(single, single_pass, weighting, drawn.images),
                          image_adjoint(moved, moved_pass, weighting, drawn.images),

@@ -399,7 +399,7 @@ TEST_CASE("responsible is the maximum over every candidate", "[loss][adversarial
     for (std::size_t head = 0; head < heads.size(); ++head) {
       std::optional<loss::Responsible> best;
       loss::for_each_candidate(head, heads[head], [&](const loss::Candidate& candidate) {
-        const auto found = loss::judge(view(heads, logits), candidate, target);
+        const auto found = loss::examine_candidate(view(heads, logits), candidate, target);
         if (found.score() > (best ? best->score() : 0)) best = found;
       });
       const auto found = loss::responsible(view(heads, logits), head, target);

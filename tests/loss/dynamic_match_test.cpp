@@ -218,8 +218,8 @@ TEST_CASE("saturated logits still have finite costs", "[loss][dynamic_match]") {
   CHECK_FALSE(found.front().empty());
   for (const double logit : {-1e308, -800.0, -40.0, 0.0, 40.0, 800.0, 1e308}) {
     const loss::detail::ClassCost cost(logit, logit);
-    CHECK((cost.said >= 0 && cost.said <= 100));
-    CHECK((cost.denied >= 0 && cost.denied <= 100));
+    CHECK((cost.if_present >= 0 && cost.if_present <= 100));
+    CHECK((cost.if_absent >= 0 && cost.if_absent <= 100));
   }
 }
 

@@ -142,7 +142,7 @@ TEST_CASE("the responsible candidate of exclusive classes is the best of all", "
     const auto predictions = view(heads, logits);
     double best = 0;
     loss::for_each_candidate(0, heads[0], [&](const loss::Candidate& candidate) {
-      best = std::max(best, loss::judge(predictions, candidate, car).score());
+      best = std::max(best, loss::examine_candidate(predictions, candidate, car).score());
     });
     const auto found = loss::responsible(predictions, car);
     CHECK((found ? found->score() : 0) == best);

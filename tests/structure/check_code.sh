@@ -45,7 +45,7 @@ unconstrained='/template <(.*, )?class T[>,]/ { print FILENAME ":" FNR ": T is n
 status=0
 mapfile -t sources < <(find include examples -name '*.hpp' -o -name '*.cpp' -o -name '*.inl' | sort)
 awk "$long_functions" "${sources[@]}" || status=1
-mapfile -t headers < <(find include -name '*.hpp' -o -name '*.inl' | grep -vE 'autodiff/functions/|_functions\.hpp$' | sort)
+mapfile -t headers < <(find include -name '*.hpp' -o -name '*.inl' | grep -vE '/functions/|_functions\.hpp$' | sort)
 awk "$type_names" "${headers[@]}" || status=1
 mapfile -t above < <(printf '%s\n' /dev/null "${headers[@]}" | grep -vE 'include/tapestry/(autodiff|core)/')
 awk "$unconstrained" "${above[@]}" || status=1

@@ -57,7 +57,7 @@ void sweep_vectors(TapeState<T>& state, std::span<const Variable<T>> roots,
       adjoints.view().at(roots[k].link().index(), adjoints)[lane] += T(1);
       lane_count = std::max(lane_count, lane + 1);
     }
-  state.sweep_apart([&](std::span<const HeldRecord<T>> records) {
+  state.sweep_outside([&](std::span<const HeldRecord<T>> records) {
     if (kept != nullptr) visit_results(state, [&](std::size_t result) { adjoints.keep(result); });
     VectorPullbacks<T, Width> pullbacks(records, lane_count, last, state.array_memory, adjoints);
     state.visit_backwards([&](const StatementRun& run) {

@@ -38,11 +38,11 @@ class ClassScores {
     for (std::size_t k = 0; head_.exclusive_classes && k < head_.classes; ++k)
       mean += score_adjoint(k) * (*this)(k);
     for (std::size_t k = 0; k < head_.classes; ++k) {
-      const double asked = score_adjoint(k);
+      const double adjoint_of_score = score_adjoint(k);
       if (head_.exclusive_classes)
-        add(head_.class_channel(k), (*this)(k) * (asked - mean));
-      else if (asked != 0)
-        add(head_.class_channel(k), asked * probability_slope(head_, logit_of(k)));
+        add(head_.class_channel(k), (*this)(k) * (adjoint_of_score - mean));
+      else if (adjoint_of_score != 0)
+        add(head_.class_channel(k), adjoint_of_score * probability_slope(head_, logit_of(k)));
     }
   }
 

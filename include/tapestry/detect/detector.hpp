@@ -255,7 +255,7 @@ class Detector {
   void run_foreign(const Array<T, 4>& images, Pass<T>& pass) const;
 
   /// Holds the output with scores against the description.
-  void judge(const nn::NetworkPass<T>& one) const;
+  void examine(const nn::NetworkPass<T>& one) const;
 
   /// \throws DomainError for a pass that kept nothing, or only windows
   static void require_whole(const char* operation, const Pass<T>& pass);

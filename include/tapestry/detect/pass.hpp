@@ -32,13 +32,13 @@ struct Pass {
 
   nn::PassTimes* times = nullptr;  ///< takes the time of each operation, unless null
 
-  /// NetworkPass::take_kinks() of each image.
+  /// NetworkPass::copy_branches() of each image.
   /// \throws DomainError unless both passes are forward()'s for a gradient of the same number of images
   template <class U>
-  void take_kinks(const Pass<U>& other) {
+  void copy_branches(const Pass<U>& other) {
     if (graph.size() != other.graph.size() || images != other.images)
-      throw DomainError("Pass::take_kinks: the passes are not both for a gradient of the same images");
-    for (std::size_t i = 0; i < graph.size(); ++i) graph[i].take_kinks(other.graph[i]);
+      throw DomainError("Pass::copy_branches: the passes are not both for a gradient of the same images");
+    for (std::size_t i = 0; i < graph.size(); ++i) graph[i].copy_branches(other.graph[i]);
   }
 };
 

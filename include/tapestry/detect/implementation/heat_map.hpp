@@ -143,9 +143,9 @@ template <std::floating_point T>
   const auto adjoints = score_adjoint(detector.heads(), pass.logits, image, class_index, *best);
   std::vector<const Array<T, 4>*> pointers;
   for (const auto& head : adjoints) pointers.push_back(&head);
-  auto asked = detector.layer_adjoint(pass, pointers, 0, image);
-  for (T& value : asked.storage()) value = std::max(value, T(0));
-  return asked;
+  auto heat = detector.layer_adjoint(pass, pointers, 0, image);
+  for (T& value : heat.storage()) value = std::max(value, T(0));
+  return heat;
 }
 
 }  // namespace tapestry::detect::detail

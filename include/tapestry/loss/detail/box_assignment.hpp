@@ -84,7 +84,7 @@ namespace detail {
 /// −log p and −log(1 − p) of the probability p = √(σ(class) · σ(objectness)), or σ(class) of a head without
 /// objectness; neither above 100, the bound of the cross entropy in YOLOX's published program.
 struct ClassCost {
-  double said = 0, denied = 0;
+  double if_present = 0, if_absent = 0;
 
   ClassCost(double class_logit, std::optional<double> objectness_logit);
 };

@@ -23,8 +23,8 @@ struct Responsible {
 
 /// Reads a candidate's three numbers.
 template <std::floating_point T>
-[[nodiscard]] Responsible judge(const Predictions<T>& predictions, const Candidate& candidate,
-                                const Target& target) {
+[[nodiscard]] Responsible examine_candidate(const Predictions<T>& predictions, const Candidate& candidate,
+                                            const Target& target) {
   const auto& head = predictions.heads[candidate.head];
   const auto logits = logits_of(predictions, candidate);
   const double of_class = nn::logistic(detect::class_logit(head, target.class_index, logits));
@@ -39,7 +39,7 @@ namespace detail {
 
 /// σ(o)·σ(c) ≤ e^(min(o, 0) + min(c, 0)), so a candidate whose sum lies below this cannot reach `score`.
 /// Slightly lower than exact, so that rounding never decides.
-[[nodiscard]] inline double hopeless_sum(double score) { return std::log(score) - 1e-4; }
+[[nodiscard]] inline double least_log_score(double score) { return std::log(score) - 1e-4; }
 
 /// The best score in the cell of the target's centre: a first bound that makes most candidates' boxes
 /// unnecessary.
@@ -50,7 +50,8 @@ template <std::floating_point T>
   const GridCell cell = cell_of(head, target.box, predictions.input_height, predictions.input_width);
   double best = 0;
   for (std::size_t anchor = 0; cell.exists && anchor < head.anchor_count(); ++anchor) {
-    const double score = judge(predictions, {head_index, anchor, cell.row, cell.column}, target).score();
+    const double score =
+        examine_candidate(predictions, {head_index, anchor, cell.row, cell.column}, target).score();
     if (score > best) best = score;
   }
   return best;
@@ -119,13 +120,13 @@ void search_cells(const Predictions<T>& predictions, Candidate candidate, const 
     if (cells.bound(cell) < hopeless && !std::isnan(cells.sum(cell))) continue;
     candidate.row = cell / width;
     candidate.column = cell % width;
-    const Responsible found = judge(predictions, candidate, target);
+    const Responsible found = examine_candidate(predictions, candidate, target);
     const double score = found.score();
     if (score <= best.score) continue;
     best.found = found;
     best.score = score;
     if (std::isnan(score)) return;
-    hopeless = best.hopeless = std::max(hopeless, static_cast<T>(hopeless_sum(score)));
+    hopeless = best.hopeless = std::max(hopeless, static_cast<T>(least_log_score(score)));
   }
 }
 
@@ -143,7 +144,7 @@ template <std::floating_point T>
   const auto& head = predictions.heads[head_index];
   const std::size_t cells = head.grid_height * head.grid_width;
   const double first_bound = std::max(beaten, detail::score_at_centre(predictions, head_index, target));
-  detail::BestSoFar<T> best{{}, beaten, static_cast<T>(detail::hopeless_sum(first_bound))};
+  detail::BestSoFar<T> best{{}, beaten, static_cast<T>(detail::least_log_score(first_bound))};
   for (std::size_t anchor = 0; anchor < head.anchor_count() && !std::isnan(best.score); ++anchor) {
     const Candidate candidate{head_index, anchor};
     const T* const first = predictions.logits[head_index]->data() + logit_index(predictions, candidate, 0);

@@ -14,10 +14,10 @@ namespace tapestry::loss::detail {
 
 ClassCost::ClassCost(double class_logit, std::optional<double> objectness_logit) {
   constexpr double most = 100;
-  said = softplus(-class_logit);
-  if (objectness_logit) said = (said + softplus(-*objectness_logit)) / 2;
-  denied = std::min(most, -std::log(-std::expm1(-said)));
-  said = std::min(most, said);
+  if_present = softplus(-class_logit);
+  if (objectness_logit) if_present = (if_present + softplus(-*objectness_logit)) / 2;
+  if_absent = std::min(most, -std::log(-std::expm1(-if_present)));
+  if_present = std::min(most, if_present);
 }
 
 void require_free_heads(const char* operation, const std::vector<detect::Head>& heads) {

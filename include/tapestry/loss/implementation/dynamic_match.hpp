@@ -34,8 +34,8 @@ template <std::floating_point T>
   double all_denied = 0;
   for (std::size_t k = 0; k < head.classes; ++k) {
     const ClassCost cost(logit(head.class_channel(k)), objectness);
-    all_denied += cost.denied;
-    costs[k] = cost.said - cost.denied;
+    all_denied += cost.if_absent;
+    costs[k] = cost.if_present - cost.if_absent;
   }
   for (double& cost : costs) cost += all_denied;
   return costs;

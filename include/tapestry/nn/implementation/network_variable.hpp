@@ -128,9 +128,9 @@ class LayerRecord {
     std::vector<TensorView<T>> wanted;
     for (std::size_t i = 0; i < shapes_.size(); ++i)
       wanted.push_back({&shapes_[i], i < goals.size() ? goals[i] : nullptr});
-    const std::unique_ptr<bool[]> is_fresh(new bool[shapes_.size()]());
-    operation_->adjoint({views, no_results, adjoints, wanted, std::span(is_fresh.get(), shapes_.size()),
-                         state_, Engine::automatic});
+    const std::unique_ptr<bool[]> is_uninitialised(new bool[shapes_.size()]());
+    operation_->adjoint({views, no_results, adjoints, wanted,
+                         std::span(is_uninitialised.get(), shapes_.size()), state_, Engine::automatic});
   }
 
  private:
@@ -169,7 +169,7 @@ template <std::floating_point T, class... Weights>
   return record_array(record->forward(keeps), pullback, x, weights...);
 }
 
-[[nodiscard]] inline Attribute both(std::size_t count, std::size_t value) {
+[[nodiscard]] inline Attribute repeated(std::size_t count, std::size_t value) {
   return std::vector<std::int64_t>(count, static_cast<std::int64_t>(value));
 }
 
@@ -178,9 +178,9 @@ template <std::floating_point T, class... Weights>
           "Conv",
           {},
           {"y"},
-          {{"strides", both(2, layer.stride)},
-           {"pads", both(4, layer.padding)},
-           {"dilations", both(2, layer.dilation)},
+          {{"strides", repeated(2, layer.stride)},
+           {"pads", repeated(4, layer.padding)},
+           {"dilations", repeated(2, layer.dilation)},
            {"group", static_cast<std::int64_t>(layer.groups)}}};
 }
 
@@ -189,9 +189,9 @@ template <std::floating_point T, class... Weights>
           operation,
           {},
           {"y"},
-          {{"kernel_shape", both(2, layer.size)},
-           {"strides", both(2, layer.stride)},
-           {"pads", both(4, layer.padding)}}};
+          {{"kernel_shape", repeated(2, layer.size)},
+           {"strides", repeated(2, layer.stride)},
+           {"pads", repeated(4, layer.padding)}}};
 }
 
 }  // namespace tapestry::nn::detail

@@ -43,10 +43,10 @@ class NetworkPass {
   /// float pass is therefore a reference that differs by rounding only.
   /// \throws DomainError unless both passes are forward()'s for a gradient of as many pictures
   template <class U>
-  void take_kinks(const NetworkPass<U>& other) {
+  void copy_branches(const NetworkPass<U>& other) {
     if (mode_ == Mode::inference || other.mode_ == Mode::inference || is_within() || other.is_within() ||
         states_.size() != other.states_.size())
-      throw DomainError("take_kinks: the passes are not both for a gradient of the same pictures");
+      throw DomainError("copy_branches: the passes are not both for a gradient of the same pictures");
     for (std::size_t i = 0; i < states_.size(); ++i) {
       std::copy_n(other.states_[i].bits.data(), states_[i].bits.size(), states_[i].bits.data());
       for (std::size_t k = 0; k < states_[i].choices.size(); ++k)

@@ -33,7 +33,7 @@ namespace detail {
 
 /// Whether the operator takes its operands of four axes channels last.
 template <std::floating_point T>
-[[nodiscard]] bool lies_last(const Operator<T>& kind, const std::vector<FoldOperand>& operands);
+[[nodiscard]] bool is_channels_last(const Operator<T>& kind, const std::vector<FoldOperand>& operands);
 }  // namespace detail
 
 /// The results of a node all of whose operands are known beforehand. Elements that are moved keep their

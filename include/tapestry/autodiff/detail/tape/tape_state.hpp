@@ -128,7 +128,7 @@ class TapeState : public TapeDiagnosis {
 
   /// Calls sweep(records) while nothing can be recorded, for sweeps that keep their adjoints elsewhere.
   template <class Sweep>
-  void sweep_apart(Sweep sweep) {
+  void sweep_outside(Sweep sweep) {
     const Sweeping sweeping(*this);
     sweep(records());
   }

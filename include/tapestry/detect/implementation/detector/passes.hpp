@@ -109,7 +109,7 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
       network_.forward_within(input.data(), rows_and_columns(kept[n]->window()), kept[n]->values(), one,
                               mode);
     }
-    if (judges) judge(one);
+    if (judges) examine(one);
     for (const HeadPiece& piece : heads_.pieces)
       for (std::size_t k = 0; k < each; ++k)
         std::copy_n(one.output(piece.output) + k * piece.size, piece.size,
@@ -128,7 +128,7 @@ void Detector<T>::resize_logits(Pass<T>& pass) const {
 }
 
 template <std::floating_point T>
-void Detector<T>::judge(const nn::NetworkPass<T>& one) const {
+void Detector<T>::examine(const nn::NetworkPass<T>& one) const {
   const std::size_t last = network_.output_count() - 1;
   detail::require_as_described(*claim_, kind_.decoded, network_.output_shape(last), one.output(last));
 }
@@ -276,9 +276,9 @@ void Detector<T>::pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t 
   std::vector<T> of_all(each * layer_adjoint.size(), T(0));
   std::copy_n(layer_adjoint.data(), layer_adjoint.size(),
               of_all.data() + image % each * layer_adjoint.size());
-  std::vector<const T*> asked(network_.output_count(), nullptr);
-  asked[head_output_count() + layer] = of_all.data();
-  pull_back_one(pass, image / each, asked, &images_adjoint, nullptr);
+  std::vector<const T*> output_adjoints(network_.output_count(), nullptr);
+  output_adjoints[head_output_count() + layer] = of_all.data();
+  pull_back_one(pass, image / each, output_adjoints, &images_adjoint, nullptr);
 }
 
 }  // namespace tapestry::detect

@@ -29,7 +29,7 @@ class OwnTransformation {
   template <class Own>
   requires(!std::same_as<std::remove_cvref_t<Own>, OwnTransformation>) &&
       TransformsPictures<Own, float>&& TransformsPictures<Own, double> OwnTransformation(Own own)
-      : held_(std::make_shared<const Held<Own>>(std::move(own))) {}
+      : held_(std::make_shared<const Model<Own>>(std::move(own))) {}
 
   /// \throws ShapeError if the result has other extents than the picture, or as the user's function
   template <std::floating_point T>
@@ -56,14 +56,14 @@ class OwnTransformation {
     virtual void add_adjoint(const Array<T, 3>& picture, const Array<T, 3>& out_adjoint,
                              Array<T, 3>& picture_adjoint) const = 0;
   };
-  struct Both : Interface<float>, Interface<double> {
+  struct AnyScalar : Interface<float>, Interface<double> {
     using Interface<float>::apply, Interface<double>::apply;
     using Interface<float>::add_adjoint, Interface<double>::add_adjoint;
   };
 
   template <class Own>
-  struct Held final : Both {
-    explicit Held(Own given) : own(std::move(given)) {}
+  struct Model final : AnyScalar {
+    explicit Model(Own given) : own(std::move(given)) {}
     Array<float, 3> apply(const Array<float, 3>& picture) const override { return transformed(picture, own); }
     Array<double, 3> apply(const Array<double, 3>& picture) const override {
       return transformed(picture, own);
@@ -79,7 +79,7 @@ class OwnTransformation {
     Own own;
   };
 
-  std::shared_ptr<const Both> held_;
+  std::shared_ptr<const AnyScalar> held_;
 };
 
 // Neither function takes what only converts to an OwnTransformation: the concept above would depend on

@@ -136,9 +136,9 @@ struct LargestStep {
 };
 /// to[place] = scale · Σ of its values, or that added.
 template <std::floating_point T>
-void sum_to(const AxisReduction& plan, const T* from, double scale, bool is_fresh, T* to) {
+void sum_to(const AxisReduction& plan, const T* from, double scale, bool is_uninitialised, T* to) {
   reduce<SumStep>(plan, from, static_cast<const T*>(nullptr), [&](std::ptrdiff_t place, double sum) {
-    to[place] = static_cast<T>(scale * sum) + (is_fresh ? T(0) : to[place]);
+    to[place] = static_cast<T>(scale * sum) + (is_uninitialised ? T(0) : to[place]);
   });
 }
 

@@ -72,12 +72,13 @@ struct BroadcastOperand {
   void pull_back(const T* from, T scale, const AdjointCall<T>& call, std::size_t input) const {
     T* const to = call.input_adjoints[input].values;
     const std::size_t count = call.input_adjoints[input].size();
-    const bool is_fresh = call.is_fresh[input];
-    call.is_fresh[input] = false;
-    if (!is_whole) return sum_to(reduction, from, static_cast<double>(scale), is_fresh, to);
-    if (scale == T(1)) return is_fresh ? copy(from, to, count) : add(from, to, count);
+    const bool is_uninitialised = call.is_uninitialised[input];
+    call.is_uninitialised[input] = false;
+    if (!is_whole) return sum_to(reduction, from, static_cast<double>(scale), is_uninitialised, to);
+    if (scale == T(1)) return is_uninitialised ? copy(from, to, count) : add(from, to, count);
     detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
-      for (std::size_t i = begin; i < begin + size; ++i) to[i] = scale * from[i] + (is_fresh ? T(0) : to[i]);
+      for (std::size_t i = begin; i < begin + size; ++i)
+        to[i] = scale * from[i] + (is_uninitialised ? T(0) : to[i]);
     });
   }
 };

@@ -76,9 +76,9 @@ class LayoutConversion : public Operation<T> {
 
   void adjoint(const AdjointCall<T>& call) const override {
     const T* const from = call.output_adjoints[0].values;
-    if (call.is_fresh[0]) {
+    if (call.is_uninitialised[0]) {
       convert(!to_last_, from, call.input_adjoints[0].values);
-      call.is_fresh[0] = false;
+      call.is_uninitialised[0] = false;
       return;
     }
     call.state.values.resize(images_ * channels_ * pixels_);

@@ -44,7 +44,7 @@ struct AdjointCall {
   std::span<const TensorView<T>> output_adjoints;  ///< null stands for zeros; at least one has values.
                                                    ///< They may be overwritten
   std::span<const TensorView<T>> input_adjoints;   ///< null where not wanted
-  std::span<bool> is_fresh;  ///< whether an input_adjoint is uninitialised: write it, do not add
+  std::span<bool> is_uninitialised;  ///< whether an input_adjoint is uninitialised: write it, do not add
   OperationState<T>& state;
   Engine engine;
   std::size_t batch = 1;                    ///< as in ForwardCall
@@ -57,8 +57,8 @@ struct AdjointCall {
   /// The adjoint of an input to add to: zeros if it was fresh.
   [[nodiscard]] T* accumulate(std::size_t input) const {
     T* const values = input_adjoints[input].values;
-    if (is_fresh[input]) std::fill_n(values, batch * input_adjoints[input].size(), T(0));
-    is_fresh[input] = false;
+    if (is_uninitialised[input]) std::fill_n(values, batch * input_adjoints[input].size(), T(0));
+    is_uninitialised[input] = false;
     return values;
   }
 };

@@ -40,7 +40,7 @@ namespace tapestry::nn::detail {
 }
 
 template <std::floating_point T>
-bool lies_last(const Operator<T>& kind, const std::vector<FoldOperand>& operands) {
+bool is_channels_last(const Operator<T>& kind, const std::vector<FoldOperand>& operands) {
   if (kind.layout != LayoutRule::channels_last) return false;
   bool has_four = false, fits = true;
   for (std::size_t i = 0; i < std::min(kind.data_inputs, operands.size()); ++i) {
@@ -249,7 +249,7 @@ std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
     return {detail::integers({static_cast<double>(size_of(shape))}, {})};
   }
   const Operator<T>& kind = operators<T>().find(node.operation)->second;
-  const bool is_last = detail::lies_last(kind, operands);
+  const bool is_last = detail::is_channels_last(kind, operands);
   std::vector<Constant> stored(operands.size());
   std::vector<Operand> described;
   for (std::size_t i = 0; i < operands.size(); ++i) {

@@ -267,11 +267,11 @@ void NetworkPass<T>::call_adjoint(const Program<T>& program, std::size_t s, cons
     input_adjoints.push_back(view(program.values[v], goals[i], n));
   }
   const MapWindow* const window = window_of(plan_.get(), step.outputs.front());
-  const std::unique_ptr<bool[]> is_fresh(new bool[step.inputs.size() + 1]());
-  std::ranges::copy(is_first, is_fresh.get());
+  const std::unique_ptr<bool[]> is_uninitialised(new bool[step.inputs.size() + 1]());
+  std::ranges::copy(is_first, is_uninitialised.get());
   step.operation->adjoint({inputs_, results, result_adjoints, input_adjoints,
-                           std::span(is_fresh.get(), step.inputs.size()), states_[s * batch_ + n], engine,
-                           batch, window,
+                           std::span(is_uninitialised.get(), step.inputs.size()), states_[s * batch_ + n],
+                           engine, batch, window,
                            window == nullptr ? nullptr : window_of(plan_.get(), step.inputs[0])});
 }
 

@@ -164,15 +164,15 @@ void ProgramBuilder<T>::add_output(const std::string& name, std::size_t i, bool 
     if (name.empty()) return;
     require_result(i, results.size());
   }
-  const bool lies_last = is_last && results[i].shape.size() == 4;
-  const Shape logical = lies_last ? logical_shape(results[i].shape) : results[i].shape;
-  const std::size_t value = add_value(name, logical, results[i].type, lies_last);
+  const bool is_channels_last = is_last && results[i].shape.size() == 4;
+  const Shape logical = is_channels_last ? logical_shape(results[i].shape) : results[i].shape;
+  const std::size_t value = add_value(name, logical, results[i].type, is_channels_last);
   step.outputs.push_back(value);
   if (name.empty()) return;
   Known& known = known_[name];
   known.shape = logical;
   known.type = results[i].type;
-  known.value[lies_last ? 1 : 0] = value;
+  known.value[is_channels_last ? 1 : 0] = value;
 }
 
 template <std::floating_point T>

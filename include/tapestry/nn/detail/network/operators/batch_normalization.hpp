@@ -201,8 +201,8 @@ class BatchStatisticsNormalization : public Operation<T> {
       batch_norm_adjoint(statistics, call.inputs[1].values, in, pixels, adjoint, of_scale, of_bias);
       if (call.wants(0)) {
         T* const to = call.input_adjoints[0].values;
-        call.is_fresh[0] ? copy(adjoint, to, pixels * channels) : add(adjoint, to, pixels * channels);
-        call.is_fresh[0] = false;
+        call.is_uninitialised[0] ? copy(adjoint, to, pixels * channels) : add(adjoint, to, pixels * channels);
+        call.is_uninitialised[0] = false;
       }
     } else {
       goal(0);

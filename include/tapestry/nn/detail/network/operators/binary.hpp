@@ -119,12 +119,12 @@ class BinaryOperation : public Operation<T> {
         continue;
       }
       const bool is_last = i == 1 || !call.wants(1);  // later calls do not read dy
-      const bool is_direct = operands_[i].is_whole && call.is_fresh[i];
+      const bool is_direct = operands_[i].is_whole && call.is_uninitialised[i];
       if (!is_direct && !is_last) call.state.values.resize(call.output_adjoints[0].size());
       T* const to = is_direct ? call.input_adjoints[i].values : is_last ? dy : call.state.values.data();
       partial(i, call, to);
       if (!is_direct) operands_[i].pull_back(to, T(1), call, i);
-      call.is_fresh[i] = false;
+      call.is_uninitialised[i] = false;
     }
   }
 

@@ -32,9 +32,9 @@ class ChannelShuffle : public Operation<T> {
   void adjoint(const AdjointCall<T>& call) const override {
     const T* const adjoint = call.output_adjoints[0].values;
     T* const to = call.input_adjoints[0].values;
-    if (call.is_fresh[0]) {
+    if (call.is_uninitialised[0]) {
       for_each_pair([&](std::size_t i, std::size_t o) { to[i] = adjoint[o]; });
-      call.is_fresh[0] = false;
+      call.is_uninitialised[0] = false;
     } else {
       for_each_pair([&](std::size_t i, std::size_t o) { to[i] += adjoint[o]; });
     }

@@ -56,7 +56,7 @@ class Convolution : public Operation<T> {
   }
 
   void forward(const ForwardCall<T>& call) const override {
-    const Computed weights(*this, call.inputs);
+    const CallWeights weights(*this, call.inputs);
     const FusedActivation<T>& activation = plan_.activation;
     T* const out = call.outputs[0].values;
     const T* addend = has_addend() ? call.inputs[plan_.addend].values : nullptr;
@@ -87,9 +87,9 @@ class Convolution : public Operation<T> {
 
   void adjoint(const AdjointCall<T>& call) const override {
     T* const adjoint = call.output_adjoints[0].values;
-    if (!plan_.adds_first) hand_to_addend(call, adjoint);
+    if (!plan_.adds_first) add_to_addend_adjoint(call, adjoint);
     pull_back_activation(call, adjoint);
-    if (plan_.adds_first) hand_to_addend(call, adjoint);
+    if (plan_.adds_first) add_to_addend_adjoint(call, adjoint);
     const std::size_t pixels = plan_.out_size(call.batch) / plan_.shape.out_channels;
     if (has_bias() && call.wants(plan_.bias))
       bias_adjoint(adjoint, pixels, plan_.shape.out_channels, call.accumulate(plan_.bias));
@@ -99,10 +99,10 @@ class Convolution : public Operation<T> {
                                  partial, call.accumulate(plan_.weight));
     }
     if (!call.wants(0)) return;
-    const Computed weights(*this, call.inputs);
-    convolve_adjoint(call.engine, *weights, call.batch * plan_.images, adjoint, call.is_fresh[0],
+    const CallWeights weights(*this, call.inputs);
+    convolve_adjoint(call.engine, *weights, call.batch * plan_.images, adjoint, call.is_uninitialised[0],
                      call.input_adjoints[0].values, window_of(call.input_window));
-    call.is_fresh[0] = false;
+    call.is_uninitialised[0] = false;
   }
 
   [[nodiscard]] std::optional<MapWindow> window_reached(Engine engine, std::span<const MapWindow> changed,
@@ -149,9 +149,9 @@ class Convolution : public Operation<T> {
 
  private:
   /// The weights, packed for this call if the network computes them.
-  class Computed {
+  class CallWeights {
    public:
-    Computed(const Convolution& owner, std::span<const TensorView<const T>> inputs)
+    CallWeights(const Convolution& owner, std::span<const TensorView<const T>> inputs)
         : own_(owner.plan_.shape) {
       weights_ = &owner.weights_;
       if (!owner.plan_.has_computed_weights) return;
@@ -182,14 +182,14 @@ class Convolution : public Operation<T> {
     }
   }
 
-  void hand_to_addend(const AdjointCall<T>& call, const T* adjoint) const {
+  void add_to_addend_adjoint(const AdjointCall<T>& call, const T* adjoint) const {
     if (!has_addend() || !call.wants(plan_.addend)) return;
     T* const to = call.input_adjoints[plan_.addend].values;
     // Where input and addend are one value, only operand 0 counts as fresh.
     if (to == call.input_adjoints[0].values) static_cast<void>(call.accumulate(0));
-    if (call.is_fresh[plan_.addend]) {
+    if (call.is_uninitialised[plan_.addend]) {
       copy(adjoint, to, plan_.out_size(call.batch));
-      call.is_fresh[plan_.addend] = false;
+      call.is_uninitialised[plan_.addend] = false;
     } else {
       add(adjoint, to, plan_.out_size(call.batch));
     }

@@ -68,12 +68,12 @@ class ConvolutionTranspose : public Operation<T> {
     }
     if (!call.wants(0)) return;
     Epilogue<T> end{};
-    end.adds = !call.is_fresh[0];
+    end.adds = !call.is_uninitialised[0];
     with_weights(call.inputs, [&](const ConvolutionWeights<T>& weights) {
       convolve<T>(call.engine, weights.convolution(), plan_.images, adjoint, end,
                   call.input_adjoints[0].values, plan_.shape.out_size());
     });
-    call.is_fresh[0] = false;
+    call.is_uninitialised[0] = false;
   }
 
   [[nodiscard]] AdjointReads adjoint_reads() const override {

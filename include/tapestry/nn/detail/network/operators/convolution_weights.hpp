@@ -85,15 +85,15 @@ class ConvolutionWeights {
 };
 
 /// Adds to in_adjoint the adjoint of a convolution applied to out_adjoint, or writes it where fresh.
-/// \param is_fresh  in_adjoint is not initialised
+/// \param is_uninitialised  in_adjoint is not initialised
 /// \param window    of in_adjoint, as convolve() takes it
 template <std::floating_point T>
 void convolve_adjoint(Engine engine, const ConvolutionWeights<T>& weights, std::size_t images,
-                      const T* out_adjoint, bool is_fresh, T* in_adjoint,
+                      const T* out_adjoint, bool is_uninitialised, T* in_adjoint,
                       const std::optional<MapWindow>& window = {}) {
   const ConvolutionShape& shape = weights.shape();
-  const bool writes = is_fresh && adjoint_covers_input(shape);
-  if (is_fresh && !writes) std::fill_n(in_adjoint, images * shape.in_size(), T(0));
+  const bool writes = is_uninitialised && adjoint_covers_input(shape);
+  if (is_uninitialised && !writes) std::fill_n(in_adjoint, images * shape.in_size(), T(0));
   Epilogue<T> end{};
   end.adds = !writes;
   for (const auto& part : weights.adjoint())

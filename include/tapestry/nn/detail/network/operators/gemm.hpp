@@ -105,8 +105,8 @@ class Gemm : public Operation<T> {
     for (std::size_t i = 0; i < b.weights->size() && plan_.alpha != 1; ++i)
       b.weights->data()[i] *= static_cast<T>(plan_.alpha);
     if (!plan_.turns_a) {
-      multiply(adjoint, b, !call.is_fresh[0], call.input_adjoints[0].values);
-      call.is_fresh[0] = false;
+      multiply(adjoint, b, !call.is_uninitialised[0], call.input_adjoints[0].values);
+      call.is_uninitialised[0] = false;
       return;
     }
     Buffer<T> product(shape.rows * shape.depth), stored(shape.rows * shape.depth);

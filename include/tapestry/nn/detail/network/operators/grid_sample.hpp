@@ -139,10 +139,11 @@ class GridSample : public Operation<T> {
       for (std::size_t place = 0; place < places_; ++place) {
         const std::size_t at = 2 * (image * places_ + place);
         const auto [columns, rows] = taps_of(call.inputs[1].values + at);
-        double asked[2] = {0, 0};
+        double place_adjoint[2] = {0, 0};
         for (std::size_t c = 0; c < in_[1]; ++c)
-          pull_back(call, image * in_[1] + c, place, columns, rows, pictures, asked);
-        for (std::size_t i = 0; i < 2 && grid != nullptr; ++i) grid[at + i] += static_cast<T>(asked[i]);
+          pull_back(call, image * in_[1] + c, place, columns, rows, pictures, place_adjoint);
+        for (std::size_t i = 0; i < 2 && grid != nullptr; ++i)
+          grid[at + i] += static_cast<T>(place_adjoint[i]);
       }
     });
   }
@@ -159,15 +160,15 @@ class GridSample : public Operation<T> {
   }
 
   void pull_back(const AdjointCall<T>& call, std::size_t plane, std::size_t place, const GridTaps& columns,
-                 const GridTaps& rows, T* pictures, double* asked) const {
+                 const GridTaps& rows, T* pictures, double* place_adjoint) const {
     const auto g = static_cast<double>(call.output_adjoints[0].values[plane * places_ + place]);
     for (std::size_t y = 0; y < rows.count; ++y)
       for (std::size_t x = 0; x < columns.count; ++x) {
         const std::size_t pixel = plane * in_[2] * in_[3] + rows.index[y] * in_[3] + columns.index[x];
         const double value = g * static_cast<double>(call.inputs[0].values[pixel]);
         if (pictures != nullptr) pictures[pixel] += static_cast<T>(g * rows.weight[y] * columns.weight[x]);
-        asked[0] += value * rows.weight[y] * columns.slope[x];
-        asked[1] += value * rows.slope[y] * columns.weight[x];
+        place_adjoint[0] += value * rows.weight[y] * columns.slope[x];
+        place_adjoint[1] += value * rows.slope[y] * columns.weight[x];
       }
   }
 

@@ -145,13 +145,14 @@ class CumSum : public Operation<T> {
     sum_up(call.inputs[0].values, call.outputs[0].values, is_reverse_, true);
   }
   void adjoint(const AdjointCall<T>& call) const override {
-    sum_up(call.output_adjoints[0].values, call.input_adjoints[0].values, !is_reverse_, call.is_fresh[0]);
-    call.is_fresh[0] = false;
+    sum_up(call.output_adjoints[0].values, call.input_adjoints[0].values, !is_reverse_,
+           call.is_uninitialised[0]);
+    call.is_uninitialised[0] = false;
   }
   [[nodiscard]] bool is_differentiable(std::size_t input) const override { return input == 0; }
 
  private:
-  void sum_up(const T* from, T* to, bool is_reverse, bool is_fresh) const {
+  void sum_up(const T* from, T* to, bool is_reverse, bool is_uninitialised) const {
     runs_.for_each_group([&](std::size_t place, std::size_t lanes) {
       double sums[detail::lane_block] = {};
       for (std::size_t i = 0; i < runs_.count; ++i) {
@@ -159,7 +160,8 @@ class CumSum : public Operation<T> {
         for (std::size_t l = 0; l < lanes; ++l) {
           const double before = sums[l];
           sums[l] += static_cast<double>(from[row + l]);
-          to[row + l] = static_cast<T>(is_exclusive_ ? before : sums[l]) + (is_fresh ? T(0) : to[row + l]);
+          to[row + l] =
+              static_cast<T>(is_exclusive_ ? before : sums[l]) + (is_uninitialised ? T(0) : to[row + l]);
         }
       }
     });

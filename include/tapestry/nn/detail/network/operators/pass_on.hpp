@@ -26,9 +26,9 @@ class PassOn : public Operation<T> {
 
   void adjoint(const AdjointCall<T>& call) const override {
     const std::size_t count = call.output_adjoints[0].size();
-    if (call.is_fresh[0]) {
+    if (call.is_uninitialised[0]) {
       copy(call.output_adjoints[0].values, call.input_adjoints[0].values, count);
-      call.is_fresh[0] = false;
+      call.is_uninitialised[0] = false;
     } else {
       add(call.output_adjoints[0].values, call.input_adjoints[0].values, count);
     }

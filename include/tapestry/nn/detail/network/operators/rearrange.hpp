@@ -137,9 +137,9 @@ class Rearrange : public Operation<T> {
         std::ranges::all_of(call.output_adjoints, [](const auto& output) { return output.is_there(); });
     for (std::size_t i = 0; i < data_inputs_; ++i) {
       if (!call.wants(i)) continue;
-      const bool is_written = call.is_fresh[i] && coverage_.of_inputs && has_all;
+      const bool is_written = call.is_uninitialised[i] && coverage_.of_inputs && has_all;
       T* const to = is_written ? call.input_adjoints[i].values : call.accumulate(i);
-      call.is_fresh[i] = false;
+      call.is_uninitialised[i] = false;
       for (const Piece& piece : pieces_) {
         const T* const from = call.output_adjoints[piece.output].values;
         if (piece.input != i || from == nullptr) continue;
@@ -184,8 +184,8 @@ class Repeat : public Operation<T> {
     forth_.run<false>(call.inputs[0].values, call.outputs[0].values);
   }
   void adjoint(const AdjointCall<T>& call) const override {
-    sum_to(back_, call.output_adjoints[0].values, 1, call.is_fresh[0], call.input_adjoints[0].values);
-    call.is_fresh[0] = false;
+    sum_to(back_, call.output_adjoints[0].values, 1, call.is_uninitialised[0], call.input_adjoints[0].values);
+    call.is_uninitialised[0] = false;
   }
   [[nodiscard]] bool is_differentiable(std::size_t input) const override { return input == 0; }
 

@@ -102,19 +102,20 @@ class Reduce : public Operation<T> {
     }
     const T *const x = call.inputs[0].values, *const y = call.outputs[0].values;
     T* const dx = call.input_adjoints[0].values;
-    const bool is_fresh = call.is_fresh[0], is_linear = kind_ == Reduction::sum || kind_ == Reduction::mean;
+    const bool is_uninitialised = call.is_uninitialised[0],
+               is_linear = kind_ == Reduction::sum || kind_ == Reduction::mean;
     const std::ptrdiff_t step = nest_.loops.back().strides[1];
     const T scale = kind_ == Reduction::mean ? 1 / static_cast<T>(plan_.count) : T(1);
     parallel_for_each_run(nest_, [&](const auto& at, std::size_t count) {
-      if (is_linear) return spread(dy + at[1], step, scale, is_fresh, dx + at[0], count);
+      if (is_linear) return spread(dy + at[1], step, scale, is_uninitialised, dx + at[0], count);
       for (std::size_t i = 0; i < count; ++i) {
         const auto from = at[0] + static_cast<std::ptrdiff_t>(i);
         const auto to = at[1] + static_cast<std::ptrdiff_t>(i) * step;
         const T pulled = dy[to] * slope(x, y, from, to);
-        dx[from] = pulled + (is_fresh ? T(0) : dx[from]);
+        dx[from] = pulled + (is_uninitialised ? T(0) : dx[from]);
       }
     });
-    call.is_fresh[0] = false;
+    call.is_uninitialised[0] = false;
   }
 
   [[nodiscard]] AdjointReads adjoint_reads() const override {
@@ -164,8 +165,9 @@ class Reduce : public Operation<T> {
   }
 
   /// dx = scale · dy, or that added, where dy is `step` apart.
-  static void spread(const T* dy, std::ptrdiff_t step, T scale, bool is_fresh, T* dx, std::size_t count) {
-    if (is_fresh) {
+  static void spread(const T* dy, std::ptrdiff_t step, T scale, bool is_uninitialised, T* dx,
+                     std::size_t count) {
+    if (is_uninitialised) {
       for (std::size_t i = 0; i < count; ++i, dy += step) dx[i] = scale * *dy;
     } else {
       for (std::size_t i = 0; i < count; ++i, dy += step) dx[i] += scale * *dy;

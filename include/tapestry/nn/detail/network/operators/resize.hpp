@@ -19,7 +19,7 @@ namespace tapestry::nn {
 namespace detail {
 /// to[i] += weight · from[i], or = where it is fresh
 template <std::floating_point T>
-void add_weighted(const T* from, T weight, bool is_fresh, T* to, std::size_t count) {
+void add_weighted(const T* from, T weight, bool is_uninitialised, T* to, std::size_t count) {
   struct Write {
     const T* from;
     T weight;
@@ -32,7 +32,7 @@ void add_weighted(const T* from, T weight, bool is_fresh, T* to, std::size_t cou
     T* to;
     [[gnu::always_inline]] void operator()(std::size_t i) const { to[i] += weight * from[i]; }
   };
-  if (is_fresh) {
+  if (is_uninitialised) {
     tapestry::detail::for_block(count, Write{from, weight, to});
   } else {
     tapestry::detail::for_block(count, Add{from, weight, to});

@@ -56,12 +56,12 @@ class Scatter : public Operation<T> {
     }
     if (!call.wants(0)) return;
     const std::size_t count = call.input_adjoints[0].size();
-    if (call.is_fresh[0]) {
+    if (call.is_uninitialised[0]) {
       copy(dy, call.input_adjoints[0].values, count);
     } else {
       add(dy, call.input_adjoints[0].values, count);
     }
-    call.is_fresh[0] = false;
+    call.is_uninitialised[0] = false;
   }
 
   [[nodiscard]] AdjointReads adjoint_reads() const override { return {needs_values() ? 4U : 0U, 0}; }

@@ -66,15 +66,15 @@ class Softmax : public Operation<T> {
   void adjoint(const AdjointCall<T>& call) const override {
     const T *const y = call.outputs[0].values, *const dy = call.output_adjoints[0].values;
     T* const dx = call.input_adjoints[0].values;
-    const bool is_fresh = call.is_fresh[0];
+    const bool is_uninitialised = call.is_uninitialised[0];
     runs_.for_each_group([&](std::size_t place, std::size_t lanes) {
       if (runs_.inner == 1) {
-        pull_row(y + place, dy + place, is_fresh, dx + place);
+        pull_row(y + place, dy + place, is_uninitialised, dx + place);
       } else {
-        pull_lanes(y + place, dy + place, lanes, is_fresh, dx + place);
+        pull_lanes(y + place, dy + place, lanes, is_uninitialised, dx + place);
       }
     });
-    call.is_fresh[0] = false;
+    call.is_uninitialised[0] = false;
   }
 
   [[nodiscard]] AdjointReads adjoint_reads() const override { return {0, 1}; }
@@ -144,7 +144,7 @@ class Softmax : public Operation<T> {
       }
   }
 
-  void pull_row(const T* y, const T* dy, bool is_fresh, T* dx) const {
+  void pull_row(const T* y, const T* dy, bool is_uninitialised, T* dx) const {
     double parts[16] = {}, sum = 0;
     std::size_t i = 0;
     const auto term = [&](std::size_t k) {
@@ -155,10 +155,10 @@ class Softmax : public Operation<T> {
     for (const double part : parts) sum += part;
     for (; i < runs_.count; ++i) sum += term(i);
     const T whole = static_cast<T>(sum);
-    for (i = 0; i < runs_.count; ++i) dx[i] = pulled(y[i], dy[i], whole) + (is_fresh ? T(0) : dx[i]);
+    for (i = 0; i < runs_.count; ++i) dx[i] = pulled(y[i], dy[i], whole) + (is_uninitialised ? T(0) : dx[i]);
   }
 
-  void pull_lanes(const T* y, const T* dy, std::size_t lanes, bool is_fresh, T* dx) const {
+  void pull_lanes(const T* y, const T* dy, std::size_t lanes, bool is_uninitialised, T* dx) const {
     double sums[detail::lane_block] = {};
     const std::size_t step = runs_.inner, end = runs_.count * step;
     for (std::size_t i = 0; i < end; i += step)
@@ -166,7 +166,8 @@ class Softmax : public Operation<T> {
         sums[l] += static_cast<double>(dy[i + l]) * (is_log_ ? 1 : static_cast<double>(y[i + l]));
     for (std::size_t i = 0; i < end; i += step)
       for (std::size_t l = 0; l < lanes; ++l)
-        dx[i + l] = pulled(y[i + l], dy[i + l], static_cast<T>(sums[l])) + (is_fresh ? T(0) : dx[i + l]);
+        dx[i + l] =
+            pulled(y[i + l], dy[i + l], static_cast<T>(sums[l])) + (is_uninitialised ? T(0) : dx[i + l]);
   }
 
   AxisRuns runs_;

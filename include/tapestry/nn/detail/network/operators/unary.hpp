@@ -87,13 +87,13 @@ class UnaryOperation : public Operation<T> {
     if (loops_.reads == unary::Reads::input) kept = call.inputs[0].values;
     if (loops_.reads == unary::Reads::output) kept = call.outputs[0].values;
     T* const dx = call.input_adjoints[0].values;
-    const bool is_fresh = call.is_fresh[0];
+    const bool is_uninitialised = call.is_uninitialised[0];
     detail::for_each_block(call.output_adjoints[0].size(), [&](std::size_t begin, std::size_t count) {
-      T* const to = (is_fresh ? dx : dy) + begin;
+      T* const to = (is_uninitialised ? dx : dy) + begin;
       loops_.adjoint(kept + begin, dy + begin, to, count, a_, b_);
-      if (!is_fresh) kernels<T>().add(to, dx + begin, count);
+      if (!is_uninitialised) kernels<T>().add(to, dx + begin, count);
     });
-    call.is_fresh[0] = false;
+    call.is_uninitialised[0] = false;
   }
 
   [[nodiscard]] AdjointReads adjoint_reads() const override {
@@ -139,13 +139,13 @@ class Rectifier : public Operation<T> {
   void adjoint(const AdjointCall<T>& call) const override {
     T* const dy = call.output_adjoints[0].values;  // later calls do not read it
     T* const dx = call.input_adjoints[0].values;
-    const bool is_fresh = call.is_fresh[0];
+    const bool is_uninitialised = call.is_uninitialised[0];
     detail::for_each_block(call.output_adjoints[0].size(), [&](std::size_t begin, std::size_t count) {
-      T* const to = (is_fresh ? dx : dy) + begin;
+      T* const to = (is_uninitialised ? dx : dy) + begin;
       kernels<T>().leaky_adjoint(call.state.bits.data() + begin / 8, slope_, dy + begin, to, count);
-      if (!is_fresh) kernels<T>().add(to, dx + begin, count);
+      if (!is_uninitialised) kernels<T>().add(to, dx + begin, count);
     });
-    call.is_fresh[0] = false;
+    call.is_uninitialised[0] = false;
   }
 
   [[nodiscard]] bool works_in_place() const override { return true; }
