@@ -102,7 +102,7 @@ inline constexpr const char* other_run_name = "other run";
 /// parts; neither has its design. See matched_noise() and shuffled_patches(). Texels that no view has shown
 /// to the optimisation have kept their first colour, and are moved like others. If a camouflage covers parts
 /// of the car, so do its controls: each connected piece of a part is a chart of its own, and the rest stays
-/// the car's own. Copies of one picture are not copies in the noise. The same for the same seed.
+/// the car's own. Where a texture repeats a picture, the noise differs at each copy. Seeds fix the results.
 ///
 /// \param noise_draws  of matched noise, under one name, one after another; the first does not depend on it
 /// \throws ShapeError unless the paint is of the car's texels; as raster::texture_charts(), matched_noise()

@@ -20,7 +20,7 @@ struct Region {
 /// largest. Of pieces equal in both, the one whose first pixel comes first, row by row. A piece that does not
 /// reach into the region is not the car. Pixels that are NaN belong to none. The choice has no derivative.
 ///
-/// Ours to define: the paper names no rule, nor a threshold, which is half here.
+/// The rule and the threshold of 0.5 are ours: the paper states neither.
 ///
 /// \param mask    [H, W], in [0, 1]
 /// \param region  around the car, from a label; none if it is not known

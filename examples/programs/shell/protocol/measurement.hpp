@@ -223,7 +223,7 @@ class ProtocolMeasurement {
     return true;
   }
 
-  /// Exchanges the results of frames that were divided among the ranks, one each from the first on.
+  /// Gives every rank the results of a round; rank i has measured frames[i].
   void exchange(std::span<const std::size_t> frames) {
     const Ranks& ranks = Ranks::all();
     if (ranks.count() == 1) return;

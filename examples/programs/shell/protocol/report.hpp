@@ -137,8 +137,8 @@ inline Json section_json(const ProtocolSection& section, const ProtocolResult& r
 }
 }  // namespace detail
 
-/// A row for each cell and texture and, for renders, for the whole or each part at the end; shares in 0 to 1,
-/// empty where they are not defined.
+/// One row per cell and texture; renders have rows for the whole or for each part behind them. Shares are in
+/// 0 to 1, and empty where they are not defined.
 inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& result) {
   const auto& table = protocol.table;
   std::string text = table.row_title + "," + table.column_title +

@@ -5,9 +5,9 @@
 namespace tapestry::detail {
 
 // Calls that throw nothing; their exceptions are thrown afterwards. Around a call that may throw, GCC keeps
-// no floating-point number in a register if there is a destructor to run: a loop before the call would move
-// the number that it accumulates from and to an integer register, or wait for its own stores, if the number
-// is used after the call.
+// no floating-point number in a register if there is a destructor to run: a loop that accumulates a number
+// for use behind the call would store and load it in each iteration.
+//
 
 /// The exception of such a call on this thread.
 [[gnu::visibility("default")]] inline std::exception_ptr& deferred_exception() {
