@@ -1,136 +1,53 @@
 #pragma once
-#include <cstddef>
-#include <cstdio>
-#include <filesystem>
-#include <span>
 #include <string>
-#include <system_error>
-#include <tapestry/core/error.hpp>
-#include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/file_source.hpp>
-#include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/json.hpp>
-#include <tapestry/io/text_lines.hpp>
-#include <utility>
-#include <vector>
 
-#include "build_facts.hpp"
-#include "file_status.hpp"
 #include "output_claim.hpp"
 
 namespace tapestry::shell {
 
 using Json = nlohmann::ordered_json;
 
-inline void write_text(const std::string& path, const std::string& text) {
-  io::write_file_atomically(path, text);
-}
+void write_text(const std::string& path, const std::string& text);
 
 /// Creates a folder, removes temporaries of killed processes from it, and checks that files can be written
 /// into it.
-inline void make_writable_folder(const std::string& folder) {
-  std::error_code failure;
-  std::filesystem::create_directories(folder, failure);
-  if (failure || !is_folder(folder, ErrorKind::write))
-    throw FileError(
-        ErrorKind::write,
-        {folder, "", "cannot create the folder" + (failure ? ": " + failure.message() : std::string())});
-  io::remove_abandoned_parts(folder);
-  require_writable_folder(folder);
-}
+void make_writable_folder(const std::string& folder);
 
 /// The folder of a run, claimed for this process. A folder made for the run is removed again if the run ends
 /// before it writes anything.
 class RunFolder {
  public:
   /// \param is_new whether the folder was created for this run
-  RunFolder(std::string path, bool is_new)
-      : path_(std::move(path)), is_new_(is_new), claim_(Claimed::folder, writable()) {}
+  RunFolder(std::string path, bool is_new);
   RunFolder(const RunFolder&) = delete;
   RunFolder& operator=(const RunFolder&) = delete;
-  ~RunFolder() {
-    claim_.release();
-    std::error_code ignored;
-    if (is_new_) std::filesystem::remove(path_, ignored);  // fails unless it is empty
-  }
+  ~RunFolder();
 
  private:
-  [[nodiscard]] const std::string& writable() const {
-    make_writable_folder(path_);
-    return path_;
-  }
-
   std::string path_;
   bool is_new_;
   OutputClaim claim_;
 };
 
 /// Makes the first of `base`-001, `base`-002, … that does not exist; never the same folder for two processes.
-inline std::string make_next_folder(const std::string& base) {
-  make_writable_folder(std::filesystem::path(base).parent_path().string());
-  for (int number = 1;; ++number) {
-    char suffix[16];
-    std::snprintf(suffix, sizeof suffix, "-%03d", number);
-    std::error_code failure;
-    if (std::filesystem::create_directory(base + suffix, failure)) return base + suffix;
-    if (failure && failure != std::errc::file_exists)
-      throw FileError(ErrorKind::write,
-                      {base + suffix, "", "cannot create the folder: " + failure.message()});
-  }
-}
+[[nodiscard]] std::string make_next_folder(const std::string& base);
 
 /// A report as JSON. File names need not be UTF-8; other bytes become U+FFFD.
-inline std::string report_text(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-/// The first text of a JSON value that is not UTF-8; empty if there is none.
-inline std::string text_not_utf8(const Json& json) {
-  if (json.is_string()) {
-    const auto& text = json.get_ref<const std::string&>();
-    return io::utf8_prefix(text) == text.size() ? std::string() : text;
-  }
-  if (json.is_structured())
-    for (const Json& member : json)
-      if (std::string text = text_not_utf8(member); !text.empty()) return text;
-  return {};
-}
+[[nodiscard]] std::string report_text(const Json& json);
 
 /// JSON that will be read again, so its text must be exact.
 /// \throws Error (usage) naming text that is not UTF-8
-inline std::string exact_text(const Json& json, int indent = 2) {
-  try {
-    return json.dump(indent);
-  } catch (const Json::type_error&) {
-    throw Error(
-        ErrorKind::usage,
-        text_not_utf8(json) + ": the name is not UTF-8, so the manifest cannot hold it; rename the file");
-  }
-}
+[[nodiscard]] std::string exact_text(const Json& json, int indent = 2);
 
 /// The facts of computed_by(), as JSON.
-inline Json computed_by_json() {
-  Json facts;
-  for (const auto& [name, value] : computed_by()) facts[name] = value;
-  return facts;
-}
+[[nodiscard]] Json computed_by_json();
 
 /// Reads a JSON file of at most 16 MiB, as io::read_json() does.
-inline Json read_json_file(const std::string& path) {
-  return io::read_json(io::read_text_file(path, std::uint64_t(16) << 20U), path).value;
-}
+[[nodiscard]] Json read_json_file(const std::string& path);
 
 /// Every file that the program's ledger has recorded so far, in the order of the paths, with size, SHA-256
 /// and roles, see io::InputLedger::Role.
-inline Json recorded_inputs() {
-  Json inputs = Json::array();
-  if (const auto* const ledger = io::InputLedger::active())
-    for (const auto& record : ledger->records())
-      inputs.push_back({{"path", record.path},
-                        {"size", record.size},
-                        {"sha256", record.sha256},
-                        {"read_as", record.roles}});
-  return inputs;
-}
+[[nodiscard]] Json recorded_inputs();
 
 }  // namespace tapestry::shell

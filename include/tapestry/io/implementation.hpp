@@ -18,6 +18,7 @@
 #include <tapestry/io/implementation/input_ledger.hpp>
 #include <tapestry/io/implementation/jpeg.hpp>
 #include <tapestry/io/implementation/jpeg_file.hpp>
+#include <tapestry/io/implementation/json.hpp>
 #include <tapestry/io/implementation/mesh_writers.hpp>
 #include <tapestry/io/implementation/mtl_file.hpp>
 #include <tapestry/io/implementation/npy.hpp>
