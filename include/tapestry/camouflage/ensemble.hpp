@@ -67,7 +67,6 @@ class KeptLayers {
 };
 
 extern template class KeptLayers<float>;
-extern template class KeptLayers<double>;
 
 /// Pictures for detectors, on the tape, and where they come from.
 template <std::floating_point T>
@@ -130,6 +129,5 @@ class Ensemble {
 };
 
 extern template class Ensemble<float>;
-extern template class Ensemble<double>;
 
 }  // namespace tapestry::camouflage

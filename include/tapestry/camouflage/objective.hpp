@@ -133,6 +133,5 @@ class Objective {
 };
 
 extern template class Objective<float>;
-extern template class Objective<double>;
 
 }  // namespace tapestry::camouflage

@@ -38,9 +38,6 @@ template <std::floating_point T>
 [[nodiscard]] PhotoSession draw_session(ViewSpan<T> views, const image::Conditions& conditions, Random random,
                                         bool is_smooth);
 
-/// \throws ShapeError if a session has not a shot for each of so many views
-void require_shots(const PhotoSession* session, std::size_t views);
-
 /// Boxes of the car in the pictures of some views, or in their photographs if there is a session.
 template <std::floating_point T>
 [[nodiscard]] std::vector<loss::Target> targets_of(ViewSpan<T> views, const PhotoSession* session,

@@ -66,6 +66,5 @@ class StageClock {
 };
 
 extern template class StageClock<float>;
-extern template class StageClock<double>;
 
 }  // namespace tapestry::camouflage

@@ -12,9 +12,6 @@ inline constexpr std::uint64_t checkpoint_format = 2;
 
 namespace detail {
 inline constexpr std::size_t history_columns = ObjectiveTerms::all.size();
-
-ObjectiveTerms terms_of(const double* row);
-
 }  // namespace detail
 
 /// Writes a checkpoint that NumPy can read too; atomically, so that the previous one survives any

@@ -30,9 +30,6 @@ struct ShapeParameter {
   [[nodiscard]] std::size_t row_count() const { return car.mesh.positions.size(); }
 };
 
-/// The longest edge of a mesh's bounding box, in its units; 0 without finite positions.
-[[nodiscard]] double longest_extent(const geometry::Mesh& mesh);
-
 /// \throws DomainError for a filtered atlas, through which no picture can be differentiated by positions;
 ///         Error (mismatch) if a face refers to a missing position
 [[nodiscard]] ShapeParameter shape_parameter(const raster::PaintedMesh& car);

@@ -220,6 +220,5 @@ class Training {
 };
 
 extern template class Training<float>;
-extern template class Training<double>;
 
 }  // namespace tapestry::camouflage

@@ -89,7 +89,6 @@ class ViewStore {
 };
 
 extern template class ViewStore<float>;
-extern template class ViewStore<double>;
 
 /// Which views of a store show the car.
 struct UsableViews {

@@ -58,9 +58,6 @@ double KeptLayers<T>::share() const {
   return views_.empty() ? 0 : sum / static_cast<double>(views_.size());
 }
 
-template class KeptLayers<float>;
-template class KeptLayers<double>;
-
 template <std::floating_point T>
 void Ensemble<T>::join(const detect::Detector<T>& detector, std::size_t class_index) {
   loss::require_raw_logits("objective", detector.heads());
@@ -124,33 +121,12 @@ auto Ensemble<T>::logits_of(Member& member, const ShownPictures<T>& shown) -> Lo
   return logits;
 }
 
-template class Ensemble<float>;
-template class Ensemble<double>;
-
-std::vector<double> worst_view_weights(std::span<const double> losses, double share) {
-  if (!(share > 0 && share <= 1))
-    throw DomainError({"worst_view_weights: the share is ", share, ", expected above 0 and at most 1"});
-  if (losses.empty()) throw DomainError("worst_view_weights: no losses");
-  if (std::ranges::any_of(losses, [](double loss) { return std::isnan(loss); }))
-    throw DomainError("worst_view_weights: a loss is not a number");
-  std::vector<std::size_t> order(losses.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return losses[a] > losses[b]; });
-  const double counted = std::max(1.0, share * static_cast<double>(losses.size()));
-  std::vector<double> weights(losses.size(), 0.0);
-  double left = counted;
-  for (const std::size_t i : order) {
-    if (!(left > 0)) break;
-    weights[i] = std::min(1.0, left) / counted;
-    left -= 1;
-  }
-  return weights;
-}
-
 template <std::floating_point T>
 EvaluatedViews<T> Objective<T>::evaluate(const ArrayVariable<T, 2>& parameter, Views views,
                                          const PhotoSession* session) {
-  require_shots(session, views.size());
+  if (session != nullptr && session->shots.size() != views.size())
+    throw ShapeError(
+        {"objective: a photo session of ", session->shots.size(), " shots for ", views.size(), " views"});
   StageClock<T> clock(times_, parameter.is_active());
   const auto paint = method_colours(method_, parameter);
   const auto colours = session && session->print ? printed(method_, paint, *session->print) : paint;
@@ -182,8 +158,5 @@ Variable<T> Objective<T>::operator()(const ArrayVariable<T, 2>& parameter, Views
   terms_ = terms;
   return loss;
 }
-
-template class Objective<float>;
-template class Objective<double>;
 
 }  // namespace tapestry::camouflage

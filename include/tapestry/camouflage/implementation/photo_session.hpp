@@ -75,12 +75,6 @@ PhotoSession draw_session(ViewSpan<T> views, const image::Conditions& conditions
   return session;
 }
 
-void require_shots(const PhotoSession* session, std::size_t views) {
-  if (session != nullptr && session->shots.size() != views)
-    throw ShapeError(
-        {"objective: a photo session of ", session->shots.size(), " shots for ", views, " views"});
-}
-
 template <std::floating_point T>
 std::vector<loss::Target> targets_of(ViewSpan<T> views, const PhotoSession* session,
                                      std::size_t class_index) {
@@ -96,63 +90,6 @@ ArrayVariable<T, 4> photographed(const ArrayVariable<T, 4>& pictures, const Phot
   std::vector<image::TransformationChain> chains;
   for (const Shot& shot : session->shots) chains.push_back(shot.chain);
   return image::transformed(pictures, chains);
-}
-
-template decltype(targets_of<float>) targets_of<float>;
-template decltype(targets_of<double>) targets_of<double>;
-template decltype(photographed<float>) photographed<float>;
-template decltype(photographed<double>) photographed<double>;
-template decltype(draw_shot<float>) draw_shot<float>;
-template decltype(draw_shot<double>) draw_shot<double>;
-template decltype(draw_session<float>) draw_session<float>;
-template decltype(draw_session<double>) draw_session<double>;
-
-std::vector<raster::LitPoint> lit_points(const io::Frame& frame, const raster::PaintedMesh& car,
-                                         const PhotoLight& settings) {
-  const geometry::Camera camera = io::camera_of(frame);
-  const std::size_t height = frame.image.shape(0), width = frame.image.shape(1);
-  raster::OutdoorLight any;
-  any.occlusion = settings.occlusion;
-  const auto lighting = raster::prepare(car.mesh, camera, any);
-  const raster::FragmentBands bands("lit_points", car.mesh, camera, height, width, 2);
-  std::vector<std::vector<raster::LitPoint>> of_band(bands.band_count());
-  parallel_for(of_band.size(), [&](std::size_t band) {
-    bands.visit_band(band, raster::FragmentGrain::face, [&](const raster::Fragment& fragment) {
-      const auto face = static_cast<std::size_t>(fragment.face);
-      if (fragment.coverage < 1 || car.painted[face] == 0) return;
-      if (frame.mask && frame.mask->data()[fragment.pixel] == 0) return;
-      raster::LitPoint point;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const std::uint8_t byte = frame.image.data()[3 * fragment.pixel + c];
-        if (byte == 255) return;
-        point.colour[c] = byte / 255.0;
-        if (car.space == image::ColourSpace::linear) point.colour[c] = image::linearised(point.colour[c]);
-      }
-      point.face = face;
-      point.point = lighting.point(face, fragment.barycentric);
-      point.normal = lighting.normal(face, fragment.barycentric);
-      point.open = lighting.open_share(face, fragment.barycentric);
-      of_band[band].push_back(point);
-    });
-  });
-  std::vector<raster::LitPoint> points;
-  std::size_t count = 0, seen = 0;
-  for (const auto& band : of_band) count += band.size();
-  const std::size_t stride =
-      std::max<std::size_t>(1, block_count(count, std::max<std::size_t>(1, settings.most_points)));
-  for (const auto& band : of_band)
-    for (const auto& point : band)
-      if (seen++ % stride == 0) points.push_back(point);
-  return points;
-}
-
-std::optional<raster::EstimatedLight> photo_light(const io::Frame& frame, const raster::PaintedMesh& car,
-                                                  const PhotoLight& settings) {
-  const auto points = lit_points(frame, car, settings);
-  if (points.empty()) return std::nullopt;
-  auto estimate = raster::estimated_light(car.mesh, points, settings.paint, settings.shadow_pixels);
-  estimate.light.occlusion = settings.occlusion;
-  return estimate;
 }
 
 }  // namespace tapestry::camouflage
@@ -232,16 +169,5 @@ Variable<T> smoothness_of(ViewSpan<T> views, const DrawnViews<T>& drawn) {
     for (auto& render : seen) render = image::encoded(render);
   return loss::smoothness(seen, drawn.interiors) / static_cast<T>(views.size());
 }
-
-template DrawnViews<float> drawn_views<float>(ViewSpan<float>, const ArrayVariable<float, 2>&);
-template DrawnViews<double> drawn_views<double>(ViewSpan<double>, const ArrayVariable<double, 2>&);
-template DrawnViews<float> drawn_views<float>(ViewSpan<float>, const ArrayVariable<float, 2>&,
-                                              const ShapeParameter&, const ArrayVariable<float, 2>&);
-template DrawnViews<double> drawn_views<double>(ViewSpan<double>, const ArrayVariable<double, 2>&,
-                                                const ShapeParameter&, const ArrayVariable<double, 2>&);
-template decltype(laid_over<float>) laid_over<float>;
-template decltype(laid_over<double>) laid_over<double>;
-template decltype(smoothness_of<float>) smoothness_of<float>;
-template decltype(smoothness_of<double>) smoothness_of<double>;
 
 }  // namespace tapestry::camouflage

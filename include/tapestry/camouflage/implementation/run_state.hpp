@@ -4,7 +4,7 @@
 
 namespace tapestry::camouflage::detail {
 
-ObjectiveTerms terms_of(const double* row) {
+inline ObjectiveTerms terms_of(const double* row) {
   ObjectiveTerms terms;
   for (const auto& [name, term] : ObjectiveTerms::all) terms.*term = *row++;
   return terms;
@@ -87,10 +87,5 @@ Checkpoint<T> read_checkpoint(const std::string& path) {
     state.history.push_back(detail::terms_of(history.data() + i * detail::history_columns));
   return checkpoint;
 }
-
-template decltype(write_checkpoint<float>) write_checkpoint<float>;
-template decltype(write_checkpoint<double>) write_checkpoint<double>;
-template decltype(read_checkpoint<float>) read_checkpoint<float>;
-template decltype(read_checkpoint<double>) read_checkpoint<double>;
 
 }  // namespace tapestry::camouflage

@@ -181,9 +181,6 @@ std::string Training<T>::names_of(const std::vector<ViewPointer>& views) {
   return names;
 }
 
-template class Training<float>;
-template class Training<double>;
-
 template <std::floating_point T>
 void StageClock<T>::end_of(Stage forward, Stage reverse) {
   shared_->count(forward);
@@ -198,8 +195,5 @@ void StageClock<T>::mark(Stage before) {
     shared->swept = before;
   });
 }
-
-template class StageClock<float>;
-template class StageClock<double>;
 
 }  // namespace tapestry::camouflage

@@ -119,24 +119,6 @@ Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours) {
                      view.window.left, view.space);
 }
 
-}  // namespace tapestry::camouflage
-
-namespace tapestry::camouflage::detail {
-
-template decltype(interior_of<float>) interior_of<float>;
-template decltype(interior_of<double>) interior_of<double>;
-
-}  // namespace tapestry::camouflage::detail
-
-namespace tapestry::camouflage {
-
-template decltype(sight_of<float>) sight_of<float>;
-template decltype(sight_of<double>) sight_of<double>;
-template decltype(make_view<float>) make_view<float>;
-template decltype(make_view<double>) make_view<double>;
-template decltype(picture_of<float>) picture_of<float>;
-template decltype(picture_of<double>) picture_of<double>;
-
 template <std::floating_point T>
 std::size_t view_bytes(const View<T>& view) {
   const std::size_t mask = view.sight ? view.sight->mask.size() : 0;
@@ -197,10 +179,5 @@ typename ViewStore<T>::ViewPointer ViewStore<T>::unpacked(const Kept& kept) {
   view->background = image::from_bytes<T>(kept.background);
   return view;
 }
-
-template decltype(view_bytes<float>) view_bytes<float>;
-template decltype(view_bytes<double>) view_bytes<double>;
-template class ViewStore<float>;
-template class ViewStore<double>;
 
 }  // namespace tapestry::camouflage

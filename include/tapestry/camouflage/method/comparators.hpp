@@ -76,13 +76,6 @@ inline constexpr std::size_t camou_pattern_edge = 16;
 template <std::floating_point T>
 [[nodiscard]] Method<T> camou(const raster::PaintedMesh& car);
 
-namespace detail {
-
-/// Noise between the points of a lattice, in [0, 1): smooth, and the same at the same place.
-[[nodiscard]] double lattice_noise(const std::array<double, 3>& x, const Random& random);
-
-}  // namespace detail
-
 /// Largest distance of a colour of upc() from its picture.
 inline constexpr double upc_bound = 35.0 / 255;
 

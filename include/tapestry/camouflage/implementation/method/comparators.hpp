@@ -13,9 +13,6 @@ Method<T> random_paint(std::size_t texel_count, std::uint64_t seed) {
   return method;
 }
 
-template decltype(random_paint<float>) random_paint<float>;
-template decltype(random_paint<double>) random_paint<double>;
-
 template <std::floating_point T>
 Method<T> solid_paint(std::size_t texel_count) {
   Method<T> method;
@@ -23,9 +20,6 @@ Method<T> solid_paint(std::size_t texel_count) {
   method.row_count = 1;
   return method;
 }
-
-template decltype(solid_paint<float>) solid_paint<float>;
-template decltype(solid_paint<double>) solid_paint<double>;
 
 }  // namespace tapestry::camouflage
 
@@ -86,9 +80,6 @@ Method<T> planar_patch(const raster::PaintedMesh& car) {
   return method;
 }
 
-template decltype(planar_patch<float>) planar_patch<float>;
-template decltype(planar_patch<double>) planar_patch<double>;
-
 template <std::floating_point T>
 Method<T> camou(const raster::PaintedMesh& car) {
   require_atlas("camou", car);
@@ -105,14 +96,12 @@ Method<T> camou(const raster::PaintedMesh& car) {
   return method;
 }
 
-template decltype(camou<float>) camou<float>;
-template decltype(camou<double>) camou<double>;
-
 }  // namespace tapestry::camouflage
 
 namespace tapestry::camouflage::detail {
 
-double lattice_noise(const std::array<double, 3>& x, const Random& random) {
+/// Noise between the points of a lattice, in [0, 1): smooth, and the same at the same place.
+[[nodiscard]] inline double lattice_noise(const std::array<double, 3>& x, const Random& random) {
   std::array<double, 3> share{}, base{};
   for (std::size_t k = 0; k < 3; ++k) {
     base[k] = std::floor(x[k]);
@@ -171,9 +160,6 @@ Method<T> upc(const raster::PaintedMesh& car, std::uint64_t seed) {
   return method;
 }
 
-template decltype(upc<float>) upc<float>;
-template decltype(upc<double>) upc<double>;
-
 template <std::floating_point T>
 Method<T> das_full() {
   Method<T> method;
@@ -188,20 +174,12 @@ Method<T> das(const raster::PaintedMesh& car) {
   return method;
 }
 
-template decltype(das_full<float>) das_full<float>;
-template decltype(das_full<double>) das_full<double>;
-template decltype(das<float>) das<float>;
-template decltype(das<double>) das<double>;
-
 template <std::floating_point T>
 Method<T> mesh_adv(const raster::PaintedMesh& car) {
   Method<T> method;
   method.shape = std::make_shared<const ShapeParameter>(shape_parameter(car));
   return method;
 }
-
-template decltype(mesh_adv<float>) mesh_adv<float>;
-template decltype(mesh_adv<double>) mesh_adv<double>;
 
 template <std::floating_point T>
 Method<T> method_by_name(const std::string& name, const raster::PaintedMesh& car, std::uint64_t seed) {
@@ -217,8 +195,5 @@ Method<T> method_by_name(const std::string& name, const raster::PaintedMesh& car
   if (name == "solid") return solid_paint<T>(texel_count);
   throw DomainError({"no method is called ", in_quotes(name)});
 }
-
-template decltype(method_by_name<float>) method_by_name<float>;
-template decltype(method_by_name<double>) method_by_name<double>;
 
 }  // namespace tapestry::camouflage

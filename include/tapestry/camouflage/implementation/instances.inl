@@ -1,0 +1,66 @@
+// The functions and classes of this room, for the scalar TAPESTRY_SCALAR; implementation.hpp includes this
+// file behind the bodies, and a test does so for double.
+
+namespace tapestry::camouflage::detail {
+template decltype(interior_of<TAPESTRY_SCALAR>) interior_of<TAPESTRY_SCALAR>;
+}  // namespace tapestry::camouflage::detail
+
+namespace tapestry::camouflage {
+template decltype(random_paint<TAPESTRY_SCALAR>) random_paint<TAPESTRY_SCALAR>;
+template decltype(solid_paint<TAPESTRY_SCALAR>) solid_paint<TAPESTRY_SCALAR>;
+template decltype(planar_patch<TAPESTRY_SCALAR>) planar_patch<TAPESTRY_SCALAR>;
+template decltype(camou<TAPESTRY_SCALAR>) camou<TAPESTRY_SCALAR>;
+template decltype(upc<TAPESTRY_SCALAR>) upc<TAPESTRY_SCALAR>;
+template decltype(das_full<TAPESTRY_SCALAR>) das_full<TAPESTRY_SCALAR>;
+template decltype(das<TAPESTRY_SCALAR>) das<TAPESTRY_SCALAR>;
+template decltype(mesh_adv<TAPESTRY_SCALAR>) mesh_adv<TAPESTRY_SCALAR>;
+template decltype(method_by_name<TAPESTRY_SCALAR>) method_by_name<TAPESTRY_SCALAR>;
+template void require_sound<TAPESTRY_SCALAR>(const Method<TAPESTRY_SCALAR>& method);
+template decltype(painted_texels<TAPESTRY_SCALAR>) painted_texels<TAPESTRY_SCALAR>;
+template decltype(first_parameter<TAPESTRY_SCALAR>) first_parameter<TAPESTRY_SCALAR>;
+template decltype(texture_rows<TAPESTRY_SCALAR>) texture_rows<TAPESTRY_SCALAR>;
+template ArrayVariable<TAPESTRY_SCALAR, 2> method_colours<TAPESTRY_SCALAR>(
+    const Method<TAPESTRY_SCALAR>& method, const ArrayVariable<TAPESTRY_SCALAR, 2>& parameter);
+template ArrayVariable<TAPESTRY_SCALAR, 2> printed<TAPESTRY_SCALAR>(
+    const Method<TAPESTRY_SCALAR>& method, const ArrayVariable<TAPESTRY_SCALAR, 2>& colours,
+    const image::ColourChange& print);
+template decltype(paint_panels<TAPESTRY_SCALAR>) paint_panels<TAPESTRY_SCALAR>;
+template class KeptLayers<TAPESTRY_SCALAR>;
+template class Ensemble<TAPESTRY_SCALAR>;
+template class Objective<TAPESTRY_SCALAR>;
+template decltype(without_paint<TAPESTRY_SCALAR>) without_paint<TAPESTRY_SCALAR>;
+template void require_sound<TAPESTRY_SCALAR>(const char* operation, const Paint<TAPESTRY_SCALAR>& paint);
+template Array<TAPESTRY_SCALAR, 2> printed<TAPESTRY_SCALAR>(const Paint<TAPESTRY_SCALAR>& paint,
+                                                            const image::ColourChange& print);
+template decltype(own_colours<TAPESTRY_SCALAR>) own_colours<TAPESTRY_SCALAR>;
+template decltype(atlas_of<TAPESTRY_SCALAR>) atlas_of<TAPESTRY_SCALAR>;
+template decltype(parameter_of_colours<TAPESTRY_SCALAR>) parameter_of_colours<TAPESTRY_SCALAR>;
+template decltype(random_colours<TAPESTRY_SCALAR>) random_colours<TAPESTRY_SCALAR>;
+template decltype(solid_colours<TAPESTRY_SCALAR>) solid_colours<TAPESTRY_SCALAR>;
+template decltype(targets_of<TAPESTRY_SCALAR>) targets_of<TAPESTRY_SCALAR>;
+template decltype(photographed<TAPESTRY_SCALAR>) photographed<TAPESTRY_SCALAR>;
+template decltype(draw_shot<TAPESTRY_SCALAR>) draw_shot<TAPESTRY_SCALAR>;
+template decltype(draw_session<TAPESTRY_SCALAR>) draw_session<TAPESTRY_SCALAR>;
+template DrawnViews<TAPESTRY_SCALAR> drawn_views<TAPESTRY_SCALAR>(ViewSpan<TAPESTRY_SCALAR>,
+                                                                  const ArrayVariable<TAPESTRY_SCALAR, 2>&);
+template DrawnViews<TAPESTRY_SCALAR> drawn_views<TAPESTRY_SCALAR>(ViewSpan<TAPESTRY_SCALAR>,
+                                                                  const ArrayVariable<TAPESTRY_SCALAR, 2>&,
+                                                                  const ShapeParameter&,
+                                                                  const ArrayVariable<TAPESTRY_SCALAR, 2>&);
+template decltype(laid_over<TAPESTRY_SCALAR>) laid_over<TAPESTRY_SCALAR>;
+template decltype(smoothness_of<TAPESTRY_SCALAR>) smoothness_of<TAPESTRY_SCALAR>;
+template decltype(write_checkpoint<TAPESTRY_SCALAR>) write_checkpoint<TAPESTRY_SCALAR>;
+template decltype(read_checkpoint<TAPESTRY_SCALAR>) read_checkpoint<TAPESTRY_SCALAR>;
+template decltype(shape_steps<TAPESTRY_SCALAR>) shape_steps<TAPESTRY_SCALAR>;
+template decltype(shape_positions<TAPESTRY_SCALAR>) shape_positions<TAPESTRY_SCALAR>;
+template decltype(shape_offsets<TAPESTRY_SCALAR>) shape_offsets<TAPESTRY_SCALAR>;
+template decltype(reshaped<TAPESTRY_SCALAR>) reshaped<TAPESTRY_SCALAR>;
+template decltype(redrawn<TAPESTRY_SCALAR>) redrawn<TAPESTRY_SCALAR>;
+template class Training<TAPESTRY_SCALAR>;
+template class StageClock<TAPESTRY_SCALAR>;
+template decltype(sight_of<TAPESTRY_SCALAR>) sight_of<TAPESTRY_SCALAR>;
+template decltype(make_view<TAPESTRY_SCALAR>) make_view<TAPESTRY_SCALAR>;
+template decltype(picture_of<TAPESTRY_SCALAR>) picture_of<TAPESTRY_SCALAR>;
+template decltype(view_bytes<TAPESTRY_SCALAR>) view_bytes<TAPESTRY_SCALAR>;
+template class ViewStore<TAPESTRY_SCALAR>;
+}  // namespace tapestry::camouflage

@@ -1,0 +1,56 @@
+#pragma once
+#include <tapestry/camouflage/photo_light.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/raster/fragments.hpp>
+
+namespace tapestry::camouflage {
+
+std::vector<raster::LitPoint> lit_points(const io::Frame& frame, const raster::PaintedMesh& car,
+                                         const PhotoLight& settings) {
+  const geometry::Camera camera = io::camera_of(frame);
+  const std::size_t height = frame.image.shape(0), width = frame.image.shape(1);
+  raster::OutdoorLight any;
+  any.occlusion = settings.occlusion;
+  const auto lighting = raster::prepare(car.mesh, camera, any);
+  const raster::FragmentBands bands("lit_points", car.mesh, camera, height, width, 2);
+  std::vector<std::vector<raster::LitPoint>> of_band(bands.band_count());
+  parallel_for(of_band.size(), [&](std::size_t band) {
+    bands.visit_band(band, raster::FragmentGrain::face, [&](const raster::Fragment& fragment) {
+      const auto face = static_cast<std::size_t>(fragment.face);
+      if (fragment.coverage < 1 || car.painted[face] == 0) return;
+      if (frame.mask && frame.mask->data()[fragment.pixel] == 0) return;
+      raster::LitPoint point;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::uint8_t byte = frame.image.data()[3 * fragment.pixel + c];
+        if (byte == 255) return;
+        point.colour[c] = byte / 255.0;
+        if (car.space == image::ColourSpace::linear) point.colour[c] = image::linearised(point.colour[c]);
+      }
+      point.face = face;
+      point.point = lighting.point(face, fragment.barycentric);
+      point.normal = lighting.normal(face, fragment.barycentric);
+      point.open = lighting.open_share(face, fragment.barycentric);
+      of_band[band].push_back(point);
+    });
+  });
+  std::vector<raster::LitPoint> points;
+  std::size_t count = 0, seen = 0;
+  for (const auto& band : of_band) count += band.size();
+  const std::size_t stride =
+      std::max<std::size_t>(1, block_count(count, std::max<std::size_t>(1, settings.most_points)));
+  for (const auto& band : of_band)
+    for (const auto& point : band)
+      if (seen++ % stride == 0) points.push_back(point);
+  return points;
+}
+
+std::optional<raster::EstimatedLight> photo_light(const io::Frame& frame, const raster::PaintedMesh& car,
+                                                  const PhotoLight& settings) {
+  const auto points = lit_points(frame, car, settings);
+  if (points.empty()) return std::nullopt;
+  auto estimate = raster::estimated_light(car.mesh, points, settings.paint, settings.shadow_pixels);
+  estimate.light.occlusion = settings.occlusion;
+  return estimate;
+}
+
+}  // namespace tapestry::camouflage
