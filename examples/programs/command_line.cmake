@@ -5,7 +5,7 @@ set(shell_dir ${CMAKE_CURRENT_LIST_DIR}/shell)
 add_library(programs_command_line OBJECT ${shell_dir}/command_line.cpp ${shell_dir}/build_facts.cpp)
 add_library(one_process STATIC ${shell_dir}/one_process.cpp)  # for programs that bring no MPI
 target_link_libraries(one_process PRIVATE tapestry_strict)
-target_link_libraries(programs_command_line PUBLIC tapestry_strict tapestry_all one_process CLI11::CLI11)
+target_link_libraries(programs_command_line PUBLIC tapestry_strict tapestry_laboratory one_process CLI11::CLI11)
 
 # The commit of the sources, where they are a repository of their own. CMake runs again after the next one.
 find_package(Git QUIET)

@@ -1,10 +1,9 @@
 #pragma once
 /// \file
-/// implementation.hpp with what of the laboratory is compiled once: exactly one source file of a program
-/// includes this header, or the program links the CMake target tapestry::laboratory.
+/// implementation.hpp with what of the laboratory is compiled once, for float: exactly one source file of a
+/// program includes this header, or the program links the CMake target tapestry::laboratory.
 #include <tapestry/implementation.hpp>  // first, for it must see stb before anyone else
 
 #include <tapestry/camouflage/implementation.hpp>
 #include <tapestry/evaluate/implementation.hpp>
-#include <tapestry/implementation_double.hpp>
 #include <tapestry/segment/implementation.hpp>
