@@ -17,7 +17,7 @@
 ///   of logits, by paint     adversarial.hpp                          hides a car from a detector
 ///   of logits, by weights   yolo_training.hpp, yolox_training.hpp    trains a detector
 ///   of a heat map           attention.hpp                            scatters a detector's attention
-///   of texels               smoothness.hpp, total_variation.hpp,
+///   of texels               smoothness.hpp,
 ///                           printability.hpp                         keeps a paint printable
 ///   of positions            mesh_regularity.hpp                      keeps a mesh regular
 ///

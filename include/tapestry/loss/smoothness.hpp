@@ -1,17 +1,117 @@
 #pragma once
 #include <concepts>
+#include <cstddef>
 #include <memory>
-#include <tapestry/loss/detail/neighbour_steps.hpp>
+#include <string>
+#include <tapestry/autodiff/record.hpp>
+#include <tapestry/core/array.hpp>  // Image, Mask
+#include <tapestry/core/error.hpp>  // require_shape, ShapeError
+#include <tapestry/core/parallel.hpp>
 #include <utility>
 #include <vector>
 
-namespace tapestry::loss {
-namespace detail {
-struct SquaredStep {
-  [[nodiscard]] double value(double step) const { return step * step; }
-  [[nodiscard]] double slope(double step) const { return 2 * step; }
+namespace tapestry::loss::detail {
+
+/// Weights of the two steps that leave texel or pixel (y, x).
+struct StepWeights {
+  double down;
+  double right;
 };
-}  // namespace detail
+
+/// The image rule: both steps weigh as much as the pixel they leave; the last row and column start none.
+template <std::floating_point T>
+struct PixelSteps {
+  const T* mask;
+  std::size_t height, width;
+
+  [[nodiscard]] StepWeights operator()(std::size_t y, std::size_t x) const {
+    if (y + 1 >= height || x + 1 >= width) return {0, 0};
+    const auto weight = static_cast<double>(mask[y * width + x]);
+    return {weight, weight};
+  }
+};
+
+/// The atlas rule: a step counts when both texels are used, wherever they lie.
+template <std::floating_point T>
+struct TexelSteps {
+  const T* mask;
+  std::size_t height, width;
+
+  [[nodiscard]] StepWeights operator()(std::size_t y, std::size_t x) const {
+    const T* here = mask + y * width + x;
+    return {y + 1 < height ? static_cast<double>(here[0] * here[width]) : 0,
+            x + 1 < width ? static_cast<double>(here[0] * here[1]) : 0};
+  }
+};
+
+/// Σ over all values of weight · step², in double: rows in parallel, their sums added from the top.
+template <class Steps, std::floating_point T>
+double squared_steps(const Steps& steps, const T* colour, std::size_t channels) {
+  std::vector<double> row_sums(steps.height, 0.0);
+  parallel_for(steps.height, [&](std::size_t y) {
+    double sum = 0;
+    for (std::size_t x = 0; x < steps.width; ++x) {
+      const StepWeights weights = steps(y, x);
+      if (weights.down == 0 && weights.right == 0) continue;
+      const T* here = colour + (y * steps.width + x) * channels;
+      for (std::size_t c = 0; c < channels; ++c) {
+        const auto value = static_cast<double>(here[c]);
+        const auto part = [&](double weight, std::size_t to_neighbour) {
+          if (weight == 0) return 0.0;
+          const double step = static_cast<double>(here[to_neighbour + c]) - value;
+          return weight * (step * step);
+        };
+        sum += part(weights.down, steps.width * channels) + part(weights.right, channels);
+      }
+    }
+    row_sums[y] = sum;
+  });
+  double total = 0;
+  for (const double sum : row_sums) total += sum;
+  return total;
+}
+
+/// Adds the derivative of squared_steps() times loss_adjoint. Every value gathers from its four steps,
+/// so that rows are independent of one another.
+template <class Steps, std::floating_point T>
+void squared_steps_adjoint(const Steps& steps, const T* colour, std::size_t channels, double loss_adjoint,
+                           T* colour_adjoint) {
+  const std::size_t width = steps.width;
+  parallel_for(steps.height, [&](std::size_t y) {
+    for (std::size_t x = 0; x < width; ++x) {
+      const StepWeights leaving = steps(y, x);
+      const double from_above = y > 0 ? steps(y - 1, x).down : 0;
+      const double from_left = x > 0 ? steps(y, x - 1).right : 0;
+      if (leaving.down == 0 && leaving.right == 0 && from_above == 0 && from_left == 0) continue;
+      const std::size_t here = (y * width + x) * channels;
+      for (std::size_t c = 0; c < channels; ++c) {
+        double slope = 0;
+        const auto add = [&](double weight, std::size_t neighbour) {
+          if (weight == 0) return;
+          slope += weight *
+                   (2 * (static_cast<double>(colour[here + c]) - static_cast<double>(colour[neighbour + c])));
+        };
+        add(leaving.down, here + width * channels);
+        add(leaving.right, here + channels);
+        add(from_above, here - width * channels);
+        add(from_left, here - channels);
+        colour_adjoint[here + c] += static_cast<T>(loss_adjoint * slope);
+      }
+    }
+  });
+}
+
+/// smoothness() in double.
+template <Image Render, Mask VehicleMask>
+[[nodiscard]] double smoothness_sum(const Render& render, const VehicleMask& mask) {
+  require_shape("smoothness", "mask", mask, {render.shape(0), render.shape(1)});
+  const PixelSteps<typename VehicleMask::value_type> steps{mask.data(), render.shape(0), render.shape(1)};
+  return squared_steps(steps, render.data(), render.shape(2));
+}
+
+}  // namespace tapestry::loss::detail
+
+namespace tapestry::loss {
 
 /// Squared colour steps between neighbouring pixels, counted inside the vehicle mask.
 ///
@@ -28,16 +128,19 @@ struct SquaredStep {
 /// \throws ShapeError if mask is not [H, W]
 template <Image Render, Mask VehicleMask>
 [[nodiscard]] auto smoothness(const Render& render, const VehicleMask& mask) {
-  return static_cast<typename Render::value_type>(
-      detail::picture_steps("smoothness", detail::SquaredStep{}, render, mask));
+  return static_cast<typename Render::value_type>(detail::smoothness_sum(render, mask));
 }
 
 /// Adds loss_adjoint · ∂L/∂O to render_adjoint, [H, W, C]; arguments otherwise as in smoothness().
 template <Image Render, Mask VehicleMask>
 void smoothness_adjoint(const Render& render, const VehicleMask& mask,
                         typename Render::value_type loss_adjoint, Render& render_adjoint) {
-  detail::picture_steps_adjoint("smoothness_adjoint", detail::SquaredStep{}, render, mask,
-                                static_cast<double>(loss_adjoint), render_adjoint);
+  require_shape("smoothness_adjoint", "mask", mask, {render.shape(0), render.shape(1)});
+  require_shape("smoothness_adjoint", "render_adjoint", render_adjoint, render.shape());
+  const detail::PixelSteps<typename VehicleMask::value_type> steps{mask.data(), render.shape(0),
+                                                                   render.shape(1)};
+  detail::squared_steps_adjoint(steps, render.data(), render.shape(2), static_cast<double>(loss_adjoint),
+                                render_adjoint.data());
 }
 
 /// Squared colour steps between neighbouring texels of an atlas that are both in use.
@@ -54,35 +157,61 @@ void smoothness_adjoint(const Render& render, const VehicleMask& mask,
 /// \throws ShapeError if texels has not H·W rows
 template <Mask Texels, Mask UsedTexels>
 [[nodiscard]] auto atlas_smoothness(const Texels& texels, const UsedTexels& used) {
+  require_shape("atlas_smoothness", "texels", texels, {used.size(), texels.shape(1)});
+  const detail::TexelSteps<typename UsedTexels::value_type> steps{used.data(), used.shape(0), used.shape(1)};
   return static_cast<typename Texels::value_type>(
-      detail::atlas_steps("atlas_smoothness", detail::SquaredStep{}, texels, used));
+      detail::squared_steps(steps, texels.data(), texels.shape(1)));
 }
 
 /// Adds loss_adjoint · ∂L/∂C to texels_adjoint; arguments otherwise as in atlas_smoothness().
 template <Mask Texels, Mask UsedTexels>
 void atlas_smoothness_adjoint(const Texels& texels, const UsedTexels& used,
                               typename Texels::value_type loss_adjoint, Texels& texels_adjoint) {
-  detail::atlas_steps_adjoint("atlas_smoothness_adjoint", detail::SquaredStep{}, texels, used,
-                              static_cast<double>(loss_adjoint), texels_adjoint);
+  require_shape("atlas_smoothness_adjoint", "texels", texels, {used.size(), texels.shape(1)});
+  require_shape("atlas_smoothness_adjoint", "texels_adjoint", texels_adjoint, texels.shape());
+  const detail::TexelSteps<typename UsedTexels::value_type> steps{used.data(), used.shape(0), used.shape(1)};
+  detail::squared_steps_adjoint(steps, texels.data(), texels.shape(1), static_cast<double>(loss_adjoint),
+                                texels_adjoint.data());
 }
 
-/// smoothness() of a picture on the active tape; its pullback is smoothness_adjoint().
-///
-/// \param picture  [H, W, C]
-/// \param mask     [H, W], copied unless moved
-/// \throws ShapeError if mask is not [H, W]
+/// Masks for losses on the tape: shared, since they mostly stay the same from step to step. Each [H, W], not
+/// null, and not to be changed before the tape's last reverse().
 template <std::floating_point T>
-[[nodiscard]] Variable<T> smoothness(const ArrayVariable<T, 3>& picture, Array<T, 2> mask) {
-  return detail::record_picture_steps("smoothness", detail::SquaredStep{}, picture, std::move(mask));
-}
+using SharedMasks = std::vector<std::shared_ptr<const Array<T, 2>>>;
 
-/// The sum over several pictures, which may differ in size, as one record. Sums are in double and in a fixed
-/// order: the same bits for any number of threads.
+/// The sum of smoothness() over several pictures, which may differ in size, as one record on the active tape;
+/// its pullback is smoothness_adjoint(). Sums are in double and in a fixed order: the same bits for any
+/// number of threads.
 ///
+/// \param pictures  [H, W, C] each
 /// \throws ShapeError if there are not as many masks as pictures, or one does not fit its picture
 template <std::floating_point T>
 [[nodiscard]] Variable<T> smoothness(const std::vector<ArrayVariable<T, 3>>& pictures, SharedMasks<T> masks) {
-  return detail::record_picture_steps("smoothness", detail::SquaredStep{}, pictures, std::move(masks));
+  if (masks.size() != pictures.size())
+    throw ShapeError({"smoothness: masks of ", masks.size(), " pictures, expected ", pictures.size()});
+  std::vector<std::shared_ptr<const Array<T, 3>>> values;
+  for (const auto& picture : pictures) values.push_back(picture.shared_value());
+  std::vector<double> sums(values.size());
+  parallel_for(values.size(),
+               [&](std::size_t n) { sums[n] = detail::smoothness_sum(*values[n], *masks[n]); });
+  double total = 0;
+  for (const double sum : sums) total += sum;
+  const auto pullback = [values = std::move(values), of_pictures = std::move(masks)](
+                            T adjoint, const std::vector<Array<T, 3>*>& pictures_adjoint) {
+    for (std::size_t n = 0; n < values.size(); ++n)  // in turn: two may share an adjoint
+      if (pictures_adjoint[n] != nullptr)
+        smoothness_adjoint(*values[n], *of_pictures[n], adjoint, *pictures_adjoint[n]);
+  };
+  return record_scalar(static_cast<T>(total), pullback, pictures);
+}
+
+/// The same of one picture.
+///
+/// \param mask  [H, W], copied unless moved
+template <std::floating_point T>
+[[nodiscard]] Variable<T> smoothness(const ArrayVariable<T, 3>& picture, Array<T, 2> mask) {
+  return smoothness(std::vector{picture},
+                    SharedMasks<T>{std::make_shared<const Array<T, 2>>(std::move(mask))});
 }
 
 /// atlas_smoothness() of a texture on the active tape; its pullback is atlas_smoothness_adjoint().
@@ -94,7 +223,12 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Variable<T> atlas_smoothness(const ArrayVariable<T, 2>& texels,
                                            std::shared_ptr<const Array<T, 2>> used) {
-  return detail::record_atlas_steps("atlas_smoothness", detail::SquaredStep{}, texels, std::move(used));
+  const T value = atlas_smoothness(texels.value(), *used);
+  const auto pullback = [values = texels.shared_value(), of_texels = std::move(used)](
+                            T adjoint, Array<T, 2>* texels_adjoint) {
+    atlas_smoothness_adjoint(*values, *of_texels, adjoint, *texels_adjoint);
+  };
+  return record_scalar(value, pullback, texels);
 }
 
 }  // namespace tapestry::loss

@@ -55,14 +55,6 @@ template Variable<TAPESTRY_SCALAR> normal_consistency<TAPESTRY_SCALAR>(
 template Variable<TAPESTRY_SCALAR> non_printability<TAPESTRY_SCALAR>(
     const ArrayVariable<TAPESTRY_SCALAR, 2>& texels, std::shared_ptr<const Array<TAPESTRY_SCALAR, 2>> used,
     std::shared_ptr<const Array<double, 2>> palette, double spread);
-template Variable<TAPESTRY_SCALAR> total_variation<TAPESTRY_SCALAR>(
-    const ArrayVariable<TAPESTRY_SCALAR, 3>& picture, Array<TAPESTRY_SCALAR, 2> mask, double epsilon);
-template Variable<TAPESTRY_SCALAR> total_variation<TAPESTRY_SCALAR>(
-    const std::vector<ArrayVariable<TAPESTRY_SCALAR, 3>>& pictures, SharedMasks<TAPESTRY_SCALAR> masks,
-    double epsilon);
-template Variable<TAPESTRY_SCALAR> atlas_total_variation<TAPESTRY_SCALAR>(
-    const ArrayVariable<TAPESTRY_SCALAR, 2>& texels, std::shared_ptr<const Array<TAPESTRY_SCALAR, 2>> used,
-    double epsilon);
 template YoloTrainingTerms yolo_training<TAPESTRY_SCALAR>(const std::vector<detect::Head>& heads,
                                                           const LogitsView<TAPESTRY_SCALAR>& logits,
                                                           const Truths& truths, std::size_t input_height,

@@ -3,12 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/loss/detail/neighbour_steps.hpp>
-#include <tapestry/loss/detail/total_variation.hpp>
 #include <tapestry/loss/printability.hpp>
 
 namespace tapestry::loss {
