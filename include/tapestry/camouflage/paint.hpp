@@ -69,13 +69,6 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours);
 
-/// How the texture starts.
-enum class TextureStart {
-  random,  ///< every texel an independent colour, uniform in [0.02, 0.98]³
-  zero,    ///< parameter 0, mid grey
-  own,     ///< the colours that the mesh's materials give
-};
-
 /// parameter_of_colours() keeps colours exactly that are farther than this from 0 and 1.
 inline constexpr double colour_margin = 1e-3;
 
