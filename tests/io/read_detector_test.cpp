@@ -212,6 +212,25 @@ TEST_CASE("a description beside an ONNX model is taken", "[io][read_detector]") 
   CHECK_FALSE(refusal({.weights = model, .description = elsewhere}, ErrorKind::mismatch).empty());
 }
 
+TEST_CASE("an ONNX model's stated extents are held against its own size alone", "[io][read_detector]") {
+  const Files files;
+  auto network = test::yolox_like(64);
+  const std::string output = network.outputs.front();
+  const auto warnings_of = [&](const tapestry::nn::Shape& stated, std::size_t size) {
+    io::write_onnx(files.onnx, network, {{output, stated}});
+    std::vector<std::string> warnings;
+    static_cast<void>(io::read_detector<float>({.weights = files.onnx, .size = size}, &warnings));
+    return warnings;
+  };
+  const std::size_t candidates = 64 + 16 + 4, channels = 5 + test::exported_classes;
+  CHECK(warnings_of({1, candidates, channels}, 0).empty());
+  CHECK(warnings_of({1, candidates, channels}, 96).empty());
+  const std::vector<std::string> expected{files.onnx + ": states [1, 99, 10] for '" + output +
+                                          "', which is [1, 84, 10]; this is ignored"};
+  CHECK(warnings_of({1, 99, channels}, 0) == expected);
+  CHECK(warnings_of({1, 99, channels}, 96) == expected);
+}
+
 TEST_CASE("layers to observe are named as the file names them", "[io][read_detector]") {
   const Files files;
   const auto network = test::yolox_like(64);

@@ -219,7 +219,7 @@ Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector, const std::
                 find_frames(scene),
                 warnings_about(scene)};
   inputs.class_index = inputs.detector.class_index(detector.class_name);
-  inputs.mask = load_mask_rule(scene);
+  inputs.mask = load_mask_rule(scene, inputs.warnings);
   const std::string& path = inputs.frames.test.front();
   const io::Frame first = io::read_frame(path);
   inputs.frames.posed = !first.camera;
@@ -290,7 +290,7 @@ void check_inputs(SceneSettings scene, const DetectorSettings& detector, Problem
   std::vector<std::string> paths = frames.test;
   if (frames.held_out) paths.insert(paths.end(), frames.train.begin(), frames.train.end());
   MaskRule mask{scene.mask};
-  list.attempt([&] { mask = load_mask_rule(scene); });
+  list.attempt([&] { mask = load_mask_rule(scene, warnings); });
   if (mask.kind == "u2net" && !mask.segmenter) mask.kind = "auto";  // the frames can still be checked
   std::optional<bool> posed;
   for (const auto& path : paths)

@@ -12,6 +12,7 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
+#include <tapestry/nn/network/description.hpp>
 #include <tapestry/segment/car_component.hpp>
 
 namespace tapestry::shell {
@@ -51,11 +52,13 @@ Array<std::uint8_t, 2> segmented_mask(const segment::U2Net& segmenter, const io:
 
 }  // namespace
 
-MaskRule load_mask_rule(const SceneSettings& settings) {
+MaskRule load_mask_rule(const SceneSettings& settings, std::vector<std::string>& warnings) {
   MaskRule rule{settings.mask};
+  if (rule.kind != "u2net") return rule;
   const io::InputLedger::Role role(segmenter_role);
-  if (rule.kind == "u2net")
-    rule.segmenter = std::make_shared<const segment::U2Net>(io::read_onnx(settings.segmenter));
+  const auto network = io::read_onnx(settings.segmenter);
+  rule.segmenter = std::make_shared<const segment::U2Net>(network);
+  if (const auto untrue = nn::untrue_shape(network)) warnings.push_back(*untrue);
   return rule;
 }
 

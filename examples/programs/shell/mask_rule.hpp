@@ -3,6 +3,7 @@
 #include <string>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/segment/u2_net.hpp>
+#include <vector>
 
 #include "settings.hpp"
 
@@ -18,8 +19,9 @@ struct MaskRule {
 };
 
 /// \param settings complete, with bundled files filled in
+/// \param warnings receives warnings about the segmenter
 /// \throws FileError as read_onnx() and U2Net
-MaskRule load_mask_rule(const SceneSettings& settings);
+MaskRule load_mask_rule(const SceneSettings& settings, std::vector<std::string>& warnings);
 
 /// Path of the mask of dataN.npz or dataN.json: masks/dataN.png beside it or beside its folder, else
 /// maskN.png beside it.

@@ -96,6 +96,7 @@ TEST_CASE("every published model is read, or refused with its name", "[io][onnx]
       const nn::NetworkDescription network = io::read_onnx(path.string());
       CHECK(network.opset >= io::first_opset);
       ++read_count;
+      CHECK(nn::untrue_shape(network).value_or("").empty());
     } catch (const tapestry::FileError& error) {
       CHECK(error.details().path == path.string());
       const std::string what = error.details().what;

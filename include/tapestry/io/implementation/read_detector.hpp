@@ -97,7 +97,11 @@ template <std::floating_point T>
     if (layer.empty()) layer = detect::common_layer(network, detect::raw_outputs(network));
     if (layer.empty()) throw no_common_layer(files.weights);
   }
-  return detect::Detector<T>(network, description_for(files, network, warnings), files.size, layers);
+  const auto description = description_for(files, network, warnings);
+  detect::Detector<T> detector(network, description, files.size, layers);
+  const auto untrue = nn::untrue_shape(network);
+  if (warnings != nullptr && untrue) warnings->push_back(*untrue);
+  return detector;
 }
 
 }  // namespace tapestry::io::detail

@@ -30,9 +30,9 @@ namespace detail {
 /// Nodes of ONNX's own domain, opset 7 to 21, keep the operator's name. The name of other operators begins
 /// with their domain, "com.microsoft.Gelu", so that Network refuses them by name. Initialisers and nodes
 /// Constant become constants, even if a graph lists them as inputs. Tensors may be in files beside the model.
-/// Metadata are kept; other fields for training or for people are left out, and so are extents that the file
-/// states for outputs and values in between: a network computes them for its own size of input, for which
-/// those of a file need not hold. Source: onnx.proto and docs/IR.md of ONNX.
+/// Metadata are kept, and the extents that the file states for outputs and values in between, which a network
+/// does not use: it computes them for its own size of input. Other fields for training or for people are left
+/// out. Source: onnx.proto and docs/IR.md of ONNX.
 ///
 /// \param path of the file, for messages and to find the files beside it
 /// \throws FileError  with the byte and the node or tensor: malformed for files that are not ONNX, are cut or
@@ -51,12 +51,12 @@ namespace detail {
 /// \throws FileError  as read_tensor() and RegularFile do
 [[nodiscard]] nn::Constant read_onnx_tensor(const std::string& path, const OnnxLimits& limits = {});
 
-/// The bytes of an ONNX model of this network; parse_onnx() reads the same description from them. The same
-/// network gives the same bytes. Fractions, of tensors and of attributes, are rounded to single precision:
-/// beside inputs of float, weights of double would make a model that other readers refuse. Other tensors are
-/// of 64-bit integers or Booleans, and casts lead to these three types; outputs are float. HardMish becomes
-/// several operators. Models with other types, or with operators outside the standard, can be read by
-/// Tapestry only.
+/// The bytes of an ONNX model of this network; parse_onnx() reads the same description from them, but for
+/// stated_shapes. The same network gives the same bytes. Fractions, of tensors and of attributes, are rounded
+/// to single precision: beside inputs of float, weights of double would make a model that other readers
+/// refuse. Other tensors are of 64-bit integers or Booleans, and casts lead to these three types; outputs are
+/// float. HardMish becomes several operators. Models with other types, or with operators outside the
+/// standard, can be read by Tapestry only.
 ///
 /// \param output_shapes by name, of outputs with known extents; some readers require them
 /// \throws DomainError for integers that hold NaN, and for fractions that are finite in double alone

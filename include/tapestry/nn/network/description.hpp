@@ -44,6 +44,9 @@ struct NetworkDescription {
   std::map<std::string, Constant> constants{};
   std::vector<Node> nodes{};
   std::map<std::string, std::string> metadata{};  ///< texts that the file's maker added, by their keys
+  /// Extents that the file states for outputs and values in between, by their names; open ones have no
+  /// number. A network computes its own, see untrue_shape().
+  std::map<std::string, std::vector<std::optional<std::size_t>>> stated_shapes{};
 };
 
 /// Name of a node in messages: its operator, with its name or that of its first output in quotes; at most 80
@@ -57,5 +60,10 @@ struct NetworkDescription {
 ///
 /// \param outputs  names of values that the description has
 [[nodiscard]] NetworkDescription pruned(NetworkDescription description, std::vector<std::string> outputs);
+
+/// A sentence about the first of stated_shapes, outputs in front, that is not what the nodes compute for
+/// inputs of the extents that the description has. None if all are, or if an input has an open extent, for
+/// then nobody knows for which the others were stated. Values that cannot be computed are left out.
+[[nodiscard]] std::optional<std::string> untrue_shape(const NetworkDescription& description);
 
 }  // namespace tapestry::nn

@@ -59,7 +59,11 @@ class ProgramBuilder {
   /// \throws FileError (mismatch) naming every node that is not supported, and why
   [[nodiscard]] Program<T> build();
 
-  /// Facts of every value, after build(). Constants belong to the description or to this.
+  /// The part of build() that facts() need; nodes that are not supported are left out.
+  void add_nodes();
+
+  /// Facts of every value that could be made, after build() or add_nodes(). Constants belong to the
+  /// description or to this.
   [[nodiscard]] NetworkFacts facts() const;
 
  private:

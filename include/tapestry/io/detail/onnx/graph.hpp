@@ -183,10 +183,16 @@ class GraphReader {
         records_.count(message);
         inputs_.push_back(message.message("input", place("input", inputs_.size())));
         break;
-      case 12:
+      case 12: {
         records_.count(message);
-        description_.outputs.push_back(
-            read_output(message.message("output", place("output", description_.outputs.size()))));
+        const auto output = message.message("output", place("output", description_.outputs.size()));
+        description_.outputs.push_back(read_output(output));
+        note_stated_shape(output, description_);
+        break;
+      }
+      case 13:
+        records_.count(message);
+        note_stated_shape(message.message("value_info", "value_info"), description_);
         break;
       case 15:
         message.fail("sparse initialisers are not supported");
@@ -237,8 +243,8 @@ class GraphReader {
 }  // namespace detail
 
 /// Adds the inputs, outputs, constants and nodes of a GraphProto to the description. Initialisers and nodes
-/// Constant become constants. Nodes are sorted so that each follows those whose results it reads. Facts about
-/// values in between, and texts for people, are left out.
+/// Constant become constants. Nodes are sorted so that each follows those whose results it reads. Texts for
+/// people are left out.
 /// Source: onnx.proto, GraphProto.
 ///
 /// \throws FileError as read_node(), read_tensor(), read_input() and ValueOrder::sorted() do; malformed for

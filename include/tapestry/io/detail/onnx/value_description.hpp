@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,24 +17,41 @@ namespace tapestry::io {
 
 namespace detail {
 
-/// The name of a ValueInfoProto; it is added to its place in error messages.
-[[nodiscard]] inline std::string read_value_name(ProtobufMessage& value) {
-  ProtobufMessage message = value;
-  std::string name;
-  while (message.next()) {
-    if (message.tag() == 1) {
-      name = message.bytes("name");
-    } else {
+/// Calls visit(ProtobufMessage) for each field with this tag, which holds a message.
+template <class Visit>
+void each_message(ProtobufMessage message, std::uint32_t tag, std::string_view field, Visit visit) {
+  while (message.next())
+    if (message.tag() == tag)
+      visit(message.message(field, message.place()));
+    else
       message.skip();
+}
+
+/// The name of a ValueInfoProto; empty if it has none.
+[[nodiscard]] inline std::string name_within(ProtobufMessage value) {
+  std::string name;
+  while (value.next()) {
+    if (value.tag() == 1) {
+      name = value.bytes("name");
+    } else {
+      value.skip();
     }
   }
+  return name;
+}
+
+/// The name of a ValueInfoProto; it is added to its place in error messages.
+[[nodiscard]] inline std::string read_value_name(ProtobufMessage& value) {
+  const std::string name = name_within(value);
   if (name.empty()) value.fail_whole("has no name");
   value.set_place(value.place() + " " + in_quotes(name));
   return name;
 }
 
 /// A TensorShapeProto.Dimension. One that has a name or is open has no number, or −1 as Paddle writes.
-[[nodiscard]] inline std::optional<std::size_t> read_extent(ProtobufMessage message) {
+/// \param least  a smaller number is refused
+[[nodiscard]] inline std::optional<std::size_t> read_extent(ProtobufMessage message,
+                                                            std::int64_t least = -1) {
   std::optional<std::size_t> extent;
   while (message.next()) {
     if (message.tag() != 1) {
@@ -41,7 +59,7 @@ namespace detail {
       continue;
     }
     const std::int64_t value = message.integer("dim_value");
-    if (value < -1) message.fail("negative extent", "0 or more, or -1", std::to_string(value));
+    if (value < least) message.fail("negative extent", "0 or more, or -1", std::to_string(value));
     if (value >= 0) extent = static_cast<std::size_t>(value);
   }
   return extent;
@@ -133,5 +151,23 @@ inline void read_type(ProtobufMessage message, nn::InputDescription& input) {
 /// The name in a ValueInfoProto of an output; its type is computed from the nodes.
 /// \throws FileError (malformed)  for a value without a name
 [[nodiscard]] inline std::string read_output(ProtobufMessage value) { return detail::read_value_name(value); }
+
+/// Adds the extents that a ValueInfoProto states to stated_shapes, unless it states none. Nothing is computed
+/// from them, so that names and extents that make no sense are left out instead of refused.
+/// \throws FileError (malformed)  for bytes that are no such message
+inline void note_stated_shape(const ProtobufMessage& value, nn::NetworkDescription& description) {
+  const std::string name = detail::name_within(value);
+  detail::each_message(value, 2, "type", [&](const ProtobufMessage& type) {
+    detail::each_message(type, 1, "tensor_type", [&](const ProtobufMessage& tensor) {
+      detail::each_message(tensor, 2, "shape", [&](const ProtobufMessage& shape) {
+        auto& stated = description.stated_shapes[name];
+        stated.clear();
+        detail::each_message(shape, 1, "dim", [&](const ProtobufMessage& dim) {
+          stated.push_back(detail::read_extent(dim, std::numeric_limits<std::int64_t>::min()));
+        });
+      });
+    });
+  });
+}
 
 }  // namespace tapestry::io

@@ -46,6 +46,69 @@ NetworkDescription pruned(NetworkDescription description, std::vector<std::strin
   return description;
 }
 
+namespace detail {
+
+/// Extents of all inputs as the description has them; none if one is open.
+inline std::optional<std::map<std::string, Shape>> stated_inputs(const NetworkDescription& description) {
+  std::map<std::string, Shape> shapes;
+  for (const InputDescription& input : description.inputs) {
+    Shape& shape = shapes[input.name];
+    for (const std::optional<std::size_t>& extent : input.shape) {
+      if (!extent) return std::nullopt;
+      shape.push_back(*extent);
+    }
+  }
+  return shapes;
+}
+
+inline std::string text_of(const std::vector<std::optional<std::size_t>>& shape) {
+  std::string text;
+  for (const std::optional<std::size_t>& extent : shape)
+    text += (text.empty() ? "" : ", ") + (extent ? std::to_string(*extent) : "?");
+  return "[" + text + "]";
+}
+
+/// Whether a shape has the stated extents, where these are not open.
+inline bool agrees(const Shape& shape, const std::vector<std::optional<std::size_t>>& stated) {
+  return std::ranges::equal(shape, stated, [](std::size_t extent, const std::optional<std::size_t>& other) {
+    return extent == other.value_or(extent);
+  });
+}
+
+/// Names of stated_shapes that the facts contradict, outputs in front.
+inline std::vector<std::string> contradicted(const NetworkDescription& description,
+                                             const NetworkFacts& facts) {
+  std::vector<std::string> names;
+  for (const auto& [name, stated] : description.stated_shapes)
+    if (const auto found = facts.find(name); found != facts.end() && !agrees(found->second.shape, stated))
+      names.push_back(name);
+  std::stable_partition(names.begin(), names.end(), [&](const std::string& name) {
+    return std::ranges::find(description.outputs, name) != description.outputs.end();
+  });
+  return names;
+}
+
+}  // namespace detail
+
+std::optional<std::string> untrue_shape(const NetworkDescription& description) try {
+  const auto inputs = detail::stated_inputs(description);
+  if (!inputs || description.stated_shapes.empty()) return std::nullopt;
+  ProgramBuilder<float> builder(description, *inputs, false, false);
+  builder.add_nodes();
+  const NetworkFacts facts = builder.facts();
+  const auto names = detail::contradicted(description, facts);
+  if (names.empty()) return std::nullopt;
+  const std::string& first = names.front();
+  return description.path + ": states " + detail::text_of(description.stated_shapes.at(first)) + " for " +
+         in_quotes(first) + ", which is " + tapestry::detail::to_text(facts.at(first).shape) +
+         "; this is ignored" +
+         (names.size() == 1
+              ? ""
+              : ", as are the extents of " + std::to_string(names.size() - 1) + " other values");
+} catch (const FileError&) {  // inputs of these extents are refused
+  return std::nullopt;
+}
+
 NetworkDescription simplified(NetworkDescription description, const NetworkFacts& facts, bool in_float) {
   EditableGraph graph(std::move(description), facts, in_float);
   remove_copies(graph);

@@ -30,8 +30,13 @@ ProgramBuilder<T>::ProgramBuilder(const NetworkDescription& description,
 }
 
 template <std::floating_point T>
-Program<T> ProgramBuilder<T>::build() {
+void ProgramBuilder<T>::add_nodes() {
   for (const Node& node : description_.nodes) add_node(node);
+}
+
+template <std::floating_point T>
+Program<T> ProgramBuilder<T>::build() {
+  add_nodes();
   if (problem_count_ > 0) refuse();
   for (const std::string& name : description_.outputs)
     if (!known_.contains(name))
@@ -47,7 +52,8 @@ Program<T> ProgramBuilder<T>::build() {
 template <std::floating_point T>
 NetworkFacts ProgramBuilder<T>::facts() const {
   NetworkFacts facts;
-  for (const auto& [name, known] : known_) facts[name] = {shape_of(known), known.type, known.constant};
+  for (const auto& [name, known] : known_)
+    if (!known.failed) facts[name] = {shape_of(known), known.type, known.constant};
   return facts;
 }
 
