@@ -1,6 +1,7 @@
 // Darknet's network descriptions and weights, and detectors in safetensors.
 #include <cstring>
 #include <tapestry/io/darknet/model_file.hpp>
+#include <tapestry/io/detail/exported_names.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/text_lists.hpp>
 
@@ -87,6 +88,8 @@ void read_names(const std::string& bytes) {
   (void)io::read_class_names(fuzz::folder().write("a.names", bytes), 3);
 }
 
+void read_exported_names(const std::string& bytes) { (void)io::parse_exported_names(bytes, 4); }
+
 const fuzz::Registered cfg({"cfg", read_cfg, [] { return std::vector{small_cfg}; }});
 const fuzz::Registered classifier({"classifier_cfg", read_classifier,
                                    [] { return std::vector{branched_cfg}; }});
@@ -95,4 +98,8 @@ const fuzz::Registered safetensors({"safetensors", read_safetensors, detector_se
 const fuzz::Registered detector({"detector", read_detector, detector_seeds, with_header_length});
 const fuzz::Registered names({"names", read_names,
                               [] { return std::vector<std::string>{"car\nvan\na b\n"}; }});
+const fuzz::Registered exported_names(
+    {"exported_names", read_exported_names, [] {
+       return std::vector<std::string>{"{0: 'a\\u0142', 2: \"b's\"}", "['car', 'c\\\\d']"};
+     }});
 }  // namespace

@@ -99,11 +99,14 @@ TEST_CASE("a detector puts photographs in and finds boxes in their pixels", "[io
   for (std::size_t i = 1; i < found.size(); ++i) CHECK(found[i].confidence <= found[i - 1].confidence);
 }
 
-TEST_CASE("a class is known by its name or, without names, by its number", "[io][read_detector]") {
+TEST_CASE("a class is known by its name or by its number", "[io][read_detector]") {
   const Files files;
   auto detector =
       io::read_detector<float>({.weights = files.weights, .config = files.config, .names = files.names});
   CHECK(detector.class_index("van") == 1);
+  CHECK(detector.class_index("0") == 0);
+  check_refused(ErrorKind::mismatch, "no class is named '2'; there are car, van",
+                [&] { static_cast<void>(detector.class_index("2")); });
   check_refused(ErrorKind::mismatch, "no class is named 'Car'; there are car, van",
                 [&] { static_cast<void>(detector.class_index("Car")); });
   detector.set_names({});
@@ -229,6 +232,56 @@ TEST_CASE("an ONNX model's stated extents are held against its own size alone", 
                                           "', which is [1, 84, 10]; this is ignored"};
   CHECK(warnings_of({1, 99, channels}, 0) == expected);
   CHECK(warnings_of({1, 99, channels}, 96) == expected);
+}
+
+TEST_CASE("an ONNX model's metadata name the classes, unless a file does", "[io][read_detector]") {
+  const Files files;
+  auto network = test::yolox_like(64);
+  std::vector<std::string> warnings;
+  const auto read = [&](const std::string& key, const std::string& value, const std::string& names = "") {
+    network.metadata = {{key, value}};
+    io::write_onnx(files.onnx, network);
+    warnings.clear();
+    return io::read_detector<float>({.weights = files.onnx, .names = names}, &warnings);
+  };
+  using Texts = std::vector<std::string>;
+  const std::string all = "{0: 'person', 1: 'bicycle', 2: 'car', 3: 'bus', 4: \"lady's bag\"}";
+  CHECK(read("names", all).names() == Texts{"person", "bicycle", "car", "bus", "lady's bag"});
+  CHECK(warnings == Texts{files.onnx + ": class names are from the model's metadata"});
+
+  const auto some = read("names", "{4: 'bus', 1: 'car'}");
+  CHECK(some.names() == Texts{"0", "car", "2", "3", "bus"});
+  CHECK(some.class_index("bus") == 4);
+  CHECK(some.class_index("2") == 2);
+  CHECK(some.class_index("1") == 1);
+  CHECK(warnings == Texts{files.onnx + ": class names are from the model's metadata; 3 of 5 classes have "
+                                       "numbers there"});
+
+  CHECK(read("names", all, files.folder.write("five.names", "a\nb\nc\nd\ne\n")).names() ==
+        Texts{"a", "b", "c", "d", "e"});
+  CHECK(warnings.empty());
+
+  const auto numbered = read("names", "person,bicycle");  // X27
+  CHECK(numbered.names().empty());
+  CHECK(numbered.class_index("4") == 4);
+  CHECK(warnings == Texts{files.onnx + ": class names in the model's metadata are left out: expected { or [ "
+                                       "at byte 0"});
+}
+
+TEST_CASE("an ONNX model for another task is read with a warning", "[io][read_detector][bad_input]") {  // X28
+  const Files files;
+  auto network = test::yolox_like(64);
+  for (const std::string task : {"detect", "segment"}) {
+    network.metadata = {{"task", task}, {"stride", "32"}, {"imgsz", "[64, 64]"}};
+    io::write_onnx(files.onnx, network);
+    std::vector<std::string> warnings, expected;
+    static_cast<void>(io::read_detector<float>({.weights = files.onnx}, &warnings));
+    if (task != "detect")
+      expected = {files.onnx +
+                  ": the model's metadata name the task 'segment'; its outputs are read as those "
+                  "of a detector"};
+    CHECK(warnings == expected);
+  }
 }
 
 TEST_CASE("layers to observe are named as the file names them", "[io][read_detector]") {

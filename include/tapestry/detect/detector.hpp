@@ -93,7 +93,7 @@ class Detector {
   /// Names of the classes, in their order; empty where they are known by number only.
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   void set_names(std::vector<std::string> names) { names_ = std::move(names); }
-  /// The class of a name or, without names, of a number.
+  /// The class of a name or, if no class has it, of a number.
   /// \throws Error (mismatch) listing the names there are, or if there are not so many classes; (usage) for a
   ///         name where there are none
   [[nodiscard]] std::size_t class_index(std::string_view name) const;

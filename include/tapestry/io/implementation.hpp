@@ -11,6 +11,7 @@
 #include <tapestry/io/implementation/detector_description.hpp>
 #include <tapestry/io/implementation/detector_file.hpp>
 #include <tapestry/io/implementation/detector_metadata.hpp>
+#include <tapestry/io/implementation/exported_names.hpp>
 #include <tapestry/io/implementation/file_source.hpp>
 #include <tapestry/io/implementation/frame_file.hpp>
 #include <tapestry/io/implementation/glb.hpp>

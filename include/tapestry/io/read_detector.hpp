@@ -13,7 +13,8 @@ namespace tapestry::io {
 struct DetectorFiles {
   std::string weights{};      ///< an ONNX model, Darknet weights, or a detector that convert_weights wrote
   std::string config{};       ///< cfg, which Darknet weights need
-  std::string names{};        ///< names of the classes, one a line
+  std::string names{};        ///< names of the classes, one a line; left out, those of an ONNX model's
+                              ///< metadata, see parse_exported_names()
   std::string description{};  ///< of an ONNX model, see read_detector_description(); left out, the model's
                               ///< own, description_beside() or what the layers show
   std::string decode{};       ///< decode family of a Darknet network, where its files leave it open
@@ -40,7 +41,8 @@ inline constexpr const char* description_key = "tapestry.detector";
 ///   const auto detector = io::read_detector<float>({.weights = "yolox_nano.onnx", .names = "coco.names"});
 ///   const auto detector = io::read_detector<float>({.weights = "yolov3.weights", .config = "yolov3.cfg"});
 ///
-/// \param warnings takes warnings about the files, unless null
+/// \param warnings takes warnings about the files, unless null; also what is taken from the metadata of an
+///                 ONNX model, and what they and its stated extents contradict
 /// \throws Error (usage) for files that do not go together, or an ONNX model that nothing describes;
 ///         FileError as read_darknet_model(), read_onnx(), read_detector_description(), read_class_names()
 ///         and Detector, and (mismatch) for a network without heads, and for a description that contradicts

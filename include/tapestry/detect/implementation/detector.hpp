@@ -76,24 +76,24 @@ Detector<T>::Detector(nn::NetworkDescription network, std::vector<Head> heads,
 
 template <std::floating_point T>
 std::size_t Detector<T>::class_index(std::string_view name) const {
+  const auto found = std::ranges::find(names_, name);
+  if (found != names_.end()) return static_cast<std::size_t>(found - names_.begin());
+  const std::size_t classes = heads().empty() ? 0 : heads().front().classes;
+  std::size_t index = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
+  const bool is_number = !name.empty() && error == std::errc{} && end == name.data() + name.size();
+  if (is_number && index < classes) return index;
   if (!names_.empty()) {
-    const auto found = std::ranges::find(names_, name);
-    if (found != names_.end()) return static_cast<std::size_t>(found - names_.begin());
     std::string list;
     for (std::size_t i = 0; i < std::min<std::size_t>(names_.size(), 20); ++i)
       list += (i > 0 ? ", " : "") + names_[i];
     if (names_.size() > 20) list += ", … (" + std::to_string(names_.size()) + " in all)";
     throw Error(ErrorKind::mismatch, {"no class is named ", in_quotes(name), "; there are ", list});
   }
-  const std::size_t classes = heads().empty() ? 0 : heads().front().classes;
-  std::size_t index = 0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
-  if (name.empty() || error != std::errc{} || end != name.data() + name.size())
+  if (!is_number)
     throw Error(ErrorKind::usage, {"class ", in_quotes(name),
                                    " needs the names of the classes; without them it must be a number"});
-  if (index >= classes)
-    throw Error(ErrorKind::mismatch, {"class ", name, ": the detector has ", classes, " classes"});
-  return index;
+  throw Error(ErrorKind::mismatch, {"class ", name, ": the detector has ", classes, " classes"});
 }
 
 template <std::floating_point T>

@@ -5,6 +5,7 @@
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
+#include <tapestry/io/detail/exported_names.hpp>
 #include <tapestry/io/detail/safetensors_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
@@ -84,6 +85,46 @@ template <std::floating_point T>
        "name with the ending .json"});
 }
 
+/// Gives a detector the class names that its model's metadata have, see parse_exported_names(). A class
+/// without one is named by its number.
+/// \returns where they are from, or why they are not taken
+template <std::floating_point T>
+[[nodiscard]] std::string take_exported_names(const std::string& path, const std::string& text,
+                                              detect::Detector<T>& detector) try {
+  std::vector<std::string> names = parse_exported_names(text, detector.heads().front().classes);
+  std::size_t unnamed = 0;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    if (names[k].empty()) {
+      names[k] = std::to_string(k);
+      ++unnamed;
+    }
+  const std::string gaps = unnamed == 0 ? ""
+                                        : "; " + std::to_string(unnamed) + " of " +
+                                              std::to_string(names.size()) + " classes have numbers there";
+  detector.set_names(std::move(names));
+  return path + ": class names are from the model's metadata" + gaps;
+} catch (const DomainError& error) {
+  return path + ": class names in the model's metadata are left out: " + error.what();
+}
+
+/// Gives a detector what the metadata of its model say.
+/// \param without_names  whether no file has the names of the classes
+/// \returns warnings: what is taken from the metadata, and what contradicts the network
+template <std::floating_point T>
+[[nodiscard]] std::vector<std::string> remarks_on(const nn::NetworkDescription& network, bool without_names,
+                                                  detect::Detector<T>& detector) {
+  std::vector<std::string> remarks;
+  if (const auto untrue = nn::untrue_shape(network)) remarks.push_back(*untrue);
+  if (const auto task = network.metadata.find("task");
+      task != network.metadata.end() && task->second != "detect")
+    remarks.push_back(network.path + ": the model's metadata name the task " + in_quotes(task->second) +
+                      "; its outputs are read as those of a detector");
+  const auto names = network.metadata.find("names");
+  if (without_names && names != network.metadata.end())
+    remarks.push_back(take_exported_names(network.path, names->second, detector));
+  return remarks;
+}
+
 template <std::floating_point T>
 [[nodiscard]] detect::Detector<T> read_onnx_detector(const DetectorFiles& files,
                                                      std::vector<std::string>* warnings) {
@@ -99,8 +140,8 @@ template <std::floating_point T>
   }
   const auto description = description_for(files, network, warnings);
   detect::Detector<T> detector(network, description, files.size, layers);
-  const auto untrue = nn::untrue_shape(network);
-  if (warnings != nullptr && untrue) warnings->push_back(*untrue);
+  const std::vector<std::string> remarks = remarks_on(network, files.names.empty(), detector);
+  if (warnings != nullptr) warnings->insert(warnings->end(), remarks.begin(), remarks.end());
   return detector;
 }
 
