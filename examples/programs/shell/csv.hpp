@@ -1,19 +1,32 @@
 #pragma once
+#include <algorithm>
+#include <array>
 #include <string>
 #include <string_view>
 
 namespace tapestry::shell {
 
-/// A field of a CSV in quotes, those within it doubled (RFC 4180, section 2).
+/// Whether a spreadsheet would compute this text: its first character, also as wide as Chinese ones, begins a
+/// formula. Source: OWASP, "CSV Injection".
+inline bool begins_formula(std::string_view text) {
+  constexpr std::array<std::string_view, 11> beginnings{"=",  "+",  "-",  "@",  "\t", "\r",
+                                                        "\n", "＝", "＋", "－", "＠"};
+  return std::ranges::any_of(beginnings, [&](std::string_view first) { return text.starts_with(first); });
+}
+
+/// A text as a field of a CSV in quotes, those within it doubled (RFC 4180, section 2). An apostrophe
+/// precedes what begins a formula, so that spreadsheets take it for text.
 inline std::string csv_quoted(std::string_view text) {
-  std::string field(1, '"');
+  std::string field(begins_formula(text) ? "\"'" : "\"");
   for (const char c : text) field.append(c == '"' ? 2 : 1, c);
   return field += '"';
 }
 
-/// A field of a CSV, quoted if it would otherwise end early.
+/// A text as a field of a CSV, quoted if it would otherwise end early, also where semicolons or tabs separate
+/// fields, or begin a formula.
 inline std::string csv_field(std::string_view text) {
-  return text.find_first_of(",\"\r\n") == std::string_view::npos ? std::string(text) : csv_quoted(text);
+  const bool is_plain = text.find_first_of(",;\t\"\r\n") == std::string_view::npos && !begins_formula(text);
+  return is_plain ? std::string(text) : csv_quoted(text);
 }
 
 }  // namespace tapestry::shell

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <cctype>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -37,10 +38,33 @@ inline std::string text_of(const WordTable& table) {
   return text;
 }
 
+/// Text for Markdown, a line of plain words: what would be HTML, emphasis, a link, code or the end of a
+/// table's cell is escaped. Brackets alone stay, and underscores within words. Source: CommonMark 0.31,
+/// sections 2.4 and 6; GitHub Flavored Markdown 0.29, section 4.10.
+inline std::string markdown_escaped(const std::string& text) {
+  const auto is_wordlike = [&](std::size_t i) {
+    return i < text.size() && std::isalnum(static_cast<unsigned char>(text[i])) != 0;
+  };
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i], next = i + 1 < text.size() ? text[i + 1] : ' ';
+    const bool is_marked = std::string_view("\\`*|~").find(c) != std::string_view::npos ||
+                           (c == ']' && std::string_view("([:").find(next) != std::string_view::npos) ||
+                           (c == '_' && !(i > 0 && is_wordlike(i - 1) && is_wordlike(i + 1)));
+    out += c == '<'                 ? "&lt;"
+           : c == '>'               ? "&gt;"
+           : c == '&'               ? "&amp;"
+           : c == '\n' || c == '\r' ? " "
+           : is_marked              ? std::string{'\\', c}
+                                    : std::string(1, c);
+  }
+  return out;
+}
+
 inline std::string markdown_of(const WordTable& table) {
-  std::string text = "**" + table.title + "**\n\n";
+  std::string text = "**" + markdown_escaped(table.title) + "**\n\n";
   const auto add = [&](const std::vector<std::string>& row) {
-    for (const auto& word : row) text += "| " + word + " ";
+    for (const auto& word : row) text += "| " + markdown_escaped(word) + " ";
     text += "|\n";
   };
   add(table.header);

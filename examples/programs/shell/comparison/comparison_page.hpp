@@ -103,10 +103,13 @@ inline Json comparison_json(const std::string& folder, const Comparison& compari
 }
 
 inline std::string comparison_markdown(const std::vector<WordTable>& tables, const ComparisonWords& words) {
-  std::string text = "# " + words.title + "\n\n![" + words.title + "](" + words.name + ".svg)\n\n";
+  const std::string title = markdown_escaped(words.title);
+  std::string text = "# " + title + "\n\n![" + title + "](<" + markdown_escaped(words.name) + ".svg>)\n\n";
   for (const auto& table : tables) text += markdown_of(table);
-  for (const auto& note : words.notes) text += "- " + note + "\n";
-  return text + (words.command.empty() ? "" : "\n    " + words.command + "\n");
+  for (const auto& note : words.notes) text += "- " + markdown_escaped(note) + "\n";
+  std::string command = words.command;
+  for (char& c : command) c = c == '\n' || c == '\r' ? ' ' : c;
+  return text + (command.empty() ? "" : "\n    " + command + "\n");
 }
 
 /// A page over all comparisons of a folder, in the order of their names.

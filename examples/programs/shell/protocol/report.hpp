@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "../base64.hpp"
+#include "../csv.hpp"
 #include "../inputs_table.hpp"
 #include "../page.hpp"
 #include "../report.hpp"
@@ -68,8 +69,8 @@ inline std::string protocol_markdown(const Protocol& protocol, const ProtocolRes
                                      const std::vector<std::string>& notes) {
   std::string text = "# " + protocol.title + "\n\n![" + protocol.title + "](" + protocol.name + ".svg)\n\n";
   for (const auto& table : all_tables(protocol, result)) text += markdown_of(table);
-  for (const auto& words : findings(protocol, result)) text += "**" + words + "**\n\n";
-  for (const auto& note : notes) text += "- " + note + "\n";
+  for (const auto& words : findings(protocol, result)) text += "**" + markdown_escaped(words) + "**\n\n";
+  for (const auto& note : notes) text += "- " + markdown_escaped(note) + "\n";
   return text + "- Every cell with every texture: " + protocol.name + ".csv.\n";
 }
 
@@ -147,9 +148,9 @@ inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& 
                      "misplaced,lost\n";
   for (std::size_t cell = 0; cell < result.cells.size(); ++cell)
     for (std::size_t k = 0; k < result.textures.size(); ++k)
-      text += detail::csv_row(
-          table.rows[cell / table.columns.size()] + "," + table.columns[cell % table.columns.size()],
-          result.cells[cell], result, k);
+      text += detail::csv_row(csv_field(table.rows[cell / table.columns.size()]) + "," +
+                                  csv_field(table.columns[cell % table.columns.size()]),
+                              result.cells[cell], result, k);
   if (protocol.on_photographs) return text;
   for (const auto& section : result.sections)
     for (std::size_t k = 0; k < result.textures.size(); ++k)

@@ -173,7 +173,7 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
           fate == evaluate::Fate::lost
               ? ""
               : csv_field(class_name(outcomes.named(frame, k), result.names_of(column), "class "));
-      text += protocol.table.columns[column] + "," + textures[k] + numbers.data() +
+      text += csv_field(protocol.table.columns[column]) + "," + csv_field(textures[k]) + numbers.data() +
               evaluate::fate_names[outcomes.fate(frame, k)] + "," + named + "," +
               csv_field(inputs.photographs[frame % inputs.photographs.size()]) + "\n";
     }
