@@ -68,6 +68,21 @@ TEST_CASE("a two-level difference of two draws in two views has the interval wor
   CHECK(found.interval[1] == Approx(2 + reach).epsilon(1e-8));
 }
 
+TEST_CASE("a two-level interval of shares stays within -1 to 1", "[evaluate][two_level]") {
+  // As above, a tenth of it: 0.2 ± t(1)/z · √(0.02 + z²·0.02), which reaches to -1.8 and 2.2.
+  const Array<double, 2> differences{{0, 0.1}, {0.2, 0.5}};
+  const auto free = evaluate::two_level_difference(differences);
+  CHECK(free.interval[0] < -1);
+  CHECK(free.interval[1] > 1);
+  const auto bounded = evaluate::two_level_difference(differences, {}, 1);
+  CHECK(bounded.mean == free.mean);
+  CHECK(bounded.interval == std::array{-1.0, 1.0});
+  const Array<double, 2> near{{0.70, 0.72}, {0.74, 0.80}};  // one end only lies outside
+  const auto half = evaluate::two_level_difference(near, {}, 1);
+  CHECK(half.interval[0] == evaluate::two_level_difference(near).interval[0]);
+  CHECK(half.interval[1] == 1);
+}
+
 TEST_CASE("a two-level difference of one draw is that of a paired bootstrap", "[evaluate][two_level]") {
   const auto differences = simulated(1, 30, 1, Random(1));
   const auto found = evaluate::two_level_difference(differences), expected = over_views(differences);

@@ -154,7 +154,7 @@ template <std::predicate<std::size_t> Belongs>
   const std::size_t draws = differences.shape(0), views = differences.shape(1);
   if (outcomes.draws_of(texture) != 1) throw ShapeError("effect_of: a texture of several draws");
   Effect effect{
-      name, two_level_difference(differences),
+      name, two_level_difference(differences, {}, 1),
       rate_difference(detail::found_in(outcomes, control, belongs),
                       detail::found_in(outcomes, texture, belongs, draws), pictures_a_view * draws)};
   effect.draws = draws;

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
@@ -38,11 +39,14 @@ namespace detail {
 /// to 98 %.
 ///
 /// \param differences  [draw, view]
+/// \param most  no difference can be larger, such as 1 of shares: the interval stays within ± most, where the
+///              mean of all views and draws is
 /// \returns  pairs counts views; with one draw exactly paired_bootstrap()'s result, without f and t; with
 ///           fewer than two views an interval from −∞ to ∞
 /// \throws ShapeError without a draw; NumericError for a number that is not finite, or whose square is not;
 ///         DomainError for no resamples or a level not in (0, 1)
 [[nodiscard]] PairedDifference two_level_difference(const Array<double, 2>& differences,
-                                                    const BootstrapSettings& settings = {});
+                                                    const BootstrapSettings& settings = {},
+                                                    double most = std::numeric_limits<double>::infinity());
 
 }  // namespace tapestry::evaluate

@@ -180,7 +180,7 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
   cell.success = evaluate::attack_success_rate(clean, painted, pictures);
   const auto differences = compared_differences(column);
   cell.views = differences.shape(1);
-  cell.effect = {evaluate::matched_noise_name, evaluate::two_level_difference(differences),
+  cell.effect = {evaluate::matched_noise_name, evaluate::two_level_difference(differences, {}, 1),
                  evaluate::rate_difference(noise, painted_by_draw, pictures * cell.draws)};
   cell.kept = compared_kept(column, differences);
   cell.confidence = seed_rows(column, [](const MeasuredFolder& folder, const MeasuredPart& part) {
@@ -219,7 +219,7 @@ inline std::optional<evaluate::PairedDifference> difference_to(const ComparedRow
     return std::nullopt;
   auto differences = first.cells[column]->confidence;
   for (std::size_t i = 0; i < differences.size(); ++i) differences.data()[i] -= cell.confidence.data()[i];
-  return evaluate::two_level_difference(differences);
+  return evaluate::two_level_difference(differences, {}, 1);
 }
 
 /// \throws Error (mismatch) unless a row was measured as the others: in the same frames, and in each column

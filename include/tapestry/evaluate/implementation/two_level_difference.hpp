@@ -89,8 +89,8 @@ inline std::array<double, 2> widened(const PairedDifference& of_views, const Two
 
 namespace tapestry::evaluate {
 
-PairedDifference two_level_difference(const Array<double, 2>& differences,
-                                      const BootstrapSettings& settings) {
+PairedDifference two_level_difference(const Array<double, 2>& differences, const BootstrapSettings& settings,
+                                      double most) {
   const std::size_t draw_count = differences.shape(0), view_count = differences.shape(1);
   if (draw_count == 0)
     throw ShapeError(
@@ -107,7 +107,9 @@ PairedDifference two_level_difference(const Array<double, 2>& differences,
     return paired_bootstrap(view_means, std::vector<double>(view_count), settings);
   const auto variance = detail::two_level_variance(differences);  // refuses what overflows
   PairedDifference result = paired_bootstrap(view_means, std::vector<double>(view_count), settings);
-  result.interval = detail::widened(result, variance, draw_count, settings.level);
+  for (std::size_t end = 0;
+       const double value : detail::widened(result, variance, draw_count, settings.level))
+    result.interval[end++] = std::clamp(value, -most, most);
   return result;
 }
 
