@@ -151,6 +151,12 @@ TEST_CASE("each part of a frame that is missing or malformed is refused by name"
     refused(ErrorKind::mismatch, pose + R"(, "light": )" + light, "member 'light' is no list of numbers");
   refused(ErrorKind::mismatch, pose + R"(, "light": [1, 2])",
           "'light' has another shape; expected (8,), found (2,)");
+  for (const char* light :
+       {"[1e300, 0, 0, 0, 1, 1, 1, 1]", "[0, -1e10, 0, 0, 1, 1, 1, 1]", "[0.5, 0.5, 0, 0, 1, 1, 1, 1e308]"})
+    refused(ErrorKind::mismatch, pose + R"(, "light": )" + light,
+            "a.json: member 'light' is too bright; expected numbers of at most 1e9");
+  refused(ErrorKind::mismatch, pose + R"(, "light": [0.5, 0.5, 0, 0, 0, 1, 1, 1])",
+          "a.json: member 'light' has no direction");
   own.write("a.json", "{" + pose + "}");
   check_refused(ErrorKind::malformed, "a.json: is not the JSON of a frame; expected a member format",
                 [&] { (void)io::read_frame(path); });

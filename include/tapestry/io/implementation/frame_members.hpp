@@ -11,6 +11,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/geometry/transform.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/json.hpp>
@@ -193,11 +194,21 @@ geometry::Camera read_camera(const Members& file) {
   return camera;
 }
 
-/// ambient, directional, direction towards the light x y z, colour r g b
+/// ambient, directional, direction towards the light x y z, colour r g b; products of the others have room in
+/// a float.
 template <class Members>
 raster::Light read_light(const Members& file) {
+  constexpr double most = 1e9;
   const auto light = numbers<8>(file, "light", {8});
-  return {light[0], light[1], {light[2], light[3], light[4]}, {light[5], light[6], light[7]}};
+  const std::array<double, 3> direction{light[2], light[3], light[4]};
+  const auto fail = [&](const char* what, const char* expected) {
+    throw FileError(ErrorKind::mismatch, {.path = file.path(), .what = what, .expected = expected});
+  };
+  if (!(geometry::length(geometry::normalised(direction)) > 0.5))
+    fail("member 'light' has no direction", "a vector with a length at its numbers 3 to 5");
+  for (const std::size_t i : {0U, 1U, 5U, 6U, 7U})
+    if (!(std::abs(light[i]) <= most)) fail("member 'light' is too bright", "numbers of at most 1e9");
+  return {light[0], light[1], direction, {light[5], light[6], light[7]}};
 }
 
 inline Array<std::uint8_t, 2> read_mask(const NpzFile& file, std::size_t height, std::size_t width) {
