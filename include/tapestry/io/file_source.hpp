@@ -71,6 +71,9 @@ class RegularFile {
   /// Size, number and times of the file when it was opened: equal only if nothing was written between.
   [[nodiscard]] const std::string& stamp() const { return stamp_; }
 
+  /// Number of names (hard links) that the file has in its file system.
+  [[nodiscard]] std::uint64_t name_count() const;
+
   /// SHA-256 of the content, in hexadecimal digits. Reads the file in pieces of 1 MiB.
   [[nodiscard]] std::string sha256() const;
 

@@ -56,6 +56,24 @@ TEST_CASE("elements are read from files beside the model", "[io][onnx]") {
               "a.onnx", model_with({{"location", location}, {"offset", "8"}, {"length", "8"}}))) == within);
 }
 
+TEST_CASE("a file with several names is refused, for the others may lie anywhere", "[io][onnx][bad_input]") {
+  const TemporaryFolder folder, elsewhere;  // X17
+  const auto secret = elsewhere.write("secret.bin", onnx::raw_floats({3, 4}));
+  const auto model = folder.write("a.onnx", model_with({{"location", "exact.bin"}}));
+  std::error_code failure;
+  fs::create_hard_link(secret, folder.path("exact.bin"), failure);
+  if (failure) {
+    WARN("skipped: no hard links here");
+    return;
+  }
+  check_refused(ErrorKind::malformed,
+                "external data 'exact.bin' is a hard link, whose other names may lie outside of the folder; "
+                "expected a file of one name, such as a copy, found 2 names",
+                [&] { (void)read_far(model); });
+  fs::remove(secret);
+  CHECK(read_far(model) == std::vector<float>{3, 4});
+}
+
 TEST_CASE("a ledger holds the files that a model's elements lie in", "[io][onnx][input_ledger]") {
   const TemporaryFolder folder;
   const auto far = folder.write("exact.bin", onnx::raw_floats({3, 4}));

@@ -8,6 +8,18 @@
 #include <tapestry/io/input_ledger.hpp>
 #include <tuple>
 
+namespace tapestry::io::detail {
+
+/// \throws FileError (malformed) for a file that cannot be inspected
+inline struct ::stat status_of(int descriptor, const std::string& path) {
+  struct ::stat status {};
+  if (::fstat(descriptor, &status) != 0)
+    throw FileError(ErrorKind::malformed, {path, "", std::string("cannot inspect: ") + std::strerror(errno)});
+  return status;
+}
+
+}  // namespace tapestry::io::detail
+
 namespace tapestry::io {
 
 bool stays_below(const std::string& name) {
@@ -59,10 +71,10 @@ void RegularFile::require_unchanged() const {
   if (stamp != stamp_) fail(ErrorKind::malformed, "file changed while it was read: it was written to");
 }
 
+std::uint64_t RegularFile::name_count() const { return detail::status_of(descriptor_, path_).st_nlink; }
+
 std::pair<std::uint64_t, std::string> RegularFile::measured() const {
-  struct ::stat status {};
-  if (::fstat(descriptor_, &status) != 0)
-    fail(ErrorKind::malformed, std::string("cannot inspect: ") + std::strerror(errno));
+  const struct ::stat status = detail::status_of(descriptor_, path_);
   if (!S_ISREG(status.st_mode))
     fail(ErrorKind::malformed,
          S_ISDIR(status.st_mode) ? "not a regular file but a folder" : "not a regular file");

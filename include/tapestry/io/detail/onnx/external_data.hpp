@@ -24,8 +24,9 @@ struct ExternalReference {
 };
 
 /// The files beside a model that hold elements of its tensors. Only files below the model's folder are
-/// opened, after links are resolved, so a model cannot read other files.
-/// Source: ONNX, docs/ExternalData.md.
+/// opened, after links are resolved, so a model cannot read other files. A file with several names is
+/// refused, since hard links cannot be resolved: another name may be anywhere. Source: ONNX,
+/// docs/ExternalData.md.
 class ExternalData {
  public:
   /// \param model_path   of the file that refers to others
@@ -63,6 +64,9 @@ class ExternalData {
     const std::string path = path_inside_folder(reference.location, label, tensor);
     try {
       const RegularFile file(path);
+      if (file.name_count() > 1)
+        tensor.fail_whole(label + " is a hard link, whose other names may lie outside of the folder",
+                          "a file of one name, such as a copy", std::to_string(file.name_count()) + " names");
       const std::uint64_t left = file.size() < reference.offset ? 0 : file.size() - reference.offset;
       if (file.size() < reference.offset || reference.length.value_or(left) > left)
         tensor.fail_whole(label + " ends early",
