@@ -7,6 +7,7 @@
 #include <Eigen/QR>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "../support/catch.hpp"
@@ -295,4 +296,77 @@ TEST_CASE("the Jacobian of recorded Eigen vectors is an Eigen matrix", "[autodif
   const Eigen::Matrix<tapestry::Variable<double>, Eigen::Dynamic, 1> y = x * x[1];
   const Eigen::MatrixXd found = tapestry::jacobian(tape, y, x);
   CHECK(found == (Eigen::Matrix2d() << 3, 2, 0, 6).finished());
+}
+
+namespace {
+/// (3, −4, 0) · scale has the norm 5 · scale, with the slopes 3/5, −4/5 and 0.
+template <class Norm>
+void check_norm(double scale, double digits, const Norm& norm) {
+  CAPTURE(scale);
+  const Eigen::Vector3d x(3 * scale, -4 * scale, 0);
+  const auto found = tapestry::gradient(norm, x);
+  CHECK(std::abs(found.value / scale - 5) <= 5 * digits);
+  CHECK((found.gradient - Eigen::Vector3d(0.6, -0.8, 0)).norm() <= digits);
+}
+}  // namespace
+
+TEST_CASE("Eigen's stable norms of variables are the norm, also where squares leave the range",
+          "[autodiff][eigen]") {
+  const auto stable = [](const auto& x) { return x.stableNorm(); };
+  for (const double scale :
+       {1.0, 0.1, 1e-200, 1e200, 1e-300, 3e307}) {  // 3e307: the largest double is 1.8e308
+    check_norm(scale, 1e-15, stable);
+    check_norm(scale, 1e-15, [](const auto& x) { return x.blueNorm(); });
+    check_norm(scale, 1e-15, [](const auto& x) { return x.hypotNorm(); });
+    check_norm(scale, 1e-15, [](const auto& x) { return (x / 2 + x / 2).stableNorm(); });
+    check_norm(scale, 1e-15, [](const auto& x) { return x.transpose().stableNorm(); });
+  }
+  check_norm(1e-310, 1e-13, stable);  // of 4.9e-324, the step between such numbers
+  CHECK(tapestry::gradient(stable, Eigen::Matrix<double, 1, 1>(-2.0)).gradient[0] == -1);
+}
+
+TEST_CASE("Eigen's stable norm of variables has slopes of 0 at zero, as the norm has", "[autodiff][eigen]") {
+  for (const Eigen::Index size : {0, 1, 3}) {
+    const auto found =
+        tapestry::gradient([](const auto& x) { return x.stableNorm(); }, Eigen::VectorXd::Zero(size).eval());
+    CHECK(found.value == 0);
+    CHECK(found.gradient == Eigen::VectorXd::Zero(size));
+  }
+}
+
+TEST_CASE("Eigen's stable norm of a matrix of variables joins columns of any size", "[autodiff][eigen]") {
+  const auto norm = [](const auto& x) {  // of 3 × 2
+    return x.reshaped(3, 2).eval().stableNorm();
+  };
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  const Vector6 plain(1, 2, 0, -4, 6, 8), slopes = plain / 11;  // 1 + 4 + 16 + 36 + 64 = 121
+  CHECK((tapestry::gradient(norm, plain).gradient - slopes).norm() < 1e-15);
+  const Vector6 rising = (Vector6() << 3e-200, 0, 0, 0, -2e200, 0).finished();
+  CHECK(tapestry::gradient(norm, rising).value == 2e200);
+  CHECK((tapestry::gradient(norm, rising).gradient - Vector6::Unit(4) * -1).norm() == 0);
+  const Vector6 falling = rising.reverse();
+  CHECK((tapestry::gradient(norm, falling).gradient - Vector6::Unit(1) * -1).norm() == 0);
+}
+
+TEST_CASE("the curvature of Eigen's stable norm is that of a sphere, also in duals", "[autodiff][eigen]") {
+  for (const double scale : {1.0, 1e100, 1e-100}) {  // (1 − n nᵀ) / |x|
+    const Eigen::Vector3d x(3 * scale, -4 * scale, 0), n = x / (5 * scale);
+    const Eigen::Matrix3d expected = (Eigen::Matrix3d::Identity() - n * n.transpose()) / 5;
+    const Eigen::Matrix3d found = tapestry::hessian([](const auto& y) { return y.stableNorm(); }, x);
+    CHECK((found * scale - expected).norm() < 1e-15);
+  }
+}
+
+TEST_CASE("Eigen's stable norm of variables takes infinities and NaN along", "[autodiff][eigen]") {
+  const double infinity = std::numeric_limits<double>::infinity();
+  const auto value = [](double first, double second) {
+    Tape<double> tape;
+    const auto scope = tape.activate();
+    Vector3<Variable<double>> x(2);
+    x << tape.input(first), tape.input(second);
+    return x.stableNorm().value();
+  };
+  CHECK(value(1, -infinity) == infinity);
+  CHECK(std::isnan(value(1, std::nan(""))));
+  CHECK(std::isnan(value(std::nan(""), 1)));
 }

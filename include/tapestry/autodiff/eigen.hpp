@@ -3,6 +3,7 @@
 #include <concepts>
 #include <tapestry/autodiff/detail/eigen/eigen_solvers.hpp>
 #include <tapestry/autodiff/detail/eigen/householder.hpp>
+#include <tapestry/autodiff/detail/eigen/stable_norm.hpp>
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/variable.hpp>
@@ -36,9 +37,10 @@ struct EigenTraits : Eigen::GenericNumTraits<S> {
 }  // namespace tapestry::detail
 
 namespace Eigen {
-template <class T>
-struct NumTraits<tapestry::Variable<T>>
-    : tapestry::detail::EigenTraits<tapestry::Variable<T>, tapestry::detail::Base<T>> {};
+// Also of formulas, which Eigen's functions of numbers then return as variables.
+template <tapestry::ScalarExpression E>
+struct NumTraits<E> : tapestry::detail::EigenTraits<tapestry::Variable<typename E::ExpressionScalar>,
+                                                    tapestry::detail::Base<typename E::ExpressionScalar>> {};
 template <class T, std::size_t N, class Tag>
 struct NumTraits<tapestry::Dual<T, N, Tag>>
     : tapestry::detail::EigenTraits<tapestry::Dual<T, N, Tag>, tapestry::detail::Base<T>> {};
