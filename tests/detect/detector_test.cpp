@@ -7,6 +7,7 @@
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/loss/adversarial.hpp>
+#include <thread>
 #include <vector>
 
 #include "../support/catch.hpp"
@@ -79,6 +80,46 @@ TEST_CASE("a detector of YOLOX's kind has the logits behind its export's scores"
         const double shown = exported.output(0)[candidate * (5 + classes) + c];
         CHECK(shown == Approx(c < 4 ? logit : nn::logistic(logit)).epsilon(1e-12));
       }
+  }
+}
+
+TEST_CASE("several threads run one detector at once, with the bits of one thread", "[detect][threads]") {
+  const bool is_decoded = GENERATE(false, true);
+  detect::DetectorDescription kind = detect::known_description("yolox");
+  if (is_decoded) {  // its first call holds values against the description
+    kind = {{}, {}, detect::HeadKind::boxes_and_scores};
+    kind.decoded.boxes = kind.decoded.scores = yolox_like(64).outputs.front();
+    kind.decoded.has_objectness = true;
+  }
+  const auto images = pictures<float>(2, 64);
+  struct Result {
+    std::vector<Array<float, 4>> logits{};
+    Array<float, 4> gradient{};
+    std::size_t found = 0;
+  };
+  const auto run = [&](const detect::Detector<float>& detector) {
+    detect::Pass<float> pass;
+    Result result;
+    detector.forward(images, pass, detect::Mode::input_gradient);
+    result.logits = pass.logits;
+    result.gradient = xt::zeros_like(images);
+    detector.input_adjoint(pass, pass.logits, result.gradient);
+    result.found = detector.detections(pass.logits, 1, 0.1).size();
+    return result;
+  };
+  const Result expected = run(detect::Detector<float>(yolox_like(64), kind));
+  const detect::Detector<float> shared(yolox_like(64), kind);
+  std::vector<Result> results(4);
+  std::vector<std::thread> threads;
+  for (Result& result : results)
+    threads.emplace_back([&] {
+      for (int round = 0; round < 3; ++round) result = run(shared);
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (const Result& result : results) {
+    CHECK(result.logits == expected.logits);
+    CHECK(result.gradient == expected.gradient);
+    CHECK(result.found == expected.found);
   }
 }
 

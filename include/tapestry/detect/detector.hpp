@@ -38,7 +38,8 @@ class KeptPicture;
 
 /// Finds objects in pictures: a network whose results are the raw logits of heads, forward and backward, with
 /// the encoding of its input and the names of its classes, whatever file they came from; see
-/// io::read_detector(). Results are the same bits for any number of threads.
+/// io::read_detector(). Results are the same bits for any number of threads. Several threads may call const
+/// members of one detector at once, each with a Pass of its own.
 ///
 /// The heads of an export are read before the logistic function that it ends with, so that losses get raw
 /// logits; boxes_and_scores and end_to_end are the exceptions, see DecodedOutputs. What a description states
