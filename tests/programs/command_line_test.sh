@@ -39,6 +39,12 @@ expect_exit 0 "all options from a file" "$convert" --config convert.toml
 expect_same expected.safetensors "from a file.safetensors"
 expect_exit 0 "the command line wins" "$convert" --config convert.toml --output elsewhere.safetensors
 expect_same expected.safetensors elsewhere.safetensors
+printf '\xEF\xBB\xBF' | cat - convert.toml >marked.toml
+expect_exit 0 "a file with a byte order mark" "$convert" --config marked.toml --output marked.safetensors
+expect_same expected.safetensors marked.safetensors
+sed '1d; s/^cfg/\xEF\xBB\xBFcfg/' convert.toml >marked.toml
+expect_exit 0 "a byte order mark before an option" "$convert" --config marked.toml --output marked.safetensors
+expect_same expected.safetensors marked.safetensors
 sed 's/fold = true/fold = false/' convert.toml >plain.toml
 expect_exit 0 "a flag left out" "$convert" --config plain.toml --output plain.safetensors
 grep -q 'batch normalisation kept' command.out && pass || fail "fold = false folds"

@@ -67,13 +67,14 @@ class ConfigFile : public CLI::ConfigTOML {
     }
   }
 
-  /// The text of the file, after checking that it is short and has no sections.
+  /// The text of the file without a byte order mark, after checking that it is short and has no sections.
   [[nodiscard]] std::string plain_lines(std::istream& input) const {
     std::string text(most_bytes + 1, '\0');
     input.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(input.gcount()));
     if (text.size() > most_bytes)
       refuse("larger than " + std::to_string(most_bytes) + " bytes", ErrorKind::limit);
+    if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {
       const auto first = line.find_first_not_of(" \t\r");
