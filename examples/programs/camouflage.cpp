@@ -30,6 +30,11 @@ Inputs load_all(CamouflageOptions& options) {
     inputs.warnings.push_back("--method " + options.optimisation.method +
                               ": smoothness outweighs the loss of attention by far; DAS has no such term, "
                               "see --smoothness-weight 0");
+  if (moves_shape(options.optimisation.method) && inputs.car.painted.pictures &&
+      options.scene.filter != raster::name_of(raster::TextureFilter::bilinear))
+    throw Error(ErrorKind::usage, "--method " + options.optimisation.method +
+                                      " moves the mesh with its own textures (map_Kd); it needs --filter "
+                                      "bilinear");
   loss::require_raw_logits("camouflage", inputs.detector.heads());
   inputs.ensemble =
       load_ensemble(options.optimisation.ensemble, options.detector, inputs.detector, inputs.warnings);

@@ -61,7 +61,7 @@ struct Options {
 
 void describe_car(CLI::App& app, Options& options) {
   app.add_option("--mesh", options.mesh,
-                 "OBJ file of the car, with its own texture (map_Kd); the bundled sedan when left out");
+                 "OBJ file of the car, with its own textures (map_Kd); the bundled sedan when left out");
   app.add_option("--up", options.axes.up, up_help)->capture_default_str();
   app.add_option("--forward", options.axes.forward, forward_help)->capture_default_str();
   app.add_option("--object", options.object, object_help)->capture_default_str();
@@ -153,7 +153,7 @@ constexpr double least_object_m = 0.2;  ///< length of the smallest object that 
 scenes::Vehicle load_vehicle(const Options& options) {
   auto loaded = io::read_obj(options.mesh);
   auto warnings = loaded.warnings;
-  auto own = own_texture(options.mesh, loaded.mesh, warnings);
+  const auto own = own_textures(loaded.mesh, warnings);
   const auto materials = options.material.empty() && options.mesh == BundledAssets().mesh()
                              ? std::vector<std::string>{"body"}
                              : options.material;
@@ -163,7 +163,7 @@ scenes::Vehicle load_vehicle(const Options& options) {
   try {
     const double least_m = options.object == "any" ? least_object_m : 1;
     auto vehicle = scenes::stand_on_ground(std::move(mesh), std::move(painted), options.length, least_m);
-    if (own) scenes::set_texture(vehicle, own->picture, std::move(own->faces));
+    for (const OwnTexture& texture : own) scenes::add_texture(vehicle, texture.picture, texture.faces);
     return vehicle;
   } catch (const DomainError& error) {
     throw FileError(ErrorKind::mismatch, {options.mesh, "", error.what()});

@@ -90,7 +90,7 @@ void describe_scene(CLI::App& app, Options& o) {
                  "text file of painted faces, one 1-based number a line, instead of --material");
   app.add_option(
       "--texture", o.texture,
-      "PNG that the uv of painted faces point into; the mesh's own texture (map_Kd) and colours when "
+      "PNG that the uv of painted faces point into; the mesh's own textures (map_Kd) and colours when "
       "left out");
   app.add_option("--colour", o.colour, "one colour for painted faces, three numbers from 0 to 1")
       ->expected(3);
@@ -320,7 +320,7 @@ void require_described(const Options& o, const PaintedScene& scene, const Json& 
   expected.layout.u_extent = raster::u_extent_of(scene);
   expected.space = image::colour_space_by_name(o.colour_space);
   Json json = description_of(expected, painted_part(o.material, o.faces, scene.painted), o.axes);
-  if (has_face_charts(scene.mesh)) json["charts"] = described.value("charts", Json());
+  if (has_face_charts(scene.mesh, scene.painted)) json["charts"] = described.value("charts", Json());
   const std::string path = description_path(o.texture);
   if (const auto word = require_same_layout(path, described, json); !word.empty()) warnings.push_back(word);
   if (o.u_extent != json["u_extent"].get<double>())
@@ -328,8 +328,9 @@ void require_described(const Options& o, const PaintedScene& scene, const Json& 
                                           json["u_extent"].dump(), Json(o.u_extent).dump()});
 }
 
-void set_texture(const Options& o, const GivenTexture& given, PaintedScene& scene,
-                 std::vector<std::string>& warnings) {
+/// \param own  of the mesh
+void set_texture(const Options& o, const GivenTexture& given, const std::vector<OwnTexture>& own,
+                 PaintedScene& scene, std::vector<std::string>& warnings) {
   if (given.picture) {
     require_uvs(o.mesh, scene.mesh, scene.painted, "--texture");
     scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : 1;
@@ -338,14 +339,9 @@ void set_texture(const Options& o, const GivenTexture& given, PaintedScene& scen
     return;
   }
   scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : 1;
-  if (!o.colour.empty() && std::ranges::find(scene.painted, 0) != scene.painted.end())
-    warn_about_textures(o.mesh, scene.mesh, warnings);
-  if (o.colour.empty()) {
-    if (const auto own = own_texture(o.mesh, scene.mesh, warnings)) {
-      scene.painted = own->faces;
-      scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : 1;
-      return set_atlas(o, own->picture, scene);
-    }
+  if (o.colour.empty() && !own.empty()) {  // the first one is drawn like a paint, so that it can be printed
+    scene.painted = own.front().faces;
+    return set_atlas(o, own.front().picture, scene);
   }
   const auto& colours = scene.mesh.vertex_colours;
   if (o.colour.empty() && !colours.empty()) {
@@ -369,7 +365,12 @@ void require_kept(const Options& o, const io::LoadedMesh& loaded) {
   list.require_kept("--output", o.output, inputs);
   list.require_kept("--panels", o.panels, inputs);
   const bool has_texture = inputs.size() > loaded.material_files.size() && o.colour.empty();
-  if (o.exported.ends_with(".obj")) require_exported_files(o, inputs, has_texture, list);
+  if (o.exported.ends_with(".obj")) {
+    require_exported_files(o, inputs, has_texture, list);
+    for (std::size_t i = 1; i <= loaded.mesh.materials.size(); ++i)
+      list.require_kept(
+          "--export", o.exported.substr(0, o.exported.size() - 4) + "-" + std::to_string(i) + ".png", inputs);
+  }
   list.throw_first();
 }
 
@@ -384,9 +385,12 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   require_kept(o, loaded);
   scene.mesh = upright_object(o.mesh, std::move(loaded.mesh), o.axes, o.object);
   if (is_normalised) scene.mesh = geometry::normalise_mesh(std::move(scene.mesh));
-  set_texture(o, texture, scene, loaded.warnings);
+  const auto own = own_textures(scene.mesh, loaded.warnings);
+  set_texture(o, texture, own, scene, loaded.warnings);
   print_warnings(loaded.warnings);
   scene.space = image::colour_space_by_name(o.colour_space);
+  scene.pictures = pictures_of(own, scene.mesh, raster::texture_filter_by_name(o.filter), scene.space,
+                               o.texture.empty() && o.colour.empty() ? 1 : 0);
   scene.lighting = o.lighting;
   scene.light.ambient = o.ambient;
   scene.light.directional = o.directional;

@@ -63,7 +63,7 @@ class Shader {
       for (std::size_t c = 0; c < 3; ++c)
         lit_[face][c] *= static_cast<float>(lights[face] * scene.light.colour[c]);
     pixel_angle_ = 2 * scene.camera.tan_half_fov_x / static_cast<double>(width);
-    if (scene.texture) paint_texture(*scene.texture);
+    if (scene.texture || scene.pictures) paint_car();
   }
 
   /// Sum of the colours of one pixel's samples.
@@ -108,10 +108,18 @@ class Shader {
                      static_cast<double>(height_), static_cast<double>(width_));
   }
 
-  void paint_texture(const CarTexture& texture) {
-    const auto map = raster::texture_operator<float>({scene_.car, texture.faces, texture.layout},
-                                                     scene_.camera, height_, width_, scene_.light);
-    texture_ = raster::render(map, texture.texels);
+  void paint_car() {
+    raster::PaintedMesh body{scene_.car, std::vector<std::uint8_t>(scene_.car.faces.size(), 0), {}};
+    body.layout.kind = raster::TextureKind::solid;
+    body.pictures = scene_.pictures;
+    auto texels = zeros<float, 2>({1, 3});
+    if (const auto& texture = scene_.texture) {
+      body.painted = texture->faces;
+      body.layout = texture->layout;
+      texels = texture->texels;
+    }
+    const auto map = raster::texture_operator<float>(body, scene_.camera, height_, width_, scene_.light);
+    texture_ = raster::render(map, texels);
     texture_coverage_ = map.coverage;
     textured_faces_ = scene_.car.faces.size();  // the main car comes first
   }

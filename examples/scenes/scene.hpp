@@ -84,6 +84,7 @@ struct Scene {
       photograph;  ///< [H, W, 3] behind everything instead of the sky, of the picture's extents; or empty
   double sensor_noise = 0;
   std::uint64_t noise_seed = 0;
+  std::shared_ptr<const raster::MeshPictures> pictures{};  ///< of the main car's faces; or null
   std::shared_ptr<const CarTexture> texture{};  ///< of the main car; its other faces have their materials'
                                                 ///< colours; or null
 };

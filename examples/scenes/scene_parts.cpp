@@ -54,8 +54,8 @@ void add_vehicle(SceneBuilder& builder, Scene& scene, const SceneOptions& option
   std::vector<Colour> colours = vehicle.colours;
   for (std::size_t face = 0; face < colours.size(); ++face)
     if (vehicle.painted[face] != 0) colours[face] = colour;
-  scene.texture = vehicle.texture;
-  if (scene.texture) set_materials(scene.car, colours);
+  scene.pictures = vehicle.pictures;
+  if (scene.pictures) set_materials(scene.car, colours);
   scene.car_object = scene.objects.size();
   builder.label(class_car, builder.add(scene.car, colours, {}));
   cast_shadows(builder, scene.car.positions, {}, 0.6);

@@ -8,11 +8,8 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/image/colour_space.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/used_texels.hpp>
+#include <tapestry/raster/mesh_pictures.hpp>
 #include <utility>
-
-#include "photograph.hpp"
 
 namespace tapestry::scenes {
 
@@ -49,17 +46,11 @@ Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, 
   return vehicle;
 }
 
-void set_texture(Vehicle& vehicle, const Array<std::uint8_t, 3>& picture, std::vector<std::uint8_t> faces) {
-  auto pixels = image::from_bytes<float>(picture);
-  while (std::min(pixels.shape(0), pixels.shape(1)) > 2048) pixels = halved(pixels);
-  CarTexture texture{std::move(faces), {}, Array<float, 2>(Extents<2>{pixels.size() / 3, 3})};
-  texture.layout.height = pixels.shape(0);
-  texture.layout.width = pixels.shape(1);
-  texture.layout.filter = raster::TextureFilter::anisotropic;
-  std::copy_n(pixels.data(), pixels.size(), texture.texels.data());
-  const auto pyramid = raster::pyramid_of({vehicle.mesh, texture.faces, texture.layout});
-  texture.texels = raster::stored_texels(pyramid, std::move(texture.texels));
-  vehicle.texture = std::make_shared<const CarTexture>(std::move(texture));
+void add_texture(Vehicle& vehicle, const Array<std::uint8_t, 3>& picture,
+                 const std::vector<std::uint8_t>& faces) {
+  if (!vehicle.pictures) vehicle.pictures = std::make_shared<raster::MeshPictures>();
+  raster::add_picture(*vehicle.pictures, vehicle.mesh, picture, faces, raster::TextureFilter::anisotropic,
+                      image::ColourSpace::encoded);
 }
 
 geometry::Camera camera_of_mesh(const Vehicle& vehicle, geometry::Camera camera) {

@@ -4,6 +4,7 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/mesh_pictures.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <vector>
 
@@ -11,7 +12,7 @@
 
 namespace tapestry::scenes {
 
-/// A picture on some faces of a car.
+/// A paint on some faces of a car.
 struct CarTexture {
   std::vector<std::uint8_t> faces;  ///< one entry a face, 1 where it shows
   raster::TextureLayout layout{};
@@ -21,9 +22,9 @@ struct CarTexture {
 /// A mesh of the user's as the main car of scenes: in metres, z up, standing on the ground at the origin.
 struct Vehicle {
   geometry::Mesh mesh{};
-  std::vector<std::uint8_t> painted{};          ///< 1 for each face that takes the car's colour
-  std::vector<Colour> colours{};                ///< of the other faces: their material's, or dark
-  std::shared_ptr<const CarTexture> texture{};  ///< its own, on painted and other faces; or null
+  std::vector<std::uint8_t> painted{};               ///< 1 for each face that takes the car's colour
+  std::vector<Colour> colours{};                     ///< of the other faces: their material's, or dark
+  std::shared_ptr<raster::MeshPictures> pictures{};  ///< its own, on painted and other faces; or null
   double metres_per_unit = 1;
   Point origin{};  ///< where the scene's origin lies in the mesh as it was, its units
 };
@@ -36,10 +37,11 @@ struct Vehicle {
 [[nodiscard]] Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, double length,
                                       double least_m = 1);
 
-/// Puts the mesh's own texture on some of its faces. A picture that is much larger than frames is halved.
+/// Puts a texture of the mesh's own on some of its faces.
 /// \param picture  [H, W, 3], RGB
 /// \param faces    one entry a face, 1 for those that it shows on; they have texture coordinates
-void set_texture(Vehicle& vehicle, const Array<std::uint8_t, 3>& picture, std::vector<std::uint8_t> faces);
+void add_texture(Vehicle& vehicle, const Array<std::uint8_t, 3>& picture,
+                 const std::vector<std::uint8_t>& faces);
 
 /// The camera of a scene, as it sees the vehicle's mesh in the units that it had before.
 [[nodiscard]] geometry::Camera camera_of_mesh(const Vehicle& vehicle, geometry::Camera camera);

@@ -13,6 +13,7 @@
 #include <tapestry/raster/geometry_picture.hpp>
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/mesh_pictures.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/painted.hpp>

@@ -166,6 +166,37 @@ TEST_CASE("a painted mesh as .glb has all that a viewer needs", "[io][glb]") {
   CHECK(glb.json["textures"][0]["source"] == 0);
 }
 
+TEST_CASE("a .glb has the pictures of its materials, each of them once", "[io][glb]") {
+  const tapestry::test::TemporaryFolder folder;
+  io::write_image(folder.path("skin.png"), tapestry::test::random_array<float>({3, 5, 3}, 2));
+  auto mesh = small_mesh();  // the second face has no uv, so that its material's colour shows
+  mesh.materials[0].texture = mesh.materials[1].texture = folder.path("skin.png");
+  mesh.face_materials = {0, 0, 1, -1};
+  mesh.face_uvs[3] = {2, 1, 0};
+  const auto surfaces = [&](const Glb& glb) {
+    std::vector<int> textures;
+    for (const auto& primitive : glb.json["meshes"][0]["primitives"]) {
+      const auto& surface =
+          glb.json["materials"][primitive["material"].get<std::size_t>()]["pbrMetallicRoughness"];
+      const bool has_texture = surface.contains("baseColorTexture");
+      CHECK(primitive["attributes"].contains("TEXCOORD_0") == has_texture);
+      textures.push_back(has_texture ? surface["baseColorTexture"]["index"].get<int>() : -1);
+      if (has_texture) CHECK(surface["baseColorFactor"] == nlohmann::json{1, 1, 1, 1});
+    }
+    return textures;
+  };
+  io::write_glb(folder.path("car.glb"), mesh);
+  const Glb glb(folder.read("car.glb"));
+  CHECK(surfaces(glb) == std::vector<int>{-1, 0, 0, -1});  // body without uv, body, paint, none
+  CHECK(glb.json["images"].size() == 1);
+  io::write_painted_glb(folder.path("painted.glb"), {mesh, {0, 0, 0, 1}, two_wide},
+                        tapestry::test::random_array<float>({3, 5, 3}, 1));
+  const Glb painted(folder.read("painted.glb"));
+  CHECK(surfaces(painted) == std::vector<int>{0, -1, 1, 1});
+  const auto uvs = painted.corners(2, "TEXCOORD_0");  // not divided by the extent of the paint
+  CHECK(uvs[1] == std::vector<float>{2, 0});
+}
+
 TEST_CASE("accessors of positions state their bounds exactly", "[io][glb]") {
   const tapestry::test::TemporaryFolder folder;
   io::write_glb(folder.path("car.glb"), small_mesh());

@@ -220,6 +220,51 @@ TEST_CASE("PNG picture data may come in any pieces and at any level of compressi
     }
 }
 
+TEST_CASE("a PNG is turned upright by its EXIF block", "[io][image]") {
+  const tapestry::test::TemporaryFolder folder;
+  const PixelKind kind{2, 8};
+  PngParts parts = parts_of(kind, random_samples(kind, 3, 2, 9), false, 5);
+  const auto stored = io::read_image(folder.write("a.png", png(parts)));
+  for (char orientation = 1; orientation <= 8; ++orientation) {
+    std::string block("II*\0\x8\0\0\0\1\0\x12\1\3\0\1\0\0\0?\0\0\0\0\0\0\0", 26);
+    block[18] = orientation;
+    parts.before_data = png_chunk("eXIf", block);
+    const std::string path = folder.write("a.png", png(parts));
+    CHECK((io::read_image(path) == io::turned_upright(stored, orientation)));
+    const auto mask = io::read_mask(path);
+    CHECK(mask.shape(0) == (orientation < 5 ? stored.shape(0) : stored.shape(1)));
+  }
+  const PngParts row{.width = 2, .height = 1, .rows = bytes({0, 0, 255})};
+  PngParts turned = row;
+  turned.before_data = png_chunk("eXIf", std::string("MM\0*\0\0\0\x8\0\1\1\x12\0\3\0\0\0\1\0\6\0\0", 22));
+  const auto mask = io::read_mask(folder.write("m.png", png(turned)));  // by a quarter, clockwise
+  REQUIRE((mask.shape() == tapestry::Extents<2>{2, 1}));
+  CHECK(mask(0, 0) == 0);
+  CHECK(mask(1, 0) == 1);
+}
+
+TEST_CASE("a PNG whose picture is whole is read without a sound end chunk, with a warning",
+          "[io][image]") {  // I05
+  const tapestry::test::TemporaryFolder folder;
+  const PixelKind kind{2, 8};
+  const std::string file = png(parts_of(kind, random_samples(kind, 3, 2, 9), false, 5));
+  const auto whole = io::read_image(folder.write("a.png", file));
+  const auto read_with_warning = [&](const std::string& content) {
+    std::vector<std::string> warnings;
+    const std::string path = folder.write("a.png", content);
+    CHECK((io::read_image(path, &warnings) == whole));
+    CHECK(warnings == std::vector{path + ": PNG lacks a sound end chunk behind its picture data"});
+    CHECK_THROWS_AS(io::read_image(path), tapestry::FileError);
+  };
+  for (const std::size_t missing : {1U, 5U, 12U}) read_with_warning(file.substr(0, file.size() - missing));
+  std::string damaged = file;
+  damaged.back() = '?';  // its checksum
+  read_with_warning(damaged);
+  std::vector<std::string> warnings;
+  CHECK_THROWS_AS(io::read_image(folder.write("a.png", file.substr(0, file.size() - 13)), &warnings),
+                  tapestry::FileError);  // of the picture data's checksum
+}
+
 TEST_CASE("a mask keeps sixteen bits", "[io][image]") {
   const tapestry::test::TemporaryFolder folder;
   const auto deep = io::read_mask(folder.write("m.png", png({.bits = 16, .rows = bytes({0, 0x12, 0x34})})));

@@ -75,6 +75,43 @@ TEST_CASE("a painted mesh has its texture beside it", "[io][obj]") {
   CHECK((io::read_image(folder.path("car.png")).shape() == tapestry::Extents<3>{2, 4, 3}));
 }
 
+TEST_CASE("a mesh is written with the pictures of its materials, each of them once", "[io][obj]") {
+  const tapestry::test::TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path("own"));
+  const std::string skin = folder.path("own/skin.png");
+  io::write_image(skin, tapestry::test::random_array<float>({3, 5, 3}, 2));
+  auto mesh = small_mesh();
+  mesh.materials = {{"body", {}, skin}, {"hood", {}, skin}, {"gone", {}, folder.path("own/gone.png")}};
+  mesh.face_uvs = {{0, 1, 2}, {2, 0, 1}, {2, 1, 0}};
+  mesh.face_materials = {0, 1, 2};
+  mesh.groups.clear();
+  mesh.face_groups.clear();
+  io::write_obj(folder.path("car.obj"), mesh);
+  const auto textures = [&] {
+    const auto loaded = io::read_obj(folder.path("car.obj"));
+    CHECK(loaded.warnings.empty());
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < 3; ++i) names.push_back(loaded.mesh.materials[i].texture);
+    return names;
+  };
+  CHECK(textures() == std::vector<std::string>{folder.path("car-1.png"), folder.path("car-1.png"), ""});
+  CHECK((io::read_image(folder.path("car-1.png")) == io::read_image(skin)));
+  CHECK_FALSE(std::filesystem::exists(folder.path("car-2.png")));
+
+  // Beside a paint over u from 0 to 2 pictures keep their uvs, and a painted face's picture is left out.
+  const auto texture = tapestry::test::random_array<float>({2, 4, 3}, 1);
+  io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 0, 0}, two_wide}, texture);
+  CHECK(textures() == std::vector<std::string>{"", folder.path("car-2.png"), ""});
+  const auto loaded = io::read_obj(folder.path("car.obj")).mesh;
+  const auto corner = [](const geometry::Mesh& of, std::size_t face, std::size_t k) {
+    return of.uvs[static_cast<std::size_t>(of.face_uvs[face][k])];
+  };
+  for (std::size_t k = 0; k < 3; ++k) {
+    CHECK(corner(loaded, 0, k)[0] == corner(mesh, 0, k)[0] / 2);
+    CHECK(corner(loaded, 1, k) == corner(mesh, 1, k));
+  }
+}
+
 TEST_CASE("texels that no painted face refers to are written with the colours around them", "[io][obj]") {
   // A chart of 4 x 4 texels, red, in the middle of an atlas of 16 x 16 that is black elsewhere.
   const tapestry::test::TemporaryFolder folder;

@@ -66,6 +66,23 @@ for mesh in several several-cubes; do
   expect_same "$mesh-again/painted.glb" "$mesh/painted.glb"
 done
 
+# The picture is drawn and exported beside the paint.
+for mesh in several several-cubes; do
+  [ "$(ls "$mesh"/painted-*.png | wc -l)" = 1 ] && pass || fail "$mesh: $(ls "$mesh")"
+  expect_exit 0 "the hood as it was" "$render" --mesh several.obj --material body --colour 1 0 0 --size 96 --output red.png
+  sed '/^map_Kd painted.png/d; /^newmtl paint$/{n;s/.*/Kd 1 0 0/}' "$mesh/painted.mtl" >"$mesh/red.mtl"
+  sed "s/painted.mtl/red.mtl/" "$mesh/painted.obj" >"$mesh/red.obj"
+  expect_exit 0 "the hood as it is exported" "$render" --mesh "$mesh/red.obj" --size 96 --output exported.png
+  expect_same red.png exported.png
+done
+expect_exit 0 "the hood's picture" "$render" --mesh several.obj --material body --texture several/texture.png --size 128 \
+  --output texture.png
+expect_exit 0 "the hood's picture, exported" "$render" --mesh several/painted.obj --size 128 --output painted.png
+expect_same texture.png painted.png
+expect_exit 2 "a moved mesh with pictures" "$camouflage" --mesh several.obj --material body --texture cube --texels 4 \
+  --frames frames --method mesh_adv --output moved
+expect_error_line 'moves the mesh with its own textures \(map_Kd\); it needs --filter bilinear'
+
 # A paint of another layout is refused, with what is found and what is expected. (N29)
 otherwise='the texture is laid on a car in another way'
 start=("$camouflage" --frames frames --epochs 1 --material body --output none)

@@ -130,6 +130,15 @@ grep -q own/skin.png textured/manifest.json && pass || fail "the texture is no i
 expect_exit 0 "the car without it" frames --mesh plain/car.obj --material body --output untextured
 cmp -s textured/test/0001.npz untextured/test/0001.npz && fail "the texture is not drawn" || pass
 expect_same untextured/test/0001.npz metres/test/0001.npz
+awk '$1 == "usemtl" && $2 == "body" && ++parts % 2 { print "usemtl hood"; next } { print }' own/car.obj >plain/car.obj
+printf 'P6 1 1 255\n\377\200\100' >plain/dot.ppm
+for textures in one two; do
+  { sed 's/^newmtl body$/&\nmap_Kd skin.png/' "$assets/car_sedan.mtl" && printf '\nnewmtl hood\nKd 0 1 0\n'; } >plain/car_sedan.mtl
+  [ $textures = one ] || echo 'map_Kd dot.ppm' >>plain/car_sedan.mtl
+  expect_exit 0 "a car of $textures" frames --mesh plain/car.obj --material body --output $textures
+  grep -q texture command.err && fail "a texture is warned of: $(cat command.err)" || pass
+done
+cmp -s one/test/0001.npz two/test/0001.npz && fail "of two textures one is drawn" || pass
 rm own/skin.png
 expect_exit 0 "a texture that is gone" frames --mesh own/car.obj --material body --output gone
 grep -q '^warning: own/skin.png: .*colours (Kd) stand in' command.err && pass || fail "no word on a texture that is gone"

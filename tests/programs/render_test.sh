@@ -108,6 +108,27 @@ sed 's/ out.png/ absent.png/' out.mtl >other.mtl && sed 's/out.mtl/other.mtl/' o
 expect_exit 0 "a texture that is not there" "$render" --mesh other.obj --size 96 --output two.png
 grep -q 'absent.png.*stand in for this texture' command.err && pass || fail "no word on the texture"
 cmp -s one.png two.png && fail "a texture that is not there is drawn" || pass
+# Three walls: two textures, one of them shared and of one pixel, and a colour. What is exported looks the same.
+printf 'P6 1 1 255\n\377\200\100' >dot.ppm
+printf 'newmtl a\nmap_Kd car.png\nnewmtl b\nmap_Kd dot.ppm\nnewmtl c\nmap_Kd dot.ppm\nnewmtl d\nKd 0 1 0\n' >walls.mtl
+{ printf 'mtllib walls.mtl\nvt -1 0\nvt 2 0\nvt 2 1\nvt -1 1\n'
+  for wall in 0 1 2 3; do
+    printf 'v 0 %d 0\nv 0 %d 0\nv 0 %d 1\nv 0 %d 1\n' "$wall" "$((wall + 1))" "$((wall + 1))" "$wall"
+  done
+  for wall in 0 1 2 3; do
+    n=$((4 * wall)) && printf 'usemtl %s\nf %d/1 %d/2 %d/3 %d/4\n' "$(cut -c $((wall + 1)) <<<abcd)" $((n + 1)) $((n + 2)) $((n + 3)) $((n + 4))
+  done; } >walls.obj
+walls=("$render" --object any --size 96)
+expect_exit 0 "walls" "${walls[@]}" --mesh walls.obj --export both.obj --output one.png
+grep -q texture command.err && fail "walls: $(cat command.err)" || pass
+expect_exit 0 "the exported walls" "${walls[@]}" --mesh both.obj --output two.png
+expect_same one.png two.png
+sed 's/^map_Kd dot.ppm/map_Kd none.png/' walls.mtl >fewer.mtl && sed 's/walls.mtl/fewer.mtl/' walls.obj >fewer.obj
+expect_exit 0 "walls without one texture" "${walls[@]}" --mesh fewer.obj --output two.png
+[ "$(grep -c 'none.png.*stand in' command.err)" = 1 ] && pass || fail "walls: $(cat command.err)"
+cmp -s one.png two.png && fail "one of several textures is not drawn" || pass
+expect_exit 2 "a picture of the mesh overwritten" "${walls[@]}" --mesh both.obj --export both.obj --output two.png
+
 expect_exit 0 "export as glTF" "$render" --size 96 --material body --texture car.png --export out.glb --output one.png
 [ "$(head -c 4 out.glb)" = glTF ] && pass || fail "out.glb is no glTF"
 expect_exit 0 "export of a colour" "$render" --size 96 --material body --colour 1 0 0 --export red.obj --output one.png

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
@@ -12,7 +13,9 @@
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <utility>
+#include <vector>
 
+#include "own_texture.hpp"
 #include "report.hpp"
 
 namespace tapestry::shell {
@@ -23,24 +26,28 @@ struct ExportedCar {
   Array<float, 2> colours;  ///< [texel, 3]
 };
 
-/// Reads a painted OBJ file back: the faces of its one texture are the painted ones.
+/// Reads a painted OBJ file back: the faces with the texture of its name are the painted ones, others may
+/// have pictures of their own.
 /// \param like  gives filter and colour space, which an OBJ file does not hold
 inline ExportedCar read_exported_car(const std::string& obj, const raster::PaintedMesh& like) {
   ExportedCar exported{{io::read_obj(obj).mesh, {}, like.layout, like.space}, {}};
   auto& car = exported.car;
-  std::string texture;
+  const auto texture = std::filesystem::path(obj).replace_extension(".png");
   for (const std::int32_t material : car.mesh.face_materials) {
     const bool is_paint =
-        material >= 0 && !car.mesh.materials[static_cast<std::size_t>(material)].texture.empty();
-    if (is_paint) texture = car.mesh.materials[static_cast<std::size_t>(material)].texture;
+        material >= 0 &&
+        std::filesystem::path(car.mesh.materials[static_cast<std::size_t>(material)].texture).filename() ==
+            texture.filename();
     car.painted.push_back(is_paint ? 1 : 0);
   }
-  const auto atlas = image::from_bytes<float>(io::read_image(texture));
+  const auto atlas = image::from_bytes<float>(io::read_image(texture.string()));
   car.layout.kind = raster::TextureKind::atlas;
   car.layout.height = atlas.shape(0);
   car.layout.width = atlas.shape(1);
   car.layout.u_extent = 1;  // the writer divides u by the extent
   car.pyramid = raster::pyramid_of(car);
+  std::vector<std::string> told_before;
+  car.pictures = pictures_of(own_textures(car.mesh, told_before), car.mesh, car.layout.filter, car.space);
   exported.colours = Array<float, 2>(Extents<2>{atlas.shape(0) * atlas.shape(1), 3});
   std::copy_n(atlas.data(), atlas.size(), exported.colours.data());
   return exported;

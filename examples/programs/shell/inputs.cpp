@@ -13,6 +13,7 @@
 
 #include "../../scenes/drawn_frames.hpp"
 #include "file_status.hpp"
+#include "own_texture.hpp"
 #include "run_manifest.hpp"
 
 namespace tapestry::shell {
@@ -117,7 +118,7 @@ Car load_car(const SceneSettings& settings) {
   Car car;
   car.warnings = loaded.warnings;
   car.material_files = loaded.material_files;
-  warn_about_textures(settings.mesh, loaded.mesh, car.warnings);
+  const auto own = own_textures(loaded.mesh, car.warnings);
   car.painted.painted =
       selected_faces(settings.mesh, loaded.mesh, settings.material, settings.faces, car.warnings);
   car.painted.mesh = std::move(loaded.mesh);
@@ -126,6 +127,7 @@ Car load_car(const SceneSettings& settings) {
       upright_object(settings.mesh, std::move(car.painted.mesh), settings.axes, settings.object);
   car.painted.space = image::colour_space_by_name(settings.colour_space);
   car.painted.pyramid = raster::pyramid_of(car.painted);
+  car.painted.pictures = pictures_of(own, car.painted.mesh, car.painted.layout.filter, car.painted.space);
   car.description = description_of(
       car.painted, painted_part(settings.material, settings.faces, car.painted.painted), settings.axes);
   return car;

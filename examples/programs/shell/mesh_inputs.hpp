@@ -42,13 +42,6 @@ inline std::vector<std::uint8_t> selected_faces(const std::string& mesh_path, co
   }
 }
 
-/// Warns that textures of a mesh are not drawn.
-inline void warn_about_textures(const std::string& mesh_path, const geometry::Mesh& mesh,
-                                std::vector<std::string>& warnings) {
-  if (std::ranges::any_of(mesh.materials, [](const auto& material) { return !material.texture.empty(); }))
-    warnings.push_back(mesh_path + ": textures of the mesh (map_Kd) are not drawn; colours (Kd) are");
-}
-
 /// \throws FileError (mismatch) unless every painted face has the texture coordinates that a picture requires
 inline void require_uvs(const std::string& mesh_path, const geometry::Mesh& mesh,
                         const std::vector<std::uint8_t>& painted, const char* option) {

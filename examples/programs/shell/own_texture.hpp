@@ -3,11 +3,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <optional>
+#include <memory>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/image_file.hpp>
+#include <tapestry/raster/mesh_pictures.hpp>
+#include <utility>
 #include <vector>
 
 #include "contact_sheet.hpp"
@@ -29,30 +32,42 @@ inline std::string texture_of(const geometry::Mesh& mesh, std::size_t face) {
   return mesh.materials[static_cast<std::size_t>(material)].texture;
 }
 
-/// The texture of a mesh; if there are several, the one on most faces.
-/// \returns nothing if there is none or it cannot be read; the latter adds a warning
-inline std::optional<OwnTexture> own_texture(const std::string& mesh_path, const geometry::Mesh& mesh,
-                                             std::vector<std::string>& warnings) {
+/// The textures of a mesh, that on most faces first. One that is much larger than pictures of cars is halved;
+/// one that cannot be read is left out, with a warning.
+inline std::vector<OwnTexture> own_textures(const geometry::Mesh& mesh, std::vector<std::string>& warnings) {
   std::map<std::string, std::size_t> face_counts;
   for (std::size_t face = 0; face < mesh.faces.size(); ++face)
     if (const std::string texture = texture_of(mesh, face); !texture.empty()) ++face_counts[texture];
-  if (face_counts.empty()) return std::nullopt;
-  const std::string path =
-      std::ranges::max_element(face_counts, {}, [](const auto& entry) { return entry.second; })->first;
-  OwnTexture own;
-  try {
-    own.path = path;
-    own.picture = io::read_image(path, &warnings);
-  } catch (const FileError& error) {
-    warnings.push_back(std::string(error.what()) + "; colours (Kd) stand in for this texture");
-    return std::nullopt;
+  std::vector<OwnTexture> textures;
+  for (const auto& [path, count] : face_counts) {
+    try {
+      Bitmap picture = io::read_image(path, &warnings);
+      while (std::min(picture.shape(0), picture.shape(1)) > 2048) picture = halved(picture);
+      textures.push_back({path, std::move(picture), {}});
+    } catch (const FileError& error) {
+      warnings.push_back(std::string(error.what()) + "; colours (Kd) stand in for this texture");
+    }
   }
-  if (face_counts.size() > 1)
-    warnings.push_back(mesh_path + ": of " + std::to_string(face_counts.size()) + " textures (map_Kd) " +
-                       path + " is drawn; colours (Kd) stand in for the others");
-  for (std::size_t face = 0; face < mesh.faces.size(); ++face)
-    own.faces.push_back(texture_of(mesh, face) == path ? 1 : 0);
-  return own;
+  std::ranges::stable_sort(textures, std::ranges::greater{},
+                           [&](const OwnTexture& own) { return face_counts[own.path]; });
+  for (OwnTexture& own : textures)
+    for (std::size_t face = 0; face < mesh.faces.size(); ++face)
+      own.faces.push_back(texture_of(mesh, face) == own.path ? 1 : 0);
+  return textures;
+}
+
+/// Textures as pictures of the mesh; null for none.
+/// \param first  the first that counts
+inline std::shared_ptr<const raster::MeshPictures> pictures_of(const std::vector<OwnTexture>& textures,
+                                                               const geometry::Mesh& mesh,
+                                                               raster::TextureFilter filter,
+                                                               image::ColourSpace space,
+                                                               std::size_t first = 0) {
+  if (first >= textures.size()) return nullptr;
+  auto pictures = std::make_shared<raster::MeshPictures>();
+  for (std::size_t i = first; i < textures.size(); ++i)
+    raster::add_picture(*pictures, mesh, textures[i].picture, textures[i].faces, filter, space);
+  return pictures;
 }
 
 }  // namespace tapestry::shell

@@ -83,12 +83,12 @@ inline Json exported_description(const raster::PaintedMesh& car, const Json& own
   return json;
 }
 
-/// Whether every face of a mesh has the chart that raster::face_charts() gives it.
-inline bool has_face_charts(const geometry::Mesh& mesh) {
+/// Whether every painted face of a mesh has the chart that raster::face_charts() gives it.
+inline bool has_face_charts(const geometry::Mesh& mesh, const std::vector<std::uint8_t>& painted) {
   const auto charted = raster::face_charts(mesh).mesh;
   if (mesh.face_uvs.size() != mesh.faces.size()) return false;
   for (std::size_t face = 0; face < mesh.faces.size(); ++face)
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3 && painted[face] != 0; ++k) {
       if (mesh.face_uvs[face][k] < 0) return false;
       const auto& own = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][k])];
       const auto& chart = charted.uvs[static_cast<std::size_t>(charted.face_uvs[face][k])];

@@ -58,7 +58,8 @@ void write_paint(const std::string& path, const Array<float, 2>& parameter, cons
 /// \throws FileError: malformed (damaged file), mismatch (no text)
 [[nodiscard]] std::string read_layout(const std::string& path);
 
-/// Material colours of the painted faces as a texture, [texel, 3]. Texels that no painted face uses, and the
+/// The painted faces' own colours as a texture, [texel, 3]: the means of their pictures over each texel, or
+/// their materials' colours. Texels that no painted face uses, and the
 /// one of a solid texture, take the mean over painted faces.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> own_colours(const raster::PaintedMesh& car);

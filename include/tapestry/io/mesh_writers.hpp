@@ -3,6 +3,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <tapestry/core/array.hpp>
@@ -41,13 +42,24 @@ void require_writable_mesh(const geometry::Mesh& mesh);
 raster::PaintedMesh writable_body(const char* operation, const raster::PaintedMesh& body,
                                   const std::array<std::size_t, 3>& texture);
 
+/// Writes the pictures of unpainted faces as `car-1.png` and so on, by the number of the first material that
+/// has them. \param stem  of the written mesh, `car` \param painted  empty: none
+/// \returns  their names, one a material, empty for none and for pictures that cannot be read
+std::vector<std::string> write_pictures(const std::filesystem::path& stem, const geometry::Mesh& mesh,
+                                        const std::vector<std::uint8_t>& painted);
+
+/// The same pictures as PNG, one a material. \param path  for messages
+std::vector<std::string> picture_files(const std::string& path, const geometry::Mesh& mesh,
+                                       const std::vector<std::uint8_t>& painted);
+
 /// A texture whose texels beside the charts have the colours around them. Viewers filter across the charts'
 /// rims, so other colours there would show as seams.
 template <std::floating_point T>
 Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& texture);
 }  // namespace detail
 
-/// Writes a mesh as OBJ with its materials beside it: `car.obj`, `car.mtl`. Faces keep their order.
+/// Writes a mesh as OBJ with its materials beside it: `car.obj`, `car.mtl`, and the pictures of materials as
+/// `car-1.png` and so on. A picture that cannot be read is left out. Faces keep their order.
 /// \throws FileError: write, usage (a control character in the file's name or in those of materials and
 ///         groups); NumericError if a vertex is not finite
 void write_obj(const std::string& path, const geometry::Mesh& mesh);
@@ -68,17 +80,23 @@ void write_painted_obj(const std::string& path, const raster::PaintedMesh& body,
 
 namespace detail {
 
+/// Pictures inside a .glb, as PNG.
+struct GlbPictures {
+  std::string paint;                   ///< of the painted faces; empty for none
+  double u_extent = 1;                 ///< of the paint
+  std::vector<std::string> materials;  ///< of the other faces, one a material, empty for none
+};
+
 /// The bytes of a .glb, compiled where a program includes implementation.hpp.
 /// \param painted whether each face is painted; empty: none
-/// \param png the texture of the painted faces
 std::string glb_file(const std::string& path, const geometry::Mesh& mesh,
-                     const std::vector<std::uint8_t>& painted, const std::string& png, double u_extent);
+                     const std::vector<std::uint8_t>& painted, const GlbPictures& pictures);
 
 }  // namespace detail
 
-/// Writes a mesh with the colours of its materials as glTF 2.0 binary (.glb), which viewers open directly. A
-/// node turns z up into glTF's y up, and the front from +x to +z.
-/// \throws DomainError without faces; NumericError if a vertex is not finite; FileError (write, limit)
+/// Writes a mesh with the colours and pictures of its materials as glTF 2.0 binary (.glb), which viewers open
+/// directly. A node turns z up into glTF's y up, and the front from +x to +z. \throws DomainError without
+/// faces; NumericError if a vertex is not finite; FileError (write, limit)
 void write_glb(const std::string& path, const geometry::Mesh& mesh);
 
 /// Writes a painted mesh as .glb with its texture inside; parameters and errors as write_painted_obj().

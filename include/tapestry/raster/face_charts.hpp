@@ -50,12 +50,26 @@ struct FaceCharts {
 }
 
 /// A body as files and viewers hold it, with an atlas: itself, or for textures of other kinds one with
-/// face_charts(), since the texture coordinates of a mesh may be missing or shared by several faces.
+/// face_charts(), since the texture coordinates of a mesh may be missing or shared by several faces. Faces
+/// that are not painted keep those that point into a picture of their own.
 [[nodiscard]] inline PaintedMesh with_atlas(PaintedMesh body) {
   if (body.layout.kind == TextureKind::atlas) return body;
-  auto charts = face_charts(std::move(body.mesh));
+  const geometry::Mesh own = std::move(body.mesh);
+  auto charts = face_charts(own);
   body.mesh = std::move(charts.mesh);
   body.layout = charts.layout;
+  const auto charted = static_cast<std::int32_t>(body.mesh.uvs.size());
+  for (std::size_t face = 0;
+       face < std::min({body.painted.size(), own.face_uvs.size(), own.face_materials.size()}); ++face) {
+    const std::int32_t material = own.face_materials[face];
+    if (body.painted[face] != 0 || material < 0 || std::ranges::min(own.face_uvs[face]) < 0 ||
+        own.materials[static_cast<std::size_t>(material)].texture.empty())
+      continue;
+    if (body.mesh.uvs.size() == static_cast<std::size_t>(charted))
+      body.mesh.uvs.insert(body.mesh.uvs.end(), own.uvs.begin(), own.uvs.end());
+    body.mesh.face_uvs[face] = own.face_uvs[face];
+    for (std::int32_t& corner : body.mesh.face_uvs[face]) corner += charted;
+  }
   return body;
 }
 

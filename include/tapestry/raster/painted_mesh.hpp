@@ -27,7 +27,9 @@
 
 namespace tapestry::raster {
 
-/// A mesh and the faces of it that a texture covers; the others keep their material's colour.
+struct MeshPictures;
+
+/// A mesh and the faces of it that a texture covers; the others keep their material's colour or picture.
 struct PaintedMesh {
   geometry::Mesh mesh;
   std::vector<std::uint8_t> painted;  ///< one entry a face, 1 where the texture shows
@@ -37,6 +39,7 @@ struct PaintedMesh {
   image::ColourSpace space = image::ColourSpace::encoded;
   /// Pyramid of a filtered atlas, for stored_texels(), which computes the texels that operators take.
   std::shared_ptr<const MipPyramid> pyramid{};
+  std::shared_ptr<const MeshPictures> pictures{};  ///< the mesh's own, by face, see add_picture(); or null
 };
 
 /// The colours of a mesh's faces that are not painted, in its colour space.

@@ -103,10 +103,10 @@ void shade_band(const FragmentBands& fragments, std::size_t index, const Fragmen
       painted.add(fragment);
       return;
     }
-    const std::array<float, 3> colour = shader.own_colours[face];
+    const std::array<double, 3> colour = shader.own_colour(fragment);
     const double light = shader.light_of(fragment);
     for (std::size_t c = 0; c < 3; ++c) {
-      const double lit = static_cast<double>(colour[c]) * light * shader.lighting.light_colour[c];
+      const double lit = colour[c] * light * shader.lighting.light_colour[c];
       picture.constant.data()[3 * fragment.pixel + c] += static_cast<T>(fragment.coverage * lit);
     }
   });

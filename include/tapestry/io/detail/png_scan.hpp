@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
+#include <tapestry/io/detail/exif.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <vector>
 
@@ -28,6 +29,8 @@ struct PngHeader {
   bool interlaced = false;
   std::size_t palette_at = 0;    ///< offset of the palette's chunk, 0 without one
   std::size_t palette_size = 0;  ///< bytes of its content
+  int orientation = 1;           ///< by its EXIF block, see turned_upright()
+  std::size_t end_at = 0;        ///< where a sound end chunk is missing behind whole picture data, else 0
 };
 
 namespace detail {
@@ -45,6 +48,8 @@ class PngScan {
     bool ended = false;
     bool follows_data = false;
     for (std::size_t at = 8; !ended;) {
+      if (can_lack_end() && file_.size() - at < 12) header_.end_at = at;
+      if (header_.end_at > 0) break;
       const std::size_t size = chunk_size(at);
       const std::string_view type = file_.substr(at + 4, 4);
       const std::string_view content = file_.substr(at + 8, size);
@@ -60,6 +65,7 @@ class PngScan {
         if (!pieces_.empty() && !follows_data) fail(at, "PNG picture data are interrupted by another chunk");
         pieces_.push_back(content);
       }
+      if (type == "eXIf") header_.orientation = ExifReader(content).orientation();
       follows_data = type == "IDAT";
       if (type[0] < 'a' && type != "IHDR" && type != "PLTE" && type != "IDAT" && type != "IEND")
         fail(at, "PNG has an unknown chunk that must not be skipped");
@@ -69,6 +75,8 @@ class PngScan {
     if (header_.colour_type == 3 && header_.palette_at == 0) fail(33, "PNG lacks its palette");
     if (pieces_.empty()) fail(33, "PNG has no picture data");
     check_picture();
+    if (header_.end_at > 0)
+      warnings_->push_back(path_ + ": PNG lacks a sound end chunk behind its picture data");
     return header_;
   }
 
@@ -99,6 +107,8 @@ class PngScan {
                          : found);
   }
 
+  [[nodiscard]] bool can_lack_end() const { return warnings_ != nullptr && !pieces_.empty(); }
+
   [[nodiscard]] std::uint32_t u32(std::size_t at) const {
     std::uint32_t value = 0;
     for (std::size_t i = 0; i < 4; ++i) value = value << 8U | static_cast<unsigned char>(file_[at + i]);
@@ -107,7 +117,7 @@ class PngScan {
 
   /// Size of the content of the chunk at this offset; checks that it lies within the file and has the right
   /// checksum.
-  [[nodiscard]] std::size_t chunk_size(std::size_t at) const {
+  [[nodiscard]] std::size_t chunk_size(std::size_t at) {
     if (file_.size() - at < 12)
       fail(at, "PNG is cut: it does not reach its end chunk", "12 more bytes",
            std::to_string(file_.size() - at));
@@ -120,7 +130,10 @@ class PngScan {
       if (letter < 'a' || letter > 'z') fail(at + 4, "PNG chunk has no name");
     }
     const auto crc = crc32_z(0, reinterpret_cast<const Bytef*>(file_.data() + at + 4), size + 4);
-    if (crc != u32(at + 8 + size)) fail(at + 8 + size, "checksum of PNG chunk is wrong");
+    if (crc == u32(at + 8 + size)) return size;
+    if (!can_lack_end() || file_.substr(at + 4, 4) != "IEND")
+      fail(at + 8 + size, "checksum of PNG chunk is wrong");
+    header_.end_at = at;
     return size;
   }
 
@@ -221,16 +234,19 @@ class PngScan {
 /// PNG specification, second edition (ISO/IEC 15948).
 ///
 /// \param path      for messages
-/// \param warnings  receives a sentence about data beyond the size, unless null
+/// \param warnings  receives sentences about data beyond the size and an end chunk that is missing or
+///                  damaged, unless null; the latter is refused then
 /// \throws FileError: malformed, limit (over 16,384 a side or 64 Mpx)
 [[nodiscard]] inline PngHeader scan_png(std::string_view file, const std::string& path,
                                         std::vector<std::string>* warnings = nullptr) {
   return detail::PngScan(file, path, warnings).scan();
 }
 
-/// A verified PNG with its palette extended to 256 entries, black where the file has none; for a pixel beyond
-/// the palette stb would read uninitialised memory. Checksums are no longer right.
+/// A verified PNG with an end chunk, and its palette extended to 256 entries, black where the file has none;
+/// for a pixel beyond the palette stb would read uninitialised memory. Checksums are no longer right.
 [[nodiscard]] inline std::string with_whole_palette(std::string file, const PngHeader& header) {
+  if (header.end_at > 0)
+    file.replace(header.end_at, std::string::npos, std::string("\0\0\0\0IEND\0\0\0\0", 12));
   if (header.palette_at == 0 || header.palette_size == 768) return file;
   file.insert(header.palette_at + 8 + header.palette_size, 768 - header.palette_size, '\0');
   file.replace(header.palette_at, 4, std::string("\0\0\3\0", 4));

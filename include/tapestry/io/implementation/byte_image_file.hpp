@@ -29,7 +29,7 @@ Array<std::uint8_t, 3> read_image(const std::string& path, std::vector<std::stri
   detail::require_decoded(pixels, header.height * header.width * 3, path);
   Array<std::uint8_t, 3> image(Extents<3>{header.height, header.width, 3});
   std::copy(pixels.begin(), pixels.end(), image.data());
-  return image;
+  return turned_upright(image, header.orientation);
 }
 
 Array<float, 2> read_mask(const std::string& path, std::vector<std::string>* warnings) {
@@ -42,8 +42,11 @@ Array<float, 2> read_mask(const std::string& path, std::vector<std::string>* war
   const PngHeader header = scan_png(file, path, warnings);
   const auto pixels = detail::decode_png_16(with_whole_palette(std::move(file), header), 1);
   detail::require_decoded(pixels, header.height * header.width, path);
-  Array<float, 2> mask(Extents<2>{header.height, header.width});
-  for (std::size_t i = 0; i < pixels.size(); ++i) mask.data()[i] = static_cast<float>(pixels[i]) / 65535.0F;
+  Array<float, 3> stored(Extents<3>{header.height, header.width, 1});
+  for (std::size_t i = 0; i < pixels.size(); ++i) stored.data()[i] = static_cast<float>(pixels[i]) / 65535.0F;
+  const auto upright = turned_upright(stored, header.orientation);
+  Array<float, 2> mask(Extents<2>{upright.shape(0), upright.shape(1)});
+  std::copy_n(upright.data(), upright.size(), mask.data());
   return mask;
 }
 

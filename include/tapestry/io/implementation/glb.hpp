@@ -38,10 +38,14 @@ class GlbBuilder {
                   {{"name", name}, {"doubleSided", true}, {"pbrMetallicRoughness", std::move(surface)}});
   }
 
-  void add_png(const std::string& file) {
-    json_["images"] = {{{"mimeType", "image/png"}, {"bufferView", add_view(file, 0)}}};
-    json_["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 10497}, {"wrapT", 10497}}};
-    json_["textures"] = {{{"sampler", 0}, {"source", 0}}};
+  /// Adds a picture; returns the index of its texture, −1 without a file.
+  int add_png(const std::string& file) {
+    if (file.empty()) return -1;
+    if (!json_.contains("samplers"))
+      json_["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 10497}, {"wrapT", 10497}}};
+    const std::size_t image =
+        append(json_["images"], {{"mimeType", "image/png"}, {"bufferView", add_view(file, 0)}});
+    return static_cast<int>(append(json_["textures"], {{"sampler", 0}, {"source", image}}));
   }
 
   /// Adds the faces for which `is_in_part` is true as one primitive; adds nothing if there are none.
@@ -197,35 +201,45 @@ class GlbBuilder {
   std::string buffer_;
 };
 
-/// Unpainted faces, one primitive a material.
+/// Unpainted faces, one primitive a material; in one with a picture, another for faces without uv.
 inline void add_plain_primitives(GlbBuilder& builder, const geometry::Mesh& mesh,
-                                 const std::vector<std::uint8_t>& painted) {
-  const auto material_of = [&](std::size_t face) {
-    const std::int32_t index = face < mesh.face_materials.size() ? mesh.face_materials[face] : -1;
-    return index < 0 ? mesh.materials.size() : static_cast<std::size_t>(index);
-  };
-  std::vector<bool> is_used(mesh.materials.size() + 1, false);
-  for (std::size_t face = 0; face < mesh.faces.size(); ++face)
-    if (painted.empty() || painted[face] == 0) is_used[material_of(face)] = true;
-  for (std::size_t material = 0; material < is_used.size(); ++material) {
-    if (!is_used[material]) continue;
-    const geometry::Material none{"none"};
-    const auto& entry = material < mesh.materials.size() ? mesh.materials[material] : none;
-    builder.add_primitive(builder.add_material(entry.name, entry.colour, -1), false, [&](std::size_t face) {
-      return (painted.empty() || painted[face] == 0) && material_of(face) == material;
-    });
+                                 const std::vector<std::uint8_t>& painted,
+                                 const std::vector<std::string>& pictures) {
+  std::vector<int> textures(mesh.materials.size() + 1, -1);
+  // For each material, and for none: faces with its colour, faces with its picture.
+  std::vector<std::array<std::vector<std::uint8_t>, 2>> parts(textures.size());
+  for (std::size_t i = 0; i < pictures.size(); ++i) {  // materials may share one
+    const auto first = static_cast<std::size_t>(std::ranges::find(pictures, pictures[i]) - pictures.begin());
+    textures[i] = first < i ? textures[first] : builder.add_png(pictures[i]);
   }
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    if (!painted.empty() && painted[face] != 0) continue;
+    const std::int32_t index = face < mesh.face_materials.size() ? mesh.face_materials[face] : -1;
+    const std::size_t material = index < 0 ? mesh.materials.size() : static_cast<std::size_t>(index);
+    const bool has_uv = face < mesh.face_uvs.size() && std::ranges::min(mesh.face_uvs[face]) >= 0;
+    auto& part = parts[material][textures[material] >= 0 && has_uv ? 1 : 0];
+    part.resize(mesh.faces.size());
+    part[face] = 1;
+  }
+  for (std::size_t material = 0; material < parts.size(); ++material)
+    for (const bool has_picture : {false, true}) {
+      const auto& part = parts[material][has_picture ? 1 : 0];
+      if (part.empty()) continue;
+      const geometry::Material none{"none"};
+      const auto& entry = material < mesh.materials.size() ? mesh.materials[material] : none;
+      const auto colour = has_picture ? std::array<float, 3>{1, 1, 1} : entry.colour;
+      builder.add_primitive(builder.add_material(entry.name, colour, has_picture ? textures[material] : -1),
+                            has_picture, [&](std::size_t face) { return part[face] != 0; });
+    }
 }
 
 std::string glb_file(const std::string& path, const geometry::Mesh& mesh,
-                     const std::vector<std::uint8_t>& painted, const std::string& png, double u_extent) {
-  GlbBuilder builder(mesh, u_extent);
-  if (!png.empty()) {
-    builder.add_png(png);
-    builder.add_primitive(builder.add_material(paint_name(mesh), {1, 1, 1}, 0), true,
+                     const std::vector<std::uint8_t>& painted, const GlbPictures& pictures) {
+  GlbBuilder builder(mesh, pictures.u_extent);
+  if (const int texture = builder.add_png(pictures.paint); texture >= 0)
+    builder.add_primitive(builder.add_material(paint_name(mesh), {1, 1, 1}, texture), true,
                           [&](std::size_t face) { return painted[face] != 0; });
-  }
-  add_plain_primitives(builder, mesh, painted);
+  add_plain_primitives(builder, mesh, painted, pictures.materials);
   return builder.file(path);
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <charconv>
-#include <filesystem>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
@@ -75,26 +74,27 @@ inline std::string obj_text(const geometry::Mesh& mesh, const std::vector<std::u
   return text;
 }
 
-inline std::string mtl_text(const geometry::Mesh& mesh, const std::string& texture) {
+/// \param texture   file of the paint; empty for none
+/// \param pictures  files of the materials' pictures, one a material, empty for none
+inline std::string mtl_text(const geometry::Mesh& mesh, const std::string& texture,
+                            const std::vector<std::string>& pictures) {
   std::string text;
-  const auto add = [&](const std::string& name, const std::array<float, 3>& colour) {
+  const auto add = [&](const std::string& name, const std::array<float, 3>& colour, const std::string& file) {
     text += "newmtl " + name + "\nKd";
     for (const float channel : colour) {
       text += ' ';
       append_number(text, channel);
     }
     text += '\n';
+    if (!file.empty()) text += "map_Kd " + file + "\n";
   };
   bool has_none = false;
-  for (const auto& material : mesh.materials) {
-    add(material.name, material.colour);
-    has_none = has_none || material.name == "none";
+  for (std::size_t i = 0; i < mesh.materials.size(); ++i) {
+    add(mesh.materials[i].name, mesh.materials[i].colour, pictures[i]);
+    has_none = has_none || mesh.materials[i].name == "none";
   }
-  if (!has_none) add("none", geometry::Material{}.colour);
-  if (!texture.empty()) {
-    add(paint_name(mesh), {1, 1, 1});
-    text += "map_Kd " + texture + "\n";
-  }
+  if (!has_none) add("none", geometry::Material{}.colour, "");
+  if (!texture.empty()) add(paint_name(mesh), {1, 1, 1}, texture);
   return text;
 }
 
@@ -141,7 +141,8 @@ void write_painted_obj(const std::string& path, const raster::PaintedMesh& body,
   const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
   const std::string name = stem.filename().string();
   write_image(stem.string() + ".png", detail::with_gutters_filled(written, texture));
-  write_file_atomically(stem.string() + ".mtl", detail::mtl_text(written.mesh, name + ".png"));
+  const auto pictures = detail::write_pictures(stem, written.mesh, written.painted);
+  write_file_atomically(stem.string() + ".mtl", detail::mtl_text(written.mesh, name + ".png", pictures));
   write_file_atomically(
       path, detail::obj_text(written.mesh, written.painted, name + ".mtl", written.layout.u_extent));
 }
@@ -164,8 +165,9 @@ void write_painted_glb(const std::string& path, const raster::PaintedMesh& body,
   detail::require_faces("write_painted_glb", body.mesh);
   const auto written = detail::writable_body("write_painted_glb", body, texture.shape());
   const std::string png = png_file(path, detail::with_gutters_filled(written, texture));
-  write_file_atomically(path,
-                        detail::glb_file(path, written.mesh, written.painted, png, written.layout.u_extent));
+  const auto pictures = detail::picture_files(path, written.mesh, written.painted);
+  write_file_atomically(
+      path, detail::glb_file(path, written.mesh, written.painted, {png, written.layout.u_extent, pictures}));
 }
 
 }  // namespace tapestry::io

@@ -13,6 +13,7 @@
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/atlas_filter.hpp>
 #include <tapestry/raster/detail/footprint.hpp>
+#include <tapestry/raster/detail/mesh_picture.hpp>
 #include <tapestry/raster/detail/mip_levels.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
@@ -41,8 +42,11 @@ inline void require_uvs(const char* operation, const geometry::Mesh& mesh,
 }
 
 inline void require_layout(const char* operation, const PaintedMesh& body) {
-  const auto& [mesh, painted, layout, space, pyramid] = body;
+  const auto& [mesh, painted, layout, space, pyramid, pictures] = body;
   const std::string name = operation;
+  if (pictures && pictures->of_face.size() != mesh.faces.size())
+    throw ShapeError(
+        {name, ": pictures are of ", pictures->of_face.size(), " faces, expected ", mesh.faces.size()});
   if (painted.size() != mesh.faces.size()) {
     throw ShapeError(
         {name, ": painted is [", painted.size(), "], expected [", mesh.faces.size(), "], one entry a face"});
@@ -105,15 +109,41 @@ struct FragmentShader {
     }
   }
 
+  /// Colour of a fragment that is not painted, before the light.
+  [[nodiscard]] std::array<double, 3> own_colour(const Fragment& fragment) const {
+    const auto face = static_cast<std::size_t>(fragment.face);
+    std::array<double, 3> colour{0, 0, 0};
+    const MeshPicture* const picture = picture_of_face(body, face);
+    if (picture == nullptr) {
+      const auto material = own_colours[face];
+      std::copy(material.begin(), material.end(), colour.begin());
+      return colour;
+    }
+    const auto add = [&](const Tap& tap) {
+      for (std::size_t c = 0; c < 3; ++c)
+        colour[c] += tap.weight * static_cast<double>(picture->texels(tap.texel, c));
+    };
+    if (!picture->filter) {
+      visit_atlas_taps(picture->layout, uv_of_point(body.mesh, face, fragment.barycentric), add);
+      return colour;
+    }
+    const FaceInAtlas map = face_in_atlas(face, picture->layout);
+    picture->filter->visit_taps(map.place(fragment.barycentric), steps_of(fragment, map), add);
+    return colour;
+  }
+
   /// The map from a painted face's points to an atlas.
-  [[nodiscard]] FaceInAtlas face_in_atlas(std::size_t face) const {
+  [[nodiscard]] FaceInAtlas face_in_atlas(std::size_t face) const { return face_in_atlas(face, body.layout); }
+
+  /// The same for an atlas of another layout, with the same uvs.
+  [[nodiscard]] FaceInAtlas face_in_atlas(std::size_t face, const TextureLayout& layout) const {
     std::array<geometry::Vector3, 3> corners;
     std::array<std::array<double, 2>, 3> corner_uvs;
     for (std::size_t k = 0; k < 3; ++k) {
       corners[k] = positions_view[static_cast<std::size_t>(body.mesh.faces[face][k])];
       corner_uvs[k] = body.mesh.uvs[static_cast<std::size_t>(body.mesh.face_uvs[face][k])];
     }
-    return {corners, corner_uvs, body.layout, camera, picture_size[0], picture_size[1]};
+    return {corners, corner_uvs, layout, camera, picture_size[0], picture_size[1]};
   }
 
   /// Footprint of a fragment in an atlas: a fragment that fills a part of its pixel has that part of the
@@ -130,12 +160,7 @@ struct FragmentShader {
       const FaceInAtlas map = face_in_atlas(face);
       return filter->visit_taps(map.place(fragment.barycentric), steps_of(fragment, map), visit);
     }
-    std::array<double, 2> uv{0, 0};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto& corner = body.mesh.uvs[static_cast<std::size_t>(body.mesh.face_uvs[face][k])];
-      for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += fragment.barycentric[k] * corner[axis];
-    }
-    visit_atlas_taps(body.layout, uv, visit);
+    visit_atlas_taps(body.layout, uv_of_point(body.mesh, face, fragment.barycentric), visit);
   }
 };
 

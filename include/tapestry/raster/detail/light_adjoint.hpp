@@ -111,13 +111,8 @@ namespace detail {
 template <std::floating_point T, class Lighting>
 [[nodiscard]] std::array<double, 3> unlit_colour(const FragmentShader<Lighting>& shader,
                                                  const Array<T, 2>& texels, const Fragment& fragment) {
+  if (shader.body.painted[static_cast<std::size_t>(fragment.face)] == 0) return shader.own_colour(fragment);
   std::array<double, 3> colour{0, 0, 0};
-  const auto face = static_cast<std::size_t>(fragment.face);
-  if (shader.body.painted[face] == 0) {
-    const auto material = shader.own_colours[face];
-    for (std::size_t c = 0; c < 3; ++c) colour[c] = static_cast<double>(material[c]);
-    return colour;
-  }
   shader.visit_taps(fragment, [&](const Tap& tap) {
     for (std::size_t c = 0; c < 3; ++c) colour[c] += tap.weight * static_cast<double>(texels(tap.texel, c));
   });

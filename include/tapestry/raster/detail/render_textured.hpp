@@ -130,7 +130,7 @@ void draw_band(const FragmentBands& fragments, std::size_t band, const FragmentS
       look_up(fragment, scale, pixel);
       return;
     }
-    const std::array<float, 3> colour = shader.own_colours[face];
+    const std::array<double, 3> colour = shader.own_colour(fragment);
     for (std::size_t c = 0; c < 3; ++c) pixel[c] += scale[c] * static_cast<T>(colour[c]);
   });
 }

@@ -38,6 +38,7 @@ class SurfaceColour {
       : mesh_(body.mesh),
         painted_(body.painted),
         layout_(body.layout),
+        pictures_(body.pictures.get()),
         own_colours_(body),
         texels_(texels),
         lighting_(std::move(lighting)) {}
@@ -63,9 +64,12 @@ class SurfaceColour {
   [[nodiscard]] bool agrees(const HalfEdge& a, const HalfEdge& b) const {
     const auto face_a = static_cast<std::size_t>(a.face), face_b = static_cast<std::size_t>(b.face);
     if (!lighting_.agrees(face_a, face_b) || painted_[face_a] != painted_[face_b]) return false;
-    if (painted_[face_a] == 0) return own_colours_[face_a] == own_colours_[face_b];
-    if (layout_.kind == TextureKind::solid) return true;
-    if (layout_.kind == TextureKind::cube) return false;
+    const MeshPicture* const picture = picture_of(face_a);
+    if (picture != picture_of(face_b)) return false;
+    if (painted_[face_a] == 0 && !picture) return own_colours_[face_a] == own_colours_[face_b];
+    if (!picture && layout_.kind == TextureKind::solid) return true;
+    if (!picture && layout_.kind == TextureKind::cube) return false;
+    const bool has_uvs = picture || layout_.kind == TextureKind::atlas;
     const auto end = [&](std::size_t face, std::int32_t corner) {
       return static_cast<std::size_t>(mesh_.faces[face][static_cast<std::size_t>(corner % 3)]);
     };
@@ -73,8 +77,8 @@ class SurfaceColour {
     for (std::int32_t step = 0; step < 2; ++step) {
       const std::int32_t corner_a = a.corner + step, corner_b = b.corner + (runs_alike ? step : 1 - step);
       if (end(face_a, corner_a) != end(face_b, corner_b)) return false;
-      if (layout_.kind == TextureKind::atlas && corner_uv(face_a, static_cast<std::size_t>(corner_a % 3)) !=
-                                                    corner_uv(face_b, static_cast<std::size_t>(corner_b % 3)))
+      if (has_uvs && corner_uv(face_a, static_cast<std::size_t>(corner_a % 3)) !=
+                         corner_uv(face_b, static_cast<std::size_t>(corner_b % 3)))
         return false;
     }
     return true;
@@ -123,21 +127,24 @@ class SurfaceColour {
   }
 
  private:
+  /// The picture that an unpainted face shows, or null.
+  [[nodiscard]] const MeshPicture* picture_of(std::size_t face) const {
+    return pictures_ && painted_[face] == 0 ? pictures_->at(face) : nullptr;
+  }
+
   [[nodiscard]] std::array<double, 2> corner_uv(std::size_t face, std::size_t k) const {
     return mesh_.uvs[static_cast<std::size_t>(mesh_.face_uvs[face][k])];
   }
 
-  [[nodiscard]] std::array<double, 2> uv_at(std::size_t face, const std::array<double, 3>& b) const {
-    std::array<double, 2> uv{0, 0};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto corner = corner_uv(face, k);
-      for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += b[k] * corner[axis];
-    }
-    return uv;
-  }
-
   [[nodiscard]] Colour unlit(std::size_t face, const std::array<double, 3>& b) const {
     Colour colour{0, 0, 0};
+    if (const MeshPicture* const picture = picture_of(face)) {
+      visit_atlas_taps(picture->layout, uv_of_point(mesh_, face, b), [&](const Tap& tap) {
+        for (std::size_t c = 0; c < 3; ++c)
+          colour[c] += tap.weight * static_cast<double>(picture->texels(tap.texel, c));
+      });
+      return colour;
+    }
     if (painted_[face] == 0) {
       const auto material = own_colours_[face];
       for (std::size_t c = 0; c < 3; ++c) colour[c] = static_cast<double>(material[c]);
@@ -149,7 +156,7 @@ class SurfaceColour {
     };
     switch (layout_.kind) {
       case TextureKind::atlas:
-        visit_atlas_taps(layout_, uv_at(face, b), add);
+        visit_atlas_taps(layout_, uv_of_point(mesh_, face, b), add);
         break;
       case TextureKind::cube:
         visit_cube_taps(layout_, face, b, add);
@@ -165,6 +172,8 @@ class SurfaceColour {
 
   [[nodiscard]] ColourSlope<3> unlit_slope(std::size_t face, const std::array<double, 3>& b) const {
     ColourSlope<3> slope{};
+    if (const MeshPicture* const picture = picture_of(face))
+      return per_corner(face, atlas_slope(picture->layout, picture->texels, uv_of_point(mesh_, face, b)));
     if (painted_[face] == 0 || layout_.kind == TextureKind::solid) return slope;
     if (layout_.kind == TextureKind::cube) return cube_slope(layout_, texels_, face, b);
     if (layout_.kind == TextureKind::vertex) {
@@ -173,7 +182,12 @@ class SurfaceColour {
           slope[c][k] = static_cast<double>(texels_(static_cast<std::size_t>(mesh_.faces[face][k]), c));
       return slope;
     }
-    const ColourSlope<2> per_uv = atlas_slope(layout_, texels_, uv_at(face, b));
+    return per_corner(face, atlas_slope(layout_, texels_, uv_of_point(mesh_, face, b)));
+  }
+
+  /// The chain from uv to barycentric coordinates.
+  [[nodiscard]] ColourSlope<3> per_corner(std::size_t face, const ColourSlope<2>& per_uv) const {
+    ColourSlope<3> slope{};
     for (std::size_t k = 0; k < 3; ++k) {
       const auto uv = corner_uv(face, k);
       for (std::size_t c = 0; c < 3; ++c) slope[c][k] = per_uv[c][0] * uv[0] + per_uv[c][1] * uv[1];
@@ -184,6 +198,7 @@ class SurfaceColour {
   const geometry::Mesh& mesh_;
   const std::vector<std::uint8_t>& painted_;
   const TextureLayout& layout_;
+  const MeshPictures* pictures_;
   OwnColours own_colours_;
   const Array<T, 2>& texels_;
   Lighting lighting_;
@@ -203,9 +218,11 @@ inline void require_bilinear(const char* operation, const TextureLayout& layout)
 template <std::floating_point T, class Model>
 [[nodiscard]] auto surface_colour(const char* operation, const Surface<T, Model>& surface,
                                   const geometry::Camera& camera) {
-  const auto& [mesh, painted, layout, space, pyramid] = surface.body;
+  const auto& [mesh, painted, layout, space, pyramid, pictures] = surface.body;
   detail::require_layout(operation, surface.body);
   detail::require_bilinear(operation, layout);
+  if (pictures)
+    for (const MeshPicture& picture : pictures->pictures) detail::require_bilinear(operation, picture.layout);
   require_corners(operation, mesh);
   require_shape(operation, "texels", surface.texels, {layout.texel_count(mesh), 3});
   auto lighting = prepare(mesh, camera, surface.light);
