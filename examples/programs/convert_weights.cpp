@@ -4,7 +4,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
@@ -44,12 +43,10 @@ void describe(CLI::App& app, Options& options) {
                "multiply batch normalisation into the weights: the same boxes from a smaller .safetensors "
                "file, which can no longer be trained with it");
   app.add_option("--batch-norm-epsilon", options.epsilon,
-                 "added to variances inside the root: 1e-5 in Darknet on GPUs, 1e-6 in OpenCV")
-      ->capture_default_str();
-  app.add_option(
-      "--decode", options.decode,
-      "how logits become boxes: darknet, ultralytics or scaled; the output file states it from now on. "
-      "Left out, the cfg decides: scaled for new_coords=1, else darknet");
+                 "added to variances inside the root: 1e-5 in Darknet on GPUs, 1e-6 in OpenCV");
+  app.add_option("--decode", options.decode,
+                 "how logits become boxes: darknet, ultralytics or scaled; the output file states it from "
+                 "now on. Left out, the cfg decides: scaled for new_coords=1, else darknet");
 }
 
 void require_sound(const Options& options) {

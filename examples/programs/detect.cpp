@@ -51,30 +51,25 @@ struct Options {
 void describe(CLI::App& app, Options& options) {
   add_options(app, options.detector, {"class"});
   app.option_defaults()->group("Output");
-  app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
+  app.add_option("--threads", options.threads, "threads; 0: all cores");
   app.add_flag(
       "--json", options.json,
       "print a JSON array; boxes in pixels of the image, cut at its edge, x and y the top left corner");
-  app.add_option(
-      "--annotate", options.annotate,
-      "folder for copies of the pictures with the boxes drawn in, each in the colour of its class with "
-      "name and confidence; none when left out");
+  app.add_option("--annotate", options.annotate,
+                 "folder for copies of the pictures with the boxes drawn in, each in the colour of its class "
+                 "with name and confidence; none when left out");
   app.add_option(
       "--sheet", options.sheet,
       "PNG of all pictures side by side with the boxes drawn in, each under its name, at most 640 pixels "
-      "wide, or 320 if there are more than 12; of more than 160, evenly spread ones; none when left "
-      "out");
-  app.add_option(
-      "--heat-map", options.heat_map,
-      "folder for copies of the pictures with a heat map: where in a layer the score of the surest "
-      "detection comes from; none when left out");
-  app.add_option(
-      "--layer", options.layer,
-      "layer of --heat-map: the name of a value of an .onnx model, or the number of a layer of a Darknet "
-      "network, from 0; left out, the last one that all outputs depend on");
+      "wide, or 320 if there are more than 12; of more than 160, evenly spread ones; none when left out");
+  app.add_option("--heat-map", options.heat_map,
+                 "folder for copies of the pictures with a heat map: where in a layer the score of the "
+                 "surest detection comes from; none when left out");
+  app.add_option("--layer", options.layer,
+                 "layer of --heat-map: the name of a value of an .onnx model, or the number of a layer of a "
+                 "Darknet network, from 0; left out, the last one that all outputs depend on");
   app.add_option("--heat-map-kind", options.heat_map_kind,
-                 "layer_cam, or grad_cam or grad_cam_plus_plus, which weigh whole channels")
-      ->capture_default_str();
+                 "layer_cam, or grad_cam or grad_cam_plus_plus, which weigh whole channels");
   app.add_flag("--profile", options.profile,
                "print where the time of the network went, by operator, forward and backward to the picture; "
                "with --json on the standard error");

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -60,30 +59,26 @@ void describe(CLI::App& app, Options& options) {
                "measure although mesh, weights or frames of the run, or of that of --against, have changed, "
                "which is refused otherwise; the changes are written into the metrics")
       ->needs(run);
-  app.add_option("--against", options.against,
-                 "folder of another run of the same car, measured as 'other run', with the effect of --run "
-                 "beyond it");
+  app.add_option(
+      "--against", options.against,
+      "folder of another run of the same car, measured as 'other run', with the effect of --run beyond it");
   add_options(app, options.scene);
   add_options(app, options.detector);
   add_options(app, options.dataset);
   add_options(app, options.protocol, protocol_help());
   app.option_defaults()->group("Measurement");
-  app.add_option("--sweep", options.sweep, "confidence thresholds, 0 to 1, at which P@0.5 is listed as well")
-      ->capture_default_str();
+  app.add_option("--sweep", options.sweep, "confidence thresholds, 0 to 1, at which P@0.5 is listed as well");
+  app.add_option("--conditions", options.conditions,
+                 "conditions under which the views are photographed: camera, light, blur, noise, contrast, "
+                 "jpeg, print, or physical for all; left out, they are measured as they are");
+  app.add_option("--draws", options.draws, "photographs of each view under --conditions");
   app.add_option(
-      "--conditions", options.conditions,
-      "conditions under which the views are photographed: camera, light, blur, noise, contrast, jpeg, "
-      "print, or physical for all; left out, they are measured as they are");
-  app.add_option("--draws", options.draws, "photographs of each view under --conditions")
-      ->capture_default_str();
-  app.add_option("--output", options.output,
-                 "folder for report.html, metrics.json, metrics.csv, views.csv and a contact sheet, or for "
-                 "the files of --protocol, which goes "
-                 "on there when it was interrupted; nothing is written when left out");
+      "--output", options.output,
+      "folder for report.html, metrics.json, metrics.csv, views.csv and a contact sheet, or for the files of "
+      "--protocol, which goes on there when it was interrupted; nothing is written when left out");
   app.add_option("--seed", options.seed,
-                 "seed of the random controls; use the run's seed to get the run's own controls again")
-      ->capture_default_str();
-  app.add_option("--threads", options.threads, "threads; 0: all cores")->capture_default_str();
+                 "seed of the random controls; use the run's seed to get the run's own controls again");
+  app.add_option("--threads", options.threads, "threads; 0: all cores");
   app.add_flag("--clean-only", options.clean_only, "no texture: measure photo, clean and the controls");
 }
 

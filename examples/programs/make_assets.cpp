@@ -30,20 +30,15 @@ struct Options {
 };
 
 void describe(CLI::App& app, Options& options) {
-  app.add_option(
-      "--output", options.output,
-      "folder to write to; files of the same names are replaced, and other frames there refused; left "
-      "out, the bundled assets'");
-  app.add_option("--seed", options.seed, "of the scenes")->capture_default_str();
-  app.add_option("--size", options.size, "side of a frame, pixels")
-      ->capture_default_str()
-      ->check(CLI::Range(32, 2048));
+  app.add_option("--output", options.output,
+                 "folder to write to; files of the same names are replaced, and other frames there refused; "
+                 "left out, the bundled assets'")
+      ->default_str("");
+  app.add_option("--seed", options.seed, "of the scenes");
+  app.add_option("--size", options.size, "side of a frame, pixels")->check(CLI::Range(32, 2048));
   app.add_option("--train", options.train, "frames to optimise on; camouflage draws the same ones itself")
-      ->capture_default_str()
       ->check(CLI::Range(0, 9999));
-  app.add_option("--test", options.test, "frames held out")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 9999));
+  app.add_option("--test", options.test, "frames held out")->check(CLI::Range(1, 9999));
 }
 
 void write_cars(const std::string& folder) {

@@ -61,37 +61,29 @@ struct Options {
 
 void describe_car(CLI::App& app, Options& options) {
   app.add_option("--mesh", options.mesh,
-                 "OBJ file of the car, with its own textures (map_Kd); the bundled sedan when left out");
-  app.add_option("--up", options.axes.up, up_help)->capture_default_str();
-  app.add_option("--forward", options.axes.forward, forward_help)->capture_default_str();
-  app.add_option("--object", options.object, object_help)->capture_default_str();
+                 "OBJ file of the car, with its own textures (map_Kd); the bundled sedan when left out")
+      ->default_str("");
+  app.add_option("--up", options.axes.up, up_help);
+  app.add_option("--forward", options.axes.forward, forward_help);
+  app.add_option("--object", options.object, object_help);
   app.add_option("--material", options.material, "materials whose faces take the car's colour");
   app.add_option("--faces", options.faces, "text file of those faces instead, one 1-based number a line");
   app.add_option("--length", options.length,
                  "metres of the longest side of the mesh; 0: its units are metres")
-      ->capture_default_str()
       ->check(CLI::Range(0.0, 20.0));
   app.add_option("--output", options.output,
                  "folder to write to; takes the folders train and test, and no other data set")
       ->required();
-  app.add_option("--train", options.train, "frames to optimise on")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 9999));
-  app.add_option("--test", options.test, "frames held out")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 9999));
+  app.add_option("--train", options.train, "frames to optimise on")->check(CLI::Range(0, 9999));
+  app.add_option("--test", options.test, "frames held out")->check(CLI::Range(1, 9999));
   app.add_option("--format", options.format,
-                 "of the frames: npz, or png: a picture with its mask and a JSON file of its camera")
-      ->capture_default_str();
-  app.add_option("--size", options.size, "side of a frame, pixels")
-      ->capture_default_str()
-      ->check(CLI::Range(32, 2048));
+                 "of the frames: npz, or png: a picture with its mask and a JSON file of its camera");
+  app.add_option("--size", options.size, "side of a frame, pixels")->check(CLI::Range(32, 2048));
 }
 
 void describe_views(CLI::App& app, Options& options) {
   app.add_option("--elevation", options.elevation,
                  "least and largest height of the camera above the horizon, degrees")
-      ->capture_default_str()
       ->check(CLI::Range(0.0, 85.0));
   app.add_option(
          "--distance", options.distance,
@@ -102,12 +94,10 @@ void describe_views(CLI::App& app, Options& options) {
          "--fov", options.fov,
          "least and largest horizontal field of view, degrees; left out, by a photograph's EXIF, else "
          "50 to 60")
-      ->capture_default_str()
       ->check(CLI::Range(5.0, 120.0));
   app.add_option(
          "--occluded", options.occluded,
          "share of frames with an object in front of the car; none in front of what is shorter than 1 m")
-      ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--backgrounds", options.backgrounds,
                  "folder of photographs (PNG, JPEG, BMP, PPM) on whose ground the car is put, instead of "
@@ -117,11 +107,9 @@ void describe_views(CLI::App& app, Options& options) {
       ->excludes("--occluded");
   app.add_option("--camera-height", options.camera_height,
                  "of the photographs' camera above the ground, metres")
-      ->capture_default_str()
       ->check(CLI::Range(0.1, 100.0))
       ->needs("--backgrounds");
   app.add_option("--camera-pitch", options.camera_pitch, "of the photographs' camera downwards, degrees")
-      ->capture_default_str()
       ->check(CLI::Range(-45.0, 85.0))
       ->needs("--backgrounds");
 }
@@ -129,7 +117,7 @@ void describe_views(CLI::App& app, Options& options) {
 void describe(CLI::App& app, Options& options) {
   describe_car(app, options);
   describe_views(app, options);
-  app.add_option("--seed", options.seed, "of the scenes")->capture_default_str();
+  app.add_option("--seed", options.seed, "of the scenes");
   app.add_flag("--check", options.check, "only write preview.png, a sheet of twelve of the frames");
 }
 

@@ -79,9 +79,9 @@ struct Options {
 void describe_scene(CLI::App& app, Options& o) {
   app.option_defaults()->group("Mesh and light");
   app.add_option("--mesh", o.mesh, "OBJ file; the bundled sedan when left out");
-  app.add_option("--up", o.axes.up, up_help)->capture_default_str();
-  app.add_option("--forward", o.axes.forward, forward_help)->capture_default_str();
-  app.add_option("--object", o.object, object_help)->capture_default_str();
+  app.add_option("--up", o.axes.up, up_help);
+  app.add_option("--forward", o.axes.forward, forward_help);
+  app.add_option("--object", o.object, object_help);
   app.add_option(
       "--material", o.material,
       "materials whose faces are painted; when this and --faces are left out, those of the texture's "
@@ -94,73 +94,58 @@ void describe_scene(CLI::App& app, Options& o) {
       "left out");
   app.add_option("--colour", o.colour, "one colour for painted faces, three numbers from 0 to 1")
       ->expected(3);
-  app.add_option("--filter", o.filter, "of the texture: bilinear, trilinear or anisotropic")
-      ->capture_default_str();
+  app.add_option("--filter", o.filter, "of the texture: bilinear, trilinear or anisotropic");
   app.add_option("--u-extent", o.u_extent,
-                 "the texture's width in u; 0: as its description says (x.json beside x.png), else 1")
-      ->capture_default_str();
+                 "the texture's width in u; 0: as its description says (x.json beside x.png), else 1");
   app.add_flag(
       "--normalise", o.normalise,
       "centre the mesh and scale it so that its longest side is 2, as poses of the simulator expect");
 }
 
 void describe_light(CLI::App& app, Options& o) {
-  app.add_option("--light", o.lighting, "none, flat or smooth")->capture_default_str();
+  app.add_option("--light", o.lighting, "none, flat or smooth");
   app.add_option(
-         "--colour-space", o.colour_space,
-         "how colours are lit, filtered and blended: linear, in proportion to light as a camera and a "
-         "glTF viewer do, or encoded, by the numbers of the picture")
-      ->capture_default_str();
-  app.add_option("--ambient", o.ambient, "light from everywhere")->capture_default_str();
-  app.add_option("--directional", o.directional, "light from one direction")->capture_default_str();
-  app.add_option("--light-direction", o.light_direction, "towards the light, z up")
-      ->expected(3)
-      ->capture_default_str();
+      "--colour-space", o.colour_space,
+      "how colours are lit, filtered and blended: linear, in proportion to light as a camera and a "
+      "glTF viewer do, or encoded, by the numbers of the picture");
+  app.add_option("--ambient", o.ambient, "light from everywhere");
+  app.add_option("--directional", o.directional, "light from one direction");
+  app.add_option("--light-direction", o.light_direction, "towards the light, z up")->expected(3);
   app.add_option(
-         "--clear-coat", o.coat,
-         "share of the surface under a clear coat that mirrors the light, 0 to 1; not part of --export")
-      ->capture_default_str();
-  app.add_option("--roughness", o.roughness, "of the clear coat, 0.01 (a mirror) to 1 (matt)")
-      ->capture_default_str();
+      "--clear-coat", o.coat,
+      "share of the surface under a clear coat that mirrors the light, 0 to 1; not part of --export");
+  app.add_option("--roughness", o.roughness, "of the clear coat, 0.01 (a mirror) to 1 (matt)");
 }
 
 void describe(CLI::App& app, Options& o) {
   describe_scene(app, o);
   describe_light(app, o);
   app.option_defaults()->group("Camera and picture");
-  app.add_option("--view", o.view, "colour, normal, uv, face, depth, position or coverage")
-      ->capture_default_str();
-  app.add_option("--azimuth", o.azimuth, "degrees around the mesh; 0: in front of a car, 90: at its left")
-      ->capture_default_str();
-  app.add_option("--elevation", o.elevation, "degrees above the horizon")->capture_default_str();
+  app.add_option("--view", o.view, "colour, normal, uv, face, depth, position or coverage");
+  app.add_option("--azimuth", o.azimuth, "degrees around the mesh; 0: in front of a car, 90: at its left");
+  app.add_option("--elevation", o.elevation, "degrees above the horizon");
   app.add_option(
       "--distance", o.distance,
       "from the target, in units of the mesh; the whole mesh shows when left out. With --turntable "
       "several, one row each");
   app.add_option("--target", o.target, "point in the middle of the picture; left out, the mesh's middle")
       ->expected(3);
-  app.add_option("--fov", o.fov, "field of view across, degrees")->capture_default_str();
+  app.add_option("--fov", o.fov, "field of view across, degrees");
   app.add_option("--frame", o.frame,
                  "frame (.npz) whose camera is used; one with a simulator's pose implies --normalise");
   app.add_option("--pose", o.pose,
                  "12 numbers: the rows of view_from_world [R | t], x to the right, y down, z forward")
       ->expected(12);
-  app.add_option("--turntable", o.turntable, "views all around, on one sheet, instead of one picture")
-      ->capture_default_str();
-  app.add_option("--size", o.size, "pixels a side, or width and height")
-      ->expected(1, 2)
-      ->capture_default_str();
+  app.add_option("--turntable", o.turntable, "views all around, on one sheet, instead of one picture");
+  app.add_option("--size", o.size, "pixels a side, or width and height")->expected(1, 2);
   app.add_option("--samples", o.samples,
-                 "samples a pixel along each axis: 1, 2, 4 or 8; 0: by the length of the mesh's edges")
-      ->capture_default_str();
+                 "samples a pixel along each axis: 1, 2, 4 or 8; 0: by the length of the mesh's edges");
   app.add_option("--background", o.background, "colour behind the mesh, three numbers from 0 to 1")
-      ->expected(3)
-      ->capture_default_str();
-  app.add_option("--threads", o.threads, "threads; 0: all cores")->capture_default_str();
+      ->expected(3);
+  app.add_option("--threads", o.threads, "threads; 0: all cores");
   app.add_option("--output", o.output,
                  "PNG to write; an older one is replaced. NAME.npy holds a depth, position or normal in the "
-                 "units of the mesh as floats, 0 where it does not show")
-      ->capture_default_str();
+                 "units of the mesh as floats, 0 where it does not show");
   app.add_option("--export", o.exported,
                  "also write the painted mesh: NAME.glb, or NAME.obj with NAME.mtl and NAME.png");
 }
@@ -171,12 +156,9 @@ void describe_panels(CLI::App& app, Options& o) {
       "--panels", o.panels,
       "PDF to write: the texture's charts on painted faces at true size, to print, cut out and put "
       "on the car");
-  app.add_option("--length", o.length, "metres of the longest side of the mesh; 0: its units are metres")
-      ->capture_default_str();
-  app.add_option("--panel-scale", o.panel_scale, "1: full size, 0.0556: a model of 1:18")
-      ->capture_default_str();
-  app.add_option("--paper", o.paper, "a4, a3, a0 or letter; larger panels are cut into tiles")
-      ->capture_default_str();
+  app.add_option("--length", o.length, "metres of the longest side of the mesh; 0: its units are metres");
+  app.add_option("--panel-scale", o.panel_scale, "1: full size, 0.0556: a model of 1:18");
+  app.add_option("--paper", o.paper, "a4, a3, a0 or letter; larger panels are cut into tiles");
 }
 
 void require_colour(const char* option, const std::vector<double>& colour, ProblemList& list) {

@@ -31,8 +31,8 @@ void describe(CLI::App& app, Options& options) {
                  "folder for NAME.csv, .json, .md, .tex and .svg, and index.html, a page over all tables "
                  "there")
       ->required();
-  app.add_option("--name", options.words.name, "name of the files")->capture_default_str();
-  app.add_option("--title", options.words.title, "title of the table")->capture_default_str();
+  app.add_option("--name", options.words.name, "name of the files");
+  app.add_option("--title", options.words.title, "title of the table");
   app.add_option("--note", options.words.notes, "sentences under the table");
   app.add_option("--command", options.words.command, "command that makes the table, to be shown with it");
 }

@@ -2,11 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
-#include <numbers>
 #include <string>
-#include <string_view>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/darknet_model.hpp>
@@ -23,6 +20,7 @@
 #include <vector>
 
 #include "../scenes/labelled_scene.hpp"
+#include "shell/formatted.hpp"
 #include "shell/mesh_inputs.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
@@ -44,22 +42,22 @@ struct Options {
 };
 
 void describe(CLI::App& app, Options& o) {
-  const auto add = [&](const char* name, auto& value, const char* text) {
-    app.add_option(name, value, text)->capture_default_str();
-  };
-  add("--cfg", o.cfg,
+  app.add_option(
+      "--cfg", o.cfg,
       "Darknet cfg file of the network; its heads need 3 classes (car, van, clutter); the bundled one when "
       "left out");
-  add("--weights,--resume", o.weights,
+  app.add_option(
+      "--weights,--resume", o.weights,
       "weights to start from, Darknet's or a detector that convert_weights made, whose own cfg is then taken "
       "for --cfg; random ones when left out");
-  add("--output", o.output,
+  app.add_option(
+      "--output", o.output,
       "file to write: Darknet weights, or, named .safetensors, a detector with its cfg, needed when the cfg "
-      "is "
-      "that of converted --weights; detector.weights or detector.safetensors when left out");
-  add("--fresh", o.fresh, "pictures of a batch that are drawn anew; the others are repeated from the pool");
-  add("--pool", o.pool, "pictures kept for repetition, about 200 kB each");
-  add("--size", o.size, "width and height of the network's input, pixels; 0: the cfg's own");
+      "is that of converted --weights; detector.weights or detector.safetensors when left out");
+  app.add_option("--fresh", o.fresh,
+                 "pictures of a batch that are drawn anew; the others are repeated from the pool");
+  app.add_option("--pool", o.pool, "pictures kept for repetition, about 200 kB each");
+  app.add_option("--size", o.size, "width and height of the network's input, pixels; 0: the cfg's own");
   add_options(app, o.training, "P@0.5");
 }
 
@@ -139,8 +137,8 @@ void print_validation(const detect::Detector<float>& detector, const HeldOutScen
   for (const auto& set : sets) {
     const Validation result = validate(detector, set.scenes);
     std::printf(
-        "  %-12s P@0.5 %5.1f %% (%zu of %zu, 95 %% interval %.1f to %.1f), mean confidence %.2f, "
-        "false alarms a picture %.2f\n",
+        "  %-12s P@0.5 %5.1f %% (%zu of %zu, 95 %% interval %.1f to %.1f), mean confidence %.2f, false "
+        "alarms a picture %.2f\n",
         set.name.c_str(), 100 * result.rate.p_at_50, result.rate.detected, result.rate.views,
         100 * result.rate.interval[0], 100 * result.rate.interval[1], result.mean_confidence,
         result.false_alarms);
@@ -230,10 +228,8 @@ int train(const CLI::App& app, const char* program, const Options& options) {
   Trainer trainer(model, options);
   const auto step = [&](std::size_t index) {
     const auto terms = trainer.step(index);
-    char words[80];
-    std::snprintf(words, sizeof words, " (box %.3f, objectness %.3f, class %.3f)", terms.box,
-                  terms.objectness, terms.classification);
-    return StepLoss{terms.total, words};
+    return StepLoss{terms.total, formatted(" (box %.3f, objectness %.3f, class %.3f)", terms.box,
+                                           terms.objectness, terms.classification)};
   };
   const std::size_t done = train_on_scenes(
       options.training, step, [&] { save_model(trainer.model(), start.cfg, options.output); },

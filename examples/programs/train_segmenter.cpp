@@ -39,14 +39,13 @@ struct Options {
 };
 
 void describe(CLI::App& app, Options& o) {
-  const auto add = [&](const char* name, auto& value, const char* text) {
-    app.add_option(name, value, text)->capture_default_str();
-  };
-  add("--weights", o.weights,
+  app.add_option(
+      "--weights", o.weights,
       "ONNX model to start from, one that this program wrote and whose size is kept; random weights when "
       "left out. Steps and learning rate begin anew");
-  add("--output", o.output, "ONNX model to write");
-  add("--side", o.side, "side of the network's square input, pixels, without --weights; a multiple of 16");
+  app.add_option("--output", o.output, "ONNX model to write");
+  app.add_option("--side", o.side,
+                 "side of the network's square input, pixels, without --weights; a multiple of 16");
   add_options(app, o.training, "IoU");
 }
 
@@ -203,8 +202,7 @@ void require_sound(const Options& o) {
 int main(int argc, char** argv) {
   auto app = command_line(
       "Trains a small network of the U²-Net family to find the car in procedural street scenes and writes it "
-      "as "
-      "ONNX.");
+      "as ONNX.");
   Options options;
   describe(app, options);
   app.footer("  train_segmenter --output segmenter.onnx --seed 1");

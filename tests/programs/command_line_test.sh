@@ -15,6 +15,7 @@ for name in $names make_assets; do
   cp command.out help
   [ -z "$(grep -E '.{81}' help)" ] && pass || fail "$name --help is wider than 80 columns: $(grep -E '.{81}' help)"
   grep -q "/" <(grep '^Usage' help) && fail "$name --help shows a path" || pass
+  tr -s '\n ' ' ' <help | grep -qF -e 'default [])' -e 'default )' -e "default $assets" && fail "$name --help shows a default that is none" || pass
   grep -q '^Exit status:$' help && grep -q '^Examples:$' help && pass || fail "$name --help lacks examples or exit codes"
   [ "$(grep -c '^[A-Z][A-Za-z ]*:$' help)" -ge 4 ] || [ "$name" = convert_weights ] || [ "$name" = make_assets ] ||
     [ "$name" = make_dataset ] || [ "${name#train_}" != "$name" ] && pass || fail "$name --help has no groups"

@@ -148,6 +148,8 @@ expect_exit 7 "another number of draws" "$evaluate" "${photographs[@]:0:6}" --qu
 expect_error_line '--noise-draws \(was 3, now 2\)'
 expect_exit 2 "no draws" "$evaluate" "${photographs[@]:0:6}" --noise-draws 0
 expect_error_line '^error: --noise-draws takes 1 to 1000'
+expect_exit 2 "fewer draws than none" "$evaluate" "${photographs[@]:0:6}" --noise-draws -1
+expect_error_line "^error: --noise-draws: expected a whole number of at least 0, found '-1'"
 expect_exit 2 "draws without a protocol" "$evaluate" --clean-only --noise-draws 2
 expect_error_line '^error: --noise-draws needs --protocol'
 

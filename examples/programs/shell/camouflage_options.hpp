@@ -26,23 +26,17 @@ inline void describe(CLI::App& app, CamouflageOptions& options) {
   add_options(app, options.detector);
   add_options(app, options.optimisation);
   add_run_options(app, options, "runs/camouflage");
-  app.add_option(
-         "--keep-layers-mib", options.keep_layers_mib,
-         "memory of each rank, MiB, for the parts of the network's layers that the car cannot reach, so "
-         "that a step need not compute them again; used for views where that saves a quarter of the "
-         "products or more. 0: everything is computed. Results do not depend on it")
-      ->capture_default_str();
+  app.add_option("--keep-layers-mib", options.keep_layers_mib,
+                 "memory of each rank, MiB, for the parts of the network's layers that the car cannot reach, "
+                 "so that a step need not compute them again; used for views where that saves a quarter of "
+                 "the products or more. 0: everything is computed. Results do not depend on it");
   app.add_flag("--check", options.check, "only check every input, report all problems, and leave");
   app.add_flag("--profile", options.profile, "print where the time of a step went");
 }
 
 /// Settings that decide the result of a run, under the names of the options.
 inline Json settings_json(const CamouflageOptions& options) {
-  Json json = Json::object();
-  add_json(json, options.scene);
-  add_json(json, options.detector);
-  add_json(json, options.optimisation);
-  return json;
+  return json_of_settings(options.scene, options.detector, options.optimisation);
 }
 
 /// Whether a method uses a detector's heat map, and therefore needs a layer.

@@ -21,6 +21,7 @@
 #include <utility>
 
 #include "config_file.hpp"
+#include "formatted.hpp"
 #include "help.hpp"
 #include "verbosity.hpp"
 
@@ -106,7 +107,11 @@ void add_general_options(CLI::App& app, const std::string& program) {
 
 }  // namespace
 
-CLI::App command_line(std::string description) { return CLI::App(std::move(description)); }
+CommandLine::CommandLine(std::string description) : CLI::App(std::move(description)) {
+  option_defaults()->always_capture_default();
+}
+
+CommandLine command_line(std::string description) { return CommandLine(std::move(description)); }
 
 int parse_arguments(CLI::App& app, int argc, char** argv) {
   open_standard_streams();
@@ -156,11 +161,9 @@ std::string quoted(const std::string& word) {
   }
   std::string text = "$'";
   for (const char c : word) {
-    std::array<char, 8> number{};
-    std::snprintf(number.data(), number.size(), "\\%03o",
-                  static_cast<unsigned>(static_cast<unsigned char>(c)));
     const bool is_plain = c >= ' ' && c <= '~' && c != '\'' && c != '\\';
-    text += is_plain ? std::string(1, c) : std::string(number.data());
+    text += is_plain ? std::string(1, c)
+                     : formatted("\\%03o", static_cast<unsigned>(static_cast<unsigned char>(c)));
   }
   return text + "'";
 }
@@ -169,9 +172,10 @@ std::string quoted(const std::string& word) {
 std::string shell_line(const std::vector<std::string>& words) {
   std::string line;
   for (const auto& word : words) {
-    const bool plain = !word.empty() && word.find_first_not_of(
-                                            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                            "0123456789_-./=,:+@") == std::string::npos;
+    const bool plain =
+        !word.empty() &&
+        word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+@") ==
+            std::string::npos;
     line += (line.empty() ? "" : " ") + (plain ? word : quoted(word));
   }
   return line;

@@ -7,9 +7,13 @@ namespace tapestry::shell {
 
 // Compiled once for all programs, because CLI11 takes long to compile.
 
-/// The command line of a program, without options yet.
-/// \param description  first text of --help
-CLI::App command_line(std::string description);
+/// The command line of a program, without options yet. An option's value when it is added is its default.
+struct CommandLine : CLI::App {
+  /// \param description  first text of --help
+  explicit CommandLine(std::string description);
+};
+
+CommandLine command_line(std::string description);
 
 /// Parses the command line. Returns a negative number to continue, else the exit code to leave with (0 after
 /// --help, 2 after a mistake, for which the message names the nearest option).

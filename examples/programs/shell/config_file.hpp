@@ -9,7 +9,6 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::shell {

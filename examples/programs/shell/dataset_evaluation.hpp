@@ -43,16 +43,15 @@ inline void add_options(CLI::App& app, DatasetSettings& s) {
   app.option_defaults()->group("Data set instead of a camouflage");
   app.add_option(
       "--dataset", s.dataset,
-      "labelled pictures on which average precision is measured as COCO does, instead of a "
-      "camouflage: COCO's instances (.json), a list of pictures (.txt), a folder of Pascal VOC's "
-      "labels (.xml), or one of pictures with YOLO's labels; --confidence is then 0.001 unless given");
+      "labelled pictures on which average precision is measured as COCO does, instead of a camouflage: "
+      "COCO's instances (.json), a list of pictures (.txt), a folder of Pascal VOC's labels (.xml), or one "
+      "of pictures with YOLO's labels; --confidence is then 0.001 unless given");
   app.add_option("--images", s.images,
                  "folder of a COCO or VOC data set's pictures; left out, that of the .json, or JPEGImages");
   app.add_option("--dataset-names", s.class_names,
                  "names of the classes in YOLO's labels, one a line; left out, they are the detector's");
   app.add_option("--most-detections", s.most_detections,
-                 "of a picture, the most confident of all classes that the data set has; COCO allows 100")
-      ->capture_default_str();
+                 "of a picture, the most confident of all classes that the data set has; COCO allows 100");
   app.add_option("--results", s.results, "file for the detections as COCO's results (.json)");
   app.add_option("--csv", s.csv, "file for the table of --dataset as CSV");
   app.add_option("--json", s.json, "file for the table of --dataset as JSON");

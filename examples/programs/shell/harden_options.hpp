@@ -72,19 +72,14 @@ inline void describe(CLI::App& app, HardenOptions& options) {
   add_options(app, options.detector);
   add_options(app, options.harden);
   add_run_options(app, options, "runs/harden");
-  app.add_flag(
-      "--quick", options.quick,
-      "a small budget for a first look, where no other is given: 80 scenes, 4 short rounds; its attacks "
-      "are too short to show an effect");
+  app.add_flag("--quick", options.quick,
+               "a small budget for a first look, where no other is given: 80 scenes, 4 short rounds; its "
+               "attacks are too short to show an effect");
 }
 
 /// Settings that decide the result of a run, under the names of the options.
 inline Json settings_json(const HardenOptions& options) {
-  Json json = Json::object();
-  add_json(json, options.scene);
-  add_json(json, options.detector);
-  add_json(json, options.harden);
-  return json;
+  return json_of_settings(options.scene, options.detector, options.harden);
 }
 
 inline void require_sound(const HardenSettings& s, ProblemList& list) {

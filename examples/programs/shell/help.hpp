@@ -1,6 +1,5 @@
 #pragma once
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstddef>
 #include <sstream>
 #include <string>
@@ -79,7 +78,7 @@ class HelpText : public CLI::FormatterBase {
     for (const auto* other : option.get_needs()) add("needs " + other->get_name());
     for (const auto* other : option.get_excludes()) add("not with " + other->get_name());
     const std::string& value = option.get_default_str();
-    if (!value.empty() && value != "\"\"") add("default " + value);
+    if (!value.empty() && value != "\"\"" && value != "[]") add("default " + value);
     return remarks.empty() ? "" : " (" + remarks + ")";
   }
 

@@ -3,9 +3,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
-#include <string>
 
+#include "formatted.hpp"
 #include "pdf_file.hpp"
 
 /// \file
@@ -25,14 +24,6 @@ inline constexpr std::array papers{Paper{"a4", 21, 29.7}, Paper{"a3", 29.7, 42},
 inline const char* name_of(const Paper& paper) { return paper.name; }
 
 inline constexpr double margin_cm = 1, band_cm = 1.8, overlap_cm = 1;
-
-/// Formats like printf().
-template <class... Values>
-std::string formatted(const char* format, Values... values) {
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
-}
 
 /// The tiles of a panel, in rows from the top.
 struct TileGrid {

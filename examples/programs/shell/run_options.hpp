@@ -29,13 +29,10 @@ struct RunOptions {
 inline void add_run_options(CLI::App& app, RunOptions& options, const std::string& folder) {
   app.option_defaults()->group("Run");
   app.add_option("--output", options.output, "run folder; " + folder + "-001, -002, ... when left out");
-  app.add_option("--threads", options.threads, "threads; 0: all cores. Results do not depend on it")
-      ->capture_default_str();
-  app.add_option("--checkpoint-steps", options.checkpoint_steps, "steps between checkpoints")
-      ->capture_default_str();
+  app.add_option("--threads", options.threads, "threads; 0: all cores. Results do not depend on it");
+  app.add_option("--checkpoint-steps", options.checkpoint_steps, "steps between checkpoints");
   app.add_option("--keep-mib", options.keep_mib,
-                 "memory for prepared views, MiB; those beyond are prepared anew")
-      ->capture_default_str();
+                 "memory for prepared views, MiB; those beyond are prepared anew");
   app.add_flag("--resume", options.resume,
                "continue the run in --output; settings not given are taken from it");
 }

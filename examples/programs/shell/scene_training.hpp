@@ -14,6 +14,7 @@
 
 #include "../../scenes/scene.hpp"
 #include "file_status.hpp"
+#include "formatted.hpp"
 #include "problem_list.hpp"
 #include "progress.hpp"
 #include "settings.hpp"
@@ -32,18 +33,16 @@ struct SceneTraining {
 
 /// \param measured  on held-out scenes
 inline void add_options(CLI::App& app, SceneTraining& s, const std::string& measured) {
-  const auto add = [&](const char* name, auto& value, const std::string& text) {
-    app.add_option(name, value, text)->capture_default_str();
-  };
-  add("--steps", s.steps, "steps of the optimiser; 0: only validate");
-  add("--batch", s.batch, "pictures a step");
-  add("--learning-rate", s.learning_rate,
-      "Adam's, at its highest: it rises for 200 steps, then falls as a cosine");
-  add("--validate", s.validate, "held-out scenes for " + measured + ", for each of three kinds of paint");
-  add("--validate-every", s.validate_every, "steps between validations");
-  add("--save-every", s.save_every, "steps between saves");
-  add("--seed", s.seed, "seed of scenes and first weights");
-  add("--threads", s.threads, "threads; 0: all cores. Results do not depend on it");
+  app.add_option("--steps", s.steps, "steps of the optimiser; 0: only validate");
+  app.add_option("--batch", s.batch, "pictures a step");
+  app.add_option("--learning-rate", s.learning_rate,
+                 "Adam's, at its highest: it rises for 200 steps, then falls as a cosine");
+  app.add_option("--validate", s.validate,
+                 "held-out scenes for " + measured + ", for each of three kinds of paint");
+  app.add_option("--validate-every", s.validate_every, "steps between validations");
+  app.add_option("--save-every", s.save_every, "steps between saves");
+  app.add_option("--seed", s.seed, "seed of scenes and first weights");
+  app.add_option("--threads", s.threads, "threads; 0: all cores. Results do not depend on it");
 }
 
 inline void require_sound(const SceneTraining& s, ProblemList& list) {
@@ -114,13 +113,10 @@ std::size_t train_on_scenes(const SceneTraining& s, Step step, Save save, Valida
     smoothed = done == 1 ? loss.total : 0.98 * smoothed + 0.02 * loss.total;
     const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
     const double left = seconds / static_cast<double>(done) * static_cast<double>(s.steps - done);
-    char speed[64];
-    std::snprintf(speed, sizeof speed, ", %.2f steps/s, ", static_cast<double>(done) / seconds);
-    char total[64];
-    std::snprintf(total, sizeof total, ": loss %.3f", smoothed);
-    progress.show("step " + std::to_string(done) + " of " + std::to_string(s.steps) + total + loss.terms +
-                      speed + duration_text(left) + " left",
-                  done == s.steps);
+    progress.show(
+        formatted("step %zu of %zu: loss %.3f%s, %.2f steps/s, %s left", done, s.steps, smoothed,
+                  loss.terms.c_str(), static_cast<double>(done) / seconds, duration_text(left).c_str()),
+        done == s.steps);
     if (done % s.save_every == 0) save();
     if (done % s.validate_every == 0 && done < s.steps) {
       std::printf("after step %zu, loss %.3f\n", done, smoothed);

@@ -99,22 +99,21 @@ void visit_settings(SceneSettings& s, Visit visit) {
   visit("mask", s.mask,
         "auto: the frame's own mask, else the rendered silhouette; silhouette; file: masks/dataN.png or "
         "maskN.png beside dataN.npz; u2net: the mask that --segmenter finds in the frame's picture. Drawn "
-        "scenes keep their "
-        "own");
+        "scenes keep their own");
   visit("segmenter", s.segmenter,
         "ONNX model of the U2-Net family for --mask u2net; a small one that is bundled when left out");
   visit("texture", s.texture, "atlas: one uv picture, twice as wide as high; cube: texels on every face");
   visit("texels", s.texels, "rows of the atlas, or texels along a cube's edge; 0: 64 or 6");
   visit("filter", s.filter,
-        "filter of the atlas: anisotropic or trilinear, as fine as pixels see it, or bilinear, at one "
-        "place for each face and pixel");
+        "filter of the atlas: anisotropic or trilinear, as fine as pixels see it, or bilinear, at one place "
+        "for each face and pixel");
   visit("samples", s.samples, "samples a pixel along each axis: 1, 2, 4 or 8");
   visit("colour-space", s.colour_space,
         "how colours are lit, filtered and blended: linear, in proportion to light as a camera sees it, or "
         "encoded, by the numbers of the picture as in the paper");
   visit("light", s.light,
-        "light on the car: frame, the light that the frame states, or photo, sun and sky estimated from "
-        "the car in each frame's picture, which is taken to be of one colour and well exposed");
+        "light on the car: frame, the light that the frame states, or photo, sun and sky estimated from the "
+        "car in each frame's picture, which is taken to be of one colour and well exposed");
 }
 
 template <class Visit>
@@ -131,8 +130,8 @@ void visit_settings(DetectorSettings& s, Visit visit) {
         "how logits become boxes: darknet, ultralytics or scaled; left out, converted --weights decide, or "
         "for Darknet weights the cfg: scaled for new_coords=1, else darknet");
   visit("fit", s.fit,
-        "how a picture goes into the network's input: letterbox, letterbox_top_left or stretch; left out, "
-        "as letter_box of the cfg or the detector's description states, else letterbox");
+        "how a picture goes into the network's input: letterbox, letterbox_top_left or stretch; left out, as "
+        "letter_box of the cfg or the detector's description states, else letterbox");
   visit("names", s.names,
         "class names, one a line; left out, those of the bundled detector, for others of 80 classes COCO's, "
         "else none");
@@ -144,18 +143,18 @@ void visit_settings(DetectorSettings& s, Visit visit) {
         "overlap (IoU, or as nms_kind of the cfg has it) above which the weaker of two boxes of one class is "
         "dropped, 0 to 1");
   visit("precision", s.precision,
-        "precision of products in convolutions: float, or bfloat16, which is faster on processors that "
-        "have it and less accurate everywhere");
+        "precision of products in convolutions: float, or bfloat16, which is faster on processors that have "
+        "it and less accurate everywhere");
 }
 
 template <class Visit>
 void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("method", s.method,
-        "method of the paint: fca, the whole body; planar_patch, one picture on roof, hood and doors; "
-        "camou, a small pattern repeated all over; upc, patches close to a natural picture; das and "
-        "das_full, roof, hood and doors or the whole body, to scatter the detector's attention; rauca, fca "
-        "with --light photo; mesh_adv, fca and the car's shape, with --filter bilinear; random, noise that "
-        "is not optimised; solid, one colour");
+        "method of the paint: fca, the whole body; planar_patch, one picture on roof, hood and doors; camou, "
+        "a small pattern repeated all over; upc, patches close to a natural picture; das and das_full, roof, "
+        "hood and doors or the whole body, to scatter the detector's attention; rauca, fca with --light "
+        "photo; mesh_adv, fca and the car's shape, with --filter bilinear; random, noise that is not "
+        "optimised; solid, one colour");
   visit("loss", s.loss,
         "adversarial loss: paper, as_coded, max_score or vanish (no box of any class over the car)");
   visit("iou-weight", s.iou, "weight alpha of the IoU term");
@@ -177,12 +176,12 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
         "at least 5");
   visit("batch", s.batch, "views a step");
   visit("worst-views", s.worst_views,
-        "share of each step's views to learn from, those of the largest losses (conditional value at "
-        "risk); 1: all");
+        "share of each step's views to learn from, those of the largest losses (conditional value at risk); "
+        "1: all");
   visit("learning-rate", s.learning_rate, "Adam's step size; 0.01 in the paper");
   visit("ensemble", s.ensemble,
-        "further detectors to optimise against, .onnx models or files of convert_weights, of the same "
-        "input size and --class: the loss is the mean over all; only the first, --weights, is measured");
+        "further detectors to optimise against, .onnx models or files of convert_weights, of the same input "
+        "size and --class: the loss is the mean over all; only the first, --weights, is measured");
   visit("conditions", s.conditions,
         "conditions under which every step photographs its views, drawn anew: camera, light, blur, noise, "
         "contrast, jpeg, print, or physical for all; none when left out");
@@ -196,9 +195,7 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
   app.option_defaults()->group(Settings::group);
   visit_settings(settings, [&](const char* name, auto& value, const char* help) {
     if (std::find(except.begin(), except.end(), name) != except.end()) return;
-    auto* option = app.add_option(std::string("--") + name, value, help);
-    if constexpr (!std::is_same_v<std::remove_reference_t<decltype(value)>, std::vector<std::string>>)
-      option->capture_default_str();
+    app.add_option(std::string("--") + name, value, help);
   });
 }
 
@@ -227,6 +224,14 @@ void add_json(nlohmann::ordered_json& json, Settings settings) {
     if (lacking != nullptr && (setting.empty() || setting == lacking)) return;
     json[name] = setting;
   });
+}
+
+/// Settings that decide the result of a run, under the names of their options.
+template <class... Settings>
+nlohmann::ordered_json json_of_settings(const Settings&... settings) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  (add_json(json, settings), ...);
+  return json;
 }
 
 /// Whether --start names a file.

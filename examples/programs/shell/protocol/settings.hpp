@@ -26,22 +26,17 @@ inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& p
   app.option_defaults()->group("Protocol");
   app.add_option("--protocol", s.protocol, "measure a table of the FCA paper: " + protocols);
   app.add_option("--controls", s.controls,
-                 "of --protocol: all, or matched for matched noise and shuffled patches alone")
-      ->capture_default_str();
+                 "of --protocol: all, or matched for matched noise and shuffled patches alone");
   app.add_option("--noise-draws", s.noise_draws,
-                 "of --protocol: draws of matched noise, whose spread widens the intervals of effects")
-      ->type_name("N")
-      ->capture_default_str();
+                 "of --protocol: draws of matched noise, whose spread widens the intervals of effects");
   app.add_option("--background", s.background,
                  "of protocols that render the car alone: colour behind it, three numbers from 0 to 1")
-      ->expected(3)
-      ->capture_default_str();
+      ->expected(3);
   app.add_option("--further-weights", s.further_weights,
                  "of protocols on photographs: further detectors, a column each, .onnx models or files of "
                  "convert_weights, with the same --class for the car");
   app.add_option("--heat-map-kind", s.heat_map_kind,
-                 "of --protocol attention: layer_cam, grad_cam or grad_cam_plus_plus")
-      ->capture_default_str();
+                 "of --protocol attention: layer_cam, grad_cam or grad_cam_plus_plus");
   app.add_flag("--quick", s.quick, "of --protocol: fewer views, for a first look");
 }
 
