@@ -3,6 +3,9 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <type_traits>
+
+#include "formatted.hpp"
 
 namespace tapestry::shell {
 
@@ -27,6 +30,26 @@ inline std::string csv_quoted(std::string_view text) {
 inline std::string csv_field(std::string_view text) {
   const bool is_plain = text.find_first_of(",;\t\"\r\n") == std::string_view::npos && !begins_formula(text);
   return is_plain ? std::string(text) : csv_quoted(text);
+}
+
+/// Fields of a CSV with commas between them: text as it stands, whole numbers, others in nine digits, and
+/// each element of a list.
+template <class... Fields>
+std::string csv_line(const Fields&... fields) {
+  std::string line;
+  const auto add = [&]<class Field>(const auto& self, const Field& field) {
+    if constexpr (std::is_convertible_v<Field, std::string_view>) {
+      line.append(",").append(field);
+    } else if constexpr (std::is_integral_v<Field>) {
+      line.append(",").append(std::to_string(field));
+    } else if constexpr (std::is_floating_point_v<Field>) {
+      line += formatted(",%.9g", field);
+    } else {
+      for (const auto& element : field) self(self, element);
+    }
+  };
+  (add(add, fields), ...);
+  return line.substr(1);
 }
 
 }  // namespace tapestry::shell

@@ -153,7 +153,7 @@ inline MeasuredFolder read_measured_folder(const std::string& folder) {
   measured.textures = detail::member_of<std::vector<std::string>>(read_json_file(report), "textures", report);
   const auto noise = std::ranges::find(measured.textures, std::string(evaluate::matched_noise_name));
   const std::size_t extra_draws = noise == measured.textures.end() ? 0 : saved.settings.noise_draws - 1;
-  const auto subject = detail::subject_of(saved.weights, saved.contents.front().frames.size());
+  const auto subject = subject_of(saved.weights, saved.contents.front().frames.size());
   measured.detector = subject.detectors.front();
   measured.contents = saved.contents;
   measured.protocol = protocol_by_name(saved.settings.protocol).make(saved.settings, saved.seed, subject);

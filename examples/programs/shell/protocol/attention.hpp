@@ -2,13 +2,11 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/heat_map.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
-#include <utility>
 #include <vector>
 
 #include "../contact_sheet.hpp"
@@ -20,8 +18,6 @@
 #include "settings.hpp"
 
 namespace tapestry::shell {
-
-namespace detail {
 
 /// Share of a detector's heat that lies on the car; 0 if there is no heat.
 inline double attention_share(const Array<float, 3>& picture, const camouflage::View<float>& view,
@@ -48,8 +44,6 @@ inline Figure attention_figure(const Protocol&, const ProtocolResult& result) {
       svg_text(26, 19, "muted", "the car's share of the picture, what even attention would give");
   return figure;
 }
-
-}  // namespace detail
 
 /// Some of the photographs with the heat of each texture laid over them. There is a row for each texture that
 /// figures show: clean, the camouflage, the noise matched to it, the untouched photograph.
@@ -83,17 +77,16 @@ inline Bitmap attention_sheet(std::size_t column, const Protocol& protocol, cons
 /// Heat maps before and after: the share of a detector's evidence for the car that lies on the car.
 inline Protocol attention_protocol(const ProtocolSettings& settings, std::uint64_t,
                                    const ProtocolSubject& subject) {
-  Protocol protocol = detail::photograph_protocol("attention", "What detectors look at", subject);
+  Protocol protocol = photograph_protocol("attention", "What detectors look at", subject);
   protocol.maps_attention = true;
   protocol.notes = {
       "Attention: a heat map (" + settings.heat_map_kind +
           ") over the last layer that all heads see, of the score of the surest candidate of the car's class "
           "anywhere in the picture, however unsure; its share on the silhouette is its sum over the car by "
-          "that "
-          "over the picture, and counts as none where there is no heat at all. Differences to clean: 95 % by "
-          "paired bootstrap over photographs.",
+          "that over the picture, and counts as none where there is no heat at all. Differences to clean: 95 "
+          "% by paired bootstrap over photographs.",
       protocol.bare_name + ": the untouched photograph."};
-  protocol.figure = detail::attention_figure;
+  protocol.figure = attention_figure;
   return protocol;
 }
 

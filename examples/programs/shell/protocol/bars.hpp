@@ -2,12 +2,10 @@
 #include <array>
 #include <cstddef>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "protocol.hpp"
 
-namespace tapestry::shell::detail {
+namespace tapestry::shell {
 
 inline constexpr std::array<const char*, 4> bar_styles{"first", "second", "third", "fourth"};
 
@@ -79,4 +77,4 @@ inline std::string bar_legend(const ProtocolResult& result) {
          svg_text(14, 56, "muted", "lines: 95 % intervals (Wilson)");
 }
 
-}  // namespace tapestry::shell::detail
+}  // namespace tapestry::shell

@@ -15,8 +15,6 @@ namespace tapestry::shell {
 /// Number of photographs with --quick.
 inline constexpr std::size_t quick_photographs = 20;
 
-namespace detail {
-
 /// A cell for each detector, which measures every photograph, one detector after another.
 inline Protocol photograph_protocol(std::string name, std::string title, const ProtocolSubject& subject) {
   Protocol protocol{
@@ -81,17 +79,14 @@ inline Figure texture_figure(const Protocol&, const ProtocolResult& result) {
   return figure;
 }
 
-}  // namespace detail
-
 /// FCA's table 1: how often detectors find the car in photographs, untouched, clean, camouflaged and with
 /// every control.
 inline Protocol digital_protocol(const ProtocolSettings&, std::uint64_t, const ProtocolSubject& subject) {
-  Protocol protocol = detail::photograph_protocol("digital", "Photographs", subject);
-  protocol.notes = {
-      protocol.bare_name +
-      ": the untouched photograph; clean: the car in its own colours, rendered and laid over it "
-      "as every other texture is."};
-  protocol.figure = detail::texture_figure;
+  Protocol protocol = photograph_protocol("digital", "Photographs", subject);
+  protocol.notes = {protocol.bare_name +
+                    ": the untouched photograph; clean: the car in its own colours, rendered and laid over "
+                    "it as every other texture is."};
+  protocol.figure = texture_figure;
   return protocol;
 }
 

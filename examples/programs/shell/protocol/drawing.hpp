@@ -3,9 +3,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <string>
 #include <vector>
+
+#include "../formatted.hpp"
 
 namespace tapestry::shell {
 
@@ -45,11 +46,7 @@ svg .fourth { fill: #0d1117; stroke: #9da7b3 }
 )";
 
 namespace detail {
-inline std::string fixed(double value, int digits) {
-  std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), "%.*f", digits, value);
-  return text.data();
-}
+inline std::string fixed(double value, int digits) { return formatted("%.*f", digits, value); }
 /// The same without the sign of a zero.
 inline std::string rounded(double value, int digits) {
   const std::string text = fixed(value, digits);

@@ -2,12 +2,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/core/array.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
@@ -36,8 +34,6 @@ struct ProtocolRequest {
   RunInputs run_inputs{};      ///< files that must equal those of the run
   std::size_t trained_on = 0;  ///< number of its photographs that the camouflage was optimised on
 };
-
-namespace detail {
 
 /// Inputs of a protocol's measurement.
 struct ProtocolInputs {
@@ -166,7 +162,5 @@ inline ProtocolSubject subject_of(const ProtocolRequest& request, const Protocol
                  request.settings.further_weights.end());
   return subject_of(weights, inputs.photographs.size());
 }
-
-}  // namespace detail
 
 }  // namespace tapestry::shell

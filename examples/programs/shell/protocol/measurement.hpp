@@ -15,6 +15,7 @@
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/io/npy.hpp>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -27,71 +28,57 @@
 
 namespace tapestry::shell {
 
+/// Calls visit(name, array) for each array of some outcomes.
+template <class Outcomes, class Visit>
+void for_each_array(Outcomes& outcomes, Visit visit) {
+  visit("state", outcomes.state);
+  visit("found", outcomes.found);
+  visit("fate", outcomes.fate);
+  visit("named", outcomes.named);
+  visit("best_confidence", outcomes.best_confidence);
+  visit("found_confidence", outcomes.found_confidence);
+  visit("attention", outcomes.attention);
+  visit("hidden_share", outcomes.hidden_share);
+  visit("car_share", outcomes.car_share);
+}
+
 /// Reads saved outcomes.
 /// \throws FileError: malformed (damaged, or with values that no measurement gives), mismatch (other extents)
 inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::size_t frames,
                                                 std::size_t textures) {
   const auto file = io::NpzFile::read(path);
-  evaluate::ProtocolOutcomes outcomes;
-  outcomes.state = file.array<std::uint8_t, 1>("state");
-  outcomes.found = file.array<std::uint8_t, 2>("found");
-  outcomes.fate = file.array<std::uint8_t, 2>("fate");
-  outcomes.named = file.array<std::uint16_t, 2>("named");
-  outcomes.best_confidence = file.array<double, 2>("best_confidence");
-  outcomes.found_confidence = file.array<double, 2>("found_confidence");
-  outcomes.attention = file.array<double, 2>("attention");
-  outcomes.hidden_share = file.array<double, 1>("hidden_share");
-  outcomes.car_share = file.array<double, 1>("car_share");
-  const evaluate::ProtocolOutcomes expected(frames, textures);
-  if (outcomes.state.shape() != expected.state.shape() || outcomes.found.shape() != expected.found.shape() ||
-      outcomes.fate.shape() != expected.fate.shape() || outcomes.named.shape() != expected.named.shape() ||
-      outcomes.best_confidence.shape() != expected.best_confidence.shape() ||
-      outcomes.found_confidence.shape() != expected.found_confidence.shape() ||
-      outcomes.attention.shape() != expected.attention.shape() ||
-      outcomes.hidden_share.shape() != expected.hidden_share.shape() ||
-      outcomes.car_share.shape() != expected.car_share.shape())
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "outcomes of another measurement",
-                     std::to_string(frames) + " frames of " + std::to_string(textures) + " textures", ""});
-  const auto is_share = [](double value) { return value >= 0 && value <= 1; };
+  evaluate::ProtocolOutcomes outcomes(frames, textures);
+  bool are_values = true;  // that a measurement has
+  for_each_array(outcomes, [&]<class Values>(const char* name, Values& array) {
+    constexpr std::size_t rank = std::tuple_size_v<typename Values::shape_type>;
+    auto saved = file.array<typename Values::value_type, rank>(name);
+    if (saved.shape() != array.shape())
+      throw FileError(ErrorKind::mismatch,
+                      {path, "", "outcomes of another measurement",
+                       std::to_string(frames) + " frames of " + std::to_string(textures) + " textures", ""});
+    array = std::move(saved);
+    if constexpr (std::is_same_v<typename Values::value_type, double>)
+      are_values &=
+          std::ranges::all_of(array.storage(), [](double share) { return share >= 0 && share <= 1; });
+  });
   const auto at_most = [](std::uint8_t most) { return [=](std::uint8_t value) { return value <= most; }; };
-  const auto are_shares = [&](const auto& values) { return std::ranges::all_of(values.storage(), is_share); };
-  if (!std::ranges::all_of(outcomes.state.storage(), at_most(2)) ||
+  if (!are_values || !std::ranges::all_of(outcomes.state.storage(), at_most(2)) ||
       !std::ranges::all_of(outcomes.found.storage(), at_most(1)) ||
-      !std::ranges::all_of(outcomes.fate.storage(), at_most(evaluate::fate_names.size() - 1)) ||
-      !are_shares(outcomes.best_confidence) || !are_shares(outcomes.found_confidence) ||
-      !are_shares(outcomes.attention) || !are_shares(outcomes.hidden_share) ||
-      !are_shares(outcomes.car_share))
+      !std::ranges::all_of(outcomes.fate.storage(), at_most(evaluate::fate_names.size() - 1)))
     throw FileError(ErrorKind::malformed, {path, "", "values that no measurement has"});
   return outcomes;
 }
 
 inline void write_outcomes(const std::string& path, const evaluate::ProtocolOutcomes& outcomes) {
   io::NpzWriter file;
-  file.add("state", outcomes.state);
-  file.add("found", outcomes.found);
-  file.add("fate", outcomes.fate);
-  file.add("named", outcomes.named);
-  file.add("best_confidence", outcomes.best_confidence);
-  file.add("found_confidence", outcomes.found_confidence);
-  file.add("attention", outcomes.attention);
-  file.add("hidden_share", outcomes.hidden_share);
-  file.add("car_share", outcomes.car_share);
+  for_each_array(outcomes, [&](const char* name, const auto& array) { file.add(name, array); });
   file.write(path);
 }
 
 /// Copies the first rank's outcomes to every rank.
 inline void share_outcomes(evaluate::ProtocolOutcomes& outcomes) {
-  const auto share = [](auto& array) { Ranks::all().share(std::span(array.data(), array.size())); };
-  share(outcomes.state);
-  share(outcomes.found);
-  share(outcomes.fate);
-  share(outcomes.named);
-  share(outcomes.best_confidence);
-  share(outcomes.found_confidence);
-  share(outcomes.attention);
-  share(outcomes.hidden_share);
-  share(outcomes.car_share);
+  for_each_array(outcomes,
+                 [](const char*, auto& array) { Ranks::all().share(std::span(array.data(), array.size())); });
 }
 
 /// Views of one frame: of the original car, and of the car in the run's shape if the run has moved it.
@@ -227,20 +214,12 @@ class ProtocolMeasurement {
   void exchange(std::span<const std::size_t> frames) {
     const Ranks& ranks = Ranks::all();
     if (ranks.count() == 1) return;
-    const std::size_t textures = textures_.size();
-    std::vector<double> row(3 + 6 * textures);
+    std::vector<double> row(3 + 6 * textures_.size());
     const auto copy = [&](std::size_t frame, double* values, auto assign) {
-      assign(outcomes_.state(frame), values[0]);
-      assign(outcomes_.hidden_share(frame), values[1]);
-      assign(outcomes_.car_share(frame), values[2]);
-      for (std::size_t k = 0; k < textures; ++k) {
-        assign(outcomes_.found(frame, k), values[3 + k]);
-        assign(outcomes_.best_confidence(frame, k), values[3 + textures + k]);
-        assign(outcomes_.found_confidence(frame, k), values[3 + 2 * textures + k]);
-        assign(outcomes_.attention(frame, k), values[3 + 3 * textures + k]);
-        assign(outcomes_.fate(frame, k), values[3 + 4 * textures + k]);
-        assign(outcomes_.named(frame, k), values[3 + 5 * textures + k]);
-      }
+      for_each_array(outcomes_, [&](const char*, auto& array) {
+        const std::size_t width = array.size() / array.shape(0);
+        for (std::size_t k = 0; k < width; ++k) assign(array.data()[frame * width + k], *values++);
+      });
     };
     if (ranks.index() < frames.size())
       copy(frames[ranks.index()], row.data(), [](auto& own, double& value) { value = own; });

@@ -10,7 +10,7 @@
 #include "inputs.hpp"
 #include "protocol.hpp"
 
-namespace tapestry::shell::detail {
+namespace tapestry::shell {
 
 /// Note on a run that has moved the car's shape.
 inline std::string note_on_shape(const Protocol& protocol) {
@@ -69,16 +69,15 @@ inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const 
 inline std::vector<std::string> notes_on_effects(const ProtocolResult& result,
                                                  const ProtocolRequest& request) {
   std::vector<std::string> notes{
-      "Effect: the same frames with matched noise and with the camouflage; brackets: 95 % by "
-      "paired bootstrap (BCa, " +
+      "Effect: the same frames with matched noise and with the camouflage; brackets: 95 % by paired "
+      "bootstrap (BCa, " +
       std::to_string(evaluate::BootstrapSettings{}.resamples) +
       " resamples) over frames, those of P@0.5 by Newcombe's method for paired shares."};
   if (request.settings.noise_draws > 1)
-    notes.push_back(
-        "Matched noise: " + std::to_string(request.settings.noise_draws) +
-        " draws, each measured in every frame. Its rows count the frames of all draws, a frame once in their "
-        "intervals. Intervals of effects on best confidence are over frames and draws, the draws' part by "
-        "Student's t; those of P@0.5 are over frames alone.");
+    notes.push_back("Matched noise: " + std::to_string(request.settings.noise_draws) +
+                    " draws, each measured in every frame. Its rows count the frames of all draws, a frame "
+                    "once in their intervals. Intervals of effects on best confidence are over frames and "
+                    "draws, the draws' part by Student's t; those of P@0.5 are over frames alone.");
   const auto has_few = [](const auto& section) {
     return section.cell.measured > 0 && section.cell.measured < 20;
   };
@@ -103,8 +102,8 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
       "surest such box, however low, before suppression. Else the frame is related (such a box is of another "
       "vehicle), renamed (of any other class), misplaced (a box of the class overlaps it by 0.1 to 0.5) or "
       "lost: none of these; other classes may still overlap it by less than 0.5. Attack success counts the "
-      "frames that are found in clean and not with the "
-      "texture; where none is found in clean it is not defined (-). Brackets: 95 % by Wilson.");
+      "frames that are found in clean and not with the texture; where none is found in clean it is not "
+      "defined (-). Brackets: 95 % by Wilson.");
   if (result.has_camouflage)
     for (const auto& note : notes_on_effects(result, request)) notes.push_back(note);
   std::string input = "Input";
@@ -120,4 +119,4 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
   return notes;
 }
 
-}  // namespace tapestry::shell::detail
+}  // namespace tapestry::shell

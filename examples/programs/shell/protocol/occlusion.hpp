@@ -7,15 +7,12 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <utility>
-#include <vector>
 
 #include "bars.hpp"
 #include "protocol.hpp"
 #include "settings.hpp"
 
 namespace tapestry::shell {
-
-namespace detail {
 
 inline Figure occlusion_figure(const Protocol& protocol, const ProtocolResult& result) {
   Figure figure{"How often the detector finds the partly hidden car", {}, {420, 70, ""}, 2};
@@ -26,13 +23,11 @@ inline Figure occlusion_figure(const Protocol& protocol, const ProtocolResult& r
         [](std::size_t row, const evaluate::Cell& cell) {
           return std::array{
               std::string(evaluate::occlusion_group_names[row]),
-              cell.measured > 0 ? fixed(100 * cell.mean_hidden_share, 0) + " % hidden" : "no frames"};
+              cell.measured > 0 ? detail::fixed(100 * cell.mean_hidden_share, 0) + " % hidden" : "no frames"};
         }));
   figure.legend.svg = bar_legend(result);
   return figure;
 }
-
-}  // namespace detail
 
 /// FCA's table 4: how well the detector finds the car behind obstacles.
 inline Protocol occlusion_protocol(const ProtocolSettings& settings, std::uint64_t seed,
@@ -43,15 +38,13 @@ inline Protocol occlusion_protocol(const ProtocolSettings& settings, std::uint64
   protocol.bare_name = "no car";
   protocol.notes = {
       "Rectangles of random colours, half of them striped or squared, lie over the picture, the same for "
-      "every "
-      "texture; the hidden share is measured on the silhouette of the car, 5 to 30, 30 to 70 and 70 to 95 %. "
-      "Every "
-      "group and distance has the same " +
+      "every texture; the hidden share is measured on the silhouette of the car, 5 to 30, 30 to 70 and 70 to "
+      "95 %. Every group and distance has the same " +
           std::to_string(protocol.frames.size() / protocol.table.cell_count()) + " views.",
       "A box counts by its overlap with that of the whole car, not of the part that still shows.",
       protocol.bare_name +
-          ": the same pictures with their rectangles and without the car. What is found there "
-          "is not the car, and as much of the other rows may not be."};
+          ": the same pictures with their rectangles and without the car. What is found there is not the "
+          "car, and as much of the other rows may not be."};
   const Random random = Random(seed).fork(0x6F63636C7573696FULL);
   protocol.change = [random, frames = protocol.frames](const camouflage::View<float>& view,
                                                        std::size_t frame) -> std::optional<FrameChange> {
@@ -64,7 +57,7 @@ inline Protocol occlusion_protocol(const ProtocolSettings& settings, std::uint64
                          evaluate::lay_occluders(picture, occluders);
                        }};
   };
-  protocol.figure = detail::occlusion_figure;
+  protocol.figure = occlusion_figure;
   return protocol;
 }
 

@@ -1,8 +1,6 @@
 #pragma once
-#include <array>
 #include <cstddef>
-#include <cstdint>
-#include <cstdio>
+#include <span>
 #include <string>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <utility>
@@ -40,12 +38,8 @@ inline std::string protocol_text(const Protocol& protocol, const ProtocolResult&
   std::string text;
   for (const auto& table : section_tables(protocol, result)) text += text_of(table) + "\n";
   if (!protocol.on_photographs) {
-    text += text_of(found_grid(protocol, result, 0, false)) + "\n";
     for (const std::size_t k : result.shown_textures())
-      if (k > 0)
-        text += text_of(result.is_attack(k) ? success_grid(protocol, result, k, false)
-                                            : found_grid(protocol, result, k, false)) +
-                "\n";
+      text += text_of(share_grid(protocol, result, k, result.is_attack(k), false)) + "\n";
   }
   for (const auto& words : findings(protocol, result)) text += words + "\n";
   for (const auto& note : notes) text += "- " + note + "\n";
@@ -57,11 +51,11 @@ inline std::string protocol_text(const Protocol& protocol, const ProtocolResult&
 inline std::vector<WordTable> all_tables(const Protocol& protocol, const ProtocolResult& result) {
   auto tables = section_tables(protocol, result);
   if (protocol.on_photographs) return tables;
-  tables.push_back(found_grid(protocol, result, 0, true));
+  tables.push_back(share_grid(protocol, result, 0, false, true));
   for (std::size_t k = 1; k < result.textures.size(); ++k)
-    if (result.is_attack(k)) tables.push_back(success_grid(protocol, result, k, true));
+    if (result.is_attack(k)) tables.push_back(share_grid(protocol, result, k, true, true));
   for (const std::size_t k : result.shown_textures())
-    if (k > 0) tables.push_back(found_grid(protocol, result, k, true));
+    if (k > 0) tables.push_back(share_grid(protocol, result, k, false, true));
   return tables;
 }
 
@@ -81,24 +75,15 @@ inline std::string protocol_latex(const Protocol& protocol, const ProtocolResult
   return text;
 }
 
-namespace detail {
 inline std::string csv_row(const std::string& name, const evaluate::Cell& cell, const ProtocolResult& result,
                            std::size_t k) {
   const auto& [rate, confidence, success, fates] = cell.textures[k];
-  std::array<char, 400> text{};
-  std::snprintf(text.data(), text.size(), "%s,%s,%zu,%zu,%.9g,%zu,%.9g,%.9g,%.9g,%.9g,%zu,", name.c_str(),
-                result.textures[k].c_str(), cell.measured, cell.left_out, cell.mean_hidden_share,
-                rate.detected, rate.p_at_50, rate.interval[0], rate.interval[1], confidence, success.views);
-  std::string row = text.data();
-  if (result.is_attack(k) && success.views > 0)
-    std::snprintf(text.data(), text.size(), "%zu,%.9g,%.9g,%.9g", success.hidden, success.rate,
-                  success.interval[0], success.interval[1]);
-  else
-    std::snprintf(text.data(), text.size(), ",,,");
-  row += text.data();
-  for (std::size_t fate = 1; fate < fates.pictures.size(); ++fate)
-    row.append(",").append(std::to_string(fates.pictures[fate]));
-  return row + "\n";
+  const bool is_attack = result.is_attack(k) && success.views > 0;
+  return csv_line(name, result.textures[k], cell.measured, cell.left_out, cell.mean_hidden_share,
+                  rate.detected, rate.p_at_50, rate.interval, confidence, success.views,
+                  is_attack ? csv_line(success.hidden, success.rate, success.interval) : std::string(",,,"),
+                  std::span(fates.pictures).subspan(1)) +
+         "\n";
 }
 
 inline Json cell_json(const evaluate::Cell& cell, const ProtocolResult& result) {
@@ -136,26 +121,24 @@ inline Json section_json(const ProtocolSection& section, const ProtocolResult& r
           {{"confidence", swept_thresholds[i]}, {"p_at_50", section.sweep[k][i].p_at_50}});
   return json;
 }
-}  // namespace detail
 
 /// One row per cell and texture; renders have rows for the whole or for each part behind them. Shares are in
 /// 0 to 1, and empty where they are not defined.
 inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& result) {
   const auto& table = protocol.table;
-  std::string text = table.row_title + "," + table.column_title +
-                     ",texture,frames,left_out,mean_hidden_share,detected,p_at_50,p_at_50_low,p_at_50_high,"
-                     "mean_best_confidence,detected_in_clean,hidden,asr,asr_low,asr_high,related,renamed,"
-                     "misplaced,lost\n";
+  std::string text =
+      table.row_title + "," + table.column_title +
+      ",texture,frames,left_out,mean_hidden_share,detected,p_at_50,p_at_50_low,p_at_50_high,mean_best_"
+      "confidence,detected_in_clean,hidden,asr,asr_low,asr_high,related,renamed,misplaced,lost\n";
   for (std::size_t cell = 0; cell < result.cells.size(); ++cell)
     for (std::size_t k = 0; k < result.textures.size(); ++k)
-      text += detail::csv_row(csv_field(table.rows[cell / table.columns.size()]) + "," +
-                                  csv_field(table.columns[cell % table.columns.size()]),
-                              result.cells[cell], result, k);
+      text += csv_row(csv_field(table.rows[cell / table.columns.size()]) + "," +
+                          csv_field(table.columns[cell % table.columns.size()]),
+                      result.cells[cell], result, k);
   if (protocol.on_photographs) return text;
   for (const auto& section : result.sections)
     for (std::size_t k = 0; k < result.textures.size(); ++k)
-      text +=
-          detail::csv_row((protocol.parts.empty() ? "all" : section.name) + ",all", section.cell, result, k);
+      text += csv_row((protocol.parts.empty() ? "all" : section.name) + ",all", section.cell, result, k);
   return text;
 }
 
@@ -170,12 +153,11 @@ inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result
                              : Json();
   if (result.effect_kept)
     json["effect_kept"] = {{"ratio", result.effect_kept->ratio}, {"interval", result.effect_kept->interval}};
-  for (const auto& section : result.sections)
-    json["sections"].push_back(detail::section_json(section, result));
+  for (const auto& section : result.sections) json["sections"].push_back(section_json(section, result));
   for (std::size_t cell = 0; cell < result.cells.size(); ++cell) {
     Json entry = {{table.row_title, table.rows[cell / table.columns.size()]},
                   {table.column_title, table.columns[cell % table.columns.size()]}};
-    entry.update(detail::cell_json(result.cells[cell], result));
+    entry.update(cell_json(result.cells[cell], result));
     json["cells"].push_back(entry);
   }
   json["settings"] = settings;
@@ -183,7 +165,6 @@ inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result
   return json;
 }
 
-namespace detail {
 /// Pictures within the page, each under its description.
 inline std::string picture_html(const std::vector<std::pair<std::string, std::string>>& pictures) {
   std::string html;
@@ -192,8 +173,6 @@ inline std::string picture_html(const std::vector<std::pair<std::string, std::st
             "\" src=\"data:image/png;base64," + base64(png) + "\">\n";
   return html;
 }
-}  // namespace detail
-
 inline constexpr const char* protocol_style = R"(.panels { display: flex; flex-wrap: wrap; gap: 0 1em }
 svg, img { max-width: 100%; height: auto; display: block }
 figcaption { font-weight: bold; color: inherit }
@@ -208,7 +187,7 @@ inline std::string protocol_html(const Protocol& protocol, const ProtocolResult&
   const Figure figure = protocol.figure(protocol, result);
   std::string page = page_begin(protocol.title, std::string(list_style) + figure_style + protocol_style) +
                      "<h2>" + escaped(figure.title) + "</h2>\n" + figure_html(figure) +
-                     detail::picture_html(result.pictures) + "<h2>Tables</h2>\n";
+                     picture_html(result.pictures) + "<h2>Tables</h2>\n";
   for (const auto& table : all_tables(protocol, result)) page += html_of(table);
   for (const auto& words : findings(protocol, result)) page += "<p><b>" + escaped(words) + "</b></p>\n";
   page += "<ul>\n";

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <functional>
 #include <numeric>
-#include <optional>
 #include <string>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/measurement.hpp>
@@ -13,7 +12,7 @@
 #include "../view_list.hpp"
 #include "protocol.hpp"
 
-namespace tapestry::shell::detail {
+namespace tapestry::shell {
 
 /// Number of neighbours of each name: the draws of that texture.
 inline std::vector<std::size_t> draws_of(const std::vector<evaluate::Control>& textures) {
@@ -136,4 +135,4 @@ inline MeasuredFrames measured_frames(const Protocol& protocol, const ProtocolRe
   return measured;
 }
 
-}  // namespace tapestry::shell::detail
+}  // namespace tapestry::shell

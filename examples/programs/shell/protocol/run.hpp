@@ -1,10 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstddef>
-#include <cstdint>
-#include <cstdio>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -30,8 +26,6 @@
 #include "source.hpp"
 
 namespace tapestry::shell {
-
-namespace detail {
 
 /// The run of a camouflage: its folder, seed and class, and the files of the detectors that it was optimised
 /// against.
@@ -145,9 +139,9 @@ inline void write_report(const std::string& folder, const Protocol& protocol, co
 /// run.
 inline void tell_cost(const std::string& folder, double seconds, const ProtocolMeasurement& measurement,
                       std::size_t textures) {
-  remark("this process: " + fixed(seconds, 1) + " s for " + std::to_string(measurement.frames_done()) +
-         " frames, peak memory " + fixed(peak_mib(), 0) + " MiB, " + std::to_string(thread_count()) +
-         (thread_count() == 1 ? " thread" : " threads"));
+  remark("this process: " + detail::fixed(seconds, 1) + " s for " +
+         std::to_string(measurement.frames_done()) + " frames, peak memory " + detail::fixed(peak_mib(), 0) +
+         " MiB, " + std::to_string(thread_count()) + (thread_count() == 1 ? " thread" : " threads"));
   if (folder.empty()) return;
   write_text(folder + "/cost.json", report_text({{"seconds", seconds},
                                                  {"frames", measurement.frames_done()},
@@ -165,25 +159,20 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
     if (outcomes.state_of(frame) != evaluate::FrameState::measured) continue;
     const std::size_t column = protocol.frames[frame].column;
     for (std::size_t k = 0; k < textures.size(); ++k) {
-      std::array<char, 64> numbers{};
-      std::snprintf(numbers.data(), numbers.size(), ",%d,%.9g,%.9g,", outcomes.found(frame, k),
-                    outcomes.best_confidence(frame, k), outcomes.attention(frame, k));
       const auto fate = static_cast<evaluate::Fate>(outcomes.fate(frame, k));
       const std::string named =
           fate == evaluate::Fate::lost
               ? ""
               : csv_field(class_name(outcomes.named(frame, k), result.names_of(column), "class "));
-      text += csv_field(protocol.table.columns[column]) + "," + csv_field(textures[k]) + numbers.data() +
-              evaluate::fate_names[outcomes.fate(frame, k)] + "," + named + "," +
-              csv_field(inputs.photographs[frame % inputs.photographs.size()]) + "\n";
+      text += csv_line(csv_field(protocol.table.columns[column]), csv_field(textures[k]),
+                       outcomes.found(frame, k), outcomes.best_confidence(frame, k),
+                       outcomes.attention(frame, k), evaluate::fate_names[outcomes.fate(frame, k)], named,
+                       csv_field(inputs.photographs[frame % inputs.photographs.size()])) +
+              "\n";
     }
   }
   return text;
 }
-
-}  // namespace detail
-
-namespace detail {
 
 /// The run's folder, and the outcomes that an earlier run with the same settings has saved there.
 struct ProtocolFolder {
@@ -243,8 +232,6 @@ inline void add_attention(const std::string& folder, const Protocol& protocol,
                             inputs.detectors[column], heat_map_by_name(request.settings.heat_map_kind))));
 }
 
-}  // namespace detail
-
 /// Measures a protocol, prints its table and writes NAME.csv, .json, .md, .tex, .svg and .html; for renders
 /// also frames.csv, and for photographs photographs.csv. After an interruption the same command continues.
 /// Under mpirun the frames are divided among the ranks; the files are the same for any number of them.
@@ -253,41 +240,41 @@ inline void add_attention(const std::string& folder, const Protocol& protocol,
 inline int evaluate_protocol(ProtocolRequest request) {
   const auto start = std::chrono::steady_clock::now();
   const StopSignal stop_signal;
-  detail::ProtocolInputs inputs;
-  detail::load_car_and_detectors(request, inputs);
+  ProtocolInputs inputs;
+  load_car_and_detectors(request, inputs);
   const Protocol protocol = protocol_by_name(request.settings.protocol)
-                                .make(request.settings, request.seed, detail::subject_of(request, inputs));
-  auto textures = detail::textures_of(inputs.car, request);
+                                .make(request.settings, request.seed, subject_of(request, inputs));
+  auto textures = textures_of(inputs.car, request);
   if (!protocol.bare_name.empty()) textures.push_back({protocol.bare_name, {}});
-  inputs.reshaped = detail::reshaped_car(inputs.car.painted, request);
-  auto meters = detail::meters_of(inputs, request);
-  const Json settings = detail::settings_of(request, inputs);
+  inputs.reshaped = reshaped_car(inputs.car.painted, request);
+  auto meters = meters_of(inputs, request);
+  const Json settings = settings_of(request, inputs);
   Ranks::all().require_same("settings and inputs", io::sha256(exact_text(settings)));
   if (protocol.on_photographs && !request.run.empty())
-    request.trained_on = detail::trained_on(request.run, inputs.photographs, settings["inputs"]);
+    request.trained_on = trained_on(request.run, inputs.photographs, settings["inputs"]);
   const bool is_first = Ranks::all().is_first();
   const std::string folder = is_first ? request.output : "";
-  detail::ProtocolFolder run(folder, settings, protocol.frames.size(), textures);
-  const ProtocolSource source = detail::source_of(protocol, request, inputs, meters);
+  ProtocolFolder run(folder, settings, protocol.frames.size(), textures);
+  const ProtocolSource source = source_of(protocol, request, inputs, meters);
   ProtocolMeasurement measurement(protocol, textures, run.outcomes_path(), std::move(run.outcomes));
-  if (!detail::has_measured(measurement, source, protocol, folder)) return StopSignal::exit_code();
+  if (!has_measured(measurement, source, protocol, folder)) return StopSignal::exit_code();
   if (!is_first) return 0;
-  ProtocolResult result = detail::result_of(protocol, textures, !request.run.empty(), measurement.outcomes());
+  ProtocolResult result = result_of(protocol, textures, !request.run.empty(), measurement.outcomes());
   for (const auto& meter : meters) result.class_names.push_back(meter.detector().names());
   if (protocol.on_photographs && result.sections.front().cell.measured == 0)
     throw Error(ErrorKind::mismatch, request.scene.frames + ": no frame shows the car");
   if (protocol.maps_attention && !folder.empty())
-    detail::add_attention(folder, protocol, textures, measurement, source, inputs, request, result);
-  const auto notes = detail::notes_of(protocol, result, request, inputs);
+    add_attention(folder, protocol, textures, measurement, source, inputs, request, result);
+  const auto notes = notes_of(protocol, result, request, inputs);
   std::cout << lines_for_terminal(protocol_text(protocol, result, notes));
   if (!folder.empty()) {
-    detail::write_report(folder, protocol, result, notes, settings, measurement.outcomes());
+    write_report(folder, protocol, result, notes, settings, measurement.outcomes());
     if (protocol.on_photographs)
       write_text(folder + "/photographs.csv",
-                 detail::photographs_csv(protocol, inputs, result, measurement.outcomes()));
+                 photographs_csv(protocol, inputs, result, measurement.outcomes()));
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  detail::tell_cost(folder, seconds, measurement, textures.size());
+  tell_cost(folder, seconds, measurement, textures.size());
   if (!folder.empty()) remark("written: " + folder + "/" + protocol.name + ".html");
   return 0;
 }

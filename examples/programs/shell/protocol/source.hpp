@@ -19,7 +19,7 @@
 #include "physical.hpp"
 #include "protocol.hpp"
 
-namespace tapestry::shell::detail {
+namespace tapestry::shell {
 
 inline evaluate::ProtocolPicture picture_of(const ProtocolRequest& request,
                                             const detect::Detector<float>& detector) {
@@ -90,4 +90,4 @@ inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest&
   return source;
 }
 
-}  // namespace tapestry::shell::detail
+}  // namespace tapestry::shell

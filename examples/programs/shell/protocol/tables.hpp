@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdio>
 #include <optional>
 #include <string>
 #include <tapestry/evaluate/protocol_cells.hpp>
@@ -15,18 +14,12 @@
 
 namespace tapestry::shell {
 
-/// Heading of a grid: the title of its rows, and its columns.
-inline std::vector<std::string> grid_header(const Protocol& protocol) {
-  std::vector<std::string> header{protocol.table.row_title + " \\ " + protocol.table.column_title};
-  header.insert(header.end(), protocol.table.columns.begin(), protocol.table.columns.end());
-  return header;
-}
-
 /// One word for each cell of the protocol's table.
 template <class Word>
 WordTable grid_table(const Protocol& protocol, const ProtocolResult& result, const std::string& title,
                      Word word) {
-  WordTable table{title, grid_header(protocol)};
+  WordTable table{title, {protocol.table.row_title + " \\ " + protocol.table.column_title}};
+  table.header.insert(table.header.end(), protocol.table.columns.begin(), protocol.table.columns.end());
   for (std::size_t row = 0; row < protocol.table.rows.size(); ++row) {
     std::vector<std::string> words{protocol.table.rows[row]};
     for (std::size_t column = 0; column < protocol.table.columns.size(); ++column)
@@ -36,8 +29,8 @@ WordTable grid_table(const Protocol& protocol, const ProtocolResult& result, con
   return table;
 }
 
-inline std::string interval_text(const std::array<double, 2>& interval) {
-  return "[" + detail::rounded(100 * interval[0], 1) + ", " + detail::rounded(100 * interval[1], 1) + "]";
+inline std::string interval_text(const std::array<double, 2>& ends, double unit = 100, int digits = 1) {
+  return "[" + detail::rounded(unit * ends[0], digits) + ", " + detail::rounded(unit * ends[1], digits) + "]";
 }
 
 /// A share and the counts it was computed from.
@@ -58,29 +51,21 @@ inline std::string share_text(const Proportion& proportion, bool with_interval) 
   const auto& [share, hits, trials, interval] = proportion;
   if (trials == 0) return "-";
   std::string text = detail::fixed(100 * share, 1);
-  if (with_interval)
-    text += " [" + detail::fixed(100 * interval[0], 0) + ", " + detail::fixed(100 * interval[1], 0) + "]";
+  if (with_interval) text.append(" ").append(interval_text(interval, 100, 0));
   return text + " (" + std::to_string(hits) + " of " + std::to_string(trials) + ")";
 }
 
-/// Number of frames of each cell in which the car is found.
-inline WordTable found_grid(const Protocol& protocol, const ProtocolResult& result, std::size_t texture,
-                            bool with_intervals) {
-  return grid_table(protocol, result,
-                    result.textures[texture] + ": frames in which the car is found, % (P@0.5)",
-                    [=](const evaluate::Cell& cell) {
-                      return share_text(proportion_of(cell.textures[texture].rate), with_intervals);
-                    });
-}
-
-/// How often a texture hides the car in frames where the clean one does not.
-inline WordTable success_grid(const Protocol& protocol, const ProtocolResult& result, std::size_t texture,
-                              bool with_intervals) {
-  return grid_table(protocol, result,
-                    result.textures[texture] + ": attack success, % of the frames found in clean",
-                    [=](const evaluate::Cell& cell) {
-                      return share_text(proportion_of(cell.textures[texture].success), with_intervals);
-                    });
+/// How often the car is found in each cell or, for attack success, how often a texture hides it in frames
+/// where the clean one does not.
+inline WordTable share_grid(const Protocol& protocol, const ProtocolResult& result, std::size_t texture,
+                            bool of_success, bool with_intervals) {
+  const std::string title = of_success ? ": attack success, % of the frames found in clean"
+                                       : ": frames in which the car is found, % (P@0.5)";
+  return grid_table(protocol, result, result.textures[texture] + title, [=](const evaluate::Cell& cell) {
+    const auto& outcome = cell.textures[texture];
+    return share_text(of_success ? proportion_of(outcome.success) : proportion_of(outcome.rate),
+                      with_intervals);
+  });
 }
 
 /// All textures over the frames of a section.
@@ -128,13 +113,9 @@ inline WordTable effect_table(const ProtocolResult& result) {
   for (const auto& section : result.sections) {
     if (!section.effect || section.effect->best_confidence.pairs == 0) continue;
     const auto& [control, confidence, rate, draws, draws_at_most] = *section.effect;
-    const auto interval = [](const std::array<double, 2>& ends, double unit, int digits) {
-      return "[" + detail::rounded(unit * ends[0], digits) + ", " + detail::rounded(unit * ends[1], digits) +
-             "]";
-    };
     table.rows.push_back({section.name, detail::fixed(confidence.mean, 3),
-                          interval(confidence.interval, 1, 3), detail::fixed(100 * rate.mean, 1),
-                          interval(rate.interval, 100, 1)});
+                          interval_text(confidence.interval, 1, 3), detail::fixed(100 * rate.mean, 1),
+                          interval_text(rate.interval)});
     if (with_rank)
       table.rows.back().push_back(std::to_string(draws_at_most) + " of " + std::to_string(draws));
   }

@@ -5,14 +5,11 @@
 #include <numbers>
 #include <string>
 #include <tapestry/evaluate/views.hpp>
-#include <vector>
 
 #include "protocol.hpp"
 #include "settings.hpp"
 
 namespace tapestry::shell {
-
-namespace detail {
 
 /// Results of one texture as rings of distances around the car, seen from above with its front upwards.
 class PolarPanel {
@@ -25,7 +22,7 @@ class PolarPanel {
     svg_ = svg_text(middle_x, 18, "title middle", result_.textures[texture_]);
     svg_ += svg_text(middle_x, 34, "muted middle",
                      "found in " + std::to_string(all.detected) + " of " + std::to_string(all.views) +
-                         (all.views > 0 ? " (" + fixed(100 * all.p_at_50, 1) + " %)" : ""));
+                         (all.views > 0 ? " (" + detail::fixed(100 * all.p_at_50, 1) + " %)" : ""));
     for (std::size_t row = 0; row < table_.rows.size(); ++row)
       for (std::size_t column = 0; column < table_.columns.size(); ++column) draw_cell(row, column);
     draw_car();
@@ -51,7 +48,8 @@ class PolarPanel {
   /// A point at a distance from the middle and an azimuth, which grows counter-clockwise.
   [[nodiscard]] static std::string point(double r, double azimuth_deg) {
     const double angle = azimuth_deg * std::numbers::pi / 180;
-    return coordinate(middle_x - r * std::sin(angle)) + " " + coordinate(middle_y - r * std::cos(angle));
+    return detail::coordinate(middle_x - r * std::sin(angle)) + " " +
+           detail::coordinate(middle_y - r * std::cos(angle));
   }
 
   void draw_cell(std::size_t row, std::size_t column) {
@@ -61,7 +59,7 @@ class PolarPanel {
     const double inner = hole + ring * static_cast<double>(column), outer = inner + ring;
     const double sector = 360.0 / static_cast<double>(table_.rows.size());
     const double begin = sector * static_cast<double>(row), end = begin + sector;
-    const std::string far = coordinate(outer), near = coordinate(inner);
+    const std::string far = detail::coordinate(outer), near = detail::coordinate(inner);
     svg_ += "<path d=\"M" + point(outer, begin) + "A" + far + " " + far + " 0 0 0 " + point(outer, end) +
             "L" + point(inner, end) + "A" + near + " " + near + " 0 0 1 " + point(inner, begin) + "Z\" " +
             (rate.views > 0 ? "class=\"cell\" " + fill_of(rate.p_at_50) : "class=\"none\"") + "><title>" +
@@ -72,7 +70,7 @@ class PolarPanel {
     const double angle = (begin + end) / 2 * std::numbers::pi / 180, r = (inner + outer) / 2;
     const std::string style = rate.views > 0 ? style_on(rate.p_at_50) : "muted";
     svg_ += svg_text(middle_x - r * std::sin(angle), middle_y - r * std::cos(angle) + 3.5,
-                     "value middle " + style, rate.views > 0 ? fixed(100 * rate.p_at_50, 0) : "-");
+                     "value middle " + style, rate.views > 0 ? detail::fixed(100 * rate.p_at_50, 0) : "-");
   }
 
   void draw_car() {
@@ -98,19 +96,16 @@ inline Figure views_figure(const Protocol& protocol, const ProtocolResult& resul
   return figure;
 }
 
-}  // namespace detail
-
 /// FCA's table 3: where around the car, and how far from it, the detector finds it.
 inline Protocol views_protocol(const ProtocolSettings& settings, std::uint64_t, const ProtocolSubject&) {
   const auto grid = settings.quick ? evaluate::ViewGrid::quick() : evaluate::ViewGrid{};
   Protocol protocol{"views", "Views and distances", evaluate::view_table(grid), evaluate::view_frames(grid)};
   protocol.notes = {
       "A cell is 45 degrees of azimuth (0 in front, growing to the car's left) at one distance; a frame is "
-      "the car "
-      "alone before a plain background, every " +
+      "the car alone before a plain background, every " +
       std::to_string(grid.azimuth_step_deg) + " degrees at " + std::to_string(grid.elevations_deg.size()) +
       " elevations up to " + evaluate::detail::short_number(grid.elevations_deg.back()) + " degrees."};
-  protocol.figure = detail::views_figure;
+  protocol.figure = views_figure;
   return protocol;
 }
 
