@@ -1,6 +1,5 @@
 // The main program: optimises a camouflage for a car against a detector, and measures its effect.
 #include <algorithm>
-#include <filesystem>
 #include <iostream>
 #include <string>
 #include <tapestry/core/parallel.hpp>

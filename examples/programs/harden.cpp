@@ -1,5 +1,4 @@
 // Fine-tunes a detector against optimised car paint, and measures the gain.
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <string>

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <cstring>
 #include <string_view>
 #include <tapestry/core/instruction_set.hpp>

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <numbers>
 #include <string>
 #include <tapestry/core/array.hpp>
@@ -12,6 +11,7 @@
 #include <tapestry/detect/box_overlap.hpp>
 #include <vector>
 
+#include "formatted.hpp"
 #include "pixel_font.hpp"
 
 namespace tapestry::shell {
@@ -60,9 +60,7 @@ struct LabelledBox {
 
 /// Name and score, "car 0.93".
 inline std::string label_of(const std::string& name, double confidence) {
-  std::array<char, 16> score{};
-  std::snprintf(score.data(), score.size(), " %.2f", confidence);
-  return name + score.data();
+  return name + formatted(" %.2f", confidence);
 }
 
 namespace detail {

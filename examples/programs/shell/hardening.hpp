@@ -1,5 +1,4 @@
 #pragma once
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -16,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "formatted.hpp"
 #include "harden_options.hpp"
 #include "hardening_pictures.hpp"
 #include "hardening_state.hpp"
@@ -120,11 +120,9 @@ class Hardening {
   [[nodiscard]] std::string progress_text() const {
     const std::size_t of_round = settings_.attack_steps + settings_.steps;
     const HardeningStep last = state_.history.empty() ? HardeningStep{} : state_.history.back();
-    char text[160];
-    std::snprintf(text, sizeof text, "round %zu of %zu, step %llu of %zu: detector's loss %.3f, paint's %.3f",
-                  std::min<std::size_t>(state_.done / of_round + 1, settings_.rounds), settings_.rounds,
-                  static_cast<unsigned long long>(state_.done), step_count(), last.total, paint_loss());
-    return text;
+    return formatted("round %zu of %zu, step %llu of %zu: detector's loss %.3f, paint's %.3f",
+                     std::min<std::size_t>(state_.done / of_round + 1, settings_.rounds), settings_.rounds,
+                     static_cast<unsigned long long>(state_.done), step_count(), last.total, paint_loss());
   }
 
  private:

@@ -9,9 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "csv.hpp"
+#include "formatted.hpp"
 #include "hardening_state.hpp"
 #include "report.hpp"
 #include "report_page.hpp"
+#include "verbosity.hpp"
 #include "word_table.hpp"
 
 namespace tapestry::shell {
@@ -67,22 +70,18 @@ inline HardeningGain gain_of(const HardeningReport& report) {
 
 inline std::string gain_text(const HardeningReport& report) {
   const HardeningGain gain = gain_of(report);
-  char text[320];
-  std::snprintf(text, sizeof text,
-                "hardened minus undefended: P@0.5 under the adaptive attack %+.1f points [%.1f, %.1f], clean "
-                "%+.1f points [%.1f, %.1f]",
-                100 * gain.adaptive.p_at_50.mean, 100 * gain.adaptive.p_at_50.interval[0],
-                100 * gain.adaptive.p_at_50.interval[1], 100 * gain.clean.p_at_50.mean,
-                100 * gain.clean.p_at_50.interval[0], 100 * gain.clean.p_at_50.interval[1]);
-  return text;
+  return formatted(
+      "hardened minus undefended: P@0.5 under the adaptive attack %+.1f points [%.1f, %.1f], clean "
+      "%+.1f points [%.1f, %.1f]",
+      100 * gain.adaptive.p_at_50.mean, 100 * gain.adaptive.p_at_50.interval[0],
+      100 * gain.adaptive.p_at_50.interval[1], 100 * gain.clean.p_at_50.mean,
+      100 * gain.clean.p_at_50.interval[0], 100 * gain.clean.p_at_50.interval[1]);
 }
 
 inline std::string precision_text(const HardeningReport& report) {
   if (!report.undefended.ap50 || !report.hardened.ap50) return {};
-  char text[200];
-  std::snprintf(text, sizeof text, "AP at IoU 0.5 on %zu clean drawn scenes: undefended %.3f, hardened %.3f",
-                report.test_scenes, *report.undefended.ap50, *report.hardened.ap50);
-  return text;
+  return formatted("AP at IoU 0.5 on %zu clean drawn scenes: undefended %.3f, hardened %.3f",
+                   report.test_scenes, *report.undefended.ap50, *report.hardened.ap50);
 }
 
 inline std::string views_text(const HardeningReport& report) {
@@ -93,19 +92,15 @@ inline std::string views_text(const HardeningReport& report) {
 /// The table as it is printed.
 inline std::string hardening_text(const HardeningReport& report) {
   std::string text = views_text(report) + "; P@0.5 (95 %), mean best confidence\n";
-  char line[200];
-  std::snprintf(line, sizeof line, "  %-15s %-32s %s\n", "", "undefended", "hardened");
-  text += line;
+  const char* const line = "  %-15s %-32s %s\n";
+  text += formatted(line, "", "undefended", "hardened");
   for (const auto& [name, what] : hardening_rows()) {
-    std::array<char[64], 2> cells;
-    const std::array detectors{&report.undefended, &report.hardened};
-    for (std::size_t i = 0; i < 2; ++i) {
-      const auto& row = row_of(*detectors[i], name);
-      std::snprintf(cells[i], sizeof cells[i], "%5.1f %% (%.1f to %.1f)  %.3f", 100 * row.rate.p_at_50,
-                    100 * row.rate.interval[0], 100 * row.rate.interval[1], row.mean_best_confidence);
-    }
-    std::snprintf(line, sizeof line, "  %-15s %-32s %s\n", name.c_str(), cells[0], cells[1]);
-    text += line;
+    const auto cell = [&](const DetectorFindings& detector) {
+      const auto& row = row_of(detector, name);
+      return formatted("%5.1f %% (%.1f to %.1f)  %.3f", 100 * row.rate.p_at_50, 100 * row.rate.interval[0],
+                       100 * row.rate.interval[1], row.mean_best_confidence);
+    };
+    text += formatted(line, name.c_str(), cell(report.undefended).c_str(), cell(report.hardened).c_str());
   }
   text += "  " + gain_text(report) + "\n";
   if (const auto precision = precision_text(report); !precision.empty()) text += "  " + precision + "\n";
@@ -176,14 +171,11 @@ inline ReportPage page_of(const HardeningReport& report, std::string command, Vi
 inline std::string hardening_csv(const HardeningReport& report) {
   std::string text =
       "detector,picture,views,detected,p_at_50,p_at_50_low,p_at_50_high,mean_best_confidence\n";
-  char line[200];
   for (const auto* detector : {&report.undefended, &report.hardened})
-    for (const auto& row : detector->rows) {
-      std::snprintf(line, sizeof line, "%s,%s,%zu,%zu,%.9g,%.9g,%.9g,%.9g\n", detector->name.c_str(),
-                    row.name.c_str(), row.rate.views, row.rate.detected, row.rate.p_at_50,
-                    row.rate.interval[0], row.rate.interval[1], row.mean_best_confidence);
-      text += line;
-    }
+    for (const auto& row : detector->rows)
+      text += csv_line(detector->name, row.name, row.rate.views, row.rate.detected, row.rate.p_at_50,
+                       row.rate.interval, row.mean_best_confidence) +
+              "\n";
   return text;
 }
 

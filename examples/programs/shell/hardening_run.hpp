@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "formatted.hpp"
 #include "harden_options.hpp"
 #include "hardening.hpp"
 #include "hardening_report.hpp"
@@ -168,12 +169,10 @@ class HardeningRun {
     take_steps(
         training, [&] { camouflage::write_checkpoint(checkpoint, training.state(), identity_); },
         [&] {
-          char text[160];
-          std::snprintf(text, sizeof text, "attacking the %s detector (%s): step %llu of %zu, loss %.3f",
-                        detector_name.c_str(), name.c_str(),
-                        static_cast<unsigned long long>(training.steps_taken()), training.step_count(),
-                        training.history().empty() ? 0 : training.history().back().total);
-          return std::string(text);
+          return formatted("attacking the %s detector (%s): step %llu of %zu, loss %.3f",
+                           detector_name.c_str(), name.c_str(),
+                           static_cast<unsigned long long>(training.steps_taken()), training.step_count(),
+                           training.history().empty() ? 0 : training.history().back().total);
         });
     auto colours = camouflage::texture_colours(training.parameter());
     write_described_texture(path(name + ".png"), atlas_of(colours),

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/heat_map.hpp>

@@ -6,7 +6,6 @@
 #include <string>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/input_ledger.hpp>
 #include <vector>
 
 #include "detector_inputs.hpp"

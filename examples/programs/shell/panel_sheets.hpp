@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -64,8 +63,8 @@ class PanelSheets {
     for (const PaintPanel& panel : found_.panels) plan(panel);
     if (planned_.empty())
       throw Error(ErrorKind::mismatch,
-                  "--panels: no painted part is as large as 2 cm; --length sets the "
-                  "metres of the mesh, --panel-scale those of the print");
+                  "--panels: no painted part is as large as 2 cm; --length sets the metres of the mesh, "
+                  "--panel-scale those of the print");
   }
 
   /// The panel of each face of the mesh from 0, −1 for none.
@@ -156,10 +155,9 @@ class PanelSheets {
     page.text({margin, top}, 12, settings_.car);
     page.text({margin, top -= 0.6}, 9,
               summary() + formatted("; scale %.4g, seen from outside", settings_.scale));
-    page.text(
-        {margin, top -= 0.5}, 7,
-        "Print at 100 %, and check that the ruler of a sheet is 5 cm long. Cut tiles at the outer marks; the "
-        "edge of the next tile lies at the inner marks.");
+    page.text({margin, top -= 0.5}, 7,
+              "Print at 100 %, and check that the ruler of a sheet is 5 cm long. Cut tiles at the outer "
+              "marks; the edge of the next tile lies at the inner marks.");
     page.text({margin, top -= 0.35}, 7,
               "Stretch: lengths on the car over lengths on the panel, for 98 % of its area.");
     top -= 0.3;

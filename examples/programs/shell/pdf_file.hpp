@@ -107,16 +107,14 @@ class PdfFile {
   std::size_t add_picture(const std::string& path, const Bitmap& bitmap) {
     constexpr int quality = 95;  // of colours at full resolution, see jpeg_file()
     pictures_.push_back(
-        stream("/Type /XObject /Subtype /Image /ColorSpace /DeviceRGB /BitsPerComponent 8"
-               " /Filter /DCTDecode /Width " +
+        stream("/Type /XObject /Subtype /Image /ColorSpace /DeviceRGB /BitsPerComponent 8 /Filter /DCTDecode "
+               "/Width " +
                    std::to_string(bitmap.shape(1)) + " /Height " + std::to_string(bitmap.shape(0)),
                io::jpeg_file(path, bitmap, quality)));
     return pictures_.size() - 1;
   }
 
   void add(PdfPage page) { pages_.push_back(std::move(page)); }
-
-  [[nodiscard]] std::size_t page_count() const { return pages_.size(); }
 
   [[nodiscard]] std::string bytes() const {
     const std::size_t first_page = 4 + pictures_.size();  // after the catalogue, the list of pages, the font

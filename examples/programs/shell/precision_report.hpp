@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "csv.hpp"
+#include "formatted.hpp"
 #include "run_folder.hpp"
 
 namespace tapestry::shell {
@@ -27,9 +28,7 @@ inline std::vector<std::pair<const char*, std::optional<double>>> named_measures
 
 /// In per cent; a dash without a value.
 inline std::string measure_text(const std::optional<double>& value) {
-  char text[16] = "     -";
-  if (value) std::snprintf(text, sizeof text, "%6.2f", 100 * *value);
-  return text;
+  return value ? formatted("%6.2f", 100 * *value) : "     -";
 }
 
 /// The row of all classes.
@@ -52,11 +51,10 @@ inline std::string precision_text(const evaluate::AveragePrecision& result,
   };
   std::string text =
       "  class             objects  found    AP50:95   AP50   AP75  small medium  large recall  (per cent)\n";
-  char line[160];
   const auto add = [&](const std::string& name, const evaluate::ClassPrecision& row) {
-    std::snprintf(line, sizeof line, "  %-16s %8zu %8zu   ", printable(name).substr(0, 64).c_str(),
-                  row.truths, row.detections);
-    text += line + measures(row.summary) + "\n";
+    text +=
+        formatted("  %-16s %8zu %8zu   ", printable(name).substr(0, 64).c_str(), row.truths, row.detections) +
+        measures(row.summary) + "\n";
   };
   add("all", all_classes(result));
   for (std::size_t k = 0; k < names.size(); ++k) {
@@ -71,12 +69,9 @@ inline std::string precision_csv(const evaluate::AveragePrecision& result,
   std::string text = "class,objects,detections";
   for (const auto& [name, value] : named_measures({})) text += std::string(",") + name;
   const auto add = [&](const std::string& name, const evaluate::ClassPrecision& row) {
-    text += "\n" + name + "," + std::to_string(row.truths) + "," + std::to_string(row.detections);
-    char number[32];
-    for (const auto& [measure, value] : named_measures(row.summary)) {
-      std::snprintf(number, sizeof number, "%.9g", value.value_or(0));
-      text += std::string(",") + (value ? number : "");
-    }
+    text.append("\n").append(csv_line(name, row.truths, row.detections));
+    for (const auto& [measure, value] : named_measures(row.summary))
+      text.append(",").append(value ? csv_line(*value) : "");
   };
   add("all", all_classes(result));
   for (std::size_t k = 0; k < names.size(); ++k) add(csv_quoted(names[k]), result.classes[k]);

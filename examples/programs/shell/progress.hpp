@@ -8,6 +8,7 @@
 #include <string>
 #include <tapestry/core/parallel.hpp>
 
+#include "formatted.hpp"
 #include "verbosity.hpp"
 
 namespace tapestry::shell {
@@ -15,14 +16,9 @@ namespace tapestry::shell {
 /// "1:05:09", "12:03" or "8 s".
 inline std::string duration_text(double seconds) {
   const auto whole = static_cast<long long>(seconds + 0.5);
-  char text[48];
-  if (whole >= 3600)
-    std::snprintf(text, sizeof text, "%lld:%02lld:%02lld", whole / 3600, whole / 60 % 60, whole % 60);
-  else if (whole >= 60)
-    std::snprintf(text, sizeof text, "%lld:%02lld", whole / 60, whole % 60);
-  else
-    std::snprintf(text, sizeof text, "%lld s", whole);
-  return text;
+  if (whole >= 3600) return formatted("%lld:%02lld:%02lld", whole / 3600, whole / 60 % 60, whole % 60);
+  if (whole >= 60) return formatted("%lld:%02lld", whole / 60, whole % 60);
+  return formatted("%lld s", whole);
 }
 
 /// A progress line. On a terminal it is rewritten in place; elsewhere it is printed at most every ten

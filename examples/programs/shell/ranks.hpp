@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "processes.hpp"
-#include "verbosity.hpp"
 
 namespace tapestry::shell {
 

@@ -2,15 +2,10 @@
 
 #include <cstdint>
 #include <cstdio>
-#include <nlohmann/json.hpp>
-#include <optional>
-#include <string>
-#include <tapestry/camouflage/objective.hpp>
-#include <tapestry/evaluate/measurement.hpp>
-#include <vector>
 
 #include "class_name.hpp"
-#include "run_folder.hpp"
+#include "csv.hpp"
+#include "formatted.hpp"
 #include "verbosity.hpp"
 
 namespace tapestry::shell {
@@ -93,17 +88,9 @@ Json metrics_json(const RunReport& report) {
           {"options", report.options}};
 }
 
-std::string percent_text(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f %%", 100 * share);
-  return text;
-}
+std::string percent_text(double share) { return formatted("%.1f %%", 100 * share); }
 
-std::string decimal_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f", value);
-  return text;
-}
+std::string decimal_text(double value) { return formatted("%.3f", value); }
 
 std::vector<const evaluate::Measurement*> rows_of(const RunReport& report) {
   std::vector<const evaluate::Measurement*> rows{&report.survey.photo, &report.survey.clean};
@@ -116,27 +103,19 @@ std::string metrics_csv(const RunReport& report) {
   std::string text =
       "picture,views,detected,p_at_50,p_at_50_low,p_at_50_high,mean_best_confidence,found,related,renamed,"
       "misplaced,lost\n";
-  char line[256];
-  for (const auto* row : rows_of(report)) {
-    std::snprintf(line, sizeof line, "%s,%zu,%zu,%.9g,%.9g,%.9g,%.9g", row->name.c_str(), row->rate.views,
-                  row->rate.detected, row->rate.p_at_50, row->rate.interval[0], row->rate.interval[1],
-                  row->mean_best_confidence);
-    text += line;
-    for (const std::size_t pictures : row->fates.pictures) text.append(",").append(std::to_string(pictures));
-    text += "\n";
-  }
+  for (const auto* row : rows_of(report))
+    text += csv_line(row->name, row->rate.views, row->rate.detected, row->rate.p_at_50, row->rate.interval,
+                     row->mean_best_confidence, row->fates.pictures) +
+            "\n";
   return text;
 }
 
 std::string effect_text(const evaluate::Effect& effect) {
-  char text[256];
   const auto& confidence = effect.best_confidence;
   const auto& rate = effect.p_at_50;
-  std::snprintf(text, sizeof text,
-                "effect beyond %s: mean best confidence %.3f [%.3f, %.3f], P@0.5 %.1f points [%.1f, %.1f]",
-                effect.control.c_str(), confidence.mean, confidence.interval[0], confidence.interval[1],
-                100 * rate.mean, 100 * rate.interval[0], 100 * rate.interval[1]);
-  return text;
+  return formatted("effect beyond %s: mean best confidence %.3f [%.3f, %.3f], P@0.5 %.1f points [%.1f, %.1f]",
+                   effect.control.c_str(), confidence.mean, confidence.interval[0], confidence.interval[1],
+                   100 * rate.mean, 100 * rate.interval[0], 100 * rate.interval[1]);
 }
 
 std::string effect_note(const evaluate::Effect& effect) {
@@ -166,15 +145,11 @@ std::string summary_text(const RunReport& report) {
   std::string text = !report.survey.adversarial ? "views\n"
                      : report.held_out          ? "held-out views\n"
                                                 : "the views that were optimised on\n";
-  char line[160];
   for (const auto* row : rows_of(report)) {
-    std::snprintf(
-        line, sizeof line,
-        "  %-13s found in %3zu of %3zu   P@0.5 %5.1f %%  (95 %%: %.1f to %.1f)   mean best confidence "
-        "%.3f\n",
+    text += formatted(
+        "  %-13s found in %3zu of %3zu   P@0.5 %5.1f %%  (95 %%: %.1f to %.1f)   mean best confidence %.3f\n",
         row->name.c_str(), row->rate.detected, row->rate.views, 100 * row->rate.p_at_50,
         100 * row->rate.interval[0], 100 * row->rate.interval[1], row->mean_best_confidence);
-    text += line;
     text += fates_line(*row);
   }
   if (const std::size_t draws = report.survey.photo.draws; draws > 1)

@@ -1,7 +1,4 @@
 #pragma once
-#include <cstdint>
-#include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <tapestry/camouflage/objective.hpp>
@@ -9,7 +6,6 @@
 #include <vector>
 
 #include "run_folder.hpp"
-#include "verbosity.hpp"
 
 namespace tapestry::shell {
 

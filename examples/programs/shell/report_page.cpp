@@ -2,27 +2,18 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <limits>
 #include <optional>
-#include <string>
-#include <tapestry/core/array.hpp>
-#include <tapestry/io/image_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "base64.hpp"
 #include "build_facts.hpp"
 #include "command_line.hpp"
-#include "contact_sheet.hpp"
+#include "formatted.hpp"
 #include "inputs_table.hpp"
 #include "page.hpp"
 #include "protocol/drawing.hpp"
 #include "report_script.hpp"
-#include "run_folder.hpp"
-#include "view_list.hpp"
 
 namespace tapestry::shell {
 
@@ -57,11 +48,7 @@ std::string curve_svg(const Curve& curve) {
   for (std::size_t i = 0; i < values.size(); i += stride)
     points += detail::coordinate(50 + 240 * static_cast<double>(i) / static_cast<double>(values.size() - 1)) +
               "," + detail::coordinate(130 - 105 * (values[i] - low) / (high - low)) + " ";
-  const auto number = [](double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.3g", value);
-    return std::string(text.data());
-  };
+  const auto number = [](double value) { return formatted("%.3g", value); };
   return "<svg viewBox=\"0 0 300 150\" width=\"300\" role=\"img\" aria-label=\"" + escaped(name) +
          " over the steps\">\n<rect class=\"frame\" x=\"50\" y=\"25\" width=\"240\" height=\"105\"/>" +
          svg_text(50, 16, "", name) + svg_text(2, 34, "", number(high)) + svg_text(2, 130, "", number(low)) +

@@ -1,22 +1,13 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <utility>
 #include <vector>
 
-#include "base64.hpp"
-#include "build_facts.hpp"
-#include "command_line.hpp"
 #include "contact_sheet.hpp"
-#include "page.hpp"
-#include "protocol/drawing.hpp"
-#include "report_script.hpp"
 #include "run_folder.hpp"
 #include "view_list.hpp"
 

@@ -1,7 +1,6 @@
 #include "run_folder.hpp"
 
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <system_error>
 #include <tapestry/core/error.hpp>
@@ -13,6 +12,7 @@
 
 #include "build_facts.hpp"
 #include "file_status.hpp"
+#include "formatted.hpp"
 
 namespace tapestry::shell {
 
@@ -60,13 +60,11 @@ RunFolder::~RunFolder() {
 std::string make_next_folder(const std::string& base) {
   make_writable_folder(std::filesystem::path(base).parent_path().string());
   for (int number = 1;; ++number) {
-    char suffix[16];
-    std::snprintf(suffix, sizeof suffix, "-%03d", number);
+    const std::string folder = base + formatted("-%03d", number);
     std::error_code failure;
-    if (std::filesystem::create_directory(base + suffix, failure)) return base + suffix;
+    if (std::filesystem::create_directory(folder, failure)) return folder;
     if (failure && failure != std::errc::file_exists)
-      throw FileError(ErrorKind::write,
-                      {base + suffix, "", "cannot create the folder: " + failure.message()});
+      throw FileError(ErrorKind::write, {folder, "", "cannot create the folder: " + failure.message()});
   }
 }
 

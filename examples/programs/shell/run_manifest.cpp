@@ -2,15 +2,9 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <map>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/version.hpp>
-#include <vector>
-
-#include "run_folder.hpp"
 
 namespace tapestry::shell {
 

@@ -1,14 +1,9 @@
 #include "run_page.hpp"
 
-#include <cstddef>
 #include <cstdint>
-#include <string>
 #include <tapestry/camouflage/objective_terms.hpp>
 #include <utility>
-#include <vector>
 
-#include "report.hpp"
-#include "report_page.hpp"
 #include "word_table.hpp"
 
 namespace tapestry::shell {
@@ -17,12 +12,11 @@ namespace {
 
 WordTable table_of(const RunReport& report) {
   WordTable table{
-      "A view counts as found when a box of the car's class overlaps the car by IoU at least 0.5; "
-      "the best confidence is that of the surest such box, however low, before suppression. Else it is "
-      "related (such a box is of a truck, bus, train or van), renamed (of any other class), misplaced (a box "
-      "of the car's class overlaps it by 0.1 to 0.5) or lost: none of these; other classes may still overlap "
-      "it "
-      "by less than 0.5.",
+      "A view counts as found when a box of the car's class overlaps the car by IoU at least 0.5; the best "
+      "confidence is that of the surest such box, however low, before suppression. Else it is related (such "
+      "a box is of a truck, bus, train or van), renamed (of any other class), misplaced (a box of the car's "
+      "class overlaps it by 0.1 to 0.5) or lost: none of these; other classes may still overlap it by less "
+      "than 0.5.",
       {"picture", "found", "P@0.5", "95 % interval (Wilson)", "mean best confidence", "related", "renamed",
        "misplaced", "lost"}};
   for (const auto* row : rows_of(report)) {

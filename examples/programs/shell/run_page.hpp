@@ -1,14 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
 #include <string>
-#include <tapestry/camouflage/objective_terms.hpp>
-#include <utility>
 #include <vector>
 
 #include "report.hpp"
 #include "report_page.hpp"
-#include "word_table.hpp"
 
 namespace tapestry::shell {
 

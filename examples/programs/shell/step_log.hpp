@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "csv.hpp"
+#include "formatted.hpp"
 #include "progress.hpp"
 
 namespace tapestry::shell {
@@ -25,14 +27,11 @@ inline std::string step_text(const camouflage::Training<float>& training, std::u
   const auto& terms = training.history().back();
   const auto done = static_cast<double>(training.steps_taken() - first);
   const auto left = static_cast<double>(training.step_count() - training.steps_taken());
-  char text[256];
-  std::snprintf(text, sizeof text,
-                "step %llu/%zu  loss %.4f  iou %.3f  obj %.3f  cls %.3f  max %.3f  smooth %.1f  %.1f "
-                "images/s  %s left",
-                static_cast<unsigned long long>(training.steps_taken()), training.step_count(), terms.total,
-                terms.iou, terms.objectness, terms.classification, terms.max_score, terms.smoothness,
-                static_cast<double>(images) / seconds, duration_text(seconds / done * left).c_str());
-  return text;
+  return formatted(
+      "step %llu/%zu  loss %.4f  iou %.3f  obj %.3f  cls %.3f  max %.3f  smooth %.1f  %.1f images/s  %s left",
+      static_cast<unsigned long long>(training.steps_taken()), training.step_count(), terms.total, terms.iou,
+      terms.objectness, terms.classification, terms.max_score, terms.smoothness,
+      static_cast<double>(images) / seconds, duration_text(seconds / done * left).c_str());
 }
 
 /// \tparam Step has its terms listed in Step::all
@@ -42,13 +41,9 @@ std::string history_csv(const std::vector<Step>& history) {
   std::string text = "step";
   for (const auto& [name, term] : terms) text += std::string(",") + name;
   text += '\n';
-  char number[32];
   for (std::size_t i = 0; i < history.size(); ++i) {
     text += std::to_string(i + 1);
-    for (const auto& [name, term] : terms) {
-      std::snprintf(number, sizeof number, ",%.9g", history[i].*term);
-      text += number;
-    }
+    for (const auto& [name, term] : terms) text.append(",").append(csv_line(history[i].*term));
     text += '\n';
   }
   return text;

@@ -5,7 +5,6 @@
 #include <numbers>
 #include <string>
 #include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>

@@ -1,18 +1,10 @@
 #include "view_list.hpp"
 
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <numbers>
-#include <string>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/evaluate/measurement.hpp>
-#include <utility>
-#include <vector>
 
 #include "csv.hpp"
-#include "run_folder.hpp"
 
 namespace tapestry::shell {
 
@@ -36,19 +28,15 @@ ViewFacts facts_of(const camouflage::View<float>& view) {
 
 std::string views_csv(const ViewList& list) {
   std::string text =
-      "view,azimuth_deg,elevation_deg,distance,hidden_share,car_share,picture,photograph,found,"
-      "best_confidence\n";
-  std::array<char, 200> numbers{};
+      "view,azimuth_deg,elevation_deg,distance,hidden_share,car_share,picture,photograph,found,best_"
+      "confidence\n";
   for (const auto& [name, measurement] : list.measurements)
     for (std::size_t i = 0; i < list.views.size(); ++i) {
       const ViewFacts& view = list.views[i];
-      text += csv_field(view.name);
-      std::snprintf(numbers.data(), numbers.size(), ",%.9g,%.9g,%.9g,%.9g,%.9g,", view.azimuth_deg,
-                    view.elevation_deg, view.distance, view.hidden_share, view.car_share);
-      text += numbers.data() + csv_field(name);
-      std::snprintf(numbers.data(), numbers.size(), ",%zu,%d,%.9g\n", i % measurement->draws + 1,
-                    measurement->found[i] ? 1 : 0, measurement->best_confidence[i]);
-      text += numbers.data();
+      text += csv_line(csv_field(view.name), view.azimuth_deg, view.elevation_deg, view.distance,
+                       view.hidden_share, view.car_share, csv_field(name), i % measurement->draws + 1,
+                       measurement->found[i] ? 1 : 0, measurement->best_confidence[i]) +
+              "\n";
     }
   return text;
 }

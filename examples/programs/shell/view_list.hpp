@@ -1,16 +1,10 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdio>
-#include <numbers>
 #include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <utility>
 #include <vector>
 
-#include "csv.hpp"
 #include "run_folder.hpp"
 
 namespace tapestry::shell {
