@@ -94,13 +94,14 @@ inline std::string hardening_text(const HardeningReport& report) {
   std::string text = views_text(report) + "; P@0.5 (95 %), mean best confidence\n";
   const char* const line = "  %-15s %-32s %s\n";
   text += formatted(line, "", "undefended", "hardened");
-  for (const auto& [name, what] : hardening_rows()) {
+  for (const auto& named : hardening_rows()) {
     const auto cell = [&](const DetectorFindings& detector) {
-      const auto& row = row_of(detector, name);
+      const auto& row = row_of(detector, named.first);
       return formatted("%5.1f %% (%.1f to %.1f)  %.3f", 100 * row.rate.p_at_50, 100 * row.rate.interval[0],
                        100 * row.rate.interval[1], row.mean_best_confidence);
     };
-    text += formatted(line, name.c_str(), cell(report.undefended).c_str(), cell(report.hardened).c_str());
+    text +=
+        formatted(line, named.first.c_str(), cell(report.undefended).c_str(), cell(report.hardened).c_str());
   }
   text += "  " + gain_text(report) + "\n";
   if (const auto precision = precision_text(report); !precision.empty()) text += "  " + precision + "\n";
