@@ -334,7 +334,8 @@ std::string assumptions(const CLI::App& app, const Options& options, bool is_fov
   std::ostringstream what, names;
   const auto add = [&](const std::string& name, const auto&... words) {
     if (app.count(name) > 0) return;
-    (what << (names.str().empty() ? "" : ", ") << ... << words);
+    what << (names.str().empty() ? "" : ", ");
+    (what << ... << words);
     names << (names.str().empty() ? "" : ", ") << name;
   };
   add("--camera-height", "height ", options.camera_height, " m");

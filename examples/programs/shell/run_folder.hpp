@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/json.hpp>
 
 #include "output_claim.hpp"

@@ -91,8 +91,9 @@ inline ComparedTexture compared_texture(const ColumnMeasurements& column, std::s
   std::vector<evaluate::ViewOutcome> fates;
   std::vector<double> confidence, attention, found_confidence;
   std::size_t pictures = 0;
-  for (const auto& [folder, part] : column.seeds) {
-    const auto& outcomes = folder->outcomes;
+  for (const auto& seed : column.seeds) {
+    const auto& outcomes = seed.first->outcomes;
+    const auto& part = seed.second;  // clang 14 captures no structured binding
     const auto values = [&](const auto& array) {
       return evaluate::measured_values(outcomes, array, texture, part.belongs);
     };
@@ -165,8 +166,9 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
   cell.noise = compared_texture(column, 2);
   std::vector<bool> clean, painted, painted_by_draw, noise;
   std::size_t pictures = 0;
-  for (const auto& [folder, part] : column.seeds) {
-    const auto& outcomes = folder->outcomes;
+  for (const auto& seed : column.seeds) {
+    const auto& outcomes = seed.first->outcomes;
+    const auto& part = seed.second;  // clang 14 captures no structured binding
     const auto found = [&](std::size_t texture, std::size_t times = 1) {
       return evaluate::detail::found_in(outcomes, texture, part.belongs, times);
     };

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -148,8 +149,7 @@ template <class T, std::size_t Rank>
 
 template <class Matrix>
 [[nodiscard]] std::string shape_text(const Matrix& matrix) {
-  // std::string first: g++ 12 warns falsely of "[" + std::to_string() where it is inlined.
-  return std::string("[") + std::to_string(matrix.rows()) + ", " + std::to_string(matrix.cols()) + "]";
+  return to_text(std::array{matrix.rows(), matrix.cols()});
 }
 
 /// \throws ShapeError unless a is square
