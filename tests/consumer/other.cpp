@@ -2,6 +2,6 @@
 
 #include <tapestry/laboratory.hpp>
 
-double smoothness_elsewhere(const tapestry::Array<double, 3>& render) {
-  return tapestry::loss::smoothness(render, tapestry::filled<double, 2>({2, 2}, 1.0));
+double smoothness_elsewhere(const tapestry::Array<float, 3>& render) {
+  return tapestry::loss::smoothness(render, tapestry::filled<float, 2>({2, 2}, 1.0F));
 }

@@ -1,4 +1,4 @@
 #pragma once
 #include <tapestry/core/array.hpp>
 
-double smoothness_elsewhere(const tapestry::Array<double, 3>& render);
+double smoothness_elsewhere(const tapestry::Array<float, 3>& render);

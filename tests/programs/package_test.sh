@@ -43,7 +43,7 @@ cat >main.cpp <<'END'
 #include <cstdio>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/detail/zip_writer.hpp>
+#include <tapestry/io/npy.hpp>
 
 int main() {
   tapestry::Tape<double> tape;
