@@ -11,7 +11,7 @@ namespace tapestry::io {
 /// Class names in the metadata "names" of an ONNX model, as Ultralytics' exporters write them: the text that
 /// Python prints for a dict or a list.
 ///
-///   {0: 'person', 1: "lady's bag", 3: 'caf\xe9'}      ['person', 'car']
+///   {0: 'person', 1: "lady's bag", 3: 'truck'}      ['person', 'car']
 ///
 /// Numbers may be in any order and have gaps. Texts in either quotes have Python's escapes of quotes, of
 /// backslashes and of characters by number. Source: The Python Language Reference, 2.4.1, String and Bytes
