@@ -76,7 +76,7 @@ class MessagePart {
   std::size_t size_ = 0;
 };
 
-/// What an exception says: a text, or parts, as in `ShapeError({"solve: b is ", b.shape(), ", expected ",
+/// Message of an exception: a text, or parts, as in `ShapeError({"solve: b is ", b.shape(), ", expected ",
 /// 3})`.
 class ErrorMessage {
  public:

@@ -24,8 +24,7 @@ namespace tapestry::raster {
 /// \param filter   its lookup; functions with gradients by positions require bilinear
 /// \param space    of the body
 /// \throws ShapeError unless `faces` has an entry a face; DomainError for an empty picture; Error (mismatch)
-/// if
-///         one of the faces has no texture coordinates
+///         if one of the faces has no texture coordinates
 inline void add_picture(MeshPictures& pictures, const geometry::Mesh& mesh,
                         const Array<std::uint8_t, 3>& picture, const std::vector<std::uint8_t>& faces,
                         TextureFilter filter, image::ColourSpace space) {

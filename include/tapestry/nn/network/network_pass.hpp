@@ -28,7 +28,7 @@ class NetworkPass {
   /// Whether forward_within() filled it, so that adjoints are defined within windows only.
   [[nodiscard]] bool is_within() const { return plan_ != nullptr; }
 
-  /// What a step kept for its adjoint, for the first image of the batch; see Network::step_of().
+  /// State that a step kept for its adjoint, of the first image of the batch; see Network::step_of().
   [[nodiscard]] OperationState<T>& state(std::size_t step) { return states_.at(step * batch_); }
 
   /// Adds the time of all later calls to `times`, which must stay; null measures nothing.
