@@ -29,6 +29,17 @@ fi
 shift
 
 .ci/packages benchmarks
+# --against COMMIT: builds its camouflage in a working tree of its own, and gives the driver the program.
+arguments=("$@")
+for ((i = 0; i + 1 < $#; ++i)); do
+  [ "$name" = job ] && [ "${arguments[i]}" = --against ] && [ ! -e "${arguments[i + 1]}" ] || continue
+  commit=$(git rev-parse --verify --short "${arguments[i + 1]}^{commit}")
+  tree=build/against/$commit
+  [ -d "$tree" ] || git worktree add --detach "$tree" "$commit"
+  (cd "$tree" && cmake --preset release -DTAPESTRY_BUILD_TESTS=OFF -DCMAKE_MESSAGE_LOG_LEVEL=WARNING &&
+    cmake --build --preset release --parallel "$(nproc)" --target camouflage)
+  arguments[i + 1]=$PWD/$tree/build/release/examples/camouflage
+done
 cmake --preset release -DTAPESTRY_BUILD_TESTS=OFF -DTAPESTRY_BENCH_PEERS=ON -DCMAKE_MESSAGE_LOG_LEVEL=WARNING
 cmake --build --preset release --parallel "$(nproc)" --target "$target"
-exec "build/release/benchmarks/$name" "$@"
+exec "build/release/benchmarks/$name" "${arguments[@]}"

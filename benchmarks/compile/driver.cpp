@@ -1,15 +1,11 @@
 // compile: seconds and memory that a compiler takes for programs of ours and of other libraries
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <optional>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -17,6 +13,7 @@
 #include <vector>
 
 #include "../support/driver.hpp"
+#include "../support/process.hpp"
 #include "programs.hpp"
 
 namespace tapestry::benchmarks {
@@ -33,38 +30,6 @@ struct Options {
   std::vector<std::string> include_folders{};
   bool is_quick = false;
 };
-
-/// Cost of one run of the compiler.
-struct Cost {
-  double seconds = 0;
-  double processor_seconds = 0;  ///< of all its processes
-  double peak_memory_mib = 0;    ///< of the largest
-};
-
-/// Runs a command. What it prints on the error stream goes to `log`.
-/// \returns  nothing if it failed
-std::optional<Cost> cost_of(const std::vector<std::string>& command, const fs::path& log) {
-  std::vector<char*> words;
-  for (const auto& word : command) words.push_back(const_cast<char*>(word.c_str()));
-  words.push_back(nullptr);
-  const auto start = std::chrono::steady_clock::now();
-  const pid_t process = ::fork();
-  if (process == 0) {
-    if (std::freopen(log.c_str(), "w", stderr) != nullptr) ::execvp(words[0], words.data());
-    ::_exit(127);
-  }
-  int status = 0;
-  rusage usage{};
-  if (process < 0 || ::wait4(process, &status, 0, &usage) != process)
-    throw Error(ErrorKind::limit, "cannot start " + command.front());
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  const auto in_seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
-  if (status != 0) return {};
-  return Cost{seconds.count(), in_seconds(usage.ru_utime) + in_seconds(usage.ru_stime),
-              static_cast<double>(usage.ru_maxrss) / 1024};
-}
 
 /// The compiler with the flags that a user's program needs, and no more.
 std::vector<std::string> command_for(const Options& options, const fs::path& source) {
@@ -105,7 +70,7 @@ std::vector<Row> preprocessed(const Options& options, const std::vector<Program>
     auto command = command_for(options, program.source);
     const fs::path output = work / "preprocessed";
     command.insert(command.end(), {"-E", "-P", "-o", output.string()});
-    if (cost_of(command, work / "log")) {
+    if (Process(command, {}, work / "log").wait().succeeded) {
       rows.push_back({program, line_count(output)});
     } else if (program.is_peer) {
       std::printf("%s: not installed\n", program.name.c_str());
@@ -119,11 +84,12 @@ std::vector<Row> preprocessed(const Options& options, const std::vector<Program>
 void compile(const Options& options, Row& row, const fs::path& work) {
   auto command = command_for(options, row.program.source);
   command.insert(command.end(), {"-c", "-o", (work / "object").string()});
-  const auto cost = cost_of(command, work / "log");
-  if (!cost) throw Error(ErrorKind::malformed, row.program.name + ": " + last_line((work / "log").string()));
-  row.seconds.push_back(cost->seconds);
-  row.processor_seconds.push_back(cost->processor_seconds);
-  row.peak_memory_mib = std::max(row.peak_memory_mib, cost->peak_memory_mib);
+  const ProcessCost cost = Process(command, {}, work / "log").wait();
+  if (!cost.succeeded)
+    throw Error(ErrorKind::malformed, row.program.name + ": " + last_line((work / "log").string()));
+  row.seconds.push_back(cost.seconds);
+  row.processor_seconds.push_back(cost.user_seconds + cost.system_seconds);
+  row.peak_memory_mib = std::max(row.peak_memory_mib, cost.peak_memory_mib);
 }
 
 void print(const std::vector<Row>& rows) {

@@ -65,6 +65,18 @@ TEST_CASE("a batch of pictures over backdrops equals one by one, both ways", "[i
   }
 }
 
+TEST_CASE("pixels of a batch that no picture covers have no adjoint", "[image][over][gradient]") {
+  auto coverage = random_array<double>({2, 3}, 2);
+  coverage(0, 1) = 0;
+  Tape<double> tape;
+  const auto scope = tape.activate();
+  const Fronts fronts{tape.input(random_array<double>({2, 3, 3}, 5))};
+  const std::vector<image::Backdrop<double>> backdrops{{random_array<double>({6, 7, 3}, 6), coverage}};
+  tape.reverse(image::over(fronts, backdrops, image::ColourSpace::linear),
+               random_array<double>({1, 6, 7, 3}, 7));
+  for (std::size_t i = 0; i < 18; ++i) CHECK((fronts[0].adjoint().data()[i] != 0) == (i / 3 != 1));
+}
+
 TEST_CASE("a batch of passive pictures records nothing, and a wrong number is refused", "[image][over]") {
   const auto backdrops = two_backdrops();
   Fronts fronts{random_array<double>({2, 3, 3}, 5), random_array<double>({6, 7, 3}, 6)};

@@ -3,6 +3,7 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
 
+#include <zlib.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,6 +21,7 @@
 #include "../support/random_array.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
+#include "../support/threads.hpp"
 
 namespace io = tapestry::io;
 using tapestry::Array;
@@ -287,6 +289,28 @@ TEST_CASE("a picture comes back", "[io][image]") {
   io::write_mask(folder.path("m.png"), mask);
   const auto again = io::read_mask(folder.path("m.png"));
   CHECK(std::vector<float>{again.begin(), again.end()} == std::vector<float>{0, 0, 128.0F / 255.0F, 1});
+}
+
+TEST_CASE("a large picture is packed by several threads into one stream of the same bytes", "[io][image]") {
+  constexpr std::size_t height = 1000, width = 1100;  // 3.3 million bytes
+  Array<std::uint8_t, 3> image(tapestry::Extents<3>{height, width, 3});
+  tapestry::Random random(1);
+  for (std::size_t i = 0; i < image.size(); ++i)
+    image.data()[i] = static_cast<std::uint8_t>(i / 3 % width / 8 + random.index(3));
+  const auto packed_by = [&](int threads) {
+    const tapestry::test::Threads limit(threads);
+    return io::detail::encode_png(image.data(), height, width, 3);
+  };
+  const std::string file = packed_by(1);
+  CHECK((packed_by(3) == file));
+  CHECK((io::detail::decode_png_8(file, 3) == std::vector<std::uint8_t>(image.begin(), image.end())));
+  constexpr std::size_t first = 41;  // after the signature, the header, and the length and name of this chunk
+  REQUIRE(file.substr(first - 4, 4) == "IDAT");
+  std::vector<unsigned char> rows(height * (1 + 3 * width) + 1);
+  uLongf size = rows.size();
+  CHECK(uncompress(rows.data(), &size, reinterpret_cast<const unsigned char*>(file.data()) + first,
+                   file.size() - first) == Z_OK);
+  CHECK(size == rows.size() - 1);
 }
 
 TEST_CASE("a picture becomes a JPEG", "[io][image]") {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <tapestry/autodiff/array_functions.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"
@@ -16,41 +17,44 @@ using tapestry::Variable;
 using tapestry::test::random_array;
 
 namespace {
-loss::SharedMasks<double> two_masks() {
+/// Of two pictures, [6, 8, 3]: one in a corner, one wholly.
+std::vector<loss::PlacedMask<double>> two_masks() {
   const auto share = [](Array<double, 2> mask) {
     return std::make_shared<const Array<double, 2>>(std::move(mask));
   };
-  return {share(random_array<double>({5, 7}, 1)), share(random_array<double>({4, 3}, 2))};
+  return {{share(random_array<double>({4, 3}, 1)), 2, 5}, {share(random_array<double>({6, 8}, 2))}};
 }
 }  // namespace
 
-TEST_CASE("steps of pictures on the tape equal the plain sums, and so do their adjoints",
+TEST_CASE("steps of pictures on the tape equal the plain sums of their windows, and so do their adjoints",
           "[loss][gradient]") {
   const auto masks = two_masks();
   Tape<double> tape;
   const auto scope = tape.activate();
-  const std::vector<ArrayVariable<double, 3>> pictures{tape.input(random_array<double>({5, 7, 3}, 3)),
-                                                       tape.input(random_array<double>({4, 3, 3}, 4))};
+  const ArrayVariable<double, 4> inputs = tape.input(random_array<double>({2, 6, 8, 3}, 3));
+  const ArrayVariable<double, 4> pictures = 0.5 * inputs;
   const auto smoothness = loss::smoothness(pictures, masks);
-  CHECK(smoothness.value() ==
-        loss::smoothness(pictures[0].value(), *masks[0]) + loss::smoothness(pictures[1].value(), *masks[1]));
-  tape.reverse(Variable<double>(2 * smoothness));
+  double sum = 0;
+  Array<double, 4> expected = tapestry::zeros<double, 4>({2, 6, 8, 3});
   for (std::size_t n = 0; n < 2; ++n) {
-    Array<double, 3> expected = xt::zeros_like(pictures[n].value());
-    loss::smoothness_adjoint(pictures[n].value(), *masks[n], 2.0, expected);
-    CHECK((pictures[n].adjoint() == expected));
+    const auto& mask = masks[n].mask;
+    const std::size_t top = masks[n].top, left = masks[n].left;
+    Array<double, 3> part({mask->shape(0), mask->shape(1), 3});
+    const auto for_each_value = [&](auto visit) {
+      for (std::size_t i = 0; i < part.size(); ++i) {
+        const std::size_t y = i / 3 / mask->shape(1), x = i / 3 % mask->shape(1);
+        visit(i, ((n * 6 + top + y) * 8 + left + x) * 3 + i % 3);
+      }
+    };
+    for_each_value([&](std::size_t i, std::size_t j) { part.data()[i] = pictures.value().data()[j]; });
+    sum += loss::smoothness(part, *mask);
+    Array<double, 3> of_part = xt::zeros_like(part);
+    loss::smoothness_adjoint(part, *mask, 2.0, of_part);
+    for_each_value([&](std::size_t i, std::size_t j) { expected.data()[j] = 0.5 * of_part.data()[i]; });
   }
-}
-
-TEST_CASE("a picture that is there twice receives both adjoints", "[loss][gradient]") {
-  const auto mask = two_masks()[0];
-  Tape<double> tape;
-  const auto scope = tape.activate();
-  const auto picture = tape.input(random_array<double>({5, 7, 3}, 3));
-  tape.reverse(loss::smoothness(std::vector{picture, picture}, {mask, mask}));
-  const auto twice = picture.adjoint();
-  tape.reverse(loss::smoothness(picture, *mask));
-  CHECK((twice == Array<double, 3>(2.0 * picture.adjoint())));
+  CHECK(smoothness.value() == sum);
+  tape.reverse(Variable<double>(2 * smoothness));
+  CHECK((inputs.adjoint() == expected));
 }
 
 TEST_CASE("steps of an atlas on the tape count used texels only", "[loss][gradient]") {
@@ -69,13 +73,15 @@ TEST_CASE("steps of an atlas on the tape count used texels only", "[loss][gradie
     for (std::size_t c = 0; c < 3; ++c) CHECK((texels.adjoint()(texel, c) != 0) == (texel < 2));
 }
 
-TEST_CASE("passive pictures record nothing, and wrong numbers of masks are refused", "[loss][smoothness]") {
-  const auto masks = two_masks();
-  const std::vector<ArrayVariable<double, 3>> passive{random_array<double>({5, 7, 3}, 3)};
+TEST_CASE("passive pictures record nothing, and masks that do not fit are refused", "[loss][smoothness]") {
+  auto masks = two_masks();
+  const ArrayVariable<double, 4> passive(random_array<double>({2, 6, 8, 3}, 3));
   Tape<double> tape;
   const auto scope = tape.activate();
-  CHECK_FALSE(loss::smoothness(passive, {masks[0]}).is_active());
+  CHECK_FALSE(loss::smoothness(passive, masks).is_active());
   CHECK(tape.record_count() == 0);
-  CHECK_THROWS_WITH(loss::smoothness(passive, masks), "smoothness: masks of 2 pictures, expected 1");
-  CHECK_THROWS_WITH(loss::smoothness(passive, {masks[1]}), "smoothness: mask is [4, 3], expected [5, 7]");
+  CHECK_THROWS_WITH(loss::smoothness(passive, {masks[0]}), "smoothness: masks of 1 pictures, expected 2");
+  masks[0].top = 3;
+  CHECK_THROWS_WITH(loss::smoothness(passive, masks),
+                    "smoothness: the window of 4x3 pixels at row 3, column 5 leaves the picture, [6, 8]");
 }

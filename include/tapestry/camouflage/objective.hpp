@@ -23,11 +23,18 @@
 
 namespace tapestry::camouflage {
 
-/// The loss of some views, on the tape, and the values of its terms.
+/// A part of the loss on the tape, and the values of its terms.
 template <std::floating_point T>
-struct EvaluatedViews {
+struct Evaluated {
   Variable<T> loss;
   ObjectiveTerms terms;
+};
+
+/// What all views of a step are drawn by, on the tape.
+template <std::floating_point T>
+struct DrawnPaint {
+  ArrayVariable<T, 2> texels;       ///< printed colours in the views' space, with the levels of a pyramid
+  ArrayVariable<T, 2> positions{};  ///< [V, 3] in the world where the method moves the shape, else empty
 };
 
 /// The whole pipeline as one function on the tape:
@@ -104,9 +111,17 @@ class Objective {
   [[nodiscard]] Variable<T> operator()(const ArrayVariable<T, 2>& parameter, Views views,
                                        const PhotoSession* session = nullptr);
 
-  /// The same for threads that share an objective: each records on its own tape, and has views of its own.
-  [[nodiscard]] EvaluatedViews<T> evaluate(const ArrayVariable<T, 2>& parameter, Views views,
-                                           const PhotoSession* session = nullptr);
+  /// The first part of it: the paint that the views are drawn by, and what it alone costs. Smoothness in the
+  /// atlas, printability and the roughness of a moved shape do not depend on views.
+  /// \param views  for their colour space and pyramid
+  [[nodiscard]] std::pair<DrawnPaint<T>, Evaluated<T>> paint_of(const ArrayVariable<T, 2>& parameter,
+                                                                Views views,
+                                                                const PhotoSession* session = nullptr);
+
+  /// The second: what the views cost. Threads that share an objective record each on a tape of its own, with
+  /// views and a paint of its own.
+  [[nodiscard]] Evaluated<T> evaluate(const DrawnPaint<T>& paint, Views views,
+                                      const PhotoSession* session = nullptr);
 
   /// Whether a thread for each view computes a step faster than all threads for one view after the other:
   /// where the detectors' weights are few. Large networks have layers that are long enough to share, and
@@ -121,6 +136,10 @@ class Objective {
 
  private:
   static constexpr std::size_t lane_weights = std::size_t(16) << 20U;
+
+  [[nodiscard]] T weight_of_smoothness() const {
+    return static_cast<T>(options_.smoothness * smoothness_unit);
+  }
 
   Ensemble<T> ensemble_{};
   ObjectiveOptions options_;

@@ -36,6 +36,9 @@ struct ObjectiveTerms {
 
   /// Name and member of each term, in this order.
   static const std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> all;
+
+  /// Adds each term of others, divided by so much.
+  void add(const ObjectiveTerms& others, double divisor = 1);
 };
 inline constexpr std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> ObjectiveTerms::all{
     {{"iou", &ObjectiveTerms::iou},
@@ -45,6 +48,10 @@ inline constexpr std::array<std::pair<const char*, double ObjectiveTerms::*>, 7>
      {"smoothness", &ObjectiveTerms::smoothness},
      {"printability", &ObjectiveTerms::printability},
      {"total", &ObjectiveTerms::total}}};
+
+inline void ObjectiveTerms::add(const ObjectiveTerms& others, double divisor) {
+  for (const auto& [name, term] : all) this->*term += others.*term / divisor;
+}
 
 /// Values of the terms; those of the loss are variables.
 template <class Term>

@@ -91,8 +91,8 @@ class Training {
 
   /// One minibatch: records and reverses each view alone, on a thread each, which takes the memory of a view
   /// a thread, prepares the next minibatch's views meanwhile, adds their gradients in the minibatch's order,
-  /// and updates: the same bits for any number of threads. If only the worst views count, the losses of all
-  /// are computed first, without a tape.
+  /// carries them from texels to the parameter once, and updates: the same bits for any number of threads. If
+  /// only the worst views count, the losses of all are computed first, without a tape.
   ///
   /// \returns the number of views in it
   /// \throws NumericError naming step, term and views if a term or the gradient is not finite; the state is
@@ -123,23 +123,31 @@ class Training {
   /// The session depends on the seed and the step's number only, as does the batch.
   [[nodiscard]] std::optional<PhotoSession> next_session(const std::vector<ViewPointer>& views) const;
 
+  /// Derivatives by what the views are drawn by, of its extents; empty if not wanted.
+  struct Slopes {
+    Array<T, 2> texels, positions;
+  };
+
   /// Terms and gradient that one view adds to a step.
   struct Share {
     ObjectiveTerms terms{};
-    Array<T, 2> slopes{};  ///< derivatives by the parameter; empty if not wanted
+    Slopes slopes{};
 
     [[nodiscard]] std::vector<double> numbers() const;
-    static Share of(const double* numbers, const Extents<2>& extents);
+    /// \param slopes  of the extents that are wanted
+    static Share of(const double* numbers, Slopes slopes);
   };
 
-  [[nodiscard]] Share share_of(const ViewPointer& view, const std::optional<PhotoSession>& session);
+  /// \param paint  not on a tape
+  [[nodiscard]] Share share_of(const DrawnPaint<T>& paint, const ViewPointer& view,
+                               const std::optional<PhotoSession>& session);
 
   /// find() of some views of a step, in their order. The processes compute those that are dealt to them, each
   /// its own on several threads, and exchange them.
-  /// \param extents  of the slopes
+  /// \param slopes  of the extents that find() gives
   template <class Find>
   [[nodiscard]] std::vector<Share> shares_of(const std::vector<ViewPointer>& batch,
-                                             const std::vector<std::size_t>& views, const Extents<2>& extents,
+                                             const std::vector<std::size_t>& views, const Slopes& slopes,
                                              Find find) {
     std::vector<Share> shares(views.size());
     std::vector<std::size_t> own;
@@ -156,7 +164,7 @@ class Training {
       else
         prepare_next(j - own.size());
     });
-    if (shared_.processes > 1) exchange(shares, extents);
+    if (shared_.processes > 1) exchange(shares, slopes);
     return shares;
   }
 
@@ -168,23 +176,22 @@ class Training {
   }
 
   /// Takes the shares of the other processes, a round of one view each after the other.
-  void exchange(std::vector<Share>& shares, const Extents<2>& extents) const;
+  void exchange(std::vector<Share>& shares, const Slopes& slopes) const;
 
   /// A step's loss is the sum of its views' losses, each divided by its entry here: the number of views, or
   /// if only the worst count, 1 / weight by worst_view_weights(), ∞ for views that do not count.
   template <class ShotOf>
-  [[nodiscard]] std::vector<double> divisors_of(const std::vector<ViewPointer>& views,
+  [[nodiscard]] std::vector<double> divisors_of(const DrawnPaint<T>& paint,
+                                                const std::vector<ViewPointer>& views,
                                                 const std::vector<std::size_t>& all, ShotOf shot_of) {
     std::vector<double> divisors(views.size(), static_cast<double>(views.size()));
     if (options_.worst_share == 1) return divisors;
     std::vector<double> losses(views.size());
     const auto loss_of = [&](std::size_t i) {
       const auto shot = shot_of(i);
-      const ArrayVariable<T, 2> parameter(state_.parameter);
-      return Share{objective_.evaluate(parameter, std::span(&views[i], 1), shot ? &*shot : nullptr).terms,
-                   {}};
+      return Share{objective_.evaluate(paint, std::span(&views[i], 1), shot ? &*shot : nullptr).terms, {}};
     };
-    std::ranges::transform(shares_of(views, all, {0, 0}, loss_of), losses.begin(),
+    std::ranges::transform(shares_of(views, all, {}, loss_of), losses.begin(),
                            [](const Share& share) { return share.terms.total; });
     if (std::ranges::any_of(losses, [](double loss) { return std::isnan(loss); }))
       return divisors;  // the step then fails because of its terms
@@ -196,6 +203,12 @@ class Training {
   /// The mean of the views' gradients, or their weighted sum if only the worst count; stores the same of the
   /// terms in terms_.
   [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views);
+
+  /// ⟨x, Σ slopes / divisors⟩ on the active tape, whose reverse sweep continues the views' sweeps.
+  /// \param slopes  which of each share's
+  [[nodiscard]] static Variable<T> continued(const ArrayVariable<T, 2>& x, const std::vector<Share>& shares,
+                                             const std::vector<double>& divisors,
+                                             Array<T, 2> Slopes::*slopes);
 
   void require_finite_terms(const std::vector<ViewPointer>& views) const;
 

@@ -180,6 +180,7 @@ struct Backdrop {
 };
 
 /// Lays pictures over as many backgrounds of one size, as the batch that a network takes, in one operation.
+/// Pixels of coverage 0 hold no picture: their adjoint is 0.
 ///
 /// \param premultiplied  one [h, w, C] for each backdrop, of the extents of its coverage
 /// \param space          in which they are added

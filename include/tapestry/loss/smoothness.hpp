@@ -7,6 +7,7 @@
 #include <tapestry/core/array.hpp>  // Image, Mask
 #include <tapestry/core/error.hpp>  // require_shape, ShapeError
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/image/pixel_window.hpp>
 #include <utility>
 #include <vector>
 
@@ -45,15 +46,16 @@ struct TexelSteps {
 };
 
 /// Σ over all values of weight · step², in double: rows in parallel, their sums added from the top.
+/// \param row  values from one row to the next
 template <class Steps, std::floating_point T>
-double squared_steps(const Steps& steps, const T* colour, std::size_t channels) {
+double squared_steps(const Steps& steps, const T* colour, std::size_t channels, std::size_t row) {
   std::vector<double> row_sums(steps.height, 0.0);
   parallel_for(steps.height, [&](std::size_t y) {
     double sum = 0;
     for (std::size_t x = 0; x < steps.width; ++x) {
       const StepWeights weights = steps(y, x);
       if (weights.down == 0 && weights.right == 0) continue;
-      const T* here = colour + (y * steps.width + x) * channels;
+      const T* here = colour + y * row + x * channels;
       for (std::size_t c = 0; c < channels; ++c) {
         const auto value = static_cast<double>(here[c]);
         const auto part = [&](double weight, std::size_t to_neighbour) {
@@ -61,7 +63,7 @@ double squared_steps(const Steps& steps, const T* colour, std::size_t channels) 
           const double step = static_cast<double>(here[to_neighbour + c]) - value;
           return weight * (step * step);
         };
-        sum += part(weights.down, steps.width * channels) + part(weights.right, channels);
+        sum += part(weights.down, row) + part(weights.right, channels);
       }
     }
     row_sums[y] = sum;
@@ -74,16 +76,15 @@ double squared_steps(const Steps& steps, const T* colour, std::size_t channels) 
 /// Adds the derivative of squared_steps() times loss_adjoint. Every value gathers from its four steps,
 /// so that rows are independent of one another.
 template <class Steps, std::floating_point T>
-void squared_steps_adjoint(const Steps& steps, const T* colour, std::size_t channels, double loss_adjoint,
-                           T* colour_adjoint) {
-  const std::size_t width = steps.width;
+void squared_steps_adjoint(const Steps& steps, const T* colour, std::size_t channels, std::size_t row,
+                           double loss_adjoint, T* colour_adjoint) {
   parallel_for(steps.height, [&](std::size_t y) {
-    for (std::size_t x = 0; x < width; ++x) {
+    for (std::size_t x = 0; x < steps.width; ++x) {
       const StepWeights leaving = steps(y, x);
       const double from_above = y > 0 ? steps(y - 1, x).down : 0;
       const double from_left = x > 0 ? steps(y, x - 1).right : 0;
       if (leaving.down == 0 && leaving.right == 0 && from_above == 0 && from_left == 0) continue;
-      const std::size_t here = (y * width + x) * channels;
+      const std::size_t here = y * row + x * channels;
       for (std::size_t c = 0; c < channels; ++c) {
         double slope = 0;
         const auto add = [&](double weight, std::size_t neighbour) {
@@ -91,9 +92,9 @@ void squared_steps_adjoint(const Steps& steps, const T* colour, std::size_t chan
           slope += weight *
                    (2 * (static_cast<double>(colour[here + c]) - static_cast<double>(colour[neighbour + c])));
         };
-        add(leaving.down, here + width * channels);
+        add(leaving.down, here + row);
         add(leaving.right, here + channels);
-        add(from_above, here - width * channels);
+        add(from_above, here - row);
         add(from_left, here - channels);
         colour_adjoint[here + c] += static_cast<T>(loss_adjoint * slope);
       }
@@ -106,7 +107,7 @@ template <Image Render, Mask VehicleMask>
 [[nodiscard]] double smoothness_sum(const Render& render, const VehicleMask& mask) {
   require_shape("smoothness", "mask", mask, {render.shape(0), render.shape(1)});
   const PixelSteps<typename VehicleMask::value_type> steps{mask.data(), render.shape(0), render.shape(1)};
-  return squared_steps(steps, render.data(), render.shape(2));
+  return squared_steps(steps, render.data(), render.shape(2), render.shape(1) * render.shape(2));
 }
 
 }  // namespace tapestry::loss::detail
@@ -139,8 +140,8 @@ void smoothness_adjoint(const Render& render, const VehicleMask& mask,
   require_shape("smoothness_adjoint", "render_adjoint", render_adjoint, render.shape());
   const detail::PixelSteps<typename VehicleMask::value_type> steps{mask.data(), render.shape(0),
                                                                    render.shape(1)};
-  detail::squared_steps_adjoint(steps, render.data(), render.shape(2), static_cast<double>(loss_adjoint),
-                                render_adjoint.data());
+  detail::squared_steps_adjoint(steps, render.data(), render.shape(2), render.shape(1) * render.shape(2),
+                                static_cast<double>(loss_adjoint), render_adjoint.data());
 }
 
 /// Squared colour steps between neighbouring texels of an atlas that are both in use.
@@ -160,7 +161,7 @@ template <Mask Texels, Mask UsedTexels>
   require_shape("atlas_smoothness", "texels", texels, {used.size(), texels.shape(1)});
   const detail::TexelSteps<typename UsedTexels::value_type> steps{used.data(), used.shape(0), used.shape(1)};
   return static_cast<typename Texels::value_type>(
-      detail::squared_steps(steps, texels.data(), texels.shape(1)));
+      detail::squared_steps(steps, texels.data(), texels.shape(1), used.shape(1) * texels.shape(1)));
 }
 
 /// Adds loss_adjoint · ∂L/∂C to texels_adjoint; arguments otherwise as in atlas_smoothness().
@@ -170,48 +171,65 @@ void atlas_smoothness_adjoint(const Texels& texels, const UsedTexels& used,
   require_shape("atlas_smoothness_adjoint", "texels", texels, {used.size(), texels.shape(1)});
   require_shape("atlas_smoothness_adjoint", "texels_adjoint", texels_adjoint, texels.shape());
   const detail::TexelSteps<typename UsedTexels::value_type> steps{used.data(), used.shape(0), used.shape(1)};
-  detail::squared_steps_adjoint(steps, texels.data(), texels.shape(1), static_cast<double>(loss_adjoint),
-                                texels_adjoint.data());
+  detail::squared_steps_adjoint(steps, texels.data(), texels.shape(1), used.shape(1) * texels.shape(1),
+                                static_cast<double>(loss_adjoint), texels_adjoint.data());
 }
 
-/// Masks for losses on the tape: shared, since they mostly stay the same from step to step. Each [H, W], not
-/// null, and not to be changed before the tape's last reverse().
+/// Where a picture's steps count: pixels of a window, [h, w], shared and not to be changed before the tape's
+/// last reverse().
 template <std::floating_point T>
-using SharedMasks = std::vector<std::shared_ptr<const Array<T, 2>>>;
+struct PlacedMask {
+  std::shared_ptr<const Array<T, 2>> mask;  ///< not null
+  std::size_t top = 0, left = 0;            ///< of its first pixel in the picture
+};
 
-/// The sum of smoothness() over several pictures, which may differ in size, as one record on the active tape;
-/// its pullback is smoothness_adjoint(). Sums are in double and in a fixed order: the same bits for any
-/// number of threads.
-///
-/// \param pictures  [H, W, C] each
-/// \throws ShapeError if there are not as many masks as pictures, or one does not fit its picture
+namespace detail {
+
+/// A mask in a batch of pictures.
 template <std::floating_point T>
-[[nodiscard]] Variable<T> smoothness(const std::vector<ArrayVariable<T, 3>>& pictures, SharedMasks<T> masks) {
-  if (masks.size() != pictures.size())
-    throw ShapeError({"smoothness: masks of ", masks.size(), " pictures, expected ", pictures.size()});
-  std::vector<std::shared_ptr<const Array<T, 3>>> values;
-  for (const auto& picture : pictures) values.push_back(picture.shared_value());
-  std::vector<double> sums(values.size());
-  parallel_for(values.size(),
-               [&](std::size_t n) { sums[n] = detail::smoothness_sum(*values[n], *masks[n]); });
+struct MaskedSteps {
+  PixelSteps<T> steps;
+  std::size_t first, row;  ///< the batch's value that the window begins with; values from row to row
+
+  MaskedSteps(const PlacedMask<T>& placed, const Array<T, 4>& pictures, std::size_t n)
+      : steps{placed.mask->data(), placed.mask->shape(0), placed.mask->shape(1)},
+        first(((n * pictures.shape(1) + placed.top) * pictures.shape(2) + placed.left) * pictures.shape(3)),
+        row(pictures.shape(2) * pictures.shape(3)) {}
+};
+
+}  // namespace detail
+
+/// The sum of smoothness() over the pictures of a batch, each within a window of its own, as one record on
+/// the active tape; its pullback is smoothness_adjoint(). Sums are in double and in a fixed order: the same
+/// bits for any number of threads.
+///
+/// \param pictures  [N, H, W, C]
+/// \param masks     one for each picture
+/// \throws ShapeError if there are not as many masks as pictures, or one leaves its picture
+template <std::floating_point T>
+[[nodiscard]] Variable<T> smoothness(const ArrayVariable<T, 4>& pictures, std::vector<PlacedMask<T>> masks) {
+  const auto& [count, height, width, channels] = pictures.shape();
+  if (masks.size() != count)
+    throw ShapeError({"smoothness: masks of ", masks.size(), " pictures, expected ", count});
+  for (const auto& [mask, top, left] : masks)
+    image::require_window("smoothness", {top, left, mask->shape(0), mask->shape(1)}, height, width);
+  std::vector<double> sums(masks.size());
+  parallel_for(masks.size(), [&, channel_count = channels](std::size_t n) {
+    const detail::MaskedSteps<T> masked(masks[n], pictures.value(), n);
+    sums[n] = detail::squared_steps(masked.steps, pictures.value().data() + masked.first, channel_count,
+                                    masked.row);
+  });
   double total = 0;
   for (const double sum : sums) total += sum;
-  const auto pullback = [values = std::move(values), of_pictures = std::move(masks)](
-                            T adjoint, const std::vector<Array<T, 3>*>& pictures_adjoint) {
-    for (std::size_t n = 0; n < values.size(); ++n)  // in turn: two may share an adjoint
-      if (pictures_adjoint[n] != nullptr)
-        smoothness_adjoint(*values[n], *of_pictures[n], adjoint, *pictures_adjoint[n]);
+  const auto pullback = [values = pictures.shared_value(), of_pictures = std::move(masks)](
+                            T adjoint, Array<T, 4>* pictures_adjoint) {
+    for (std::size_t n = 0; n < of_pictures.size(); ++n) {
+      const detail::MaskedSteps<T> masked(of_pictures[n], *values, n);
+      detail::squared_steps_adjoint(masked.steps, values->data() + masked.first, values->shape(3), masked.row,
+                                    static_cast<double>(adjoint), pictures_adjoint->data() + masked.first);
+    }
   };
   return record_scalar(static_cast<T>(total), pullback, pictures);
-}
-
-/// The same of one picture.
-///
-/// \param mask  [H, W], copied unless moved
-template <std::floating_point T>
-[[nodiscard]] Variable<T> smoothness(const ArrayVariable<T, 3>& picture, Array<T, 2> mask) {
-  return smoothness(std::vector{picture},
-                    SharedMasks<T>{std::make_shared<const Array<T, 2>>(std::move(mask))});
 }
 
 /// atlas_smoothness() of a texture on the active tape; its pullback is atlas_smoothness_adjoint().

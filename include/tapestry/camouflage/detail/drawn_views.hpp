@@ -3,6 +3,7 @@
 #include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
+#include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
@@ -19,26 +20,29 @@ struct DrawnViews {
   std::vector<ArrayVariable<T, 3>> pictures{};  ///< I_adv, [H, W, 3], if drawn with the frame already
 };
 
-/// Draws the car as it stands, differentiable by its colours.
+/// The texels that views are drawn from, in their colour space and pyramid.
 ///
 /// \param views    at least one, all of one car
 /// \param colours  [texel, 3], encoded in either space
 /// \throws DomainError for views in different colour spaces or of different pyramids
 template <std::floating_point T>
-[[nodiscard]] DrawnViews<T> drawn_views(ViewSpan<T> views, const ArrayVariable<T, 2>& colours);
+[[nodiscard]] ArrayVariable<T, 2> drawn_texels(ViewSpan<T> views, const ArrayVariable<T, 2>& colours);
 
-/// Draws the car with its vertices moved, differentiable by colours and steps; see redrawn().
-/// \param steps  of shape_steps()
+/// Draws the car as it stands, or where its vertices move anew; see redrawn().
+/// \param shape  null where the car's shape stays
 template <std::floating_point T>
-[[nodiscard]] DrawnViews<T> drawn_views(ViewSpan<T> views, const ArrayVariable<T, 2>& colours,
-                                        const ShapeParameter& shape, const ArrayVariable<T, 2>& steps);
+[[nodiscard]] DrawnViews<T> drawn_views(ViewSpan<T> views, const DrawnPaint<T>& paint,
+                                        const ShapeParameter* shape);
 
 /// Lays the renders over the frames: picture_of() of each view, as a batch, [N, H, W, 3].
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> laid_over(ViewSpan<T> views, const DrawnViews<T>& drawn);
 
-/// Mean over the views of loss::smoothness() of the renders, between encoded colours.
+/// Mean over the views of loss::smoothness() within their interiors, which are covered wholly: there the
+/// pictures show the encoded render alone.
+/// \param pictures  of laid_over()
 template <std::floating_point T>
-[[nodiscard]] Variable<T> smoothness_of(ViewSpan<T> views, const DrawnViews<T>& drawn);
+[[nodiscard]] Variable<T> smoothness_of(ViewSpan<T> views, const DrawnViews<T>& drawn,
+                                        const ArrayVariable<T, 4>& pictures);
 
 }  // namespace tapestry::camouflage

@@ -41,12 +41,8 @@ template decltype(targets_of<TAPESTRY_SCALAR>) targets_of<TAPESTRY_SCALAR>;
 template decltype(photographed<TAPESTRY_SCALAR>) photographed<TAPESTRY_SCALAR>;
 template decltype(draw_shot<TAPESTRY_SCALAR>) draw_shot<TAPESTRY_SCALAR>;
 template decltype(draw_session<TAPESTRY_SCALAR>) draw_session<TAPESTRY_SCALAR>;
-template DrawnViews<TAPESTRY_SCALAR> drawn_views<TAPESTRY_SCALAR>(ViewSpan<TAPESTRY_SCALAR>,
-                                                                  const ArrayVariable<TAPESTRY_SCALAR, 2>&);
-template DrawnViews<TAPESTRY_SCALAR> drawn_views<TAPESTRY_SCALAR>(ViewSpan<TAPESTRY_SCALAR>,
-                                                                  const ArrayVariable<TAPESTRY_SCALAR, 2>&,
-                                                                  const ShapeParameter&,
-                                                                  const ArrayVariable<TAPESTRY_SCALAR, 2>&);
+template decltype(drawn_texels<TAPESTRY_SCALAR>) drawn_texels<TAPESTRY_SCALAR>;
+template decltype(drawn_views<TAPESTRY_SCALAR>) drawn_views<TAPESTRY_SCALAR>;
 template decltype(laid_over<TAPESTRY_SCALAR>) laid_over<TAPESTRY_SCALAR>;
 template decltype(smoothness_of<TAPESTRY_SCALAR>) smoothness_of<TAPESTRY_SCALAR>;
 template decltype(write_checkpoint<TAPESTRY_SCALAR>) write_checkpoint<TAPESTRY_SCALAR>;

@@ -122,41 +122,56 @@ auto Ensemble<T>::logits_of(Member& member, const ShownPictures<T>& shown) -> Lo
 }
 
 template <std::floating_point T>
-EvaluatedViews<T> Objective<T>::evaluate(const ArrayVariable<T, 2>& parameter, Views views,
-                                         const PhotoSession* session) {
+std::pair<DrawnPaint<T>, Evaluated<T>> Objective<T>::paint_of(const ArrayVariable<T, 2>& parameter,
+                                                              Views views, const PhotoSession* session) {
+  StageClock<T> clock(times_, parameter.is_active());
+  const auto own = method_colours(method_, parameter);
+  const auto colours = session && session->print ? printed(method_, own, *session->print) : own;
+  DrawnPaint<T> paint{drawn_texels(views, colours)};
+  clock.end_of(&StepTimes::update);
+  loss::AdversarialTerms<Variable<T>> none{};
+  Variable<T> smoothness = T(0), printability = T(0), total = T(0);
+  if (used_texels_) smoothness = loss::atlas_smoothness(colours, used_texels_);
+  if (used_texels_) total = weight_of_smoothness() * smoothness;
+  if (method_.shape) {
+    const auto steps = shape_steps(*method_.shape, parameter);
+    paint.positions = shape_positions(*method_.shape, steps);
+    total += static_cast<T>(method_.shape->stiffness) * shape_roughness(*method_.shape, steps);
+  }
+  if (palette_) printability = loss::non_printability(own, printed_texels_, palette_);
+  if (palette_) total += static_cast<T>(options_.printability) * printability;
+  clock.end_of(&StepTimes::losses);
+  return {std::move(paint), {total, numbers_of(none, smoothness, printability, total)}};
+}
+
+template <std::floating_point T>
+Evaluated<T> Objective<T>::evaluate(const DrawnPaint<T>& paint, Views views, const PhotoSession* session) {
   if (session != nullptr && session->shots.size() != views.size())
     throw ShapeError(
         {"objective: a photo session of ", session->shots.size(), " shots for ", views.size(), " views"});
-  StageClock<T> clock(times_, parameter.is_active());
-  const auto paint = method_colours(method_, parameter);
-  const auto colours = session && session->print ? printed(method_, paint, *session->print) : paint;
-  clock.end_of(&StepTimes::update);
-  std::optional<ArrayVariable<T, 2>> steps;
-  if (method_.shape) steps = shape_steps(*method_.shape, parameter);
-  const auto drawn =
-      steps ? drawn_views(views, colours, *method_.shape, *steps) : drawn_views(views, colours);
+  StageClock<T> clock(times_, paint.texels.is_active() || paint.positions.is_active());
+  const auto drawn = drawn_views(views, paint, method_.shape.get());
   clock.end_of(&StepTimes::render);
-  const auto pictures = photographed(laid_over(views, drawn), session);
+  const auto laid = laid_over(views, drawn);
+  const auto pictures = photographed(laid, session);
   clock.end_of(&StepTimes::composite);
   const auto adversarial =
-      ensemble_({pictures, views, session, steps.has_value()}, options_, method_.attention, clock);
-  const auto smoothness =
-      used_texels_ ? loss::atlas_smoothness(colours, used_texels_) : smoothness_of(views, drawn);
-  Variable<T> total = adversarial.total + static_cast<T>(options_.smoothness * smoothness_unit) * smoothness;
-  if (steps) total += static_cast<T>(method_.shape->stiffness) * shape_roughness(*method_.shape, *steps);
-  Variable<T> printability = T(0);
-  if (palette_) printability = loss::non_printability(paint, printed_texels_, palette_);
-  if (palette_) total += static_cast<T>(options_.printability) * printability;
+      ensemble_({pictures, views, session, method_.shape != nullptr}, options_, method_.attention, clock);
+  Variable<T> smoothness = T(0), total = adversarial.total;
+  if (!used_texels_) smoothness = smoothness_of(views, drawn, laid);
+  if (!used_texels_) total += weight_of_smoothness() * smoothness;
   clock.end_of(&StepTimes::losses);
-  return {total, numbers_of(adversarial, smoothness, printability, total)};
+  return {total, numbers_of(adversarial, smoothness, Variable<T>(T(0)), total)};
 }
 
 template <std::floating_point T>
 Variable<T> Objective<T>::operator()(const ArrayVariable<T, 2>& parameter, Views views,
                                      const PhotoSession* session) {
-  const auto [loss, terms] = evaluate(parameter, views, session);
+  const auto [paint, of_paint] = paint_of(parameter, views, session);
+  const auto [loss, terms] = evaluate(paint, views, session);
   terms_ = terms;
-  return loss;
+  terms_.add(of_paint.terms);
+  return loss + of_paint.loss;
 }
 
 }  // namespace tapestry::camouflage

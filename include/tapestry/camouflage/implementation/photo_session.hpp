@@ -96,17 +96,6 @@ ArrayVariable<T, 4> photographed(const ArrayVariable<T, 4>& pictures, const Phot
 
 namespace tapestry::camouflage::detail {
 
-/// The texels that views are drawn from, in their colour space.
-template <std::floating_point T>
-[[nodiscard]] ArrayVariable<T, 2> texels_of(ViewSpan<T> views, const ArrayVariable<T, 2>& colours) {
-  if (views.empty()) throw DomainError("objective: no views");
-  for (const auto& view : views) {
-    if (view->space != views[0]->space) throw DomainError("objective: views in different colour spaces");
-    if (view->pyramid != views[0]->pyramid) throw DomainError("objective: views of different pyramids");
-  }
-  return raster::stored_texels(views[0]->pyramid, image::in_space(views[0]->space, colours));
-}
-
 /// Pictures of one size as a batch, [N, H, W, C].
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> in_batch(const std::vector<ArrayVariable<T, 3>>& pictures) {
@@ -123,26 +112,29 @@ template <std::floating_point T>
 namespace tapestry::camouflage {
 
 template <std::floating_point T>
-DrawnViews<T> drawn_views(ViewSpan<T> views, const ArrayVariable<T, 2>& colours) {
-  const auto texels = detail::texels_of(views, colours);
-  std::vector<std::shared_ptr<const raster::TextureOperator<T>>> operators;
-  DrawnViews<T> drawn;
+ArrayVariable<T, 2> drawn_texels(ViewSpan<T> views, const ArrayVariable<T, 2>& colours) {
+  if (views.empty()) throw DomainError("objective: no views");
   for (const auto& view : views) {
-    operators.push_back(view->paint_to_picture);
-    drawn.interiors.push_back(view->interior);
+    if (view->space != views[0]->space) throw DomainError("objective: views in different colour spaces");
+    if (view->pyramid != views[0]->pyramid) throw DomainError("objective: views of different pyramids");
   }
-  drawn.renders = raster::render(operators, texels);
-  return drawn;
+  return raster::stored_texels(views[0]->pyramid, image::in_space(views[0]->space, colours));
 }
 
 template <std::floating_point T>
-DrawnViews<T> drawn_views(ViewSpan<T> views, const ArrayVariable<T, 2>& colours, const ShapeParameter& shape,
-                          const ArrayVariable<T, 2>& steps) {
-  const auto texels = detail::texels_of(views, colours);
-  const auto positions = shape_positions(shape, steps);
+DrawnViews<T> drawn_views(ViewSpan<T> views, const DrawnPaint<T>& paint, const ShapeParameter* shape) {
   DrawnViews<T> drawn;
+  if (shape == nullptr) {
+    std::vector<std::shared_ptr<const raster::TextureOperator<T>>> operators;
+    for (const auto& view : views) {
+      operators.push_back(view->paint_to_picture);
+      drawn.interiors.push_back(view->interior);
+    }
+    drawn.renders = raster::render(operators, paint.texels);
+    return drawn;
+  }
   for (const auto& view : views) {
-    auto anew = redrawn(*view, shape, texels, positions);
+    auto anew = redrawn(*view, *shape, paint.texels, paint.positions);
     drawn.renders.push_back(std::move(anew.render));
     drawn.interiors.push_back(std::move(anew.interior));
     drawn.pictures.push_back(std::move(anew.picture));
@@ -163,11 +155,17 @@ ArrayVariable<T, 4> laid_over(ViewSpan<T> views, const DrawnViews<T>& drawn) {
 }
 
 template <std::floating_point T>
-Variable<T> smoothness_of(ViewSpan<T> views, const DrawnViews<T>& drawn) {
-  auto seen = drawn.renders;  // interiors are covered wholly, where a render is the colour itself
-  if (views[0]->space == image::ColourSpace::linear)
-    for (auto& render : seen) render = image::encoded(render);
-  return loss::smoothness(seen, drawn.interiors) / static_cast<T>(views.size());
+Variable<T> smoothness_of(ViewSpan<T> views, const DrawnViews<T>& drawn,
+                          const ArrayVariable<T, 4>& pictures) {
+  std::vector<loss::PlacedMask<T>> masks;
+  for (std::size_t n = 0; n < views.size(); ++n) {
+    const auto& window = views[n]->window;
+    if (drawn.pictures.empty())
+      masks.push_back({drawn.interiors[n], window.top, window.left});
+    else
+      masks.push_back({drawn.interiors[n]});
+  }
+  return loss::smoothness(pictures, std::move(masks)) / static_cast<T>(views.size());
 }
 
 }  // namespace tapestry::camouflage

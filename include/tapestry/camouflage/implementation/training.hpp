@@ -82,15 +82,16 @@ std::optional<PhotoSession> Training<T>::next_session(const std::vector<ViewPoin
 }
 
 template <std::floating_point T>
-auto Training<T>::share_of(const ViewPointer& view, const std::optional<PhotoSession>& session) -> Share {
+auto Training<T>::share_of(const DrawnPaint<T>& paint, const ViewPointer& view,
+                           const std::optional<PhotoSession>& session) -> Share {
   const auto tape = tapes_.take();
   tape->clear();
   const auto scope = tape->activate();
-  const ArrayVariable<T, 2> parameter = tape->input(state_.parameter);
-  const auto [loss, terms] =
-      objective_.evaluate(parameter, std::span(&view, 1), session ? &*session : nullptr);
+  DrawnPaint<T> own{tape->input(paint.texels.value())};
+  if (paint.positions.size() > 0) own.positions = tape->input(paint.positions.value());
+  const auto [loss, terms] = objective_.evaluate(own, std::span(&view, 1), session ? &*session : nullptr);
   tape->reverse(loss);
-  return {terms, parameter.adjoint()};
+  return {terms, {own.texels.adjoint(), own.positions.adjoint()}};
 }
 
 template <std::floating_point T>
@@ -99,30 +100,47 @@ Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
   const auto shot_of = [&](std::size_t i) {
     return session ? std::optional(PhotoSession{session->print, {session->shots[i]}}) : std::nullopt;
   };
+  const auto tape = tapes_.take();
+  tape->clear();
+  const auto scope = tape->activate();
+  const ArrayVariable<T, 2> parameter = tape->input(state_.parameter);
+  const auto [paint, of_paint] = objective_.paint_of(parameter, views, session ? &*session : nullptr);
+  const DrawnPaint<T> still{ArrayVariable<T, 2>(paint.texels.shared_value()),
+                            ArrayVariable<T, 2>(paint.positions.shared_value())};
   std::vector<std::size_t> counting(views.size());
   std::iota(counting.begin(), counting.end(), std::size_t{0});
-  const auto divisors = divisors_of(views, counting, shot_of);
+  auto divisors = divisors_of(still, views, counting, shot_of);
   std::erase_if(counting, [&](std::size_t i) { return std::isinf(divisors[i]); });
-  const auto shares = shares_of(views, counting, state_.parameter.shape(),
-                                [&](std::size_t i) { return share_of(views[i], shot_of(i)); });
-  terms_ = {};
-  for (std::size_t k = 0; k < shares.size(); ++k)
-    for (const auto& [name, term] : ObjectiveTerms::all)
-      terms_.*term += shares[k].terms.*term / divisors[counting[k]];
-  Array<T, 2> gradient = zeros<T, 2>(state_.parameter.shape());
-  constexpr std::size_t block = 16384;
-  parallel_for(block_count(gradient.size(), block), [&](std::size_t index) {
-    const auto [begin, end] = block_range(index, gradient.size(), block);
-    for (std::size_t k = 0; k < shares.size(); ++k)
-      for (std::size_t i = begin; i < end; ++i)
-        gradient.data()[i] += shares[k].slopes.data()[i] / static_cast<T>(divisors[counting[k]]);
-  });
-  return gradient;
+  std::erase_if(divisors, [](double divisor) { return std::isinf(divisor); });
+  const auto shares =
+      shares_of(views, counting, {Array<T, 2>(still.texels.shape()), Array<T, 2>(still.positions.shape())},
+                [&](std::size_t i) { return share_of(still, views[i], shot_of(i)); });
+  terms_ = of_paint.terms;
+  for (std::size_t k = 0; k < shares.size(); ++k) terms_.add(shares[k].terms, divisors[k]);
+  Variable<T> loss = of_paint.loss + continued(paint.texels, shares, divisors, &Slopes::texels);
+  if (paint.positions.size() > 0) loss += continued(paint.positions, shares, divisors, &Slopes::positions);
+  tape->reverse(loss);
+  return parameter.adjoint();
 }
 
 template <std::floating_point T>
-void Training<T>::exchange(std::vector<Share>& shares, const Extents<2>& extents) const {
-  const std::size_t width = ObjectiveTerms::all.size() + extents[0] * extents[1];
+Variable<T> Training<T>::continued(const ArrayVariable<T, 2>& x, const std::vector<Share>& shares,
+                                   const std::vector<double>& divisors, Array<T, 2> Slopes::*slopes) {
+  Array<T, 2> sum = zeros<T, 2>(x.shape());
+  constexpr std::size_t block = 16384;
+  parallel_for(block_count(sum.size(), block), [&](std::size_t index) {
+    const auto [begin, end] = block_range(index, sum.size(), block);
+    for (std::size_t k = 0; k < shares.size(); ++k) {
+      const T* const of_share = (shares[k].slopes.*slopes).data();
+      for (std::size_t i = begin; i < end; ++i) sum.data()[i] += of_share[i] / static_cast<T>(divisors[k]);
+    }
+  });
+  return dot(x, ArrayVariable<T, 2>(std::move(sum)));
+}
+
+template <std::floating_point T>
+void Training<T>::exchange(std::vector<Share>& shares, const Slopes& slopes) const {
+  const std::size_t width = ObjectiveTerms::all.size() + slopes.texels.size() + slopes.positions.size();
   for (std::size_t first = 0; first < shares.size(); first += shared_.processes) {
     const std::size_t own = first + shared_.own;
     std::vector<double> numbers;
@@ -130,7 +148,7 @@ void Training<T>::exchange(std::vector<Share>& shares, const Extents<2>& extents
     numbers.resize(width);
     numbers = shared_.gathered(numbers);
     for (std::size_t i = first; i < std::min(first + shared_.processes, shares.size()); ++i)
-      shares[i] = Share::of(numbers.data() + (i - first) * width, extents);
+      shares[i] = Share::of(numbers.data() + (i - first) * width, slopes);
   }
 }
 
@@ -138,15 +156,17 @@ template <std::floating_point T>
 std::vector<double> Training<T>::Share::numbers() const {
   std::vector<double> numbers;
   for (const auto& [name, term] : ObjectiveTerms::all) numbers.push_back(terms.*term);
-  numbers.insert(numbers.end(), slopes.begin(), slopes.end());
+  numbers.insert(numbers.end(), slopes.texels.begin(), slopes.texels.end());
+  numbers.insert(numbers.end(), slopes.positions.begin(), slopes.positions.end());
   return numbers;
 }
 
 template <std::floating_point T>
-typename Training<T>::Share Training<T>::Share::of(const double* numbers, const Extents<2>& extents) {
-  Share share{{}, Array<T, 2>(extents)};
+typename Training<T>::Share Training<T>::Share::of(const double* numbers, Slopes slopes) {
+  Share share{{}, std::move(slopes)};
   for (const auto& [name, term] : ObjectiveTerms::all) share.terms.*term = *numbers++;
-  for (T& slope : share.slopes.storage()) slope = static_cast<T>(*numbers++);
+  for (T& slope : share.slopes.texels.storage()) slope = static_cast<T>(*numbers++);
+  for (T& slope : share.slopes.positions.storage()) slope = static_cast<T>(*numbers++);
   return share;
 }
 

@@ -99,11 +99,13 @@ void pull_back_laid(const Laid<T>& laid, const T* picture, const T* picture_adjo
                     const Extents<3>& extents, ColourSpace space, T* front_adjoint) {
   with_overlay(space, [&](auto overlay) {
     for_each_covered_pixel(laid.place, extents[1], [&](std::size_t front, std::size_t back) {
+      const T coverage = laid.coverage->data()[front];
+      if (coverage == 0) return;
       for (std::size_t c = 0; c < extents[2]; ++c) {
         const std::size_t i = front * extents[2] + c, j = back * extents[2] + c;
-        front_adjoint[i] += overlay.slope(laid.premultiplied->data()[i], laid.coverage->data()[front],
-                                          laid.background->data()[j], picture[j]) *
-                            picture_adjoint[j];
+        front_adjoint[i] +=
+            overlay.slope(laid.premultiplied->data()[i], coverage, laid.background->data()[j], picture[j]) *
+            picture_adjoint[j];
       }
     });
   });

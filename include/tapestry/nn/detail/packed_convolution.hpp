@@ -1,8 +1,10 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/detail/convolution_region.hpp>
@@ -30,6 +32,14 @@ struct PackedConvolution {
   /// Inputs and weights are words that hold pairs of channels, as paired() makes them.
   bool holds_pairs = false;
   std::shared_ptr<Buffer<T>> weights = std::make_shared<Buffer<T>>();
+  /// The weights transformed by Winograd's algorithm, made by its first pass and kept where they are few; by
+  /// form, first of values, then of pairs.
+  struct Transformed {
+    std::once_flag made;
+    Buffer<T> filters;
+  };
+  std::shared_ptr<std::array<Transformed, 2 * winograd_form_count>> transformed =
+      std::make_shared<std::array<Transformed, 2 * winograd_form_count>>();
 
   [[nodiscard]] std::size_t reduction() const { return shape.taps() * shape.group_in(); }
 };

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <mutex>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/packed_convolution.hpp>
 #include <tapestry/nn/detail/vector_kernels.hpp>
@@ -29,19 +30,28 @@ class WinogradConvolution {
   void run() const {
     static thread_local Buffer<T> kept;
     Buffer<T>& shared = kept;  // the calling thread's, for all threads that run the tasks
-    if (plan_.shares_filters) {
-      shared.resize(plan_.panels * filter_panel_step());
-      parallel_for(plan_.panels * plan_.blocks, [&](std::size_t task) {
-        const std::size_t panel = task / plan_.blocks;
-        const std::size_t block = task % plan_.blocks;
-        transform_filters(panel, block, shared.data() + panel * filter_panel_step() + block * filter_step());
+    const T* filters = nullptr;
+    if (plan_.keeps_filters) {
+      auto& transformed = (*packed_.transformed)[form() + (pairs_ ? winograd_form_count : 0)];
+      std::call_once(transformed.made, [&] {
+        transformed.filters.resize(plan_.panels * filter_panel_step());
+        for (std::size_t task = 0; task < plan_.panels * plan_.blocks; ++task)
+          transform_block(task, transformed.filters.data());
       });
+      filters = transformed.filters.data();
+    } else if (plan_.shares_filters) {
+      shared.resize(plan_.panels * filter_panel_step());
+      parallel_for(plan_.panels * plan_.blocks,
+                   [&](std::size_t task) { transform_block(task, shared.data()); });
+      filters = shared.data();
+    }
+    if (plan_.shares_filters) {
       parallel_for(plan_.ranges, [&](std::size_t range) {
         static thread_local Buffer<T> inputs;
         inputs.resize(plan_.input_range_step(line));
         transform_inputs(range, 0, tiles_of(range), inputs.data());
         for (std::size_t panel = 0; panel < plan_.panels; ++panel)
-          multiply(range, panel, inputs.data(), shared.data() + panel * filter_panel_step());
+          multiply(range, panel, inputs.data(), filters + panel * filter_panel_step());
       });
       return;
     }
@@ -55,8 +65,9 @@ class WinogradConvolution {
                        shared.data() + range * plan_.input_range_step(line));
     });
     parallel_for(plan_.ranges * plan_.panels, [&](std::size_t task) {
-      const std::size_t range = task % plan_.ranges;
-      multiply(range, task / plan_.ranges, shared.data() + range * plan_.input_range_step(line), nullptr);
+      const std::size_t range = task % plan_.ranges, panel = task / plan_.ranges;
+      multiply(range, panel, shared.data() + range * plan_.input_range_step(line),
+               filters == nullptr ? nullptr : filters + panel * filter_panel_step());
     });
   }
 
@@ -137,6 +148,12 @@ class WinogradConvolution {
   [[nodiscard]] const T* packed_filters(std::size_t panel, std::size_t block) const {
     return packed_.weights->data() + panel * 2 * kernels<T>().lanes * packed_.reduction() +
            block * plan_.channels_per_block * width_of(panel);
+  }
+
+  /// \param filters  of all panels
+  void transform_block(std::size_t task, T* filters) const {
+    const std::size_t panel = task / plan_.blocks, block = task % plan_.blocks;
+    transform_filters(panel, block, filters + panel * filter_panel_step() + block * filter_step());
   }
 
   void transform_filters(std::size_t panel, std::size_t block, T* filters) const {
@@ -254,7 +271,7 @@ class WinogradConvolution {
 ///
 /// Filters are transformed from the packed weights when they are needed, a block at a time, and stay in the
 /// second cache. For 49 tiles that takes 7 % of the products' time, and saves four times the weights' memory
-/// and bandwidth.
+/// and bandwidth. Where all of them are few they are kept instead.
 ///
 /// \param pairs  transformed inputs and filters are rounded to bfloat16, of an even number of channels in;
 ///               see bfloat16.hpp. Partial sums are then of 128 channels

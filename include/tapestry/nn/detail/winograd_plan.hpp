@@ -39,6 +39,9 @@ struct WinogradPlan {
   /// transformed first, and each task transforms the filters of its panel. Sharing writes less to memory
   /// where there are few filters.
   bool shares_filters = false;
+  /// Whether transformed filters are kept from pass to pass: where they are few, to read them takes less
+  /// time.
+  bool keeps_filters = false;
 
   // Distances in memory, a cache line longer than needed so that points do not fall into one cache set.
   [[nodiscard]] std::size_t input_point_step(std::size_t line) const {
@@ -83,6 +86,8 @@ template <std::floating_point T>
   const std::size_t bytes_with_input = bytes_of_tile + plan.products * words * sizeof(T);
   const std::size_t filter_bytes = plan.products * words * round_up(shape.out_channels, lanes) * sizeof(T);
   const std::size_t fitting = range_bytes / bytes_with_input;
+  constexpr std::size_t kept_filter_bytes = 1024 * 1024;
+  plan.keeps_filters = filter_bytes <= kept_filter_bytes;
   plan.shares_filters = filter_bytes <= shared_filter_bytes && fitting >= 12 && plan.tiles >= 8 * fitting;
   const std::size_t most =
       plan.shares_filters ? fitting : std::max<std::size_t>(8, sum_bytes / bytes_of_tile);
