@@ -50,7 +50,8 @@ Variable<double> pipeline(const raster::PaintedMesh& body, const tapestry::detec
   const auto adversarial = loss::adversarial(network, logits, targets, loss::AdversarialLoss::max_score);
   const auto everywhere =
       std::make_shared<const Array<double, 2>>(tapestry::filled<double, 2>({side, side}, 1));
-  return adversarial.total + 0.01 * loss::smoothness(std::vector{drawn.picture}, {everywhere});
+  return adversarial.total +
+         0.01 * loss::smoothness(image::batch_of(std::vector{drawn.picture}), {{everywhere}});
 }
 
 /// The derivative along a direction of one input beside a central difference of the whole.
