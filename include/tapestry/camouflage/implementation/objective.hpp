@@ -153,12 +153,17 @@ Evaluated<T> Objective<T>::evaluate(const DrawnPaint<T>& paint, Views views, con
   const auto drawn = drawn_views(views, paint, method_.shape.get());
   clock.end_of(&StepTimes::render);
   const auto laid = laid_over(views, drawn);
+  clock.end_of(&StepTimes::composite);
+  // Before the detectors, so that the sweep adds it to their sum: a detector that is there twice has its
+  // bits.
+  Variable<T> smoothness = T(0);
+  if (!used_texels_) smoothness = smoothness_of(views, drawn, laid);
+  clock.end_of(&StepTimes::losses);
   const auto pictures = photographed(laid, session);
   clock.end_of(&StepTimes::composite);
   const auto adversarial =
       ensemble_({pictures, views, session, method_.shape != nullptr}, options_, method_.attention, clock);
-  Variable<T> smoothness = T(0), total = adversarial.total;
-  if (!used_texels_) smoothness = smoothness_of(views, drawn, laid);
+  Variable<T> total = adversarial.total;
   if (!used_texels_) total += weight_of_smoothness() * smoothness;
   clock.end_of(&StepTimes::losses);
   return {total, numbers_of(adversarial, smoothness, Variable<T>(T(0)), total)};
