@@ -30,21 +30,7 @@ class WinogradConvolution {
   void run() const {
     static thread_local Buffer<T> kept;
     Buffer<T>& shared = kept;  // the calling thread's, for all threads that run the tasks
-    const T* filters = nullptr;
-    if (plan_.keeps_filters) {
-      auto& transformed = (*packed_.transformed)[form() + (pairs_ ? winograd_form_count : 0)];
-      std::call_once(transformed.made, [&] {
-        transformed.filters.resize(plan_.panels * filter_panel_step());
-        for (std::size_t task = 0; task < plan_.panels * plan_.blocks; ++task)
-          transform_block(task, transformed.filters.data());
-      });
-      filters = transformed.filters.data();
-    } else if (plan_.shares_filters) {
-      shared.resize(plan_.panels * filter_panel_step());
-      parallel_for(plan_.panels * plan_.blocks,
-                   [&](std::size_t task) { transform_block(task, shared.data()); });
-      filters = shared.data();
-    }
+    const T* const filters = all_filters(shared);
     if (plan_.shares_filters) {
       parallel_for(plan_.ranges, [&](std::size_t range) {
         static thread_local Buffer<T> inputs;
@@ -73,6 +59,24 @@ class WinogradConvolution {
 
  private:
   static constexpr std::size_t line = 64 / sizeof(T);
+
+  /// The transformed filters of all panels, kept or in the memory given; null where each task transforms its
+  /// own.
+  [[nodiscard]] const T* all_filters(Buffer<T>& memory) const {
+    const std::size_t size = plan_.panels * filter_panel_step(), tasks = plan_.panels * plan_.blocks;
+    if (plan_.keeps_filters) {
+      auto& transformed = (*packed_.transformed)[form() + (pairs_ ? winograd_form_count : 0)];
+      std::call_once(transformed.made, [&] {
+        transformed.filters.resize(size);
+        for (std::size_t task = 0; task < tasks; ++task) transform_block(task, transformed.filters.data());
+      });
+      return transformed.filters.data();
+    }
+    if (!plan_.shares_filters) return nullptr;
+    memory.resize(size);
+    parallel_for(tasks, [&](std::size_t task) { transform_block(task, memory.data()); });
+    return memory.data();
+  }
 
   struct Tile {
     std::size_t image;
