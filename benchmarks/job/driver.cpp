@@ -7,13 +7,13 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <regex>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "../support/driver.hpp"
@@ -81,14 +81,9 @@ struct Measured {
   std::string texture{};  ///< bytes of the first run's file
 };
 
-[[nodiscard]] std::string bytes_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// The last rate that a run printed. \throws Error with its last line if there is none
 [[nodiscard]] double rate_in(const fs::path& log) {
-  const std::string text = bytes_of(log);
+  const std::string text = io::read_text_file(log.string());
   const std::regex rate("([0-9.]+) images/s");
   std::string last;
   for (std::sregex_iterator found(text.begin(), text.end(), rate), end; found != end; ++found)
@@ -132,13 +127,11 @@ void measure(const Variant& variant, const Case& one, const Options& options, co
   measured.kernel_shares.push_back(system / processor);
   measured.switches.push_back(switches);
   measured.peak_memory_mib = std::max(measured.peak_memory_mib, memory);
-  if (measured.texture.empty()) measured.texture = bytes_of(folders.front() / "texture.npz");
+  if (measured.texture.empty())
+    measured.texture = io::read_text_file((folders.front() / "texture.npz").string());
 }
 
-[[nodiscard]] double median_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return quantile(values, 0.5);
-}
+[[nodiscard]] double median_of(std::vector<double> values) { return timing_of(std::move(values), 0).median; }
 
 /// Prints a case's table. The error of a variant is 0 where its texture has the bytes of the first one's.
 void report(const Case& one, const std::vector<Variant>& variants, const std::vector<Measured>& all,

@@ -30,7 +30,7 @@ struct Evaluated {
   ObjectiveTerms terms;
 };
 
-/// What all views of a step are drawn by, on the tape.
+/// The paint that all views of a step are drawn by, on the tape.
 template <std::floating_point T>
 struct DrawnPaint {
   ArrayVariable<T, 2> texels;       ///< printed colours in the views' space, with the levels of a pyramid

@@ -30,7 +30,7 @@ template <class Element>
 /// Bytes 0 … 255 to colours 0 … 1.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> from_bytes(const Array<std::uint8_t, 3>& bytes) {
-  std::array<T, 256> shares{};  // a division each would take five times as long
+  std::array<T, 256> shares{};  // divided once a byte, not once a pixel
   for (std::size_t byte = 0; byte < shares.size(); ++byte) shares[byte] = static_cast<T>(byte) / 255;
   Array<T, 3> picture(bytes.shape());
   std::transform(bytes.begin(), bytes.end(), picture.begin(),

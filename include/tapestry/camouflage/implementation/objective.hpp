@@ -131,15 +131,19 @@ std::pair<DrawnPaint<T>, Evaluated<T>> Objective<T>::paint_of(const ArrayVariabl
   clock.end_of(&StepTimes::update);
   loss::AdversarialTerms<Variable<T>> none{};
   Variable<T> smoothness = T(0), printability = T(0), total = T(0);
-  if (used_texels_) smoothness = loss::atlas_smoothness(colours, used_texels_);
-  if (used_texels_) total = weight_of_smoothness() * smoothness;
+  if (used_texels_) {
+    smoothness = loss::atlas_smoothness(colours, used_texels_);
+    total += weight_of_smoothness() * smoothness;
+  }
   if (method_.shape) {
     const auto steps = shape_steps(*method_.shape, parameter);
     paint.positions = shape_positions(*method_.shape, steps);
     total += static_cast<T>(method_.shape->stiffness) * shape_roughness(*method_.shape, steps);
   }
-  if (palette_) printability = loss::non_printability(own, printed_texels_, palette_);
-  if (palette_) total += static_cast<T>(options_.printability) * printability;
+  if (palette_) {
+    printability = loss::non_printability(own, printed_texels_, palette_);
+    total += static_cast<T>(options_.printability) * printability;
+  }
   clock.end_of(&StepTimes::losses);
   return {std::move(paint), {total, numbers_of(none, smoothness, printability, total)}};
 }

@@ -3,10 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <new>
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
+#include <tapestry/io/detail/deflated_part.hpp>
 
 namespace tapestry::io {
 
@@ -70,19 +70,8 @@ class ZipWriter {
   }
 
   static std::string deflated(std::string_view content) {
-    z_stream stream{};
-    if (deflateInit2(&stream, 9, Z_DEFLATED, -MAX_WBITS, 9, Z_DEFAULT_STRATEGY) != Z_OK)
-      throw std::bad_alloc();
-    std::string packed(deflateBound(&stream, static_cast<uLong>(content.size())), '\0');
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(content.data()));
-    stream.avail_in = static_cast<uInt>(content.size());
-    stream.next_out = reinterpret_cast<Bytef*>(packed.data());
-    stream.avail_out = static_cast<uInt>(packed.size());
-    const int status = deflate(&stream, Z_FINISH);
-    packed.resize(stream.total_out);
-    deflateEnd(&stream);
-    if (status != Z_STREAM_END)
-      throw Error(ErrorKind::limit, "zip archive: a member is too large to deflate");
+    std::string packed = detail::deflated_part(content, 0, content.size(), true, 9, 9);
+    if (packed.empty()) throw Error(ErrorKind::limit, "zip archive: a member is too large to deflate");
     return packed;
   }
 

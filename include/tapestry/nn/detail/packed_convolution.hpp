@@ -33,13 +33,12 @@ struct PackedConvolution {
   bool holds_pairs = false;
   std::shared_ptr<Buffer<T>> weights = std::make_shared<Buffer<T>>();
   /// The weights transformed by Winograd's algorithm, made by its first pass and kept where they are few; by
-  /// form, first of values, then of pairs.
+  /// form, first of values, then of pairs. Null for single taps, which are also packed in every pass.
   struct Transformed {
     std::once_flag made;
     Buffer<T> filters;
   };
-  std::shared_ptr<std::array<Transformed, 2 * winograd_form_count>> transformed =
-      std::make_shared<std::array<Transformed, 2 * winograd_form_count>>();
+  std::shared_ptr<std::array<Transformed, 2 * winograd_form_count>> transformed{};
 
   [[nodiscard]] std::size_t reduction() const { return shape.taps() * shape.group_in(); }
 };
@@ -78,6 +77,8 @@ void pack_weights(PackedConvolution<T>& packed, Weight weight) {
           packed.weights->data()[(y * shape.columns.taps + x) * pitch + g] = weight(g, 0, 0, y, x);
     return;
   }
+  if (shape.taps() > 1)
+    packed.transformed = std::make_shared<typename decltype(packed.transformed)::element_type>();
   const std::size_t padded = round_up(shape.group_out(), lanes);
   packed.weights->resize(shape.groups * padded * packed.reduction());
   const std::size_t panels = block_count(padded, 2 * lanes);

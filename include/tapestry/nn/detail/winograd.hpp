@@ -64,7 +64,7 @@ class WinogradConvolution {
   /// own.
   [[nodiscard]] const T* all_filters(Buffer<T>& memory) const {
     const std::size_t size = plan_.panels * filter_panel_step(), tasks = plan_.panels * plan_.blocks;
-    if (plan_.keeps_filters) {
+    if (plan_.keeps_filters && packed_.transformed) {
       auto& transformed = (*packed_.transformed)[form() + (pairs_ ? winograd_form_count : 0)];
       std::call_once(transformed.made, [&] {
         transformed.filters.resize(size);
