@@ -1,6 +1,7 @@
 #pragma once
 /// \file
 /// The compiled part of nn/ for float, for one source file of a program; see tapestry/implementation.hpp.
+#include <tapestry/nn/implementation/network/decompositions.hpp>
 #include <tapestry/nn/implementation/network/description.hpp>
 #include <tapestry/nn/implementation/network/network.hpp>
 #include <tapestry/nn/implementation/network/network_pass.hpp>

@@ -17,7 +17,7 @@ namespace tapestry::io {
 /// Supported versions of ONNX's operators; 7 is that of ONNX 1.2.
 inline constexpr std::int64_t first_opset = 7;
 /// The last supported version.
-inline constexpr std::int64_t last_opset = 21;
+inline constexpr std::int64_t last_opset = 24;
 
 namespace detail {
 
@@ -27,7 +27,7 @@ namespace detail {
 
 /// Reads an ONNX model that is held in memory.
 ///
-/// Nodes of ONNX's own domain, opset 7 to 21, keep the operator's name. The name of other operators begins
+/// Nodes of ONNX's own domain, opset 7 to 24, keep the operator's name. The name of other operators begins
 /// with their domain, "com.microsoft.Gelu", so that Network refuses them by name. Initialisers and nodes
 /// Constant become constants, even if a graph lists them as inputs. Tensors may be in files beside the model.
 /// Metadata are kept, and the extents that the file states for outputs and values in between, which a network

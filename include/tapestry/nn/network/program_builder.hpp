@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/network/description.hpp>
@@ -66,6 +67,11 @@ class ProgramBuilder {
   /// description or to this.
   [[nodiscard]] NetworkFacts facts() const;
 
+  /// Puts the nodes that were taken apart by build() in the places of those that they were made of, with their
+  /// constants. Facts point to those of this.
+  /// \param description  the builder's own
+  void expand(NetworkDescription& description) const;
+
  private:
   static constexpr std::size_t readable_past_end = 32;  ///< values, of at least 128 bytes
 
@@ -87,6 +93,10 @@ class ProgramBuilder {
   std::size_t add_value(const std::string& name, const Shape& logical, ElementType type, bool is_last);
 
   void add_node(const Node& node);
+
+  void take_apart(const Node& node, const Decompose& decompose);
+
+  void append_parts(const Node& node, std::vector<Node>& nodes) const;
 
   /// Records a problem. Of a network that cannot run at all only the first ones are kept.
   void add_problem(const std::string& problem);
@@ -129,6 +139,7 @@ class ProgramBuilder {
   std::map<std::string, Known> known_;
   std::map<std::string, std::unique_ptr<Constant>> stored_;
   std::vector<std::unique_ptr<Constant>> folded_;
+  std::map<const Node*, Decomposition> taken_apart_;
   std::size_t foldable_ = largest_folded_size;  ///< elements that results may still have
   std::size_t problem_count_ = 0;
   std::string problems_;

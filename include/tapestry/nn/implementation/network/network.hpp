@@ -36,6 +36,7 @@ Program<T> Network<T>::build(NetworkDescription&& description, const std::map<st
   if (!simplifies) return ProgramBuilder<T>(description, shapes, pictures_channels_last).build();
   ProgramBuilder<T> finder(description, shapes, pictures_channels_last, false);
   static_cast<void>(finder.build());
+  finder.expand(description);
   // Facts point to constants, which a move leaves where they are.
   const NetworkDescription simple =
       simplified(std::move(description), finder.facts(), std::is_same_v<T, float>);

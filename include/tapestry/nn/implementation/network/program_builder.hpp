@@ -89,6 +89,8 @@ void ProgramBuilder<T>::add_node(const Node& node) {
     all_constant = all_constant && known->second.constant != nullptr;
   }
   try {
+    if (const auto parts = decompositions().find(node.operation); parts != decompositions().end())
+      return take_apart(node, parts->second);
     const bool asks_extents = node.operation == "Shape" || node.operation == "Size";
     const auto found = operators<T>().find(node.operation);
     if (!asks_extents && found == operators<T>().end()) throw DomainError("the operator is not supported");
@@ -98,6 +100,36 @@ void ProgramBuilder<T>::add_node(const Node& node) {
     add_problem(label_of(node) + " (opset " + std::to_string(description_.opset) + "): " + error.what());
     fail(node);
   }
+}
+
+template <std::floating_point T>
+void ProgramBuilder<T>::take_apart(const Node& node, const Decompose& decompose) {
+  std::vector<Operand> operands;
+  for (const std::string& input : node.inputs) operands.push_back(operand_of(input, false));
+  OperatorContext context(node, description_.opset, std::move(operands), false);
+  Decomposer decomposer(node, description_.opset);
+  decompose(context, decomposer);
+  context.require_all_asked();
+  const Decomposition& parts = taken_apart_[&node] = decomposer.take();
+  for (const auto& [name, constant] : parts.constants) known_[name].constant = &constant;
+  for (const Node& part : parts.nodes) add_node(part);
+}
+
+template <std::floating_point T>
+void ProgramBuilder<T>::expand(NetworkDescription& description) const {
+  if (taken_apart_.empty()) return;
+  std::vector<Node> nodes;
+  for (const Node& node : description.nodes) append_parts(node, nodes);
+  description.nodes = std::move(nodes);
+  for (const auto& [node, parts] : taken_apart_)
+    description.constants.insert(parts.constants.begin(), parts.constants.end());
+}
+
+template <std::floating_point T>
+void ProgramBuilder<T>::append_parts(const Node& node, std::vector<Node>& nodes) const {
+  const auto found = taken_apart_.find(&node);
+  if (found == taken_apart_.end()) return nodes.push_back(node);
+  for (const Node& part : found->second.nodes) append_parts(part, nodes);
 }
 
 template <std::floating_point T>

@@ -1,0 +1,92 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <tapestry/core/compiled.hpp>
+#include <tapestry/nn/detail/network/operator_context.hpp>
+#include <tapestry/nn/network/description.hpp>
+#include <utility>
+#include <vector>
+
+namespace tapestry::nn {
+
+/// Nodes that take the place of one, and the constants that they read.
+struct Decomposition {
+  std::vector<Node> nodes{};
+  std::map<std::string, Constant> constants{};
+};
+
+/// Writes the nodes that take the place of one. Values between them are called as its first result, with a
+/// number behind.
+class Decomposer {
+ public:
+  using Names = std::vector<std::string>;
+  using Attributes = std::map<std::string, Attribute>;
+
+  Decomposer(const Node& node, std::int64_t opset) : node_(node), opset_(opset) {
+    for (const auto& output : node.outputs)
+      if (stem_.empty()) stem_ = output;
+  }
+
+  [[nodiscard]] const Node& node() const { return node_; }
+  [[nodiscard]] const std::string& input(std::size_t i) const { return node_.inputs.at(i); }
+
+  /// Adds a node, and returns its result.
+  std::string add(const char* operation, Names inputs, Attributes attributes = {}) {
+    std::string name = next_name();
+    parts_.nodes.push_back({node_.name, operation, std::move(inputs), {name}, std::move(attributes)});
+    return name;
+  }
+  /// Adds a node that makes the result i.
+  void finish(std::size_t i, const char* operation, Names inputs, Attributes attributes = {}) {
+    parts_.nodes.push_back(
+        {node_.name, operation, std::move(inputs), {node_.outputs.at(i)}, std::move(attributes)});
+  }
+
+  std::string integers(const std::vector<std::int64_t>& values) {
+    return constant({{values.size()}, ElementType::integer, std::vector<double>(values.begin(), values.end())});
+  }
+  std::string number(double value) {
+    return constant({{}, ElementType::floating, std::vector<double>{value}});
+  }
+  std::string constant(Constant constant) {
+    std::string name = next_name();
+    parts_.constants.emplace(name, std::move(constant));
+    return name;
+  }
+
+  std::string reshaped(const std::string& value, const Shape& shape) {
+    return add("Reshape", {value, integers({shape.begin(), shape.end()})}, {{"allowzero", std::int64_t{1}}});
+  }
+  std::string transposed(const std::string& value, const std::vector<std::size_t>& order) {
+    return add("Transpose", {value}, {{"perm", std::vector<std::int64_t>(order.begin(), order.end())}});
+  }
+  /// Sums along some axes, which go.
+  std::string summed(const std::string& value, const std::vector<std::int64_t>& axes) {
+    const Attributes goes{{"keepdims", std::int64_t{0}}};
+    if (opset_ >= 13) return add("ReduceSum", {value, integers(axes)}, goes);
+    return add("ReduceSum", {value}, {{"keepdims", std::int64_t{0}}, {"axes", axes}});
+  }
+
+  [[nodiscard]] Decomposition take() { return std::move(parts_); }
+
+ private:
+  [[nodiscard]] std::string next_name() { return stem_ + "#" + std::to_string(count_++); }
+
+  const Node& node_;
+  std::int64_t opset_;
+  std::string stem_{};
+  std::size_t count_ = 0;
+  Decomposition parts_{};
+};
+
+/// Takes a node apart.
+/// \throws DomainError or ShapeError for unsupported nodes
+using Decompose = std::function<void(OperatorContext&, Decomposer&)>;
+
+/// Operators that are made of others, by their names.
+[[nodiscard]] const std::map<std::string, Decompose, std::less<>>& decompositions();
+
+}  // namespace tapestry::nn
