@@ -46,7 +46,8 @@ class Decomposer {
   }
 
   std::string integers(const std::vector<std::int64_t>& values) {
-    return constant({{values.size()}, ElementType::integer, std::vector<double>(values.begin(), values.end())});
+    return constant(
+        {{values.size()}, ElementType::integer, std::vector<double>(values.begin(), values.end())});
   }
   std::string number(double value) {
     return constant({{}, ElementType::floating, std::vector<double>{value}});

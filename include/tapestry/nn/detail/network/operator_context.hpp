@@ -99,6 +99,10 @@ class OperatorContext {
     const auto* value = find<std::vector<double>>(name, "a list of numbers");
     return value == nullptr ? std::move(otherwise) : *value;
   }
+  [[nodiscard]] std::vector<std::string> texts(const std::string& name) {
+    const auto* value = find<std::vector<std::string>>(name, "a list of texts");
+    return value == nullptr ? std::vector<std::string>() : *value;
+  }
   [[nodiscard]] const Constant* tensor(const std::string& name) { return find<Constant>(name, "a tensor"); }
   /// Marks an attribute as read that makes no difference here.
   void ignore(const std::string& name) { asked_.insert(name); }

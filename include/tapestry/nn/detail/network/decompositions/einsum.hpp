@@ -11,8 +11,8 @@
 
 namespace tapestry::nn::detail {
 
-/// The axes of an operand or of the result of Einsum, a letter each. Axes of an ellipsis are called 0, 1, … from
-/// its last, so that shorter ones meet the end of longer ones.
+/// The axes of an operand or of the result of Einsum, a letter each. Axes of an ellipsis are called 0, 1, …
+/// from its last, so that shorter ones meet the end of longer ones.
 using Subscripts = std::vector<char>;
 
 /// An equation such as "bij,bjk->bik".
@@ -79,7 +79,9 @@ struct EinsumEquation {
       if (count == 1 && axis > '9') equation.result.push_back(axis);
   }
   for (const char axis : equation.result) {
-    const auto has = [&](const Subscripts& operand) { return std::ranges::find(operand, axis) != operand.end(); };
+    const auto has = [&](const Subscripts& operand) {
+      return std::ranges::find(operand, axis) != operand.end();
+    };
     if (std::ranges::none_of(equation.operands, has))
       refuse(" has a letter in its result alone, " + in_quotes(std::string(1, axis)));
     if (std::ranges::count(equation.result, axis) > 1)
@@ -98,8 +100,8 @@ class EinsumParts {
       for (std::size_t axis = 0; axis < shape.size(); ++axis) {
         std::size_t& extent = extents_.try_emplace(equation_.operands[i][axis], 1).first->second;
         if (extent != shape[axis] && extent != 1 && shape[axis] != 1)
-          throw ShapeError({"axis ", std::string(1, equation_.operands[i][axis]), " has extents ", extent, " and ",
-                            shape[axis]});
+          throw ShapeError({"axis ", std::string(1, equation_.operands[i][axis]), " has extents ", extent,
+                            " and ", shape[axis]});
         if (extent == 1) extent = shape[axis];
       }
     }
@@ -219,10 +221,12 @@ class EinsumParts {
     axes.insert(axes.end(), of_b.begin(), of_b.end());
     std::string value;
     if (summed_axes.empty()) {
-      value = parts_.add("Mul", {parts_.reshaped(grouped(a, {batch, of_a}), grouped_shape({batch, of_a}, 2)),
-                                 parts_.reshaped(grouped(b, {batch, of_b}), grouped_shape({batch, of_b}, 1))});
+      value =
+          parts_.add("Mul", {parts_.reshaped(grouped(a, {batch, of_a}), grouped_shape({batch, of_a}, 2)),
+                             parts_.reshaped(grouped(b, {batch, of_b}), grouped_shape({batch, of_b}, 1))});
     } else {
-      value = parts_.add("MatMul", {grouped(a, {batch, of_a, summed_axes}), grouped(b, {batch, summed_axes, of_b})});
+      value = parts_.add("MatMul",
+                         {grouped(a, {batch, of_a, summed_axes}), grouped(b, {batch, summed_axes, of_b})});
     }
     return {parts_.reshaped(value, shape_of(axes)), axes};
   }
