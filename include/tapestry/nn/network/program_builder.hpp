@@ -67,9 +67,8 @@ class ProgramBuilder {
   /// description or to this.
   [[nodiscard]] NetworkFacts facts() const;
 
-  /// Puts the nodes that were taken apart by build() in the places of those that they were made of, with their
-  /// constants. Facts point to those of this.
-  /// \param description  the builder's own
+  /// Puts the nodes that were taken apart by build() in the places of those that they were made of, with
+  /// their constants. Facts point to those of this. \param description  the builder's own
   void expand(NetworkDescription& description) const;
 
  private:
@@ -94,7 +93,8 @@ class ProgramBuilder {
 
   void add_node(const Node& node);
 
-  void take_apart(const Node& node, const Decompose& decompose);
+  /// \returns whether it is done
+  bool take_apart(const Node& node, const Decomposable& kind);
 
   void append_parts(const Node& node, std::vector<Node>& nodes) const;
 

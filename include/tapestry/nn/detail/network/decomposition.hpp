@@ -71,6 +71,12 @@ class Decomposer {
     return add("ReduceSum", {value}, {{"keepdims", std::int64_t{0}}, {"axes", axes}});
   }
 
+  /// Makes the result i of a value without an axis of extent 1.
+  void squeeze(std::size_t i, const std::string& value, std::int64_t axis) {
+    if (opset_ >= 13) return finish(i, "Squeeze", {value, integers({axis})});
+    finish(i, "Squeeze", {value}, {{"axes", std::vector<std::int64_t>{axis}}});
+  }
+
   [[nodiscard]] Decomposition take() { return std::move(parts_); }
 
  private:
@@ -83,11 +89,15 @@ class Decomposer {
   Decomposition parts_{};
 };
 
-/// Takes a node apart.
-/// \throws DomainError or ShapeError for unsupported nodes
-using Decompose = std::function<void(OperatorContext&, Decomposer&)>;
+/// An operator that is made of others.
+struct Decomposable {
+  /// Takes a node apart. \throws DomainError or ShapeError for unsupported nodes
+  std::function<void(OperatorContext&, Decomposer&)> decompose;
+  /// Whether a node is taken apart; null: always. Nodes that are not are made as they stand.
+  bool (*applies)(const OperatorContext&) = nullptr;
+};
 
 /// Operators that are made of others, by their names.
-[[nodiscard]] const std::map<std::string, Decompose, std::less<>>& decompositions();
+[[nodiscard]] const std::map<std::string, Decomposable, std::less<>>& decompositions();
 
 }  // namespace tapestry::nn

@@ -89,8 +89,9 @@ void ProgramBuilder<T>::add_node(const Node& node) {
     all_constant = all_constant && known->second.constant != nullptr;
   }
   try {
-    if (const auto parts = decompositions().find(node.operation); parts != decompositions().end())
-      return take_apart(node, parts->second);
+    if (const auto parts = decompositions().find(node.operation);
+        parts != decompositions().end() && take_apart(node, parts->second))
+      return;
     const bool asks_extents = node.operation == "Shape" || node.operation == "Size";
     const auto found = operators<T>().find(node.operation);
     if (!asks_extents && found == operators<T>().end()) throw DomainError("the operator is not supported");
@@ -103,16 +104,18 @@ void ProgramBuilder<T>::add_node(const Node& node) {
 }
 
 template <std::floating_point T>
-void ProgramBuilder<T>::take_apart(const Node& node, const Decompose& decompose) {
+bool ProgramBuilder<T>::take_apart(const Node& node, const Decomposable& kind) {
   std::vector<Operand> operands;
   for (const std::string& input : node.inputs) operands.push_back(operand_of(input, false));
   OperatorContext context(node, description_.opset, std::move(operands), false);
+  if (kind.applies != nullptr && !kind.applies(context)) return false;
   Decomposer decomposer(node, description_.opset);
-  decompose(context, decomposer);
+  kind.decompose(context, decomposer);
   context.require_all_asked();
   const Decomposition& parts = taken_apart_[&node] = decomposer.take();
   for (const auto& [name, constant] : parts.constants) known_[name].constant = &constant;
   for (const Node& part : parts.nodes) add_node(part);
+  return true;
 }
 
 template <std::floating_point T>
