@@ -23,6 +23,7 @@
 #include <tapestry/nn/detail/network/operators/reduce.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
 #include <tapestry/nn/detail/network/operators/resize.hpp>
+#include <tapestry/nn/detail/network/operators/roi_align.hpp>
 #include <tapestry/nn/detail/network/operators/scatter.hpp>
 #include <tapestry/nn/detail/network/operators/softmax.hpp>
 #include <tapestry/nn/detail/network/operators/unary.hpp>
@@ -50,6 +51,7 @@ const OperatorTable<T>& operators() {
     add_average_pool(all);
     add_resize(all);
     add_grid_sample(all);
+    add_roi_align(all);
     add_local_response_normalization(all);
     add_layer_normalization(all);
     add_group_normalization(all);
