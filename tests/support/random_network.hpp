@@ -17,7 +17,7 @@ class RandomNetwork : public RandomNetworkParts {
  public:
   explicit RandomNetwork(std::uint64_t seed) : RandomNetworkParts(seed) {
     description.path = "random network " + std::to_string(seed);
-    description.opset = 21;
+    description.opset = 23;
     picture(input({one_to(3), 2 * one_to(3), 2 * one_to(4), 2 * one_to(4)}));
     for (std::size_t i = 2 + random.index(9); i > 0; --i) add_node();
     for (const auto& [name, shape] : shapes) {
@@ -29,7 +29,7 @@ class RandomNetwork : public RandomNetworkParts {
  private:
   void add_node() {
     const std::string x = picture();
-    switch (random.index(10)) {
+    switch (random.index(11)) {
       case 0:
         return picture(unary(x));
       case 1:
@@ -47,6 +47,8 @@ class RandomNetwork : public RandomNetworkParts {
         return picture(view(x));
       case 8:
         return picture(product(x));
+      case 9:
+        return picture(decomposed(x));
       default:
         return reduction(x);
     }
@@ -120,6 +122,51 @@ class RandomNetwork : public RandomNetworkParts {
       return node("Concat", {y, y}, {out[0], 2 * out[1], out[2], out[3]}, {{"axis", whole(1)}});
     return random.chance(0.5) ? unary(y) : y;
   }
+
+  /// Operators that are made of others; rows of a picture are sequences.
+  std::string decomposed(const std::string& x) {
+    const nn::Shape s = shape(x);
+    const nn::Shape rows{s[2], s[0] * s[1], s[3]}, cells{s[0] * s[1], 4, s[2] / 2 * (s[3] / 2)};
+    const auto back = [&](const std::string& y, nn::Shape own) {
+      return node("Reshape", {y, setting(numbers_of(own))}, own);
+    };
+    const auto equation = [](const char* text) { return Attributes{{"equation", std::string(text)}}; };
+    const double size = 1.5 / std::sqrt(static_cast<double>(s[3]));
+    switch (random.index(6)) {
+      case 0:
+        return node("Einsum", {x, operand({s[3], s[3]}, -size, size)}, s, equation("...ij,jk->...ik"));
+      case 1:
+        return node("Einsum", {bounded(x), operand({s[1]}, -1, 1), operand(s, -1, 1)}, s,
+                    equation("nchw,c,nchw->nchw"));
+      case 2:
+        return node("RMSNormalization", {x, operand({s[3]}, 0.5, 1.5)}, s, {{"epsilon", 0.1}});
+      case 3: {
+        const std::string flat = back(x, {s[0] * s[1], s[2], s[3]});
+        const std::string y =
+            node("Conv", {flat, operand({s[2], s[2], 3}, -size, size)}, shape(flat), {{"pads", Ints{1, 1}}});
+        return back(y, s);
+      }
+      case 4: {
+        const std::string flat = back(x, cells);
+        const nn::Shape image{cells[0], 1, s[2], s[3]};
+        const std::string y = node("Col2Im", {flat, setting(numbers_of({s[2], s[3]})), setting({2, 2})},
+                                   image, {{"strides", Ints{2, 2}}});
+        return back(y, s);
+      }
+      default: {
+        const std::string kind = one_of({"LSTM", "GRU", "RNN"});
+        const std::size_t gates = kind == "LSTM" ? 4 : kind == "GRU" ? 3 : 1;
+        const std::string y =
+            node(kind.c_str(),
+                 {back(x, rows), operand({1, gates * s[3], s[3]}, -size, size),
+                  operand({1, gates * s[3], s[3]}, -size, size), operand({1, 2 * gates * s[3]}, -0.5, 0.5)},
+                 {rows[0], 1, rows[1], rows[2]},
+                 {{"direction", std::string(one_of({"forward", "reverse"}))}, {"hidden_size", whole(s[3])}});
+        return back(y, s);
+      }
+    }
+  }
+  static std::vector<double> numbers_of(const nn::Shape& extents) { return {extents.begin(), extents.end()}; }
 
   std::string normalisation(const std::string& x) {
     const nn::Shape s = shape(x);

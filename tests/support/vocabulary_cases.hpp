@@ -226,6 +226,50 @@ inline void add_index_cases(std::vector<VocabularyCase>& all) {
   }
   all.push_back({"Scatter", {drawn({3, 2}), setting({2, 2}, {2, 0, 1, 1}), drawn({2, 2})}, {}, 9});
 }
+
+/// Operators that are made of others, and boxes that move.
+inline void add_decomposed_cases(std::vector<VocabularyCase>& all) {
+  const auto einsum = [&](const char* equation, std::vector<CaseOperand> operands) {
+    all.push_back({"Einsum", std::move(operands), {{"equation", std::string(equation)}}});
+  };
+  einsum("bij,bjk->bik", {drawn({2, 2, 3}), drawn({2, 3, 2})});
+  einsum("i,ij,j", {drawn({2}), drawn({2, 3}), drawn({3})});
+  einsum("...ii->...i", {drawn({2, 3, 3})});
+  einsum("i,j->ji", {drawn({2}), drawn({3})});
+  const std::size_t size = 2;
+  const auto recurrent = [&](const char* name, std::size_t gates, std::size_t directions, const char* way,
+                             std::size_t outputs, std::map<std::string, nn::Attribute> attributes) {
+    attributes["direction"] = std::string(way);
+    attributes["hidden_size"] = static_cast<std::int64_t>(size);
+    all.push_back(
+        {name,
+         {drawn({3, 1, 2}), drawn({directions, gates * size, 2}), drawn({directions, gates * size, size}),
+          drawn({directions, 2 * gates * size}), left_out(), drawn({directions, 1, size})},
+         attributes,
+         17,
+         outputs});
+  };
+  recurrent("LSTM", 4, 2, "bidirectional", 3, {});
+  recurrent("RNN", 1, 1, "reverse", 2, {});
+  for (const std::int64_t after : {0, 1})
+    recurrent("GRU", 3, 1, "forward", 2, {{"linear_before_reset", after}});
+  const auto heads = drawn({1, 2, 3, 2});
+  all.push_back({"Attention", {heads, heads, heads}, {{"is_causal", std::int64_t(1)}}, 23});
+  all.push_back({"RMSNormalization", {drawn({2, 4}), drawn({4}, 0.5, 2)}, {}, 23});
+  all.push_back({"Col2Im", {drawn({1, 4, 4}), setting({2}, {3, 3}), setting({2}, {2, 2})}, {}, 18});
+  all.push_back({"com.microsoft.QuickGelu", {drawn({2, 3})}});
+  const Ints pads{1, 1};
+  all.push_back({"Conv", {drawn({1, 2, 4}), drawn({3, 2, 3}), drawn({3})}, {{"pads", pads}}});
+  all.push_back({"ConvTranspose", {drawn({1, 2, 3}), drawn({2, 3, 2})}, {{"strides", Ints{2}}}});
+  all.push_back({"MaxPool", {drawn({1, 2, 4})}, {{"kernel_shape", Ints{2}}}});
+  const auto boxes = drawn({2, 4}, 0.3, 4.2), images = setting({2}, {1, 0});
+  for (const std::int64_t samples : {0, 2})
+    all.push_back({"RoiAlign",
+                   {drawn({2, 2, 4, 5}), boxes, images},
+                   {{"output_height", std::int64_t(2)},
+                    {"output_width", std::int64_t(2)},
+                    {"sampling_ratio", samples}}});
+}
 }  // namespace detail
 
 /// Every operator that has a derivative, in the forms in which its adjoint may read other operands.
@@ -238,6 +282,7 @@ inline std::vector<VocabularyCase> vocabulary_cases() {
   detail::add_reduction_cases(all);
   detail::add_view_cases(all);
   detail::add_index_cases(all);
+  detail::add_decomposed_cases(all);
   return all;
 }
 

@@ -113,19 +113,19 @@ TEST_CASE("files that are no ONNX models are refused", "[io][onnx][bad_input]") 
       {"X05 version", changed([](ModelParts& parts) { parts.ir_version = 2; }), malformed,
        "a.onnx:@0: the model: version of the format is too old; expected 3 or more, found 2"},
       {"X05 no opset", changed([](ModelParts& parts) { parts.opsets.clear(); }), malformed,
-       "the model: imports no version of ONNX's operators; expected opset 7 to 21"},
+       "the model: imports no version of ONNX's operators; expected opset 7 to 24"},
       {"X05 other opset", changed([](ModelParts& parts) {
          parts.opsets = {{"ai.onnx.ml", 13}};
        }),
        malformed, "imports no version of ONNX's operators"},
-      {"X05 old", with_opset(6), malformed, "not supported; expected opset 7 to 21, found 6"},
-      {"X05 new", with_opset(22), malformed, "not supported; expected opset 7 to 21, found 22"},
-      {"X05 negative", with_opset(-1), malformed, "expected opset 7 to 21, found -1"},
+      {"X05 old", with_opset(6), malformed, "not supported; expected opset 7 to 24, found 6"},
+      {"X05 new", with_opset(25), malformed, "not supported; expected opset 7 to 24, found 25"},
+      {"X05 negative", with_opset(-1), malformed, "expected opset 7 to 24, found -1"},
       {"X05 without version", changed([](ModelParts& parts) {
          parts.opsets.clear();
          parts.more_of_model = bytes_field(8, "");
        }),
-       malformed, "expected opset 7 to 21, found 0"},
+       malformed, "expected opset 7 to 24, found 0"},
       {"X06 no graph", integer_field(1, 8) + bytes_field(8, integer_field(2, 13)), malformed,
        "the model: has no graph"},
       {"X06 two graphs", in_model(bytes_field(7, "")), malformed, "the model: two graphs"},

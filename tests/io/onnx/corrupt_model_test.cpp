@@ -111,7 +111,7 @@ std::vector<Corruption> of_the_file() {
       {"opset of the future", changed([](ModelParts& parts) {
          parts.opsets = {{"", 99}};
        }),
-       malformed, "expected opset 7 to 21, found 99"},
+       malformed, "expected opset 7 to 24, found 99"},
       {"length beyond the file",
        changed([](ModelParts& parts) { parts.more_of_graph = "\x12\xff\xff\xff\xff\x7f"; }), malformed,
        "bytes there"},

@@ -1,6 +1,7 @@
 #include <cstdint>
 #include <set>
 #include <string>
+#include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <vector>
 
@@ -98,5 +99,6 @@ TEST_CASE("Every operator of the vocabulary has a case or no derivative", "[nn][
   for (const VocabularyCase& given : vocabulary_cases()) covered.insert(given.operation);
   std::set<std::string> all;
   for (const auto& entry : nn::operators<double>()) all.insert(entry.first);
+  for (const auto& entry : nn::decompositions()) all.insert(entry.first);
   CHECK(covered == all);
 }

@@ -96,6 +96,9 @@ class ProgramBuilder {
   /// \returns whether it is done
   bool take_apart(const Node& node, const Decomposable& kind);
 
+  /// Of all values of the description.
+  const std::set<std::string>& names();
+
   void append_parts(const Node& node, std::vector<Node>& nodes) const;
 
   /// Records a problem. Of a network that cannot run at all only the first ones are kept.
@@ -140,6 +143,7 @@ class ProgramBuilder {
   std::map<std::string, std::unique_ptr<Constant>> stored_;
   std::vector<std::unique_ptr<Constant>> folded_;
   std::map<const Node*, Decomposition> taken_apart_;
+  std::set<std::string> names_;
   std::size_t foldable_ = largest_folded_size;  ///< elements that results may still have
   std::size_t problem_count_ = 0;
   std::string problems_;

@@ -3,9 +3,11 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/nn/detail/network/operator_context.hpp>
+#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <utility>
 #include <vector>
@@ -25,7 +27,9 @@ class Decomposer {
   using Names = std::vector<std::string>;
   using Attributes = std::map<std::string, Attribute>;
 
-  Decomposer(const Node& node, std::int64_t opset) : node_(node), opset_(opset) {
+  /// \param taken  names of other values
+  Decomposer(const Node& node, std::int64_t opset, const std::set<std::string>& taken)
+      : node_(node), opset_(opset), taken_(taken) {
     for (const auto& output : node.outputs)
       if (stem_.empty()) stem_ = output;
   }
@@ -80,10 +84,16 @@ class Decomposer {
   [[nodiscard]] Decomposition take() { return std::move(parts_); }
 
  private:
-  [[nodiscard]] std::string next_name() { return stem_ + "#" + std::to_string(count_++); }
+  [[nodiscard]] std::string next_name() {
+    std::string name;
+    do name = stem_ + "#" + std::to_string(count_++);
+    while (taken_.contains(name));
+    return name;
+  }
 
   const Node& node_;
   std::int64_t opset_;
+  const std::set<std::string>& taken_;
   std::string stem_{};
   std::size_t count_ = 0;
   Decomposition parts_{};
@@ -91,6 +101,7 @@ class Decomposer {
 
 /// An operator that is made of others.
 struct Decomposable {
+  std::vector<OperandCount> operands;  ///< empty: those of the operator that it becomes
   /// Takes a node apart. \throws DomainError or ShapeError for unsupported nodes
   std::function<void(OperatorContext&, Decomposer&)> decompose;
   /// Whether a node is taken apart; null: always. Nodes that are not are made as they stand.

@@ -8,21 +8,22 @@
 namespace tapestry::nn {
 
 const std::map<std::string, Decomposable, std::less<>>& decompositions() {
+  const Decomposable along_one_axis{{}, detail::decompose_along_one_axis, detail::has_one_axis};
   static const std::map<std::string, Decomposable, std::less<>> table{
-      {"Attention", {detail::decompose_attention}},
-      {"AveragePool", {detail::decompose_along_one_axis, detail::has_one_axis}},
-      {"Col2Im", {detail::decompose_col2im}},
-      {"Conv", {detail::decompose_along_one_axis, detail::has_one_axis}},
-      {"ConvTranspose", {detail::decompose_along_one_axis, detail::has_one_axis}},
-      {"Einsum", {detail::decompose_einsum}},
-      {"GRU", {detail::decompose_gru}},
-      {"GlobalAveragePool", {detail::decompose_along_one_axis, detail::has_one_axis}},
-      {"GlobalMaxPool", {detail::decompose_along_one_axis, detail::has_one_axis}},
-      {"LSTM", {detail::decompose_lstm}},
-      {"RNN", {detail::decompose_rnn}},
-      {"MaxPool", {detail::decompose_along_one_axis, detail::has_one_axis}},
-      {"RMSNormalization", {detail::decompose_rms_normalization}},
-      {"com.microsoft.QuickGelu", {detail::decompose_quick_gelu}},
+      {"Attention", {{{3, 6}}, detail::decompose_attention}},
+      {"AveragePool", along_one_axis},
+      {"Col2Im", {{{3, 3}}, detail::decompose_col2im}},
+      {"Conv", along_one_axis},
+      {"ConvTranspose", along_one_axis},
+      {"Einsum", {{{1, all_inputs}}, detail::decompose_einsum}},
+      {"GRU", {{{3, 6}}, detail::decompose_gru}},
+      {"GlobalAveragePool", along_one_axis},
+      {"GlobalMaxPool", along_one_axis},
+      {"LSTM", {{{3, 8}}, detail::decompose_lstm}},
+      {"MaxPool", along_one_axis},
+      {"RMSNormalization", {{{2, 2}}, detail::decompose_rms_normalization}},
+      {"RNN", {{{3, 6}}, detail::decompose_rnn}},
+      {"com.microsoft.QuickGelu", {{{1, 1}}, detail::decompose_quick_gelu}},
   };
   return table;
 }

@@ -109,13 +109,24 @@ bool ProgramBuilder<T>::take_apart(const Node& node, const Decomposable& kind) {
   for (const std::string& input : node.inputs) operands.push_back(operand_of(input, false));
   OperatorContext context(node, description_.opset, std::move(operands), false);
   if (kind.applies != nullptr && !kind.applies(context)) return false;
-  Decomposer decomposer(node, description_.opset);
+  if (!kind.operands.empty())
+    require_operand_count(operand_count(context.inputs), description_.opset, kind.operands);
+  Decomposer decomposer(node, description_.opset, names());
   kind.decompose(context, decomposer);
   context.require_all_asked();
   const Decomposition& parts = taken_apart_[&node] = decomposer.take();
   for (const auto& [name, constant] : parts.constants) known_[name].constant = &constant;
   for (const Node& part : parts.nodes) add_node(part);
   return true;
+}
+
+template <std::floating_point T>
+const std::set<std::string>& ProgramBuilder<T>::names() {
+  if (!names_.empty()) return names_;
+  for (const InputDescription& input : description_.inputs) names_.insert(input.name);
+  for (const auto& [name, constant] : description_.constants) names_.insert(name);
+  for (const Node& node : description_.nodes) names_.insert(node.outputs.begin(), node.outputs.end());
+  return names_;
 }
 
 template <std::floating_point T>

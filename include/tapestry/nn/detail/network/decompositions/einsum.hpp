@@ -21,26 +21,39 @@ struct EinsumEquation {
   Subscripts result{};
 };
 
-/// \param ranks  of the operands
-/// \throws DomainError for what is no equation, or does not fit the operands
-[[nodiscard]] inline EinsumEquation parsed_equation(std::string text, const std::vector<std::size_t>& ranks) {
-  std::erase(text, ' ');
-  const auto refuse = [&](const std::string& reason) {
-    throw DomainError({"the equation ", in_quotes(text), reason});
-  };
-  const std::size_t arrow = text.find("->");
-  const std::string left = text.substr(0, arrow);
-  std::vector<std::string> terms{""};
-  for (const char c : left)
-    if (c == ',')
-      terms.emplace_back();
+/// Reads an equation.
+class EinsumParser {
+ public:
+  /// \param ranks  of the operands
+  /// \throws DomainError for what is no equation, or does not fit the operands
+  EinsumParser(std::string text, const std::vector<std::size_t>& ranks) : text_(std::move(text)) {
+    std::erase(text_, ' ');
+    const std::size_t arrow = text_.find("->");
+    std::vector<std::string> terms{""};
+    for (const char c : text_.substr(0, arrow))
+      if (c == ',')
+        terms.emplace_back();
+      else
+        terms.back() += c;
+    if (terms.size() != ranks.size())
+      refuse(" has " + std::to_string(terms.size()) + " operands, expected " + std::to_string(ranks.size()));
+    for (std::size_t i = 0; i < terms.size(); ++i) add_operand(i, terms[i], ranks[i]);
+    if (arrow != std::string::npos)
+      equation_.result = expanded(text_.substr(arrow + 2), longest_);
     else
-      terms.back() += c;
-  if (terms.size() != ranks.size())
-    refuse(" has " + std::to_string(terms.size()) + " operands, expected " + std::to_string(ranks.size()));
-  constexpr std::size_t most = 10;  // axes of an ellipsis
-  std::size_t longest = 0;
-  const auto expanded = [&](const std::string& term, std::size_t covered) {
+      imply_result();
+    check_result();
+  }
+
+  [[nodiscard]] EinsumEquation take() { return std::move(equation_); }
+
+ private:
+  [[noreturn]] void refuse(const std::string& reason) const {
+    throw DomainError({"the equation ", in_quotes(text_), reason});
+  }
+
+  /// The axes of a term whose ellipsis stands for `covered`.
+  [[nodiscard]] Subscripts expanded(const std::string& term, std::size_t covered) const {
     Subscripts axes;
     bool has_dots = false;
     for (std::size_t i = 0; i < term.size(); ++i) {
@@ -55,40 +68,47 @@ struct EinsumEquation {
       }
     }
     return axes;
-  };
-  EinsumEquation equation;
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    const bool has_dots = terms[i].find("...") != std::string::npos;
-    const std::size_t letters = terms[i].size() - (has_dots ? 3 : 0);
-    if (has_dots ? letters > ranks[i] : letters != ranks[i])
+  }
+
+  void add_operand(std::size_t i, const std::string& term, std::size_t rank) {
+    constexpr std::size_t most = 10;  // axes of an ellipsis
+    const bool has_dots = term.find("...") != std::string::npos;
+    const std::size_t letters = term.size() - (has_dots ? 3 : 0);
+    if (has_dots ? letters > rank : letters != rank)
       refuse(" names " + std::to_string(letters) + " axes of operand " + std::to_string(i) + ", which has " +
-             std::to_string(ranks[i]));
-    const std::size_t covered = has_dots ? ranks[i] - letters : 0;
+             std::to_string(rank));
+    const std::size_t covered = has_dots ? rank - letters : 0;
     if (covered > most) refuse(" has an ellipsis of more than 10 axes");
-    longest = std::max(longest, covered);
-    equation.operands.push_back(expanded(terms[i], covered));
+    longest_ = std::max(longest_, covered);
+    equation_.operands.push_back(expanded(term, covered));
   }
-  if (arrow != std::string::npos) {
-    equation.result = expanded(text.substr(arrow + 2), longest);
-  } else {  // all axes of the ellipsis, then the letters that are there once, in order
+
+  /// All axes of the ellipsis, then the letters that are there once, in order.
+  void imply_result() {
     std::map<char, int> counts;
-    for (const auto& operand : equation.operands)
+    for (const auto& operand : equation_.operands)
       for (const char axis : operand) ++counts[axis];
-    for (std::size_t k = longest; k-- > 0;) equation.result.push_back(static_cast<char>('0' + k));
+    for (std::size_t k = longest_; k-- > 0;) equation_.result.push_back(static_cast<char>('0' + k));
     for (const auto& [axis, count] : counts)
-      if (count == 1 && axis > '9') equation.result.push_back(axis);
+      if (count == 1 && axis > '9') equation_.result.push_back(axis);
   }
-  for (const char axis : equation.result) {
-    const auto has = [&](const Subscripts& operand) {
-      return std::ranges::find(operand, axis) != operand.end();
-    };
-    if (std::ranges::none_of(equation.operands, has))
-      refuse(" has a letter in its result alone, " + in_quotes(std::string(1, axis)));
-    if (std::ranges::count(equation.result, axis) > 1)
-      refuse(" has a letter twice in its result, " + in_quotes(std::string(1, axis)));
+
+  void check_result() const {
+    for (const char axis : equation_.result) {
+      const auto has = [&](const Subscripts& operand) {
+        return std::ranges::find(operand, axis) != operand.end();
+      };
+      if (std::ranges::none_of(equation_.operands, has))
+        refuse(" has a letter in its result alone, " + in_quotes(std::string(1, axis)));
+      if (std::ranges::count(equation_.result, axis) > 1)
+        refuse(" has a letter twice in its result, " + in_quotes(std::string(1, axis)));
+    }
   }
-  return equation;
-}
+
+  std::string text_;
+  std::size_t longest_ = 0;  ///< axes of an ellipsis
+  EinsumEquation equation_{};
+};
 
 /// Einsum as transpositions and products of matrices, two operands at a time from the left.
 class EinsumParts {
@@ -248,7 +268,7 @@ class EinsumParts {
 inline void decompose_einsum(OperatorContext& context, Decomposer& parts) {
   std::vector<std::size_t> ranks;
   for (std::size_t i = 0; i < context.inputs.size(); ++i) ranks.push_back(context.input(i).shape.size());
-  EinsumParts(context, parsed_equation(context.text("equation", ""), ranks), parts).write(context);
+  EinsumParts(context, EinsumParser(context.text("equation", ""), ranks).take(), parts).write(context);
 }
 
 }  // namespace tapestry::nn::detail

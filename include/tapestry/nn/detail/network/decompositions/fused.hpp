@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 #include <string>
 #include <tapestry/core/error.hpp>
@@ -37,125 +38,184 @@ inline void decompose_rms_normalization(OperatorContext& context, Decomposer& pa
 
 /// softmax(Q·Kᵀ·scale + mask)·V of heads, [batch, heads, length, width], or [batch, length, heads · width].
 /// Source: onnx.ai, Attention of opset 23.
-inline void decompose_attention(OperatorContext& context, Decomposer& parts) {
-  const Shape &q_shape = context.input(0).shape, &k_shape = context.input(1).shape;
-  for (const std::size_t past : {4U, 5U})
-    if (context.has_input(past)) throw DomainError({"past keys, input ", past, ", are not supported"});
-  if (context.number("softcap", 0) != 0) throw DomainError("attribute 'softcap' is not supported");
-  context.ignore("qk_matmul_output_mode");  // of a result that is refused below
-  context.ignore("softmax_precision");
-  const bool is_causal = context.integer("is_causal", 0) != 0;
-  if (q_shape.size() != k_shape.size() || (q_shape.size() != 3 && q_shape.size() != 4))
-    throw ShapeError({"queries ", q_shape, " and keys ", k_shape, ", expected three or four axes each"});
-  const bool is_flat = q_shape.size() == 3;
-  const auto heads_of = [&](const char* name, const Shape& shape) {
-    const std::int64_t stated = context.integer(name, is_flat ? 0 : static_cast<std::int64_t>(shape[1]));
-    if (stated <= 0 || (is_flat && shape[2] % static_cast<std::size_t>(stated) != 0))
-      throw DomainError({"attribute ", in_quotes(name), " is ", stated});
+class AttentionParts {
+ public:
+  AttentionParts(OperatorContext& context, Decomposer& parts) : context_(context), parts_(parts) {
+    for (const std::size_t past : {4U, 5U})
+      if (context.has_input(past)) throw DomainError({"past keys, input ", past, ", are not supported"});
+    if (context.number("softcap", 0) != 0) throw DomainError("attribute 'softcap' is not supported");
+    context.ignore("qk_matmul_output_mode");  // of a result that is refused where it is read
+    context.ignore("softmax_precision");
+    const Shape &q = context.input(0).shape, &k = context.input(1).shape;
+    if (q.size() != k.size() || (q.size() != 3 && q.size() != 4) || context.input(2).shape.size() != q.size())
+      throw ShapeError({"queries ", q, ", keys ", k, " and values ", context.input(2).shape,
+                        ", expected three or four axes each"});
+    is_flat_ = q.size() == 3;
+    heads_ = heads_of("q_num_heads", q);
+    key_heads_ = heads_of("kv_num_heads", k);
+    if (heads_ % key_heads_ != 0)
+      throw ShapeError({heads_, " heads of queries for ", key_heads_, " of keys"});
+    length_ = q[is_flat_ ? 1 : 2];
+    keys_ = k[is_flat_ ? 1 : 2];
+    const std::size_t width = is_flat_ ? q[2] / heads_ : q[3];
+    scale_ = context.number("scale", 1 / std::sqrt(static_cast<double>(width)));
+    is_causal_ = context.integer("is_causal", 0) != 0;
+  }
+
+  void write() {
+    const std::string shares = parts_.add("Softmax", {masked_scores()}, {{"axis", std::int64_t{-1}}});
+    if (!is_flat_) return parts_.finish(0, "MatMul", {shares, repeated(2)});
+    const std::string apart = parts_.transposed(parts_.add("MatMul", {shares, repeated(2)}), {0, 2, 1, 3});
+    const std::size_t width = context_.input(2).shape[2] / key_heads_;
+    const Shape flat{context_.input(0).shape[0], length_, heads_ * width};
+    parts_.finish(0, "Reshape", {apart, parts_.integers({flat.begin(), flat.end()})});
+  }
+
+ private:
+  [[nodiscard]] std::size_t heads_of(const char* name, const Shape& shape) {
+    const std::int64_t stated = context_.integer(name, is_flat_ ? 0 : static_cast<std::int64_t>(shape[1]));
+    const bool fits = stated > 0 && (is_flat_ ? shape[2] % static_cast<std::size_t>(stated) == 0
+                                              : shape[1] == static_cast<std::size_t>(stated));
+    if (!fits) throw DomainError({"attribute ", in_quotes(name), " is ", stated});
     return static_cast<std::size_t>(stated);
-  };
-  const std::size_t heads = heads_of("q_num_heads", q_shape), key_heads = heads_of("kv_num_heads", k_shape);
-  if (heads % key_heads != 0) throw ShapeError({heads, " heads of queries for ", key_heads, " of keys"});
-  const std::size_t batch = q_shape[0], length = q_shape[is_flat ? 1 : 2], keys = k_shape[is_flat ? 1 : 2];
-  const auto split = [&](std::size_t i, std::size_t count) {  // [batch, heads, length, width]
-    const Shape& shape = context.input(i).shape;
-    if (!is_flat) return parts.input(i);
-    return parts.transposed(parts.reshaped(parts.input(i), {batch, shape[1], count, shape[2] / count}),
-                            {0, 2, 1, 3});
-  };
-  const auto repeated = [&](std::size_t i) {  // keys and values for each head of the queries
-    const std::string own = split(i, key_heads);
-    if (key_heads == heads) return own;
+  }
+
+  /// Queries, keys or values as [batch, heads, length, width].
+  [[nodiscard]] std::string split(std::size_t i, std::size_t heads) {
+    const Shape& shape = context_.input(i).shape;
+    if (!is_flat_) return parts_.input(i);
+    return parts_.transposed(parts_.reshaped(parts_.input(i), {shape[0], shape[1], heads, shape[2] / heads}),
+                             {0, 2, 1, 3});
+  }
+  /// Keys or values for each head of the queries.
+  [[nodiscard]] std::string repeated(std::size_t i) {
+    const std::string own = split(i, key_heads_);
+    if (key_heads_ == heads_) return own;
     std::vector<std::int64_t> places;
-    for (std::size_t h = 0; h < heads; ++h)
-      places.push_back(static_cast<std::int64_t>(h / (heads / key_heads)));
-    return parts.add("Gather", {own, parts.integers(places)}, {{"axis", std::int64_t{1}}});
-  };
-  const std::size_t width = is_flat ? q_shape[2] / heads : q_shape[3];
-  const double scale = context.number("scale", 1 / std::sqrt(static_cast<double>(width)));
-  std::string scores = parts.add("MatMul", {split(0, heads), parts.transposed(repeated(1), {0, 1, 3, 2})});
-  scores = parts.add("Mul", {scores, parts.number(scale)});
-  const double nothing = -std::numeric_limits<double>::infinity();
-  if (context.has_input(3)) {
-    const bool is_truth = context.input(3).type == ElementType::boolean;
-    scores = is_truth ? parts.add("Where", {parts.input(3), scores, parts.number(nothing)})
-                      : parts.add("Add", {scores, parts.input(3)});
+    for (std::size_t h = 0; h < heads_; ++h)
+      places.push_back(static_cast<std::int64_t>(h / (heads_ / key_heads_)));
+    return parts_.add("Gather", {own, parts_.integers(places)}, {{"axis", std::int64_t{1}}});
   }
-  if (is_causal) {
-    Constant mask{{length, keys}, ElementType::floating, std::vector<double>(length * keys)};
-    for (std::size_t i = 0; i < length * keys; ++i)
-      if (i % keys > i / keys) std::get<std::vector<double>>(mask.values)[i] = nothing;
-    scores = parts.add("Add", {scores, parts.constant(std::move(mask))});
+
+  [[nodiscard]] std::string masked_scores() {
+    const double nothing = -std::numeric_limits<double>::infinity();
+    std::string scores =
+        parts_.add("MatMul", {split(0, heads_), parts_.transposed(repeated(1), {0, 1, 3, 2})});
+    scores = parts_.add("Mul", {scores, parts_.number(scale_)});
+    if (context_.has_input(3)) {
+      const bool is_truth = context_.input(3).type == ElementType::boolean;
+      scores = is_truth ? parts_.add("Where", {parts_.input(3), scores, parts_.number(nothing)})
+                        : parts_.add("Add", {scores, parts_.input(3)});
+    }
+    if (!is_causal_) return scores;
+    require_room({length_, keys_});
+    std::vector<double> mask(length_ * keys_);
+    for (std::size_t i = 0; i < mask.size(); ++i)
+      if (i % keys_ > i / keys_) mask[i] = nothing;
+    return parts_.add("Add",
+                      {scores, parts_.constant({{length_, keys_}, ElementType::floating, std::move(mask)})});
   }
-  const std::string shares = parts.add("Softmax", {scores}, {{"axis", std::int64_t{-1}}});
-  if (!is_flat) return parts.finish(0, "MatMul", {shares, repeated(2)});
-  const std::string heads_apart = parts.transposed(parts.add("MatMul", {shares, repeated(2)}), {0, 2, 1, 3});
-  const auto flat = static_cast<std::int64_t>(heads * (context.input(2).shape[2] / key_heads));
-  parts.finish(0, "Reshape",
-               {heads_apart,
-                parts.integers({static_cast<std::int64_t>(batch), static_cast<std::int64_t>(length), flat})});
+
+  OperatorContext& context_;
+  Decomposer& parts_;
+  bool is_flat_ = false, is_causal_ = false;
+  std::size_t heads_ = 0, key_heads_ = 0, length_ = 0, keys_ = 0;
+  double scale_ = 1;
+};
+
+inline void decompose_attention(OperatorContext& context, Decomposer& parts) {
+  AttentionParts(context, parts).write();
 }
 
-/// Columns of patches added up to a picture, [N, C, H, W]. Source: onnx.ai, Col2Im.
-inline void decompose_col2im(OperatorContext& context, Decomposer& parts) {
-  const Shape& x = context.input(0).shape;
-  const auto image = context.integers(1), block = context.integers(2);
-  const std::size_t axes = image.size();
-  const auto ones = std::vector<std::int64_t>(axes, 1);
-  const auto dilations = context.integers("dilations", ones), strides = context.integers("strides", ones);
-  const auto pads = context.integers("pads", std::vector<std::int64_t>(2 * axes, 0));
-  if (x.size() != 3 || block.size() != axes || dilations.size() != axes || strides.size() != axes ||
-      pads.size() != 2 * axes || axes == 0)
-    throw ShapeError({"input 0 is ", x, " for a picture of ", axes, " axes"});
+/// Where the taps of patches lie in a picture of any number of axes.
+struct PatchPlaces {
+  struct Axis {
+    std::int64_t extent = 0, block = 0, dilation = 1, stride = 1, pad = 0;
+    std::size_t count = 0;  ///< of patches
+  };
+  std::vector<Axis> axes{};
   std::size_t taps = 1, patches = 1, pixels = 1;
-  std::vector<std::size_t> counts;
-  for (std::size_t a = 0; a < axes; ++a) {
-    const std::int64_t room = image[a] + pads[a] + pads[axes + a] - dilations[a] * (block[a] - 1) - 1;
-    if (image[a] <= 0 || block[a] <= 0 || strides[a] <= 0 || dilations[a] <= 0 || room < 0 ||
-        image[a] > largest_extent || block[a] > largest_extent)
-      throw ShapeError({"patches of ", block[a], " in a picture of ", image[a], " pixels"});
-    counts.push_back(static_cast<std::size_t>(room / strides[a] + 1));
-    taps *= static_cast<std::size_t>(block[a]);
-    patches *= counts.back();
-    pixels *= static_cast<std::size_t>(image[a]);
+
+  /// \throws ShapeError for patches that do not fit the picture
+  explicit PatchPlaces(OperatorContext& context) {
+    const auto image = context.integers(1), block = context.integers(2);
+    const std::size_t rank = image.size();
+    const auto ones = std::vector<std::int64_t>(rank, 1);
+    const auto dilations = context.integers("dilations", ones), strides = context.integers("strides", ones);
+    const auto pads = context.integers("pads", std::vector<std::int64_t>(2 * rank, 0));
+    if (rank == 0 || block.size() != rank || dilations.size() != rank || strides.size() != rank ||
+        pads.size() != 2 * rank)
+      throw ShapeError({"patches of ", block.size(), " axes of a picture of ", rank});
+    for (std::size_t a = 0; a < rank; ++a)
+      add({image[a], block[a], dilations[a], strides[a], pads[a]}, pads[rank + a]);
+  }
+
+  /// The pixel of each tap of each patch; `pixels` for one beside the picture.
+  [[nodiscard]] std::vector<double> places() const {
+    std::vector<double> all;
+    for (std::size_t tap = 0; tap < taps; ++tap)
+      for (std::size_t patch = 0; patch < patches; ++patch)
+        all.push_back(static_cast<double>(place(tap, patch)));
+    return all;
+  }
+
+ private:
+  void add(Axis axis, std::int64_t pad_behind) {
+    const auto is_count = [](std::int64_t n) { return n > 0 && n <= largest_extent; };
+    if (!is_count(axis.extent) || !is_count(axis.block) || !is_count(axis.stride) ||
+        !is_count(axis.dilation) || std::abs(axis.pad) > largest_extent ||
+        std::abs(pad_behind) > largest_extent)
+      throw ShapeError({"patches of ", axis.block, " in a picture of ", axis.extent, " pixels"});
+    const std::int64_t room = axis.extent + axis.pad + pad_behind - axis.dilation * (axis.block - 1) - 1;
+    if (room < 0) throw ShapeError({"patches of ", axis.block, " in a picture of ", axis.extent, " pixels"});
+    axis.count = static_cast<std::size_t>(room / axis.stride + 1);
+    taps *= static_cast<std::size_t>(axis.block);
+    patches *= axis.count;
+    pixels *= static_cast<std::size_t>(axis.extent);
     require_room({taps, patches});
     require_room({pixels});
+    axes.push_back(axis);
   }
-  if (x[1] % taps != 0 || x[2] != patches)
-    throw ShapeError({"input 0 is ", x, ", expected ", patches, " patches of a multiple of ", taps});
-  const std::size_t channels = x[1] / taps;
-  std::vector<std::int64_t> places;  // of each tap of each patch; those beside the picture go to its end
-  for (std::size_t tap = 0; tap < taps; ++tap)
-    for (std::size_t patch = 0; patch < patches; ++patch) {
-      std::size_t of_tap = tap, of_patch = patch, place = 0, step = 1;
-      bool is_inside = true;
-      for (std::size_t a = axes; a-- > 0;) {
-        const auto at = static_cast<std::int64_t>(of_patch % counts[a]) * strides[a] - pads[a] +
-                        static_cast<std::int64_t>(of_tap % static_cast<std::size_t>(block[a])) * dilations[a];
-        is_inside = is_inside && at >= 0 && at < image[a];
-        if (is_inside) place += static_cast<std::size_t>(at) * step;
-        step *= static_cast<std::size_t>(image[a]);
-        of_tap /= static_cast<std::size_t>(block[a]);
-        of_patch /= counts[a];
-      }
-      places.push_back(static_cast<std::int64_t>(is_inside ? place : pixels));
+
+  [[nodiscard]] std::size_t place(std::size_t tap, std::size_t patch) const {
+    std::size_t sum = 0, step = 1;
+    for (std::size_t a = axes.size(); a-- > 0;) {
+      const Axis& axis = axes[a];
+      const auto block = static_cast<std::size_t>(axis.block);
+      const auto at = static_cast<std::int64_t>(patch % axis.count) * axis.stride - axis.pad +
+                      static_cast<std::int64_t>(tap % block) * axis.dilation;
+      if (at < 0 || at >= axis.extent) return pixels;
+      sum += static_cast<std::size_t>(at) * step;
+      step *= static_cast<std::size_t>(axis.extent);
+      tap /= block;
+      patch /= axis.count;
     }
-  // Scattered along the first axis: [taps · patches, N · channels].
+    return sum;
+  }
+};
+
+/// Columns of patches added up to a picture, [N, C, …]. Source: onnx.ai, Col2Im.
+inline void decompose_col2im(OperatorContext& context, Decomposer& parts) {
+  const Shape& x = context.input(0).shape;
+  const PatchPlaces patches(context);
+  const std::size_t taps = patches.taps, count = patches.patches, pixels = patches.pixels;
+  if (x.size() != 3 || x[1] % taps != 0 || x[2] != count)
+    throw ShapeError({"input 0 is ", x, ", expected ", count, " patches of a multiple of ", taps});
+  const std::size_t maps = x[0] * (x[1] / taps);
+  require_room({pixels + 1, maps});
+  // Added up along the first axis, [taps · patches, N · channels]; behind the picture, what lies beside it.
   const std::string columns = parts.reshaped(
-      parts.transposed(parts.reshaped(parts.input(0), {x[0] * channels, taps * patches}), {1, 0}),
-      {taps * patches, x[0] * channels});
-  Constant indices{
-      {taps * patches, 1}, ElementType::integer, std::vector<double>(places.begin(), places.end())};
-  const std::string nothing = parts.constant({{pixels + 1, x[0] * channels},
-                                              ElementType::floating,
-                                              std::vector<double>((pixels + 1) * x[0] * channels)});
-  const std::string sums = parts.add("ScatterND", {nothing, parts.constant(std::move(indices)), columns},
-                                     {{"reduction", std::string("add")}});
+      parts.transposed(parts.reshaped(parts.input(0), {maps, taps * count}), {1, 0}), {taps * count, maps});
+  const std::string indices = parts.constant({{taps * count, 1}, ElementType::integer, patches.places()});
+  const std::string nothing =
+      parts.constant({{pixels + 1, maps}, ElementType::floating, std::vector<double>((pixels + 1) * maps)});
+  const std::string sums =
+      parts.add("ScatterND", {nothing, indices, columns}, {{"reduction", std::string("add")}});
   const std::string inside = parts.add(
       "Slice",
       {sums, parts.integers({0}), parts.integers({static_cast<std::int64_t>(pixels)}), parts.integers({0})});
-  std::vector<std::int64_t> shape{static_cast<std::int64_t>(x[0]), static_cast<std::int64_t>(channels)};
-  shape.insert(shape.end(), image.begin(), image.end());
+  std::vector<std::int64_t> shape{static_cast<std::int64_t>(x[0]), static_cast<std::int64_t>(x[1] / taps)};
+  for (const auto& axis : patches.axes) shape.push_back(axis.extent);
   parts.finish(0, "Reshape", {parts.transposed(inside, {1, 0}), parts.integers(shape)});
 }
 
