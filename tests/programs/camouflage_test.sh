@@ -120,6 +120,7 @@ expect_error_line '--filter .*cubic'
 expect_exit 0 "another seed" "$camouflage" "${quick[@]}" --seed 2 --profile --output other
 grep -Eq '^  layers kept of [0-9]+ of [0-9]+ views, where that saves 25 % of the products; ' command.out && pass ||
   fail "--profile does not say what is kept of layers"
+grep -Eq '^  views  +[0-9.]+ s +[0-9.]+ s +[0-9.]+$' command.out && pass || fail "--profile does not say how many threads are busy"
 if cmp -s other/texture.npz two/texture.npz; then fail "another seed gives the same texture"; else pass; fi
 
 # Killed at a random moment and resumed, again and again, until it is through: the same bits, no torn file. (F01)

@@ -79,6 +79,7 @@ class CamouflageRun {
     const auto start = Clock::now();
     print_warnings(inputs_.warnings);
     inputs_.warnings.clear();
+    std::optional<ScopedWorkTimer> work(preparing_);
     const auto usable_train = prepared(train_);
     auto& test = test_store();
     const auto usable_test = inputs_.frames.held_out ? prepared(test) : usable_train;
@@ -91,23 +92,41 @@ class CamouflageRun {
         objective_.method(),
         start_texture(options_.optimisation, inputs_.car.painted, inputs_.car.description));
     open_folder();
+    work.reset();
 
-    camouflage::TrainingOptions training_options;
-    training_options.epochs = objective_.method().is_optimised ? epochs : 0;
-    training_options.batch = options_.optimisation.batch;
-    training_options.worst_share = options_.optimisation.worst_views;
-    training_options.seed = options_.optimisation.seed;
-    training_options.adam.learning_rate = options_.optimisation.learning_rate;
-    training_options.conditions = image::conditions_by_names(options_.optimisation.conditions);
     camouflage::Training<float> training(objective_, train_, usable_train, std::move(start_parameter),
-                                         training_options);
+                                         training_options(epochs));
     if (options_.resume) restore(training);
     if (ranks_.count() > 1)
       training.share({ranks_.count(), ranks_.index(),
                       [&](const std::vector<double>& own) { return ranks_.gathered(own); }});
     optimise(training);
     if (!ranks_.is_first()) return;
+    work.emplace(reporting_);
     report(training, test, usable_test, start);
+    work.reset();
+    if (options_.profile) print_stretches();
+  }
+
+  void print_stretches() {
+    const auto& times = objective_.times();
+    print_work({{"views prepared", preparing_},
+                {"paint", times.paint},
+                {"views", times.views},
+                {"paint's pullback", times.pullback},
+                {"Adam", times.adam},
+                {"measured, written", reporting_}});
+  }
+
+  [[nodiscard]] camouflage::TrainingOptions training_options(std::size_t epochs) const {
+    camouflage::TrainingOptions options;
+    options.epochs = objective_.method().is_optimised ? epochs : 0;
+    options.batch = options_.optimisation.batch;
+    options.worst_share = options_.optimisation.worst_views;
+    options.seed = options_.optimisation.seed;
+    options.adam.learning_rate = options_.optimisation.learning_rate;
+    options.conditions = image::conditions_by_names(options_.optimisation.conditions);
+    return options;
   }
 
   [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
@@ -325,6 +344,7 @@ class CamouflageRun {
   }
 
   const Ranks& ranks_ = Ranks::all();
+  WorkTime preparing_{}, reporting_{};
   CamouflageOptions options_;
   Inputs inputs_;
   std::string resume_command_;

@@ -8,6 +8,7 @@
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/core/scoped_timer.hpp>
 #include <utility>
 #include <vector>
 
@@ -74,6 +75,14 @@ inline void print_profile(const camouflage::StepTimes& times, std::size_t steps,
   print("other, waiting", other);
   const double detector = times.detector_forward + times.detector_backward;
   std::printf("  outside the detector %.1f %%\n", 100 * (1 - detector / all_threads));
+}
+
+/// Prints stretches of a run that follow each other: seconds, those of all threads, and the threads busy.
+inline void print_work(const std::vector<std::pair<const char*, WorkTime>>& stretches) {
+  std::printf("stretches of the run %13s %11s %13s\n", "wall", "all threads", "busy threads");
+  for (const auto& [name, time] : stretches)
+    std::printf("  %-20s %9.3f s %9.3f s %13.2f\n", name, time.wall, time.busy,
+                time.wall > 0 ? time.busy / time.wall : 0);
 }
 
 /// Prints the layers that a detector keeps between passes, and the work saved.

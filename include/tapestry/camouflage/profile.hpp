@@ -18,6 +18,12 @@ struct StepTimes {
   double losses = 0;             ///< adversarial and smoothness terms with their pullbacks
   double update = 0;             ///< texture parametrisation with its pullback, Adam
 
+  // Stretches of a step that follow each other.
+  WorkTime paint{};     ///< texture parametrisation, what the views look up, and the paint's own terms
+  WorkTime views{};     ///< from the pictures of the views to their pullbacks
+  WorkTime pullback{};  ///< the views' adjoints added up, and pulled back to the parameters
+  WorkTime adam{};
+
   [[nodiscard]] double total() const {
     return render + composite + detector_forward + detector_backward + losses + update;
   }

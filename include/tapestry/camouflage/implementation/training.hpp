@@ -41,6 +41,7 @@ std::size_t Training<T>::step() {
   require_finite_terms(views);
   require_finite_gradient(gradient, views);
   const ScopedTimer timer(objective_.times().update);
+  const ScopedWorkTimer work(objective_.times().adam);
   adam_.step(state_.parameter, gradient);
   state_.history.push_back(terms_);
   ++state_.step;
@@ -96,6 +97,7 @@ auto Training<T>::share_of(const DrawnPaint<T>& paint, const ViewPointer& view,
 
 template <std::floating_point T>
 Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
+  std::optional<ScopedWorkTimer> work(objective_.times().paint);
   const auto session = next_session(views);
   const auto shot_of = [&](std::size_t i) {
     return session ? std::optional(PhotoSession{session->print, {session->shots[i]}}) : std::nullopt;
@@ -107,6 +109,7 @@ Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
   const auto [paint, of_paint] = objective_.paint_of(parameter, views, session ? &*session : nullptr);
   const DrawnPaint<T> still{ArrayVariable<T, 2>(paint.texels.shared_value()),
                             ArrayVariable<T, 2>(paint.positions.shared_value())};
+  work.emplace(objective_.times().views);
   std::vector<std::size_t> counting(views.size());
   std::iota(counting.begin(), counting.end(), std::size_t{0});
   auto divisors = divisors_of(still, views, counting, shot_of);
@@ -115,6 +118,7 @@ Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
   const auto shares =
       shares_of(views, counting, {Array<T, 2>(still.texels.shape()), Array<T, 2>(still.positions.shape())},
                 [&](std::size_t i) { return share_of(still, views[i], shot_of(i)); });
+  work.emplace(objective_.times().pullback);
   terms_ = of_paint.terms;
   for (std::size_t k = 0; k < shares.size(); ++k) terms_.add(shares[k].terms, divisors[k]);
   Variable<T> loss = of_paint.loss + continued(paint.texels, shares, divisors, &Slopes::texels);
