@@ -111,6 +111,14 @@ for words in 'effect beyond matched noise' 'P@0.5 by confidence threshold' 'at m
 done
 [ "$(wc -l <digital/digital.csv)" -eq 25 ] && pass || fail "digital.csv has $(wc -l <digital/digital.csv) lines"
 [ "$(wc -l <digital/photographs.csv)" -eq 481 ] && pass || fail "photographs.csv has $(wc -l <digital/photographs.csv) lines"
+# A quick measurement leaves frames out; one that is gone is another thing.
+mkdir many && cp "$assets"/frames/test/0[01]?.npz "$assets/frames/test/020.npz" many
+expect_exit 0 "a camouflage of 21 frames" "$programs/camouflage" --frames many --texels 8 --epochs 1 --output of_many
+quickly=(--protocol digital --run of_many --controls matched --quick --output quickly)
+expect_exit 0 "20 of its frames" "$evaluate" "${quickly[@]}"
+mv many/020.npz ./020.npz
+expect_exit 7 "a frame that is gone" "$evaluate" "${quickly[@]}"
+expect_error_line 'inputs have changed since the run: many/020.npz \(expected SHA-256 [0-9a-f]{16}, found none\)'
 mkdir 'a, "b"' && cp "$assets/frames/test/000.npz" 'a, "b"'
 expect_exit 0 "a folder with a comma" "$evaluate" --protocol digital --clean-only --frames 'a, "b"' --output comma
 [ "$(grep -c '^detector,[a-z]*,[01],[0-9.e-]*,[0-9.e-]*,[a-z]*,[a-z]*,"a, ""b""/000.npz"$' comma/photographs.csv)" -eq 2 ] && pass ||

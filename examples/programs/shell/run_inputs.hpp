@@ -27,7 +27,8 @@ inline bool is_named(const Json& options, const std::string& path) {
 
 /// The inputs of a camouflage run that a measurement has read again, by its ledger, and whose bytes differ
 /// from the run's manifest. An input that an option replaces is not listed, because it has another path.
-/// Frames and material files that are new or missing are listed, too; no reader would notice them.
+/// Frames and material files that are new or missing are listed, too; no reader would notice them. Frames
+/// that are there and were not read are not: a quick measurement leaves some out.
 ///
 /// \param manifest  of the run
 /// \param frames all frames to measure on; none if only the car is rendered
@@ -57,7 +58,8 @@ inline std::vector<ChangedInput> changed_since(const Json& manifest, const Scene
   auto changed = changed_inputs(manifest["inputs"], recorded_inputs());
   std::erase_if(changed, [&](const ChangedInput& input) {
     if (!input.expected.empty() && !input.found.empty()) return false;
-    return !(same_frames && is_measured_frame(input.path)) &&
+    const bool is_left_out = input.found.empty() && is_there(input.path, ErrorKind::malformed);
+    return !(same_frames && is_measured_frame(input.path) && !is_left_out) &&
            !(scene.mesh == setting("mesh") && is_material(input));
   });
   return changed;
