@@ -10,6 +10,7 @@
 #include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/network/program.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
+#include <tapestry/nn/network/staged_network.hpp>
 #include <tapestry/nn/network/tensor.hpp>
 #include <tapestry/nn/network/window_plan.hpp>
 #include <tapestry/nn/network_variable.hpp>

@@ -149,7 +149,7 @@ std::vector<Corruption> of_the_file() {
        malformed, "found STRING"},
       {"unknown element type", with_tensor(onnx::tensor("w", onnx::Type(77), {1}, onnx::bytes_field(9, "a"))),
        malformed, "found 77"},
-      {"graphs within graphs", more(nested(2000)), malformed, "subgraphs are not supported"},
+      {"graphs within graphs", more(nested(2000)), limit, "graphs within graphs; expected at most 16"},
       {"external path above the folder", external("../far.bin"), malformed, "leaves its folder by '..'"},
       {"external path from the root", external("/etc/hostname"), malformed, "is an absolute path"},
       {"external file that is not there", external("absent.bin"), malformed, "cannot be opened"},

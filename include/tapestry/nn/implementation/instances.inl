@@ -6,6 +6,7 @@ template class Network<TAPESTRY_SCALAR>;
 template class NetworkPass<TAPESTRY_SCALAR>;
 template const OperatorTable<TAPESTRY_SCALAR>& operators<TAPESTRY_SCALAR>();
 template class ProgramBuilder<TAPESTRY_SCALAR>;
+template class StagedNetwork<TAPESTRY_SCALAR>;
 template std::vector<ArrayVariable<TAPESTRY_SCALAR, 4>> forward<TAPESTRY_SCALAR>(
     const Network<TAPESTRY_SCALAR>&, const ArrayVariable<TAPESTRY_SCALAR, 4>&,
     std::shared_ptr<NetworkPass<TAPESTRY_SCALAR>>);

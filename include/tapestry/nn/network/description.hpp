@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <tapestry/core/compiled.hpp>
@@ -11,9 +12,12 @@
 
 namespace tapestry::nn {
 
-/// A constant that stands beside a node's inputs.
-using Attribute = std::variant<std::int64_t, double, std::string, std::vector<std::int64_t>,
-                               std::vector<double>, Constant, std::vector<std::string>>;
+struct Subgraph;
+
+/// A constant that stands beside a node's inputs; of If and Loop, also the nodes that they run.
+using Attribute =
+    std::variant<std::int64_t, double, std::string, std::vector<std::int64_t>, std::vector<double>, Constant,
+                 std::vector<std::string>, std::shared_ptr<const Subgraph>>;
 
 /// One operator applied to named values. The vocabulary is ONNX's: names, attributes, inputs and outputs are
 /// those of its operators in the version (opset) that the description states.
@@ -21,9 +25,20 @@ using Attribute = std::variant<std::int64_t, double, std::string, std::vector<st
 struct Node {
   std::string name{};  ///< for messages; may be empty
   std::string operation{};
-  std::vector<std::string> inputs{};  ///< names of values; empty where an optional input is left out
+  /// Names of values; empty where an optional input is left out. Behind those of the operator follow the
+  /// values that each of the node's subgraphs captures.
+  std::vector<std::string> inputs{};
   std::vector<std::string> outputs{};
   std::map<std::string, Attribute> attributes{};
+};
+
+/// Nodes within a node, such as a branch of If, each behind those whose results it reads.
+struct Subgraph {
+  std::vector<std::string> inputs{};
+  std::vector<std::string> outputs{};
+  std::map<std::string, Constant> constants{};
+  std::vector<Node> nodes{};
+  std::vector<std::string> captured{};  ///< values of the graph around it that it reads
 };
 
 /// An input of a network with its extents. Open extents, those without a number, get their size when a

@@ -51,6 +51,10 @@ class Network {
     prepare();
   }
 
+  /// Extents of all inputs; parameters and errors as of the constructor.
+  [[nodiscard]] static std::map<std::string, Shape> input_shapes(const NetworkDescription& description,
+                                                                 const std::map<std::string, Shape>& wanted);
+
   [[nodiscard]] std::size_t input_count() const { return program_.inputs.size(); }
   [[nodiscard]] std::size_t output_count() const { return program_.outputs.size(); }
   [[nodiscard]] const Shape& input_shape(std::size_t i) const {
@@ -119,9 +123,6 @@ class Network {
   [[nodiscard]] static Program<T> build(NetworkDescription&& description,
                                         const std::map<std::string, Shape>& shapes,
                                         bool pictures_channels_last, bool simplifies);
-
-  [[nodiscard]] static std::map<std::string, Shape> input_shapes(const NetworkDescription& description,
-                                                                 const std::map<std::string, Shape>& wanted);
 
   /// Hands the constants to the operations that pack them.
   void prepare();

@@ -71,6 +71,18 @@ class ProgramBuilder {
   /// their constants. Facts point to those of this. \param description  the builder's own
   void expand(NetworkDescription& description) const;
 
+  /// Nodes of the description, after add_nodes(), with those that were taken apart as their parts.
+  struct DividedNodes {
+    std::vector<Node> made{}, left{};             ///< nodes that could be made, and those that could not
+    std::map<std::string, Constant> constants{};  ///< of parts
+  };
+  [[nodiscard]] DividedNodes divided() const;
+
+  /// \throws FileError as build() does, if there are problems
+  void require_no_problems() const {
+    if (problem_count_ > 0) refuse();
+  }
+
  private:
   static constexpr std::size_t readable_past_end = 32;  ///< values, of at least 128 bytes
 
@@ -96,8 +108,10 @@ class ProgramBuilder {
   /// \returns whether it is done
   bool take_apart(const Node& node, const Decomposable& kind);
 
-  /// Of all values of the description.
-  const std::set<std::string>& names();
+  /// Of all values of the description, and of parts.
+  std::set<std::string>& names();
+
+  void divide(const Node& node, DividedNodes& nodes) const;
 
   void append_parts(const Node& node, std::vector<Node>& nodes) const;
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <tapestry/core/in_quotes.hpp>
@@ -18,6 +19,11 @@ struct NamedAttribute {
   std::string name;
   nn::Attribute value;
 };
+
+/// A GraphProto within a node: graph.hpp defines it.
+/// \throws FileError as read_node() and read_tensor() do; limit for graphs within graphs within graphs …
+[[nodiscard]] std::shared_ptr<const nn::Subgraph> read_subgraph(const ProtobufMessage& message,
+                                                                ExternalData& external, OnnxRecords& records);
 
 namespace detail {
 
@@ -126,8 +132,8 @@ class AttributeReader {
       case 9:
         return std::vector<std::string>();
       case 6:
-      case 11:
-        message_.fail_whole("subgraphs are not supported", "", std::string(kind.name));
+        if (field_ == nullptr) message_.fail_whole("graph is missing");
+        return std::shared_ptr<const nn::Subgraph>();
       default:
         message_.fail_whole("attributes of this type are not supported", "", std::string(kind.name));
     }
@@ -146,6 +152,9 @@ class AttributeReader {
         break;
       case 5:
         value = read_tensor(message.message("t", message_.place() + ", tensor"), external_).constant;
+        break;
+      case 6:
+        value = read_subgraph(message.message("g", message_.place() + ", graph"), external_, records_);
         break;
       case 7:
         message.each_float("floats", [&list = std::get<std::vector<double>>(value)](float number) {
@@ -176,8 +185,8 @@ class AttributeReader {
 /// Source: onnx.proto, AttributeProto.
 ///
 /// \param message its place names the node
-/// \throws FileError (malformed)  for subgraphs, types, sparse tensors and lists of tensors, which are not
-///         supported; for values that do not fit the type; as read_tensor()
+/// \throws FileError (malformed)  for types, sparse tensors and lists of tensors and of graphs, which are not
+///         supported; for values that do not fit the type; as read_tensor() and read_subgraph()
 [[nodiscard]] inline NamedAttribute read_attribute(const ProtobufMessage& message, ExternalData& external,
                                                    OnnxRecords& records) {
   return detail::AttributeReader(message, external, records).read();

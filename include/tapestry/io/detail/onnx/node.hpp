@@ -41,6 +41,9 @@ class NodeReader {
     for (const std::string& output : node_.outputs) makes_something = makes_something || !output.empty();
     if (!makes_something) message_.fail_whole("node without an output");
     read_attributes();
+    for (const auto& [name, value] : node_.attributes)
+      if (const auto* graph = std::get_if<std::shared_ptr<const nn::Subgraph>>(&value))
+        node_.inputs.insert(node_.inputs.end(), (*graph)->captured.begin(), (*graph)->captured.end());
     return {std::move(node_), message_.position(), message_.place()};
   }
 

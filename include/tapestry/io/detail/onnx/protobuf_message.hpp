@@ -207,9 +207,29 @@ class OnnxRecords {
     ++count_;
   }
 
+  /// One more graph within a graph, until this is destroyed.
+  class Deeper {
+   public:
+    /// \throws FileError (limit) for more than 16
+    Deeper(OnnxRecords& records, const ProtobufMessage& message) : depth_(records.depth_) {
+      constexpr int most = 16;
+      if (depth_ == most)
+        message.fail_whole("graphs within graphs", "at most " + std::to_string(most), "more",
+                           ErrorKind::limit);
+      ++depth_;
+    }
+    ~Deeper() { --depth_; }
+    Deeper(const Deeper&) = delete;
+    Deeper& operator=(const Deeper&) = delete;
+
+   private:
+    int& depth_;
+  };
+
  private:
   std::size_t most_;
   std::size_t count_ = 0;
+  int depth_ = 0;
 };
 
 }  // namespace tapestry::io

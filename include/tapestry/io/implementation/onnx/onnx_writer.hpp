@@ -174,6 +174,9 @@ class OnnxEncoder {
     for (const std::string& value : values) writer.add_bytes(9, value);
     return 8;
   }
+  static std::int32_t add_value(protozero::pbf_writer&, const std::shared_ptr<const nn::Subgraph>&) {
+    throw DomainError("write_onnx: graphs within nodes are not supported");
+  }
 
   /// The `size` lower bytes of a word, the lowest first.
   static void append(std::string& bytes, std::uint64_t word, std::size_t size) {

@@ -27,8 +27,8 @@ class Decomposer {
   using Names = std::vector<std::string>;
   using Attributes = std::map<std::string, Attribute>;
 
-  /// \param taken  names of other values
-  Decomposer(const Node& node, std::int64_t opset, const std::set<std::string>& taken)
+  /// \param taken  names of other values, to which those of this are added
+  Decomposer(const Node& node, std::int64_t opset, std::set<std::string>& taken)
       : node_(node), opset_(opset), taken_(taken) {
     for (const auto& output : node.outputs)
       if (stem_.empty()) stem_ = output;
@@ -47,6 +47,11 @@ class Decomposer {
   void finish(std::size_t i, const char* operation, Names inputs, Attributes attributes = {}) {
     parts_.nodes.push_back(
         {node_.name, operation, std::move(inputs), {node_.outputs.at(i)}, std::move(attributes)});
+  }
+
+  /// Adds a node that makes all results.
+  void finish_all(const char* operation, Names inputs, Attributes attributes) {
+    parts_.nodes.push_back({node_.name, operation, std::move(inputs), node_.outputs, std::move(attributes)});
   }
 
   std::string integers(const std::vector<std::int64_t>& values) {
@@ -68,6 +73,11 @@ class Decomposer {
   std::string transposed(const std::string& value, const std::vector<std::size_t>& order) {
     return add("Transpose", {value}, {{"perm", std::vector<std::int64_t>(order.begin(), order.end())}});
   }
+  /// With a new first axis of extent 1.
+  std::string raised(const std::string& value) {
+    if (opset_ >= 13) return add("Unsqueeze", {value, integers({0})});
+    return add("Unsqueeze", {value}, {{"axes", std::vector<std::int64_t>{0}}});
+  }
   /// Sums along some axes, which go.
   std::string summed(const std::string& value, const std::vector<std::int64_t>& axes) {
     const Attributes goes{{"keepdims", std::int64_t{0}}};
@@ -81,19 +91,35 @@ class Decomposer {
     finish(i, "Squeeze", {value}, {{"axes", std::vector<std::int64_t>{axis}}});
   }
 
+  /// Writes the nodes of a subgraph. \param names  of its inputs and of what it captures, in the graph around
+  /// it \returns what its results are called
+  Names inlined(const Subgraph& graph, std::map<std::string, std::string> names) {
+    const auto renamed = [&](const std::string& name) { return name.empty() ? name : names.at(name); };
+    for (const auto& [name, value] : graph.constants) names[name] = constant(value);
+    for (const Node& node : graph.nodes) {
+      Node& copy = parts_.nodes.emplace_back(node);
+      for (std::string& input : copy.inputs) input = renamed(input);
+      for (std::string& output : copy.outputs)
+        if (!output.empty()) output = names[output] = next_name();
+    }
+    Names results;
+    for (const std::string& output : graph.outputs) results.push_back(renamed(output));
+    return results;
+  }
+
   [[nodiscard]] Decomposition take() { return std::move(parts_); }
 
  private:
   [[nodiscard]] std::string next_name() {
     std::string name;
     do name = stem_ + "#" + std::to_string(count_++);
-    while (taken_.contains(name));
+    while (!taken_.insert(name).second);
     return name;
   }
 
   const Node& node_;
   std::int64_t opset_;
-  const std::set<std::string>& taken_;
+  std::set<std::string>& taken_;
   std::string stem_{};
   std::size_t count_ = 0;
   Decomposition parts_{};

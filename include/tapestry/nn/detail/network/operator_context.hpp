@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <set>
 #include <string>
 #include <string_view>
@@ -102,6 +103,12 @@ class OperatorContext {
   [[nodiscard]] std::vector<std::string> texts(const std::string& name) {
     const auto* value = find<std::vector<std::string>>(name, "a list of texts");
     return value == nullptr ? std::vector<std::string>() : *value;
+  }
+  /// \throws DomainError if it is missing
+  [[nodiscard]] const std::shared_ptr<const Subgraph>& graph(const std::string& name) {
+    const auto* value = find<std::shared_ptr<const Subgraph>>(name, "a graph");
+    if (value == nullptr) throw DomainError({"attribute ", in_quotes(name), " is missing"});
+    return *value;
   }
   [[nodiscard]] const Constant* tensor(const std::string& name) { return find<Constant>(name, "a tensor"); }
   /// Marks an attribute as read that makes no difference here.

@@ -1,5 +1,6 @@
 #pragma once
 #include <tapestry/nn/detail/network/decomposition.hpp>
+#include <tapestry/nn/detail/network/decompositions/control.hpp>
 #include <tapestry/nn/detail/network/decompositions/einsum.hpp>
 #include <tapestry/nn/detail/network/decompositions/fused.hpp>
 #include <tapestry/nn/detail/network/decompositions/one_axis.hpp>
@@ -19,7 +20,9 @@ const std::map<std::string, Decomposable, std::less<>>& decompositions() {
       {"GRU", {{{3, 6}}, detail::decompose_gru}},
       {"GlobalAveragePool", along_one_axis},
       {"GlobalMaxPool", along_one_axis},
+      {"If", {{{1, all_inputs}}, detail::decompose_if}},
       {"LSTM", {{{3, 8}}, detail::decompose_lstm}},
+      {"Loop", {{{2, all_inputs}}, detail::decompose_loop}},
       {"MaxPool", along_one_axis},
       {"RMSNormalization", {{{2, 2}}, detail::decompose_rms_normalization}},
       {"RNN", {{{3, 6}}, detail::decompose_rnn}},

@@ -15,6 +15,7 @@
 #include <tapestry/nn/detail/network/operators/layer_normalization.hpp>
 #include <tapestry/nn/detail/network/operators/matmul.hpp>
 #include <tapestry/nn/detail/network/operators/non_max_suppression.hpp>
+#include <tapestry/nn/detail/network/operators/non_zero.hpp>
 #include <tapestry/nn/detail/network/operators/order.hpp>
 #include <tapestry/nn/detail/network/operators/pad.hpp>
 #include <tapestry/nn/detail/network/operators/pass_on.hpp>
@@ -70,6 +71,7 @@ const OperatorTable<T>& operators() {
     add_softmax_operators(all);
     add_order_operators(all);
     add_non_max_suppression(all);
+    add_non_zero(all);
     return all;
   }();
   return table;

@@ -37,7 +37,7 @@ void ProgramBuilder<T>::add_nodes() {
 template <std::floating_point T>
 Program<T> ProgramBuilder<T>::build() {
   add_nodes();
-  if (problem_count_ > 0) refuse();
+  require_no_problems();
   for (const std::string& name : description_.outputs)
     if (!known_.contains(name))
       throw FileError(ErrorKind::mismatch,
@@ -121,7 +121,7 @@ bool ProgramBuilder<T>::take_apart(const Node& node, const Decomposable& kind) {
 }
 
 template <std::floating_point T>
-const std::set<std::string>& ProgramBuilder<T>::names() {
+std::set<std::string>& ProgramBuilder<T>::names() {
   if (!names_.empty()) return names_;
   for (const InputDescription& input : description_.inputs) names_.insert(input.name);
   for (const auto& [name, constant] : description_.constants) names_.insert(name);
@@ -137,6 +137,28 @@ void ProgramBuilder<T>::expand(NetworkDescription& description) const {
   description.nodes = std::move(nodes);
   for (const auto& [node, parts] : taken_apart_)
     description.constants.insert(parts.constants.begin(), parts.constants.end());
+}
+
+template <std::floating_point T>
+typename ProgramBuilder<T>::DividedNodes ProgramBuilder<T>::divided() const {
+  DividedNodes nodes;
+  for (const Node& node : description_.nodes) divide(node, nodes);
+  for (const auto& [node, parts] : taken_apart_)
+    nodes.constants.insert(parts.constants.begin(), parts.constants.end());
+  return nodes;
+}
+
+template <std::floating_point T>
+void ProgramBuilder<T>::divide(const Node& node, DividedNodes& nodes) const {
+  if (const auto found = taken_apart_.find(&node); found != taken_apart_.end()) {
+    for (const Node& part : found->second.nodes) divide(part, nodes);
+    return;
+  }
+  const bool has_failed = std::ranges::any_of(node.outputs, [&](const std::string& name) {
+    const auto known = known_.find(name);
+    return !name.empty() && (known == known_.end() || known->second.failed);
+  });
+  (has_failed ? nodes.left : nodes.made).push_back(node);
 }
 
 template <std::floating_point T>
