@@ -40,10 +40,34 @@ inline CaseOperand left_out() { return {CaseOperand::Kind::left_out, {}, 0, 0, {
 /// Operators whose results have no derivative by any operand: truths, positions, constants, or steps that are
 /// compared with differences elsewhere.
 inline const std::set<std::string>& operators_without_derivative() {
-  static const std::set<std::string> names{"And",     "ArgMax",  "ArgMin",      "ConstantOfShape",   "Equal",
-                                           "EyeLike", "Greater", "IsInf",       "GreaterOrEqual",    "IsNaN",
-                                           "Less",    "Not",     "LessOrEqual", "NonMaxSuppression", "OneHot",
-                                           "Or",      "Range",   "Xor"};
+  static const std::set<std::string> names{"And",
+                                           "ArgMax",
+                                           "ArgMin",
+                                           "ConstantOfShape",
+                                           "Equal",
+                                           "EyeLike",
+                                           "Greater",
+                                           "IsInf",
+                                           "GreaterOrEqual",
+                                           "IsNaN",
+                                           "Less",
+                                           "Not",
+                                           "LessOrEqual",
+                                           "NonMaxSuppression",
+                                           "OneHot",
+                                           "Or",
+                                           "Range",
+                                           "Xor",
+                                           "NonZero",
+                                           "If",
+                                           "Loop",
+                                           "StraightRound",
+                                           "QuantizeLinear",
+                                           "DynamicQuantizeLinear",
+                                           "ConvInteger",
+                                           "MatMulInteger",
+                                           "QLinearConv",
+                                           "QLinearMatMul"};
   return names;
 }
 
@@ -257,6 +281,7 @@ inline void add_decomposed_cases(std::vector<VocabularyCase>& all) {
   all.push_back({"Attention", {heads, heads, heads}, {{"is_causal", std::int64_t(1)}}, 23});
   all.push_back({"RMSNormalization", {drawn({2, 4}), drawn({4}, 0.5, 2)}, {}, 23});
   all.push_back({"Col2Im", {drawn({1, 4, 4}), setting({2}, {3, 3}), setting({2}, {2, 2})}, {}, 18});
+  all.push_back({"DequantizeLinear", {drawn({2, 3}), drawn({3}, 0.5, 2), drawn({3})}});
   all.push_back({"com.microsoft.QuickGelu", {drawn({2, 3})}});
   const Ints pads{1, 1};
   all.push_back({"Conv", {drawn({1, 2, 4}), drawn({3, 2, 3}), drawn({3})}, {{"pads", pads}}});

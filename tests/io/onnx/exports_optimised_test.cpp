@@ -26,12 +26,6 @@ namespace nn = tapestry::nn;
 namespace {
 using Numbers = std::vector<double>;
 
-/// Files that are refused, each with a part of the reason.
-const std::map<std::string, std::string> refused{
-    {"resize_antialias/dyn18", "'antialias'"},
-    {"yolov8_like/qdq", "DequantizeLinear"},
-};
-
 /// Where boxes move over feature maps: their adjoint, which is ours, is left out by the frameworks. The slope
 /// along it is compared with differences instead.
 bool has_moving_boxes(const std::string& name) {
@@ -74,7 +68,11 @@ struct Export {
         description(io::read_onnx(file)),
         x(numbers_of<float>(folder / "in.bin")) {}
 
+  /// The framework has no quantised network: its results are ONNX Runtime's, and its gradient is its own.
+  [[nodiscard]] bool is_quantised() const { return name.ends_with("/qdq"); }
+
   [[nodiscard]] Numbers expected(std::size_t result) const {
+    if (is_quantised()) return numbers_of<float>(folder / ("qdq.ort." + std::to_string(result) + ".bin"));
     return numbers_of<double>(folder / ("out." + std::to_string(result) + ".bin"));
   }
   /// Empty for results that are no floating-point numbers.
@@ -127,10 +125,11 @@ void check_in_stages(const Export& file, double tolerance) {
     REQUIRE(nn::size_of(run.pass.output_shape(k)) == expected.size());
     // Two boxes whose scores are equal in single precision change places there, in ONNX Runtime as well.
     if (std::is_same_v<T, float> && file.name == "faster_rcnn/leg17" && k == 0) continue;
-    CHECK(distance(run.pass.output(k), expected) <= tolerance);
+    // ONNX Runtime runs a quantised file by kernels of integers, which round elsewhere: some steps of 1/255.
+    CHECK(distance(run.pass.output(k), expected) <= (file.is_quantised() ? 0.01 : tolerance));
   }
   const std::vector<T> gradient = run.gradient();
-  if (!has_moving_boxes(file.name))
+  if (!has_moving_boxes(file.name) && !file.is_quantised())
     CHECK(distance(gradient.data(), numbers_of<double>(file.folder / "grad.bin")) <= tolerance);
   static_cast<void>(run.objective(x));
   CHECK(run.pass.made_count() == 0);  // the same extents and integers
@@ -214,15 +213,10 @@ TEST_CASE("networks of today's exporters give the frameworks' results and gradie
   for (const files::path& path : all_files(folder)) {
     const Export file(path);
     CAPTURE(file.name);
-    if (const auto found = refused.find(file.name); found != refused.end()) {
-      CHECK_THROWS_WITH(StagedRun<float>{file}.objective(std::vector<float>(file.x.size() + 64)),
-                        tapestry::test::contains(found->second));
-      continue;
-    }
     // Exporters fold constants in single precision: that is how far a file is from the framework's double.
     check_in_stages<double>(file, 1e-6);
     check_in_stages<float>(file, 1e-5);
-    check_slope(file);
+    if (!file.is_quantised()) check_slope(file);
   }
 }
 

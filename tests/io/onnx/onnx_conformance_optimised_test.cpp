@@ -3,7 +3,7 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
-#include <tapestry/nn/network/network.hpp>
+#include <tapestry/nn/network/staged_network.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -31,6 +31,7 @@ struct Exception {
   std::string name, complaint, reason;
 };
 const std::vector<Exception> exceptions = {
+    {"dynamicquantizelinear", "result 0 of 8 bytes", "a tie in single precision"},
     {"pool_3d", "only pictures", "three axes of space"},
     {"Pool3d", "only pictures", "three axes of space"},
     {"Conv3d", "only pictures", "three axes of space"},
@@ -116,14 +117,14 @@ std::string run(const nn::NetworkDescription& description, const TestSet& set) {
       buffers.back().data()[i] = static_cast<T>(constant.at(i));
     inputs.push_back(buffers.back().data());
   }
-  const nn::Network<T> network(description, shapes);
-  nn::NetworkPass<T> pass;
+  const nn::StagedNetwork<T> network(description, shapes);
+  nn::StagedPass<T> pass;
   network.forward(inputs, pass);
-  for (std::size_t o = 0; o < network.output_count(); ++o) {
+  for (std::size_t o = 0; o < pass.output_count(); ++o) {
     const nn::Constant& expected = set.outputs.at(o);
     const std::string result = "result " + std::to_string(o) + " of " + std::to_string(sizeof(T)) + " bytes ";
-    if (network.output_shape(o) != expected.shape)
-      return result + "is " + tapestry::detail::to_text(network.output_shape(o)) + ", expected " +
+    if (pass.output_shape(o) != expected.shape)
+      return result + "is " + tapestry::detail::to_text(pass.output_shape(o)) + ", expected " +
              tapestry::detail::to_text(expected.shape);
     for (std::size_t i = 0; i < expected.size(); ++i)
       if (!is_close(static_cast<double>(pass.output(o)[i]), expected.at(i)))
@@ -145,12 +146,10 @@ nn::NetworkDescription bound(nn::NetworkDescription description, const TestSet& 
 /// made must give the results expected, and one must be possible.
 /// \returns what is wrong, or empty
 std::string judge(const nn::NetworkDescription& description, const TestSet& set) {
-  const bool has_open_extents = std::ranges::any_of(
-      description.nodes, [](const nn::Node& node) { return node.operation == "NonMaxSuppression"; });
   std::string refusal;
   bool has_run = false;
   for (const std::size_t count : {description.inputs.size(), std::size_t(1), std::size_t(0)}) {
-    if (count > description.inputs.size() || (has_open_extents && count > 0)) continue;
+    if (count > description.inputs.size()) continue;
     const auto described = bound(description, set, count);
     try {
       std::string complaint = run<float>(described, set);

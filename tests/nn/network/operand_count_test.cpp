@@ -71,6 +71,12 @@ const std::map<std::string, Counts>& counts() {
                              "Scatter", "Col2Im", "ScatterElements", "ScatterND", "Where"})
       known[name] = {3, 3};
     known["Attention"] = {3, 6};
+    known["If"] = {1, any};
+    known["Loop"] = {2, any};
+    for (const char* name : {"ConvInteger", "MatMulInteger"}) known[name] = {2, 4};
+    for (const char* name : {"DequantizeLinear", "QuantizeLinear"}) known[name] = {2, 3};
+    known["QLinearConv"] = {8, 9};
+    known["QLinearMatMul"] = {8, 8};
     known["LSTM"] = {3, 8};
     known["RMSNormalization"] = {2, 2};
     for (const char* name : {"GRU", "RNN"}) known[name] = {3, 6};
@@ -110,7 +116,7 @@ TEST_CASE("every operator refuses operands beyond those of ONNX's definition, an
     const auto [least, most] = counts_of(name);
     const std::int64_t opset = opset_of(name);
     CAPTURE(name, opset);
-    for (std::size_t count = 0; count < 9; ++count) {
+    for (std::size_t count = 0; count < 11; ++count) {
       CAPTURE(count);
       const bool is_refused =
           complaint(name, opset, count).starts_with(std::to_string(count) + " operands, expected ");

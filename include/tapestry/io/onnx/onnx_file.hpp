@@ -30,14 +30,15 @@ namespace detail {
 /// Nodes of ONNX's own domain, opset 7 to 24, keep the operator's name. The name of other operators begins
 /// with their domain, "com.microsoft.Gelu", so that Network refuses them by name. Initialisers and nodes
 /// Constant become constants, even if a graph lists them as inputs. Tensors may be in files beside the model.
+/// Nodes that hold graphs, such as If, keep them as attributes; what these capture is added to their inputs.
 /// Metadata are kept, and the extents that the file states for outputs and values in between, which a network
 /// does not use: it computes them for its own size of input. Other fields for training or for people are left
 /// out. Source: onnx.proto and docs/IR.md of ONNX.
 ///
 /// \param path of the file, for messages and to find the files beside it
 /// \throws FileError  with the byte and the node or tensor: malformed for files that are not ONNX, are cut or
-///                  break its rules, and for unsupported content: other opsets, subgraphs, sparse tensors,
-///                  types such as texts and sequences; mismatch for parts that do not fit each other; limit
+///                  break its rules, and for unsupported content: other opsets, sparse tensors, types
+///                  such as texts and sequences; mismatch for parts that do not fit each other; limit
 ///                  beyond `limits`
 [[nodiscard]] nn::NetworkDescription parse_onnx(std::string_view bytes, const std::string& path,
                                                 const OnnxLimits& limits = {});
@@ -59,7 +60,9 @@ namespace detail {
 /// standard, can be read by Tapestry only.
 ///
 /// \param output_shapes by name, of outputs with known extents; some readers require them
-/// \throws DomainError for integers that hold NaN, and for fractions that are finite in double alone
+/// \throws DomainError for integers that hold NaN, for fractions that are finite in double alone, and for
+/// graphs
+///         within nodes
 [[nodiscard]] std::string onnx_bytes(const nn::NetworkDescription& network,
                                      const std::map<std::string, nn::Shape>& output_shapes = {});
 

@@ -157,6 +157,7 @@ class ProgramBuilder {
   std::map<std::string, std::unique_ptr<Constant>> stored_;
   std::vector<std::unique_ptr<Constant>> folded_;
   std::map<const Node*, Decomposition> taken_apart_;
+  std::size_t part_count_ = 0;
   std::set<std::string> names_;
   std::size_t foldable_ = largest_folded_size;  ///< elements that results may still have
   std::size_t problem_count_ = 0;

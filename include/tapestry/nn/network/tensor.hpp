@@ -57,6 +57,7 @@ struct Constant {
   Shape shape{};
   ElementType type = ElementType::floating;
   std::variant<std::vector<float>, std::vector<double>> values{};
+  std::int32_t file_type = 0;  ///< of integers in a file, as ONNX numbers them: 2 is UINT8; else 0
 
   [[nodiscard]] std::size_t size() const {
     return std::visit([](const auto& all) { return all.size(); }, values);

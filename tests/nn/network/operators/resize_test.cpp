@@ -176,7 +176,6 @@ TEST_CASE("Resize refuses what makes no sense", "[nn][network][resize]") {
   const auto refusal = [](const std::map<std::string, nn::Attribute>& attributes) {
     return refusal_of(picture(four, 2, 2, scales({1, 1, 2, 2}), {}, attributes));
   };
-  CHECK_THAT(refusal({{"antialias", std::int64_t(1)}}), contains("attribute 'antialias' is not supported"));
   CHECK_THAT(refusal({{"mode", name("quintic")}}), contains("attribute 'mode' is 'quintic'"));
   CHECK_THAT(refusal({{"nearest_mode", name("odd")}}), contains("attribute 'nearest_mode' is 'odd'"));
   CHECK_THAT(refusal({{"coordinate_transformation_mode", name("odd")}}),

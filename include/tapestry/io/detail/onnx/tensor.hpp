@@ -49,6 +49,8 @@ class TensorReader {
     read_fields();
     check_fields();
     NamedConstant tensor{std::string(fields_.name), {fields_.shape, facts_of(fields_.type).meaning, {}}};
+    if (tensor.constant.type == nn::ElementType::integer)
+      tensor.constant.file_type = static_cast<std::int32_t>(fields_.type);
     tensor.constant.values = read_elements();
     return tensor;
   }

@@ -43,12 +43,17 @@ class Decomposer {
     parts_.nodes.push_back({node_.name, operation, std::move(inputs), {name}, std::move(attributes)});
     return name;
   }
-  /// Adds a node that makes the result i.
+  /// Adds a node that makes the result i, unless the node leaves that out.
   void finish(std::size_t i, const char* operation, Names inputs, Attributes attributes = {}) {
+    if (i >= node_.outputs.size() || node_.outputs[i].empty()) return;
     parts_.nodes.push_back(
-        {node_.name, operation, std::move(inputs), {node_.outputs.at(i)}, std::move(attributes)});
+        {node_.name, operation, std::move(inputs), {node_.outputs[i]}, std::move(attributes)});
   }
-
+  /// Makes the result i of a value within bounds.
+  void finish_clipped(std::size_t i, const std::string& value, double least, double most) {
+    if (opset_ >= 11) return finish(i, "Clip", {value, number(least), number(most)});
+    finish(i, "Clip", {value}, {{"min", least}, {"max", most}});
+  }
   /// Adds a node that makes all results.
   void finish_all(const char* operation, Names inputs, Attributes attributes) {
     parts_.nodes.push_back({node_.name, operation, std::move(inputs), node_.outputs, std::move(attributes)});

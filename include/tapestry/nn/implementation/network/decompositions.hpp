@@ -4,6 +4,7 @@
 #include <tapestry/nn/detail/network/decompositions/einsum.hpp>
 #include <tapestry/nn/detail/network/decompositions/fused.hpp>
 #include <tapestry/nn/detail/network/decompositions/one_axis.hpp>
+#include <tapestry/nn/detail/network/decompositions/quantised.hpp>
 #include <tapestry/nn/detail/network/decompositions/recurrent.hpp>
 
 namespace tapestry::nn {
@@ -16,6 +17,9 @@ const std::map<std::string, Decomposable, std::less<>>& decompositions() {
       {"Col2Im", {{{3, 3}}, detail::decompose_col2im}},
       {"Conv", along_one_axis},
       {"ConvTranspose", along_one_axis},
+      {"ConvInteger", {{{2, 4}}, detail::decompose_conv_integer}},
+      {"DequantizeLinear", {{{2, 3}}, detail::decompose_dequantize}},
+      {"DynamicQuantizeLinear", {{{1, 1}}, detail::decompose_dynamic_quantize}},
       {"Einsum", {{{1, all_inputs}}, detail::decompose_einsum}},
       {"GRU", {{{3, 6}}, detail::decompose_gru}},
       {"GlobalAveragePool", along_one_axis},
@@ -23,7 +27,11 @@ const std::map<std::string, Decomposable, std::less<>>& decompositions() {
       {"If", {{{1, all_inputs}}, detail::decompose_if}},
       {"LSTM", {{{3, 8}}, detail::decompose_lstm}},
       {"Loop", {{{2, all_inputs}}, detail::decompose_loop}},
+      {"MatMulInteger", {{{2, 4}}, detail::decompose_matmul_integer}},
       {"MaxPool", along_one_axis},
+      {"QLinearConv", {{{8, 9}}, detail::decompose_qlinear_conv}},
+      {"QLinearMatMul", {{{8, 8}}, detail::decompose_qlinear_matmul}},
+      {"QuantizeLinear", {{{2, 3}}, detail::decompose_quantize}},
       {"RMSNormalization", {{{2, 2}}, detail::decompose_rms_normalization}},
       {"RNN", {{{3, 6}}, detail::decompose_rnn}},
       {"com.microsoft.QuickGelu", {{{1, 1}}, detail::decompose_quick_gelu}},

@@ -114,7 +114,10 @@ bool ProgramBuilder<T>::take_apart(const Node& node, const Decomposable& kind) {
   Decomposer decomposer(node, description_.opset, names());
   kind.decompose(context, decomposer);
   context.require_all_asked();
+  constexpr std::size_t most_parts = std::size_t(1) << 20U;
   const Decomposition& parts = taken_apart_[&node] = decomposer.take();
+  part_count_ += parts.nodes.size();
+  if (part_count_ > most_parts) throw DomainError({"more than ", most_parts, " nodes with those of loops"});
   for (const auto& [name, constant] : parts.constants) known_[name].constant = &constant;
   for (const Node& part : parts.nodes) add_node(part);
   return true;

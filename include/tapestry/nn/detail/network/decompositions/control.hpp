@@ -37,8 +37,7 @@ inline void decompose_if(OperatorContext& context, Decomposer& parts) {
   const auto results = parts.inlined(branch, captured_names(branch, node, first));
   if (results.size() != node.outputs.size())
     throw ShapeError({"a branch has ", results.size(), " results, expected ", node.outputs.size()});
-  for (std::size_t i = 0; i < results.size(); ++i)
-    if (!node.outputs[i].empty()) parts.finish(i, "Identity", {results[i]});
+  for (std::size_t i = 0; i < results.size(); ++i) parts.finish(i, "Identity", {results[i]});
 }
 
 /// Loop, as its first round and a Loop of the others; what rounds that are over have scanned is carried along

@@ -108,7 +108,6 @@ class RecurrentParts {
   /// \param order  of its axes where the batch comes first
   void finish(std::size_t i, std::vector<std::string> values, std::int64_t axis,
               std::vector<std::int64_t> order) {
-    if (i >= parts_.node().outputs.size() || parts_.node().outputs[i].empty()) return;
     if (!is_batch_first_) return parts_.finish(i, "Concat", std::move(values), {{"axis", axis}});
     parts_.finish(i, "Transpose", {joined(std::move(values), axis)}, {{"perm", std::move(order)}});
   }

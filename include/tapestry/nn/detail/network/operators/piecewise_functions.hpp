@@ -204,6 +204,18 @@ struct Round : Function<Reads::no_derivative> {
   }
 };
 
+/// Round with the derivative 1, "straight through", for quantised networks.
+struct StraightRound : Function<Reads::nothing> {
+  template <std::floating_point T>
+  static T value(T x, T, T) {
+    return Round::value(x, T(0), T(0));
+  }
+  template <std::floating_point T>
+  static T slope(T, T, T) {
+    return 1;
+  }
+};
+
 /// −1, 0 or 1 by the sign of x.
 struct Sign : Function<Reads::no_derivative> {
   template <std::floating_point T>

@@ -169,7 +169,7 @@ class Resize : public Operation<T> {
   std::size_t repeat_ = 0;  ///< of each row and column, if nothing else is done; else 0
 };
 
-/// Resize and Upsample in all modes but `antialias`.
+/// Resize and Upsample.
 template <std::floating_point T>
 void add_resize(OperatorTable<T>& table) {
   const auto make = [](OperatorContext& context) {

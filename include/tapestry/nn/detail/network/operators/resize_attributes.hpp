@@ -9,6 +9,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/detail/network/operator_context.hpp>
+#include <tapestry/nn/network/tensor.hpp>
 #include <vector>
 
 namespace tapestry::nn {
@@ -21,6 +22,7 @@ struct ResizeRule {
   std::string nearest = "round_prefer_floor";  ///< or "simple": up before the 11th opset, down otherwise
   double cubic_a = -0.75;
   bool excludes_outside = false;
+  bool antialiases = false;  ///< linear and cubic filters reach as far as an output pixel is large
 };
 
 /// One axis that is resized.
@@ -83,46 +85,74 @@ namespace detail {
   throw DomainError({"attribute 'nearest_mode' is ", in_quotes(rule.nearest)});
 }
 
-/// Weights of the inputs ⌊x⌋ − 1 … ⌊x⌋ + 2 at x = ⌊x⌋ + t. Source: Keys, "Cubic convolution interpolation
-/// for digital image processing" (1981), with a free.
+/// The cubic filter at a distance. Source: Keys, "Cubic convolution interpolation for digital image
+/// processing" (1981), with a free.
+[[nodiscard]] inline double cubic_filter(double a, double distance) {
+  const double d = std::abs(distance);
+  if (d <= 1) return ((a + 2) * d - (a + 3)) * d * d + 1;
+  return d < 2 ? ((a * d - 5 * a) * d + 8 * a) * d - 4 * a : 0;
+}
+
+/// Weights of the inputs ⌊x⌋ − 1 … ⌊x⌋ + 2 at x = ⌊x⌋ + t.
 inline void cubic_weights(double a, double t, double* weights) {
-  const auto near = [a](double d) { return ((a + 2) * d - (a + 3)) * d * d + 1; };
-  const auto far = [a](double d) { return ((a * d - 5 * a) * d + 8 * a) * d - 4 * a; };
-  weights[0] = far(1 + t);
-  weights[1] = near(t);
-  weights[2] = near(1 - t);
-  weights[3] = far(2 - t);
+  for (int k = 0; k < 4; ++k) weights[k] = cubic_filter(a, k < 2 ? t + (1 - k) : k - 1 - t);
+}
+
+/// The inputs that an output at x reads, and their weights.
+struct ResizeTaps {
+  double first = 0;
+  std::vector<double> weights{};
+};
+
+[[nodiscard]] inline ResizeTaps resize_taps(const ResizeRule& rule, const ResizeAxis& axis, double x) {
+  if (rule.mode == "nearest") return {nearest_input(rule, axis, x), {1}};
+  const bool is_linear = rule.mode == "linear";
+  const double below = std::floor(x), t = x - below, a = rule.cubic_a;
+  if (!rule.antialiases || axis.scale >= 1) {
+    if (is_linear) return {below, {1 - t, t}};
+    ResizeTaps taps{below - 1, std::vector<double>(4)};
+    cubic_weights(a, t, taps.weights.data());
+    return taps;
+  }
+  const double reach = is_linear ? 1 : 2, start = std::floor(-reach / axis.scale) + 1;
+  ResizeTaps taps{below + start, {}};
+  for (double k = start; k < start + 2 * reach - 2 * start; ++k) {
+    const double d = (k - t) * axis.scale;
+    taps.weights.push_back(is_linear ? std::max(1 - std::abs(d), 0.0) : cubic_filter(a, d));
+  }
+  const double sum = std::accumulate(taps.weights.begin(), taps.weights.end(), 0.0);
+  for (double& weight : taps.weights) weight /= sum;
+  return taps;
 }
 }  // namespace detail
 
-/// \throws DomainError for a mode that is none, and for coordinates that are not finite
+/// \throws DomainError for a mode that is none, and for coordinates that are not finite; ShapeError for a
+///         filter that is larger than any tensor
 [[nodiscard]] inline ResizeTable resize_table(const ResizeRule& rule, const ResizeAxis& axis) {
   if (rule.mode != "nearest" && rule.mode != "linear" && rule.mode != "cubic")
     throw DomainError({"attribute 'mode' is ", in_quotes(rule.mode)});
+  const bool is_stretched = rule.antialiases && axis.scale < 1 && rule.mode != "nearest";
+  if (is_stretched) require_room({axis.output, static_cast<std::size_t>(std::min(4 / axis.scale, 1e18)) + 4});
   ResizeTable table{axis.axis, axis.input, axis.output, 1, {}, {}, {}};
-  table.taps = rule.mode == "nearest" ? 1 : rule.mode == "linear" ? 2 : 4;
   const auto last = static_cast<double>(axis.input - 1);
   for (std::size_t i = 0; i < axis.output; ++i) {
     const double x = detail::resize_coordinate(rule, axis, i);
     if (!std::isfinite(x))
       throw DomainError(
           {"output ", i, " lies at ", x, " among the inputs; roi is ", axis.start, " to ", axis.end});
-    double weights[4] = {1, 0, 0, 0};
-    double first = std::floor(x);
-    if (rule.mode == "nearest") first = detail::nearest_input(rule, axis, x);
-    if (rule.mode == "linear") weights[0] = 1 - (x - first), weights[1] = x - first;
-    if (rule.mode == "cubic") detail::cubic_weights(rule.cubic_a, x - first, weights), first -= 1;
+    auto [first, weights] = detail::resize_taps(rule, axis, x);
+    table.taps = weights.size();
     const bool is_outside = rule.coordinates == "tf_crop_and_resize" && (x < 0 || x > last);
+    const bool excludes = rule.excludes_outside && (rule.mode == "cubic" || is_stretched);
     double sum = 0;
     for (std::size_t t = 0; t < table.taps; ++t) {
       const double place = first + static_cast<double>(t);
-      if (is_outside || (rule.excludes_outside && rule.mode == "cubic" && (place < 0 || place > last)))
-        weights[t] = 0;
+      if (is_outside || (excludes && (place < 0 || place > last))) weights[t] = 0;
       sum += weights[t];
       table.index.push_back(static_cast<std::size_t>(std::clamp(place, 0.0, last)));
     }
-    for (std::size_t t = 0; t < table.taps; ++t)
-      table.weight.push_back(rule.excludes_outside && sum != 0 ? weights[t] / sum : weights[t]);
+    for (const double weight : weights)
+      table.weight.push_back(rule.excludes_outside && sum != 0 ? weight / sum : weight);
     table.is_outside.push_back(is_outside);
   }
   return table;
@@ -201,7 +231,7 @@ inline void apply_sizes(const std::vector<double>& sizes, const std::string& pol
   rule.nearest = context.text("nearest_mode", rule.nearest);
   rule.cubic_a = context.number("cubic_coeff_a", rule.cubic_a);
   rule.excludes_outside = context.integer("exclude_outside", 0) != 0;
-  if (context.integer("antialias", 0) != 0) throw DomainError("attribute 'antialias' is not supported");
+  rule.antialiases = context.integer("antialias", 0) != 0;
   return rule;
 }
 }  // namespace detail

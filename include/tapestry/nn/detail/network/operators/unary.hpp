@@ -240,11 +240,13 @@ void add_elementary_operators(OperatorTable<T>& table) {
   add_unary<unary::Floor>(table, "Floor");
   add_unary<unary::Ceil>(table, "Ceil");
   add_unary<unary::Round>(table, "Round");
+  add_unary<unary::StraightRound>(table, "StraightRound");
   add_unary<unary::Sign>(table, "Sign");
 }
 }  // namespace detail
 
-/// Functions of each element on its own. "Swish" is Tapestry's name for x · σ(x); ONNX has none.
+/// Functions of each element on its own. "Swish" is Tapestry's name for x · σ(x), and StraightRound is its
+/// own, too; ONNX has neither.
 template <std::floating_point T>
 void add_unary_operators(OperatorTable<T>& table) {
   using detail::add_unary;
