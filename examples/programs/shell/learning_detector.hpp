@@ -106,7 +106,7 @@ class LearningGraph final : public LearningDetector {
         bytes_(bytes) {
     for (const nn::WeightBlock& weight : learning_.network().weight_blocks()) {
       const bool is_own = network.constants.contains(weight.name);
-      if (!is_own || extents(weight.shape) != extents(network.constants.at(weight.name).shape))
+      if (!is_own || extents(weight.constant_shape) != extents(network.constants.at(weight.name).shape))
         throw FileError(ErrorKind::mismatch,
                         {path_, "", "weights " + in_quotes(weight.name) + " cannot learn",
                          "an initialiser, its elements in the order of the file",

@@ -181,16 +181,23 @@ template <class T>
 std::pair<std::size_t, double> weight_distance(const Run<T>& run) {
   const auto facts = nlohmann::json::parse(io::read_text_file(run.folder / "meta.json"));
   std::pair<std::size_t, double> result{};
-  for (const auto& weight : facts.at("weights"))
+  for (const auto& weight : facts.at("weights")) {
+    if (weight.at("norm").template get<double>() < 1e-3) continue;
+    Numbers sum;
     for (const nn::WeightBlock& block : run.network.weight_blocks()) {
       if (block.name != weight.at("name").template get<std::string>()) continue;
-      if (weight.at("norm").template get<double>() < 1e-3) continue;
-      const auto expected = numbers_of<double>(
-          run.folder / ("wg." + std::to_string(weight.at("i").template get<std::size_t>()) + ".bin"));
-      REQUIRE(expected.size() == nn::size_of(block.shape));
-      ++result.first;
-      result.second = std::max(result.second, distance(run.gradient.data() + block.offset, expected));
+      sum.resize(nn::size_of(block.constant_shape));
+      const auto places = nn::Network<T>::places_of(block);
+      for (std::size_t i = 0; i < places.size(); ++i)
+        sum[places[i]] += static_cast<double>(run.gradient[block.offset + i]);
     }
+    if (sum.empty()) continue;
+    const auto expected = numbers_of<double>(
+        run.folder / ("wg." + std::to_string(weight.at("i").template get<std::size_t>()) + ".bin"));
+    REQUIRE(expected.size() == sum.size());
+    ++result.first;
+    result.second = std::max(result.second, distance(sum.data(), expected));
+  }
   return result;
 }
 

@@ -1,7 +1,9 @@
 #include <tapestry/nn/network/network.hpp>
 
 #include <cmath>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "../../support/catch.hpp"
@@ -164,6 +166,44 @@ TEST_CASE("the adjoint of a weight counts other nodes that read it, and that it 
     CAPTURE(i, is_result);
     const double difference = (value_at(i, 1e-5) - value_at(i, -1e-5)) / 2e-5;
     CHECK(std::abs(gradient[network.weight_blocks()[0].offset + i] - difference) <= 1e-9);
+  }
+}
+
+TEST_CASE("weights that nodes have moved are named as the file's, with the places of their elements",
+          "[nn][network][gradient]") {
+  nn::NetworkDescription description;
+  description.opset = 13;
+  description.inputs = {{"x", {2, 3}}};
+  description.outputs = {"y"};
+  std::vector<double> elements(24);
+  for (std::size_t i = 0; i < 24; ++i) elements[i] = std::sin(static_cast<double>(i));
+  description.constants["w"] = {{2, 4, 3}, nn::ElementType::floating, elements};
+  for (const auto& [name, value] : std::map<std::string, double>{{"one", 1}, {"two", 2}, {"first", 0}})
+    description.constants[name] = {{1}, nn::ElementType::integer, std::vector<double>{value}};
+  description.nodes = {{"", "Slice", {"w", "one", "two", "first"}, {"second"}, {}},
+                       {"", "Squeeze", {"second", "first"}, {"rows"}, {}},
+                       {"", "Transpose", {"rows"}, {"columns"}, {}},
+                       {"", "MatMul", {"x", "columns"}, {"y"}, {}}};
+  const nn::Network<double> network(description, {}, false, false);
+  REQUIRE(network.weight_blocks().size() == 1);
+  const nn::WeightBlock& block = network.weight_blocks().front();
+  CHECK(block.name == "w");
+  CHECK(block.constant_shape == nn::Shape{2, 4, 3});
+  const auto places = nn::Network<double>::places_of(block);
+  REQUIRE(places.size() == 12);
+  nn::Buffer<double> x(6), adjoint(8);
+  for (std::size_t i = 0; i < 6; ++i) x.data()[i] = std::cos(static_cast<double>(i));
+  for (std::size_t i = 0; i < 8; ++i) adjoint.data()[i] = static_cast<double>(i) - 3;
+  nn::NetworkPass<double> pass;
+  network.forward({x.data()}, pass, nn::Mode::training);
+  std::vector<double> gradient(network.weights().size(), 0.0);
+  network.adjoint(pass, {adjoint.data()}, {nullptr}, gradient.data());
+  for (std::size_t i = 0; i < 12; ++i) {
+    CHECK(network.weights()[block.offset + i] == elements[places[i]]);
+    const std::size_t row = places[i] / 3 - 4, column = places[i] % 3;  // of the second matrix
+    const double expected =
+        adjoint.data()[row] * x.data()[column] + adjoint.data()[4 + row] * x.data()[3 + column];
+    CHECK(gradient[block.offset + i] == Approx(expected).epsilon(1e-14));
   }
 }
 

@@ -74,7 +74,8 @@ void write_onnx(const std::string& path, const nn::NetworkDescription& network,
 /// New elements of initialisers, by their names.
 using WeightValues = std::map<std::string, std::vector<float>>;
 
-/// The current weights of a network.
+/// The current weights of a network, as the file's initialisers have them.
+/// \throws DomainError for initialisers of which the network uses a part
 [[nodiscard]] WeightValues weight_values(const nn::Network<float>& network);
 
 /// The bytes of an ONNX model with new elements in some of its initialisers. Everything else is kept byte for

@@ -70,8 +70,12 @@ class Network {
   [[nodiscard]] std::size_t step_of(const std::string& value) const;
 
   /// Position of each weight in weights(). A constant of the description counts several times here, each with
-  /// its own adjoint, if it is read in both layouts or if other constants are computed from it beforehand.
+  /// its own adjoint, if it is read in both layouts or if other constants are computed from it beforehand. Of
+  /// a simplified network these have names of their own; else those that are only moved have the constant's.
   [[nodiscard]] const std::vector<WeightBlock>& weight_blocks() const { return program_.weights; }
+  /// Where the elements of a block lie in the constant that it is named after.
+  /// \throws DomainError for a moved constant of more than 2^24 elements
+  [[nodiscard]] static std::vector<std::size_t> places_of(const WeightBlock& block);
   /// Values of the constants that training changes, one after another.
   [[nodiscard]] std::span<const T> weights() const {
     return {program_.constants.data(), program_.weight_count};

@@ -88,11 +88,22 @@ struct ProgramStep {
   std::string label{};
 };
 
+/// A node that moved the elements of a constant before the network ran, such as Transpose.
+struct WeightMove {
+  Node node{};
+  std::size_t result = 0;            ///< which of the node's
+  std::vector<Constant> settings{};  ///< operands behind the first
+};
+
 /// A constant that training changes.
 struct WeightBlock {
-  std::string name{};
+  std::string name{};  ///< of the description's constant
   Shape shape{};
   std::size_t offset = 0;  ///< among the weights
+  /// How the elements came from that constant, the first move first; none if they are as it has them.
+  std::vector<WeightMove> moves{};
+  Shape constant_shape{};  ///< before the moves
+  std::int64_t opset = 0;
 };
 
 /// A network at fixed extents, as steps that run one after another.

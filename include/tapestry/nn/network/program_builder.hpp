@@ -95,6 +95,8 @@ class ProgramBuilder {
     ElementType type = ElementType::floating;
     std::size_t value[2] = {no_value, no_value};  ///< plain, channels last
     bool failed = false;
+    const Node* moved_by = nullptr;  ///< of a constant, whose elements are those of the node's first operand
+    std::size_t moved_result = 0;
   };
 
   [[nodiscard]] static const Shape& shape_of(const Known& known) {
@@ -136,6 +138,9 @@ class ProgramBuilder {
   void add_output(const std::string& name, std::size_t i, bool is_last, ProgramStep<T>& step);
 
   void note_weights(const ProgramStep<T>& step);
+
+  /// The weights of a constant, under the name of the description's that its elements came from.
+  [[nodiscard]] WeightBlock block_of(const ProgramValue& value) const;
 
   /// Moves the weights to the front of the constants, in the order in which steps read them first.
   void put_weights_first();

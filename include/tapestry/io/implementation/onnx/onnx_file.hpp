@@ -216,10 +216,18 @@ namespace tapestry::io {
 
 WeightValues weight_values(const nn::Network<float>& network) {
   WeightValues values;
+  std::map<std::string, std::size_t> missing;
   for (const nn::WeightBlock& block : network.weight_blocks()) {
     const auto weights = network.weights().subspan(block.offset, nn::size_of(block.shape));
-    values[block.name].assign(weights.begin(), weights.end());
+    const auto places = nn::Network<float>::places_of(block);
+    auto& all = values[block.name];
+    if (all.empty()) missing[block.name] = nn::size_of(block.constant_shape);
+    all.resize(nn::size_of(block.constant_shape));
+    for (std::size_t i = 0; i < weights.size(); ++i) all[places[i]] = weights[i];
+    missing[block.name] -= std::min(missing[block.name], weights.size());
   }
+  for (const auto& [name, count] : missing)
+    if (count > 0) throw DomainError({"weights ", in_quotes(name), ": ", count, " of them are not used"});
   return values;
 }
 

@@ -2,6 +2,7 @@
 #include <tapestry/nn/detail/network/simplify/fold_into_convolution.hpp>
 #include <tapestry/nn/detail/network/simplify/merge_patterns.hpp>
 #include <tapestry/nn/detail/network/simplify/merge_views.hpp>
+#include <tapestry/nn/implementation/network/fold.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
 
@@ -13,6 +14,25 @@ void Network<T>::set_weights(std::span<const T> weights) {
     throw ShapeError({"Network: weights is [", weights.size(), "], expected [", program_.weight_count, "]"});
   std::ranges::copy(weights, program_.constants.begin());  // in place: passes point to them
   prepare();
+}
+
+template <std::floating_point T>
+std::vector<std::size_t> Network<T>::places_of(const WeightBlock& block) {
+  constexpr std::size_t most = std::size_t(1) << 24U;  // places that are exact in float
+  std::vector<double> places(size_of(block.constant_shape));
+  if (!block.moves.empty() && places.size() > most)
+    throw DomainError({"weights ", in_quotes(block.name), " are moved, and more than ", most});
+  for (std::size_t i = 0; i < places.size(); ++i) places[i] = static_cast<double>(i);
+  Constant moved{block.constant_shape, ElementType::floating, std::move(places)};
+  for (const WeightMove& move : block.moves) {
+    std::vector<FoldOperand> operands{{&moved, moved.shape, true}};
+    for (std::size_t i = 0; i < move.settings.size(); ++i)
+      operands.push_back({&move.settings[i], move.settings[i].shape, !move.node.inputs[i + 1].empty()});
+    moved = fold_node<T>(move.node, block.opset, operands, most).at(move.result);
+  }
+  std::vector<std::size_t> all;
+  for (std::size_t i = 0; i < moved.size(); ++i) all.push_back(static_cast<std::size_t>(moved.at(i)));
+  return all;
 }
 
 template <std::floating_point T>

@@ -195,7 +195,13 @@ void ProgramBuilder<T>::fold(const Node& node) {
     if (node.outputs[i].empty()) continue;
     require_result(i, results.size());
     folded_.push_back(std::make_unique<Constant>(std::move(results[i])));
-    known_[node.outputs[i]].constant = folded_.back().get();
+    Known& known = known_[node.outputs[i]];
+    known.constant = folded_.back().get();
+    const bool is_moved = detail::moved_operands(node) == 1 &&
+                          known.constant->type == ElementType::floating &&
+                          operands.front().constant->type == ElementType::floating;
+    known.moved_by = is_moved ? &node : nullptr;
+    known.moved_result = i;
   }
 }
 
@@ -258,8 +264,24 @@ void ProgramBuilder<T>::note_weights(const ProgramStep<T>& step) {
     if (step.inputs[i] == no_value || !step.operation->is_weight(i)) continue;
     const ProgramValue& value = program_.values[step.inputs[i]];
     if (value.is_constant() && noted_.insert(step.inputs[i]).second)
-      program_.weights.push_back({value.name, value.shape, value.constant});
+      program_.weights.push_back(block_of(value));
   }
+}
+
+template <std::floating_point T>
+WeightBlock ProgramBuilder<T>::block_of(const ProgramValue& value) const {
+  WeightBlock block{value.name, value.shape, value.constant, {}, value.shape, description_.opset};
+  for (const Known* known = &known_.at(block.name); known->moved_by != nullptr;) {
+    WeightMove move{*known->moved_by, known->moved_result, {}};
+    for (std::size_t i = 1; i < move.node.inputs.size(); ++i)
+      move.settings.push_back(move.node.inputs[i].empty() ? Constant()
+                                                          : *known_.at(move.node.inputs[i]).constant);
+    block.name = move.node.inputs.front();
+    block.moves.insert(block.moves.begin(), std::move(move));
+    known = &known_.at(block.name);
+    block.constant_shape = shape_of(*known);
+  }
+  return block;
 }
 
 template <std::floating_point T>
