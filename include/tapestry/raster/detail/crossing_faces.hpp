@@ -1,49 +1,85 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::raster {
 
-/// The faces that samples of a picture show, pixel by pixel: 4 bytes a pixel and 4 for each face in each
-/// pixel. A face smaller than the distance of samples may be missing.
+/// The faces that samples of a picture show, pixel by pixel: 4 bytes a pixel, and where a pixel shows several
+/// faces, 4 more and 4 for each. A face smaller than the distance of samples may be missing.
 class SeenFaces {
  public:
+  static constexpr std::int32_t none = -1;
+
   /// A band of rows, whose pixels come in order.
   class Band {
    public:
     /// Pixels without faces may be left out.
     void add(std::size_t pixel, std::int32_t face) {
       const std::size_t own = pixel - first_;
-      if (own + 1 == begin_.size() && face == faces_.back()) return;  // a sample of the same face
-      while (begin_.size() <= own) begin_.push_back(static_cast<std::uint32_t>(faces_.size()));
-      faces_.push_back(face);
+      if (own >= shown_.size()) {
+        if (shown_.empty() || shown_.back() != face) list(face);
+        shown_.resize(own, none);
+        shown_.push_back(face);
+      } else if (shown_[own] != face) {
+        add_another(shown_[own], face);
+      }
     }
 
-    /// The faces of all pixels; a face is there once for each pixel.
-    [[nodiscard]] const std::vector<std::int32_t>& faces() const { return faces_; }
+    /// Of each pixel its only face, `none`, or a number below it for several faces, which no other pixel has;
+    /// the last pixels without faces may be missing.
+    [[nodiscard]] const std::vector<std::int32_t>& shown() const { return shown_; }
 
     /// The faces of a pixel; none if it is not in the band.
     [[nodiscard]] std::span<const std::int32_t> at(std::size_t pixel) const {
       const std::size_t own = pixel - first_;
-      if (own >= begin_.size()) return {};
-      const std::size_t end = own + 1 < begin_.size() ? begin_[own + 1] : faces_.size();
-      return {faces_.data() + begin_[own], end - begin_[own]};
+      if (own >= shown_.size() || shown_[own] == none) return {};
+      if (shown_[own] >= 0) return {shown_.data() + own, 1};
+      const std::int32_t* const count = several_.data() + (several - shown_[own]);
+      return {count + 1, static_cast<std::size_t>(*count)};
     }
 
     [[nodiscard]] std::size_t first_pixel() const { return first_; }
-    [[nodiscard]] std::size_t end_pixel() const { return first_ + begin_.size(); }
+
+    /// All faces, a few more than once.
+    [[nodiscard]] const std::vector<std::int32_t>& faces() const { return faces_; }
 
    private:
     friend class SeenFaces;
+    static constexpr std::int32_t several = none - 1;  // less the place in several_
+
+    void add_another(std::int32_t& shown, std::int32_t face) {
+      if (shown < none) {
+        if (several_.back() == face) return;
+        list(face);
+        ++several_[static_cast<std::size_t>(several - shown)];
+        several_.push_back(face);
+        return;
+      }
+      list(face);
+      const auto place = static_cast<std::int32_t>(several_.size());
+      several_.insert(several_.end(), {2, shown, face});
+      shown = several - place;
+    }
+
+    /// Adds a face to the list unless it was one of the last.
+    void list(std::int32_t face) {
+      std::int32_t& last = last_[static_cast<std::size_t>(face) % last_.size()];
+      if (std::exchange(last, face + 1) != face + 1) faces_.push_back(face);
+    }
+
     std::size_t first_ = 0;
-    std::vector<std::uint32_t> begin_;
     std::vector<std::int32_t> faces_;
+    std::array<std::int32_t, 256> last_{};  // faces plus 1, by their last bits
+    std::vector<std::int32_t> shown_;
+    std::vector<std::int32_t> several_;  // the number of a pixel's faces, then these
   };
 
   /// No seen faces: a picture of which nothing is known.
@@ -58,6 +94,39 @@ class SeenFaces {
 
   [[nodiscard]] Band& band(std::size_t index) { return bands_[index]; }
   [[nodiscard]] const std::vector<Band>& bands() const { return bands_; }
+
+  /// Calls visit(face) for all faces, some more than once.
+  template <class Visit>
+  void for_each_face(Visit visit) const {
+    for (const Band& band : bands_)
+      for (const std::int32_t face : band.faces()) visit(face);
+  }
+
+  /// The pixels of a row; the last ones may be missing.
+  struct Row {
+    const Band* band = nullptr;
+    std::size_t first_pixel = 0;
+    std::span<const std::int32_t> shown{};  ///< see Band::shown()
+
+    /// What a pixel shows.
+    [[nodiscard]] std::int32_t at(std::size_t column) const {
+      return column < shown.size() ? shown[column] : none;
+    }
+    /// The faces of a pixel that is not missing.
+    [[nodiscard]] std::span<const std::int32_t> faces(std::size_t column) const {
+      return band->at(first_pixel + column);
+    }
+  };
+  [[nodiscard]] Row row(std::size_t index) const {
+    if (index / band_rows_ >= bands_.size()) return {};
+    const Band& band = bands_[index / band_rows_];
+    const std::span<const std::int32_t> shown = band.shown();
+    const std::size_t begin = std::min(index % band_rows_ * width_, shown.size());
+    return {&band, index * width_, shown.subspan(begin, std::min(width_, shown.size() - begin))};
+  }
+
+  /// Rows of a band, the last one maybe of fewer.
+  [[nodiscard]] std::size_t band_rows() const { return band_rows_; }
 
   /// Width of the picture, pixels.
   [[nodiscard]] std::size_t width() const { return width_; }

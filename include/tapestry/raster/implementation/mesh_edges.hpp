@@ -14,6 +14,7 @@
 #include <tapestry/raster/detail/crossing_faces.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace tapestry::raster {
@@ -200,16 +201,59 @@ namespace tapestry::raster::detail {
 }
 
 /// Calls compare(face, face) for pairs of which each of two neighbouring pixels shows one face. Where pixels
-/// show more than two faces, faces are small, and a missed line is short.
+/// show more than two faces, faces are small, and a missed line is short. Both show at least one.
 template <class Compare>
 void compare_across(std::span<const std::int32_t> faces, std::span<const std::int32_t> beside,
                     Compare compare) {
   constexpr std::size_t most_faces = 2;
-  if (faces.size() > most_faces || beside.size() > most_faces || std::ranges::equal(faces, beside)) return;
+  if (faces.size() > most_faces || beside.size() > most_faces) return;
+  const auto has = [](std::span<const std::int32_t> shown, std::int32_t face) {
+    return shown.front() == face || shown.back() == face;
+  };
   for (const std::int32_t one : faces)
-    if (std::ranges::find(beside, one) == beside.end())
+    if (!has(beside, one))
       for (const std::int32_t other : beside)
-        if (std::ranges::find(faces, other) == faces.end()) compare(one, other);
+        if (!has(faces, other)) compare(one, other);
+}
+
+/// The last pairs of faces that were tested: most pairs come again from pixel to pixel.
+class TestedPairs {
+ public:
+  /// Returns whether a pair is known to have been tested, and keeps it.
+  [[nodiscard]] bool has(const FacePair& pair) {
+    const std::uint64_t key = std::uint64_t{static_cast<std::uint32_t>(pair.first)} << 32U |
+                              static_cast<std::uint32_t>(pair.second);
+    std::uint64_t& kept = kept_[(key * 0x9E3779B97F4A7C15U) >> 54U];
+    return std::exchange(kept, key) == key;
+  }
+
+ private:
+  std::array<std::uint64_t, 1024> kept_{};  // no pair is 0: faces differ
+};
+
+/// Calls compare(face, face) for the pairs of one pixel row: within pixels, with the next pixel, and with the
+/// one below. Inside a face, which is most of the picture, there are none.
+template <class Compare>
+void compare_row(const SeenFaces& seen, std::size_t row, Compare compare) {
+  const SeenFaces::Row own = seen.row(row), below = seen.row(row + 1);
+  const std::int32_t *const here = own.shown.data(), *const under = below.shown.data();
+  const std::size_t inner = own.shown.empty() ? 0 : std::min(own.shown.size() - 1, below.shown.size());
+  for (std::size_t column = 0; column < own.shown.size(); ++column) {
+    while (column < inner && ((here[column] ^ here[column + 1]) | (here[column] ^ under[column])) == 0)
+      ++column;
+    const std::int32_t shown = here[column], right = own.at(column + 1), down = below.at(column);
+    if (shown == SeenFaces::none) continue;
+    if (shown >= 0 && right >= SeenFaces::none && down >= SeenFaces::none) {  // at most one face each
+      if (right >= 0 && right != shown) compare(shown, right);
+      if (down >= 0 && down != shown) compare(shown, down);
+      continue;
+    }
+    const auto faces = own.faces(column);
+    for (std::size_t i = 1; i < faces.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) compare(faces[i], faces[j]);
+    if (right != SeenFaces::none) compare_across(faces, own.faces(column + 1), compare);
+    if (down != SeenFaces::none) compare_across(faces, below.faces(column), compare);
+  }
 }
 
 /// Sorts the pairs and removes duplicates.
@@ -226,24 +270,16 @@ std::vector<FacePair> crossing_faces(const geometry::Mesh& mesh, const MeshEdges
                                      const SeenFaces& seen) {
   std::vector<std::vector<FacePair>> found(seen.bands().size());
   parallel_for(found.size(), [&](std::size_t index) {
-    const SeenFaces::Band& band = seen.bands()[index];
     std::vector<FacePair>& pairs = found[index];
     std::size_t most = 4096;  // pairs before repeated ones are removed
+    detail::TestedPairs tested;
     const auto compare = [&](std::int32_t one, std::int32_t other) {
       const FacePair pair{std::min(one, other), std::max(one, other)};
-      if (detail::may_cut(mesh, edges, pair)) pairs.push_back(pair);
+      if (!tested.has(pair) && detail::may_cut(mesh, edges, pair)) pairs.push_back(pair);
     };
-    std::size_t column = 0;
-    for (std::size_t pixel = band.first_pixel(); pixel < band.end_pixel(); ++pixel) {
-      const auto faces = band.at(pixel);
-      for (std::size_t i = 1; i < faces.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j) compare(faces[i], faces[j]);
-      if (++column == seen.width())
-        column = 0;
-      else
-        detail::compare_across(faces, band.at(pixel + 1), compare);
-      const std::size_t below = pixel + seen.width();
-      detail::compare_across(faces, below < band.end_pixel() ? band.at(below) : seen.at(below), compare);
+    const auto [begin, end] = block_range(index, found.size() * seen.band_rows(), seen.band_rows());
+    for (std::size_t row = begin; row < end; ++row) {
+      detail::compare_row(seen, row, compare);
       if (pairs.size() < most) continue;
       detail::keep_once(pairs);
       most = std::max(most, 2 * pairs.size());

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -47,17 +48,14 @@ void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,
                            const std::vector<geometry::Vector3>& positions_view,
                            const geometry::Camera& camera, FacesInView& faces) {
   if (!edges.is_closed) return;
-  int shown = 0;
-  for (const SeenFaces::Band& band : seen.bands())
-    for (const std::int32_t face : band.faces()) {
-      if (shown == 0) shown = faces.winding(face);
-      if (shown == 0 || faces.winding(face) != shown) return;
-    }
-  if (shown == 0 ||
+  std::array<bool, 3> has{};  // faces of winding −1, 0 and 1
+  seen.for_each_face(
+      [&](std::int32_t face) { has[static_cast<std::size_t>(faces.winding(face) + 1)] = true; });
+  if (has[1] || has[0] == has[2] ||
       std::any_of(positions_view.begin(), positions_view.end(),
                   [&](const geometry::Vector3& position) { return !(position[2] > camera.near); }))
     return;
-  faces.leave_out(-shown);
+  faces.leave_out(has[0] ? 1 : -1);
 }
 
 }  // namespace tapestry::raster::detail
