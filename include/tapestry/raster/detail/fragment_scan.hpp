@@ -1,8 +1,8 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
@@ -84,6 +84,19 @@ class FragmentRow {
     size_ = size;
   }
 
+  /// Adds the fragments of pixels that show any number of faces, see RasterKernels::scan_pixels().
+  void add_faces(const SampleRows& samples, std::size_t row, std::size_t column_begin,
+                 std::size_t column_end) {
+    constexpr std::size_t chunk = 16;  // pixels
+    for (std::size_t column = column_begin; column < column_end; column += chunk) {
+      reserve(chunk, samples.axis * samples.axis);
+      size_ += raster_kernels().scan_pixels(
+          samples, row, column, std::min(column + chunk, column_end),
+          {column_.data() + size_, face_.data() + size_, coverage_.data() + size_, place_[0].data() + size_,
+           place_[1].data() + size_});
+    }
+  }
+
   void set_barycentrics(const RayGrid& rays, const geometry::Mesh& mesh,
                         const std::vector<geometry::Vector3>& positions_view) {
     const std::array<double*, 3> b{barycentric_[0].data(), barycentric_[1].data(), barycentric_[2].data()};
@@ -149,71 +162,14 @@ class FragmentScan {
       for (std::size_t column = column_begin; column < column_end; ++column) add_samples(faces, row, column);
     } else if (axis_ == 1) {
       fragments_.add_samples(faces, row, column_begin, column_end);
-    } else if (axis_ == 2) {
-      scan_pixels<2>(faces, row, column_begin, column_end);
-    } else if (axis_ == 4) {
-      scan_pixels<4>(faces, row, column_begin, column_end);
     } else {
-      scan_pixels<8>(faces, row, column_begin, column_end);
+      fragments_.add_faces({faces, width_ * axis_, axis_}, row, column_begin, column_end);
     }
     fragments_.set_barycentrics(rays_, mesh_, positions_view_);
     return fragments_;
   }
 
  private:
-  template <std::size_t Axis>
-  void scan_pixels(const std::int32_t* faces, std::size_t row, std::size_t column_begin,
-                   std::size_t column_end) {
-    constexpr double centre = 0.5 * static_cast<double>(Axis - 1);
-    for (std::size_t column = column_begin; column < column_end; ++column) {
-      const std::int32_t* const corner = faces + column * Axis;
-      const std::int32_t first = corner[0];
-      const auto own = static_cast<std::uint32_t>(first);
-      const std::uint64_t pair = std::uint64_t{own} << 32U | own;
-      std::uint64_t difference = 0;
-      for (std::size_t y = 0; y < Axis; ++y) {
-        for (std::size_t x = 0; x < Axis; x += 2) {
-          std::uint64_t samples = 0;
-          std::memcpy(&samples, corner + y * width_ * Axis + x, sizeof samples);
-          difference |= samples ^ pair;
-        }
-      }
-      if (difference == 0 && first < 0) continue;
-      fragments_.reserve(1, FragmentRow::most_of_pixel);
-      if (difference == 0) {
-        fragments_.add(
-            column, first, 1,
-            {static_cast<double>(column * Axis) + centre, static_cast<double>(row * Axis) + centre});
-      } else {
-        add_faces<Axis>(corner, row, column);
-      }
-    }
-  }
-
-  /// One fragment for each face of a pixel that shows several, or shows one in part.
-  template <std::size_t Axis>
-  void add_faces(const std::int32_t* corner, std::size_t row, std::size_t column) {
-    std::array<std::int32_t, Axis * Axis> face;
-    for (std::size_t y = 0; y < Axis; ++y)
-      std::memcpy(face.data() + y * Axis, corner + y * width_ * Axis, Axis * sizeof(std::int32_t));
-    for (std::size_t s = 0; s < face.size(); ++s) {
-      const std::int32_t own = face[s];
-      if (own < 0) continue;
-      std::int32_t count = 0, down = 0, right = 0;
-      for (std::size_t other = 0; other < face.size(); ++other) {  // those before s are −1 or another face's
-        const std::int32_t is_own = face[other] == own ? -1 : 0;
-        face[other] |= is_own;
-        count -= is_own;
-        down += is_own & static_cast<std::int32_t>(other / Axis);
-        right += is_own & static_cast<std::int32_t>(other % Axis);
-      }
-      const double each = 1 / static_cast<double>(count);
-      fragments_.add(column, own, share_ * static_cast<float>(count),
-                     {static_cast<double>(column * Axis) + each * static_cast<double>(right),
-                      static_cast<double>(row * Axis) + each * static_cast<double>(down)});
-    }
-  }
-
   /// One fragment for each sample, those of a face one after the other.
   void add_samples(const std::int32_t* faces, std::size_t row, std::size_t column) {
     std::array<std::int32_t, 64> face;

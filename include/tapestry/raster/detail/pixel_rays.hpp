@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/transform.hpp>
@@ -26,6 +27,12 @@ struct PixelRays {
             (point_view[1] / point_view[2] - first[1]) / step[1]};
   }
 };
+
+/// Distance of two points of a picture.
+[[nodiscard]] inline double distance(const std::array<double, 2>& a, const std::array<double, 2>& b) {
+  const double across = b[0] - a[0], down = b[1] - a[1];
+  return std::sqrt(across * across + down * down);
+}
 
 /// a·column + b·row + c.
 struct Affine {

@@ -21,6 +21,31 @@ struct SetupOptions {
   bool culls_back;
 };
 
+/// The samples of a pixel row: their faces, −1 for none.
+struct SampleRows {
+  const std::int32_t* faces;
+  std::size_t stride;  ///< step between rows of samples
+  std::size_t axis;    ///< samples along an axis of a pixel: 2, 4 or 8
+};
+
+/// Fragments to be written.
+struct FragmentColumns {
+  std::uint32_t* column;
+  std::int32_t* face;
+  float* coverage;
+  double* sample_column;  ///< mean place of the fragment's samples
+  double* sample_row;     ///< likewise
+};
+
+/// Points of faces, whose moments are wanted.
+struct MomentBatch {
+  static constexpr std::size_t most = 64;
+  std::size_t size = 0;
+  std::array<std::uint32_t, most> slot;                 ///< of the face's sums
+  std::array<std::array<double, 4>, most> value;        ///< three weights, and the coverage
+  std::array<std::array<double, 2>, most> barycentric;  ///< the third is 1 less these
+};
+
 /// The kernels of one instruction set; see raster_kernels.inl for what each computes.
 struct RasterKernels {
   void (*project)(const Projection&, const std::array<double, 3>* world, std::size_t count,
@@ -35,9 +60,12 @@ struct RasterKernels {
                         ScreenTriangle* triangles, TileRange* tiles) = nullptr;
   void (*draw_triangles)(const ScreenTriangle* const* triangles, std::size_t count,
                          const Tile& tile) = nullptr;
+  std::size_t (*scan_pixels)(const SampleRows& samples, std::size_t row, std::size_t begin, std::size_t end,
+                             const FragmentColumns& out) = nullptr;
   void (*barycentrics)(const RayGrid& rays, const std::array<std::int32_t, 3>* faces,
                        const std::array<double, 3>* view, std::size_t count, const std::int32_t* face,
                        const double* column, const double* row, double* const* result) = nullptr;
+  void (*add_moments)(const MomentBatch& batch, std::array<std::array<double, 8>, 4>* sums) = nullptr;
   void (*choose_lookups)(const LookupRule& rule, LookupBatch& batch, std::size_t count) = nullptr;
   void (*look_up)(const PyramidTexels& pyramid, const LookupBatch& batch, std::size_t count,
                   float* sums) = nullptr;

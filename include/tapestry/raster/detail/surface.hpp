@@ -107,19 +107,17 @@ class SurfaceColour {
     return slope;
   }
 
+  /// Whether slope() is known to be the same all over a face.
+  [[nodiscard]] bool has_constant_slope(std::int32_t face) const {
+    return (std::same_as<Lighting, PreparedUnlit> || std::same_as<Lighting, PreparedLight>)&&layout_.kind ==
+               TextureKind::vertex &&
+           painted_[static_cast<std::size_t>(face)] != 0;
+  }
+
   /// Σ_c weight_c · ∂colour_c/∂b.
   [[nodiscard]] std::array<double, 3> slope_adjoint(std::int32_t face, const std::array<double, 3>& b,
                                                     const std::array<double, 3>& weight) const {
     std::array<double, 3> sum{};
-    const auto index = static_cast<std::size_t>(face);
-    if (std::same_as<Lighting, PreparedUnlit> && layout_.kind == TextureKind::vertex &&
-        painted_[index] != 0) {
-      for (std::size_t k = 0; k < 3; ++k) {  // the colours of the corners
-        const T* const texel = texels_.data() + 3 * static_cast<std::size_t>(mesh_.faces[index][k]);
-        for (std::size_t c = 0; c < 3; ++c) sum[k] += weight[c] * static_cast<double>(texel[c]);
-      }
-      return sum;
-    }
     const ColourSlope<3> slope = this->slope(face, b);
     for (std::size_t c = 0; c < 3; ++c)
       for (std::size_t k = 0; k < 3; ++k) sum[k] += weight[c] * slope[c][k];

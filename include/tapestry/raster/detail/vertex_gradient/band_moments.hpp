@@ -12,12 +12,22 @@ namespace tapestry::raster::detail {
 template <class Moments>
 class BandMoments {
  public:
-  [[nodiscard]] Moments& of(std::int32_t face) {
+  [[nodiscard]] Moments& of(std::int32_t face) { return moments_[place_of(face)]; }
+  /// Place of a face's sums in all().
+  [[nodiscard]] std::size_t place_of(std::int32_t face) {
     if (face != last_face_) {
       last_face_ = face;
       last_ = slot_of(face);
     }
-    return moments_[last_];
+    return last_;
+  }
+  /// Removes all, and keeps the memory of a few thousand faces.
+  void clear() {
+    constexpr std::size_t most = 8192;
+    if (table_.size() > most) *this = {};
+    moments_.clear();
+    std::fill(table_.begin(), table_.end(), 0);
+    last_face_ = -1;
   }
   [[nodiscard]] const std::vector<Moments>& all() const { return moments_; }
   [[nodiscard]] std::vector<Moments>& all() { return moments_; }

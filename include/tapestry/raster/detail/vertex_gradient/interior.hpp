@@ -14,6 +14,7 @@
 #include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/detail/surface.hpp>
 #include <tapestry/raster/detail/vertex_gradient/band_moments.hpp>
+#include <tapestry/raster/detail/vertex_gradient/face_moments.hpp>
 #include <tapestry/raster/detail/vertex_gradient/grazing_faces.hpp>
 #include <tapestry/raster/detail/vertex_gradient/sliver.hpp>
 #include <tapestry/raster/fragments.hpp>
@@ -27,16 +28,19 @@ struct VertexShare {
   geometry::Vector3 adjoint_view;
 };
 
-/// Adds shares to the derivatives with respect to positions of the world, block by block, so that the sums do
-/// not depend on the threads that made the blocks.
+/// Adds shares to the derivatives with respect to positions of the world.
+inline void add_shares(const std::vector<VertexShare>& shares, const geometry::Camera& camera,
+                       std::vector<geometry::Vector3>& positions_adjoint) {
+  for (const VertexShare& share : shares) {
+    geometry::Vector3& sum = positions_adjoint[static_cast<std::size_t>(share.vertex)];
+    sum = geometry::add(sum, geometry::multiply_transposed(camera.rotation, share.adjoint_view));
+  }
+}
+
+/// Adds them block by block, so that the sums do not depend on the threads that made the blocks.
 inline void add_shares(const std::vector<std::vector<VertexShare>>& blocks, const geometry::Camera& camera,
                        std::vector<geometry::Vector3>& positions_adjoint) {
-  for (const auto& block : blocks) {
-    for (const VertexShare& share : block) {
-      geometry::Vector3& sum = positions_adjoint[static_cast<std::size_t>(share.vertex)];
-      sum = geometry::add(sum, geometry::multiply_transposed(camera.rotation, share.adjoint_view));
-    }
-  }
+  for (const auto& block : blocks) add_shares(block, camera, positions_adjoint);
 }
 
 inline std::array<geometry::Vector3, 3> corners_in_view(const geometry::Mesh& mesh,
@@ -59,7 +63,7 @@ template <class Visit>
 void for_each_piece(const std::array<double, 2>& from, const std::array<double, 2>& to, double longest,
                     Visit visit) {
   const std::array<double, 2> way{to[0] - from[0], to[1] - from[1]};
-  const double length = std::hypot(way[0], way[1]);
+  const double length = distance(from, to);
   if (!(length > 0)) return;
   std::array<double, 2> border;  // the next one along each axis
   for (std::size_t axis = 0; axis < 2; ++axis)
@@ -82,25 +86,6 @@ void for_each_piece(const std::array<double, 2>& from, const std::array<double, 
     begin = end;
   }
 }
-
-/// Sums of one band of rows over the fragments of a face, σ_j being ∂colour/∂b_j times the adjoint of the
-/// colour.
-struct FaceMoments {
-  std::int32_t face;
-  double light = 0;                              ///< derivative with respect to its light
-  std::array<std::array<double, 3>, 3> first{};  ///< Σ b_k·σ_j, [k][j]
-  std::array<double, 3> second{};                ///< Σ b_k·(Σ_j σ_j·b_j)
-  std::array<double, 3> place{};                 ///< Σ coverage·b
-
-  /// Multiplies the sums that are derivatives.
-  void scale(double factor) {
-    light *= factor;
-    for (std::size_t k = 0; k < 3; ++k) {
-      first[k] = geometry::scale(first[k], factor);
-      second[k] *= factor;
-    }
-  }
-};
 
 /// Derivative of a face's colours at fixed points of the picture with respect to its corners, times an
 /// adjoint.
@@ -187,26 +172,6 @@ requires(!std::same_as<OtherLight, Light>) void add_light_adjoint(const geometry
                                                                   std::int32_t, double,
                                                                   std::vector<geometry::Vector3>&) {}
 
-/// Adds the contribution of one fragment; that of its light only if the face turns in it.
-/// \param adjoint  of the pixel's three values
-template <std::floating_point T, class Colour>
-void add_fragment(const Colour& colour, const Fragment& fragment, const T* adjoint, bool is_turning,
-                  FaceMoments& moments) {
-  const std::array<double, 3>& b = fragment.barycentric;
-  std::array<double, 3> weight;
-  for (std::size_t c = 0; c < 3; ++c) weight[c] = fragment.coverage * static_cast<double>(adjoint[c]);
-  const std::array<double, 3> sum = colour.slope_adjoint(fragment.face, b, weight);
-  const double along = sum[0] * b[0] + sum[1] * b[1] + sum[2] * b[2];
-  for (std::size_t k = 0; k < 3; ++k) {
-    for (std::size_t j = 0; j < 3; ++j) moments.first[k][j] += b[k] * sum[j];
-    moments.second[k] += b[k] * along;
-    moments.place[k] += fragment.coverage * b[k];
-  }
-  if (!is_turning) return;
-  const auto tinted = colour.tinted(fragment.face, b);
-  for (std::size_t c = 0; c < 3; ++c) moments.light += weight[c] * tinted[c];
-}
-
 /// Destinations of the derivative with respect to positions: one for motion in the picture, and one for light
 /// that turns with its face, which is left out if null. Both may be the same.
 struct MotionAdjoint {
@@ -220,31 +185,52 @@ template <class Model>
   return std::same_as<Model, Light> && positions_adjoint.turning != nullptr;
 }
 
-/// Adds the derivatives of faces' moments, block by block, so that the sums do not depend on the threads that
-/// made the blocks.
+/// Derivatives from the fragments of one block.
+struct BlockShares {
+  /// The derivative with respect to a face's light.
+  struct Turning {
+    std::int32_t face;
+    double light;
+  };
+  std::vector<VertexShare> moving;
+  std::vector<Turning> turning;
+};
+
+/// The derivatives of faces' moments.
 /// \param step  see sliver_factor()
-template <std::floating_point T, class Model>
-void add_moments(const Surface<T, Model>& surface, const FragmentBands& fragments,
-                 std::vector<BandMoments<FaceMoments>>& blocks, const std::array<double, 2>& step,
-                 const MotionAdjoint& positions_adjoint) {
-  const geometry::Mesh& mesh = surface.body.mesh;
-  const geometry::Camera& camera = fragments.camera();
-  std::vector<std::vector<VertexShare>> shares(blocks.size());
-  parallel_for(blocks.size(), [&](std::size_t index) {
-    shares[index].reserve(3 * blocks[index].all().size());
-    for (FaceMoments& face : blocks[index].all()) {
-      const auto corners = corners_in_view(mesh, fragments.positions_view(), face.face);
-      face.scale(sliver_factor(corners, face.place, step));
-      const auto part = moving_texture_adjoint(corners, face);
-      for (std::int32_t k = 0; k < 3; ++k)
-        shares[index].push_back({corner_of(mesh, face.face, k), part[static_cast<std::size_t>(k)]});
-    }
+template <class Colour>
+[[nodiscard]] BlockShares shares_of(const Colour& colour, const FragmentBands& fragments, MomentSums& sums,
+                                    const std::array<double, 2>& step, bool is_turning) {
+  BlockShares shares;
+  shares.moving.reserve(3 * sums.face_count());
+  sums.visit(colour, [&](FaceMoments& face) {
+    const auto corners = corners_in_view(fragments.mesh(), fragments.positions_view(), face.face);
+    face.scale(sliver_factor(corners, face.place, step));
+    const auto part = moving_texture_adjoint(corners, face);
+    for (std::int32_t k = 0; k < 3; ++k)
+      shares.moving.push_back({corner_of(fragments.mesh(), face.face, k), part[static_cast<std::size_t>(k)]});
+    if (is_turning) shares.turning.push_back({face.face, face.light});
   });
-  add_shares(shares, camera, *positions_adjoint.moving);
-  if (!is_turning<Model>(positions_adjoint)) return;
-  for (const auto& block : blocks)
-    for (const FaceMoments& face : block.all())
-      add_light_adjoint(mesh, camera, surface.light, face.face, face.light, *positions_adjoint.turning);
+  return shares;
+}
+
+/// Adds the derivatives block by block, so that the sums do not depend on the threads that made the blocks.
+template <std::floating_point T, class Model>
+void add_blocks(const Surface<T, Model>& surface, const FragmentBands& fragments,
+                const std::vector<BlockShares>& blocks, const MotionAdjoint& positions_adjoint) {
+  for (const BlockShares& block : blocks)
+    add_shares(block.moving, fragments.camera(), *positions_adjoint.moving);
+  for (const BlockShares& block : blocks)
+    for (const auto& [face, light] : block.turning)
+      add_light_adjoint(fragments.mesh(), fragments.camera(), surface.light, face, light,
+                        *positions_adjoint.turning);
+}
+
+/// Memory for the moments of one block at a time.
+[[nodiscard]] inline MomentSums& moment_sums() {
+  static thread_local MomentSums sums;
+  sums.clear();
+  return sums;
 }
 
 /// The part of the gradient from inside the faces, with outlines held still, sampled a band of rows at a
@@ -255,19 +241,22 @@ template <std::floating_point T, class Model, class Colour>
 SeenFaces add_interior(const Surface<T, Model>& surface, const Colour& colour, const FragmentBands& fragments,
                        const Array<T, 3>& render_adjoint, const MotionAdjoint& positions_adjoint,
                        const std::vector<std::int32_t>& left_out) {
-  std::vector<BandMoments<FaceMoments>> bands(fragments.band_count());
+  std::vector<BlockShares> bands(fragments.band_count());
   SeenFaces seen(fragments.width(), fragments.band_rows(), bands.size());
+  const bool turns = is_turning<Model>(positions_adjoint);
   parallel_for(bands.size(), [&](std::size_t index) {
+    MomentSums& sums = moment_sums();
+    SeenFaces::Band& band = seen.band(index);
     fragments.visit_band(index, grain_of(surface.body.layout), [&](const Fragment& fragment) {
       const T* const adjoint = render_adjoint.data() + 3 * fragment.pixel;
       if (adjoint[0] == 0 && adjoint[1] == 0 && adjoint[2] == 0) return;
-      seen.band(index).add(fragment.pixel, fragment.face);
-      if (!std::binary_search(left_out.begin(), left_out.end(), fragment.face))
-        add_fragment(colour, fragment, adjoint, is_turning<Model>(positions_adjoint),
-                     bands[index].of(fragment.face));
+      band.add(fragment.pixel, fragment.face);
+      if (left_out.empty() || !std::binary_search(left_out.begin(), left_out.end(), fragment.face))
+        sums.add(colour, fragment, adjoint, turns);
     });
+    bands[index] = shares_of(colour, fragments, sums, sample_step(fragments), turns);
   });
-  add_moments(surface, fragments, bands, sample_step(fragments), positions_adjoint);
+  add_blocks(surface, fragments, bands, positions_adjoint);
   return seen;
 }
 
@@ -278,14 +267,16 @@ void add_grazing_interior(const Surface<T, Model>& surface, const Colour& colour
                           const FragmentBands& fragments, const Array<T, 3>& render_adjoint,
                           const MotionAdjoint& positions_adjoint, const GrazingSpans& spans,
                           const FaceField& field) {
-  std::vector<BandMoments<FaceMoments>> blocks(spans.face_count());
+  std::vector<BlockShares> blocks(spans.face_count());
+  const bool turns = is_turning<Model>(positions_adjoint);
   parallel_for(blocks.size(), [&](std::size_t index) {
+    MomentSums& sums = moment_sums();
     spans.visit(field, index, [&](const Fragment& fragment) {
-      add_fragment(colour, fragment, render_adjoint.data() + 3 * fragment.pixel,
-                   is_turning<Model>(positions_adjoint), blocks[index].of(fragment.face));
+      sums.add(colour, fragment, render_adjoint.data() + 3 * fragment.pixel, turns);
     });
+    blocks[index] = shares_of(colour, fragments, sums, GrazingSpans::sliver_step(field), turns);
   });
-  add_moments(surface, fragments, blocks, GrazingSpans::sliver_step(field), positions_adjoint);
+  add_blocks(surface, fragments, blocks, positions_adjoint);
 }
 
 }  // namespace tapestry::raster::detail

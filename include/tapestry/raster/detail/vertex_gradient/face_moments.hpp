@@ -1,0 +1,125 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <tapestry/raster/detail/footprint.hpp>
+#include <tapestry/raster/detail/raster_kernels.hpp>
+#include <tapestry/raster/detail/vertex_gradient/band_moments.hpp>
+#include <tapestry/raster/fragments.hpp>
+#include <vector>
+
+namespace tapestry::raster::detail {
+
+/// Sums over fragments of a face, σ_j being ∂colour/∂b_j times the adjoint of the colour.
+struct FaceMoments {
+  std::int32_t face;
+  double light = 0;                              ///< derivative with respect to its light
+  std::array<std::array<double, 3>, 3> first{};  ///< Σ b_k·σ_j, [k][j]
+  std::array<double, 3> second{};                ///< Σ b_k·(Σ_j σ_j·b_j)
+  std::array<double, 3> place{};                 ///< Σ coverage·b
+
+  /// Sets the sums that are derivatives, for σ_j = Σ_c value_c·slope[c][j], and the place, from the
+  /// sums of RasterKernels::add_moments().
+  void set(const std::array<std::array<double, 8>, 4>& sums, const ColourSlope<3>& slope) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto& [whole, x, y, xx, xy, yy, unused_6, unused_7] = sums[c];
+      const double z = whole - x - y, xz = x - xx - xy, yz = y - xy - yy, zz = z - xz - yz;
+      const std::array<std::array<double, 3>, 3> product{{{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}}};
+      const std::array<double, 3> single{x, y, z};
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t j = 0; j < 3; ++j) {
+          first[k][j] += single[k] * slope[c][j];
+          second[k] += product[k][j] * slope[c][j];
+        }
+    }
+    place = {sums[3][1], sums[3][2], sums[3][0] - sums[3][1] - sums[3][2]};
+  }
+
+  /// Multiplies the sums that are derivatives.
+  void scale(double factor) {
+    light *= factor;
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (double& sum : first[k]) sum *= factor;
+      second[k] *= factor;
+    }
+  }
+};
+
+/// Sums the moments of faces.
+class MomentSums {
+ public:
+  /// Removes all, and keeps at most 2 MiB of memory.
+  void clear() {
+    constexpr std::size_t most = 8192;  // faces
+    faces_.clear();
+    sums_.clear();
+    if (sums_.capacity() > most) sums_.shrink_to_fit();
+    batch_.size = 0;
+    face_ = -1;
+  }
+
+  [[nodiscard]] std::size_t face_count() const { return sums_.size(); }
+
+  /// Adds the contribution of one fragment; that of its light only if the face turns in it.
+  /// \param adjoint  of the pixel's three values
+  template <std::floating_point T, class Colour>
+  void add(const Colour& colour, const Fragment& fragment, const T* adjoint, bool is_turning) {
+    if (batch_.size == MomentBatch::most) add_batch();
+    if (fragment.face != face_) begin(colour, fragment.face);
+    const std::size_t i = batch_.size++;
+    const std::array<double, 3>& b = fragment.barycentric;
+    std::array<double, 3> weight;
+    for (std::size_t c = 0; c < 3; ++c) weight[c] = fragment.coverage * static_cast<double>(adjoint[c]);
+    if (is_turning) {
+      const auto tinted = colour.tinted(fragment.face, b);
+      for (std::size_t c = 0; c < 3; ++c) faces_.all()[place_].light += weight[c] * tinted[c];
+    }
+    if (!is_flat_) weight = colour.slope_adjoint(fragment.face, b, weight);
+    batch_.slot[i] = static_cast<std::uint32_t>(place_);
+    batch_.value[i] = {weight[0], weight[1], weight[2], fragment.coverage};
+    batch_.barycentric[i] = {b[0], b[1]};
+  }
+
+  /// Calls use(moments) for each face, in the order in which the faces were first met.
+  template <class Colour, class Use>
+  void visit(const Colour& colour, Use use) {
+    constexpr ColourSlope<3> unit{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    add_batch();
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      const auto& [face, light] = faces_.all()[i];
+      FaceMoments moments{face, light};
+      moments.set(sums_[i], colour.has_constant_slope(face) ? colour.slope(face, {}) : unit);
+      use(moments);
+    }
+  }
+
+ private:
+  struct FaceLight {
+    std::int32_t face;
+    double light = 0;
+  };
+
+  template <class Colour>
+  void begin(const Colour& colour, std::int32_t face) {
+    face_ = face;
+    place_ = faces_.place_of(face);
+    is_flat_ = colour.has_constant_slope(face);
+    if (place_ == sums_.size()) sums_.push_back({});
+  }
+
+  void add_batch() {
+    raster_kernels().add_moments(batch_, sums_.data());
+    batch_.size = 0;
+  }
+
+  std::int32_t face_ = -1;  // of the last fragment
+  std::size_t place_ = 0;
+  bool is_flat_ = false;  // whether its colour has one slope, so that values are adjoints of colours, not σ
+  BandMoments<FaceLight> faces_;
+  std::vector<std::array<std::array<double, 8>, 4>> sums_;
+  MomentBatch batch_;
+};
+
+}  // namespace tapestry::raster::detail
