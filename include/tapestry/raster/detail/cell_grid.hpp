@@ -10,26 +10,6 @@
 
 namespace tapestry::raster {
 
-/// A face in a cell. The low half is its slot. The high half is its farness: the complement of the bits of
-/// its greatest 1/z there as a float, so that the nearest face has the least entry.
-struct CellEntry {
-  std::uint64_t bits;
-
-  [[nodiscard]] static CellEntry of(std::uint32_t farness, std::uint32_t slot) {
-    return {std::uint64_t{farness} << 32U | slot};
-  }
-  [[nodiscard]] static std::uint32_t farness_of(double inverse_depth_max) {
-    const float least = static_cast<float>(std::clamp(inverse_depth_max, 0.0, 3e38));
-    return ~(std::bit_cast<std::uint32_t>(least) + 1);  // the next larger float, which is certainly not less
-  }
-
-  [[nodiscard]] std::size_t slot() const { return bits & 0xFFFFFFFFU; }
-  [[nodiscard]] double inverse_depth_max() const {
-    return static_cast<double>(std::bit_cast<float>(~static_cast<std::uint32_t>(bits >> 32U)));
-  }
-  auto operator<=>(const CellEntry&) const = default;
-};
-
 /// Square cells over the part of a picture that a mesh covers.
 class CellGrid {
  public:
@@ -38,7 +18,7 @@ class CellGrid {
     std::array<std::int32_t, 2> first, last;
   };
 
-  /// Makes half a cell for each face, as if the faces were spread evenly; fewer where they lie in more than
+  /// Makes a cell for eight faces, as if the faces were spread evenly; fewer where they lie in more than
   /// about 16 layers, so that the lists of all cells together stay a few times as long as the number of
   /// faces.
   explicit CellGrid(const FacesInView::Extent& extent) {
@@ -50,7 +30,7 @@ class CellGrid {
     const double margin = 2e-3;  // so that points just beside an edge have a cell
     const double across = size[0] + 2 * margin, down = size[1] + 2 * margin;
     const auto count = static_cast<double>(std::max<std::size_t>(extent.count, 1));
-    const double least = std::max(2 * across * down, extent.area / 8) / count;  // px²
+    const double least = std::max(8 * across * down, extent.area / 2) / count;  // px²
     side_ = std::max(std::sqrt(least), 1e-3 * std::max(across, down));
     cells_per_px_ = 1 / side_;
     origin_ = {low[0] - margin, low[1] - margin};
@@ -72,13 +52,6 @@ class CellGrid {
             origin_[1] + (static_cast<double>(y) + 0.5) * side_};
   }
 
-  /// The cell of a point; size() if there is none.
-  [[nodiscard]] std::size_t cell_of(double column, double row) const {
-    const double x = (column - origin_[0]) * cells_per_px_, y = (row - origin_[1]) * cells_per_px_;
-    if (!(x >= 0 && y >= 0 && x < columns_ && y < rows_)) return size();
-    return index(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y));
-  }
-
   /// The cells that a box touches; for a box beside all cells the nearest ones.
   [[nodiscard]] Range cells_of(const std::array<double, 2>& low, const std::array<double, 2>& high) const {
     const auto cell = [&](double value, std::size_t axis, std::int32_t count) {
@@ -89,24 +62,29 @@ class CellGrid {
             {cell(high[0], 0, columns_), cell(high[1], 1, rows_)}};
   }
 
-  /// Calls visit(index) for the cells that a line touches, made wider by `pad` px, some more than once.
+  /// Cuts a line at the borders of cells: calls visit(index, from, to) for each segment, in order. Those
+  /// beside all cells are in the nearest ones.
   template <class Visit>
-  void for_each_cell_along(const std::array<double, 2>& from, const std::array<double, 2>& to, double pad,
-                           Visit visit) const {
-    const double length = std::max(std::abs(to[0] - from[0]), std::abs(to[1] - from[1]));
-    const double count = std::ceil(length * cells_per_px_);
+  void cut(const std::array<double, 2>& from, const std::array<double, 2>& to, Visit visit) const {
+    std::array<std::int32_t, 2> cell = cells_of(from, from).first;
+    const std::array<std::int32_t, 2> last = cells_of(to, to).first;
     std::array<double, 2> begin = from;
-    for (double i = 1; i <= std::max(count, 1.0); ++i) {
-      std::array<double, 2> end = to;
-      if (i < count)
-        for (std::size_t axis = 0; axis < 2; ++axis)
-          end[axis] = from[axis] + (to[axis] - from[axis]) * i / count;
-      const Range range = cells_of({std::min(begin[0], end[0]) - pad, std::min(begin[1], end[1]) - pad},
-                                   {std::max(begin[0], end[0]) + pad, std::max(begin[1], end[1]) + pad});
-      for (std::int32_t y = range.first[1]; y <= range.last[1]; ++y)
-        for (std::int32_t x = range.first[0]; x <= range.last[0]; ++x) visit(index(x, y));
+    while (cell != last) {
+      std::array<double, 2> share{2, 2};  // of the line, up to the next cell along each axis
+      for (std::size_t axis = 0; axis < 2; ++axis)
+        if (cell[axis] != last[axis])
+          share[axis] =
+              (origin_[axis] + side_ * (cell[axis] + (cell[axis] < last[axis] ? 1 : 0)) - from[axis]) /
+              (to[axis] - from[axis]);
+      const std::size_t across = share[0] < share[1] ? 0 : 1;
+      const double reached = std::clamp(share[across], 0.0, 1.0);
+      const std::array<double, 2> end{from[0] + reached * (to[0] - from[0]),
+                                      from[1] + reached * (to[1] - from[1])};
+      visit(index(cell[0], cell[1]), begin, end);
+      cell[across] += cell[across] < last[across] ? 1 : -1;
       begin = end;
     }
+    visit(index(cell[0], cell[1]), begin, to);
   }
 
  private:

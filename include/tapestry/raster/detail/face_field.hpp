@@ -11,30 +11,30 @@
 #include <tapestry/raster/detail/crossing_faces.hpp>
 #include <tapestry/raster/detail/face_weights.hpp>
 #include <tapestry/raster/detail/pixel_rays.hpp>
+#include <tapestry/raster/detail/raster_kernels.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <vector>
 
 namespace tapestry::raster {
 
-/// The faces that a ray through a point of a picture meets, without the visibility buffer's snapping, but
-/// only along marked lines: mark() them, then fill(). Faces are found through a grid of cells about as large
-/// as they are, nearest first; cells without marks take no work.
+/// The faces that rays through points of a picture meet, without the visibility buffer's snapping, but only
+/// along marked lines: mark() them, then fill(). A grid of cells, each for about eight faces, cuts the lines;
+/// each face is tested against the segments in its cells, and each segment lists the faces near it.
 class FaceField {
  public:
-  /// The face that a ray meets.
-  struct Hit {
-    std::int32_t face = -1;
-    double inverse_depth = 0;
-  };
-
   /// \param faces  must outlive this, as must seen
   /// \param seen   faces that are known to be seen, which are tested first
   FaceField(const FacesInView& faces, const SeenFaces& seen, const geometry::Camera& camera);
 
-  /// Marks a line of the picture and up to 1e-5 px beside it. Several threads may mark at once.
-  void mark(const std::array<double, 2>& from, const std::array<double, 2>& to);
+  /// Marks a line of the picture and up to 1e-5 px beside it; returns its index, which counts from 0.
+  std::size_t mark(const std::array<double, 2>& from, const std::array<double, 2>& to) {
+    lines_.push_back({from, to});
+    return lines_.size() - 1;
+  }
+  /// Number of marked lines.
+  [[nodiscard]] std::size_t mark_count() const { return lines_.size(); }
 
-  /// Lists the faces of all cells with marks.
+  /// Lists the faces near all marked lines.
   void fill();
 
   [[nodiscard]] const PixelRays& rays() const { return faces_.frame().rays; }
@@ -42,7 +42,7 @@ class FaceField {
   /// 1/z of far and near.
   [[nodiscard]] const std::array<double, 2>& limits() const { return limits_; }
 
-  /// Weights of a face that is seen or touches a cell with marks; all 0 for one that is not drawn.
+  /// Weights of a face that is seen or near a line; all 0 for one that is not drawn.
   [[nodiscard]] const FaceWeights& weights(std::int32_t face) const {
     return listed_[slot_[static_cast<std::size_t>(face)]].weights;
   }
@@ -54,78 +54,36 @@ class FaceField {
     return weights(face).hit(column, row, limits_);
   }
 
-  /// The faces that rays meet at a point of a line and just beside it.
-  struct Sides {
-    std::int32_t hider = -1;  ///< a face that hides the point; `seen` is then not set
-    std::array<Hit, 2> seen;  ///< at point − step and point + step: the nearest face, of equals the lowest
-  };
+  /// The first segment of a line; the others follow up to that of the next line.
+  [[nodiscard]] std::size_t first_segment(std::size_t line) const { return first_[line]; }
 
-  /// Side of a cell, in pixels.
-  [[nodiscard]] double cell_side() const { return grid_.side(); }
-  [[nodiscard]] std::uint32_t cell_of(const std::array<double, 2>& point) const {
-    return place_[grid_.cell_of(point[0], point[1])];
-  }
-  /// The faces of a cell, nearest first.
-  [[nodiscard]] std::span<const CellEntry> faces_in(std::uint32_t cell) const {
-    return {entries_.data() + begin_[cell], begin_[cell + 1] - begin_[cell]};
+  /// The segment of a line, from a given one on, in which a point lies.
+  /// \param place  its distance from the line's first end
+  [[nodiscard]] std::size_t segment_at(std::size_t line, std::size_t segment, double place) const {
+    while (segment + 1 < first_[line + 1] && place > end_[segment]) ++segment;
+    return segment;
   }
 
-  /// Calls visit(face, weights) for the faces of the cells along a marked line, some more than once; not for
-  /// those whose 1/z there is certainly less than a given one.
+  /// Calls visit(face, weights) for the faces near a line, some more than once.
   template <class Visit>
-  void for_each_face_along(const std::array<double, 2>& from, const std::array<double, 2>& to,
-                           double inverse_depth, Visit visit) const {
-    grid_.for_each_cell_along(from, to, 0, [&](std::size_t cell) {
-      for (const CellEntry entry : faces_in(place_[cell])) {
-        if (entry.inverse_depth_max() < inverse_depth * (1 - hiding_margin)) return;
-        const Listed& listed = listed_[entry.slot()];
-        visit(listed.face, listed.weights);
-      }
-    });
+  void for_each_face_near(std::size_t line, Visit visit) const {
+    for (std::size_t segment = first_[line]; segment < first_[line + 1]; ++segment)
+      for (const std::uint32_t slot : near(segment)) visit(listed_[slot].face, listed_[slot].weights);
   }
 
-  /// Keeps those of some faces that rays between two points of a line, or up to `step` beside it, may meet.
-  void keep_near(const std::array<double, 2>& from, const std::array<double, 2>& to,
-                 const std::array<double, 2>& step, std::span<const CellEntry> faces,
-                 std::vector<CellEntry>& kept) const;
-
-  /// Searches some faces, nearest first, for one that hides a point of a line, and for faces beside the point
-  /// that are nearer than the known ones.
-  /// \param inverse_depth  1/z of the line
-  /// \param known          1/z of the known visible face on each side, 0 for none
-  /// \param is_left_out    faces to ignore, as hiders and as seen
-  template <class Predicate>
-  [[nodiscard]] Sides look(std::span<const CellEntry> faces, const std::array<double, 2>& point,
-                           double inverse_depth, const std::array<double, 2>& step,
-                           const std::array<double, 2>& known, Predicate is_left_out) const {
-    Sides sides{-1, {Hit{-1, known[0]}, Hit{-1, known[1]}}};
-    const double hidden_from = inverse_depth * (1 + hiding_margin);
-    for (const CellEntry entry : faces) {
-      const double most = entry.inverse_depth_max();
-      if (most < std::min({inverse_depth, sides.seen[0].inverse_depth, sides.seen[1].inverse_depth})) break;
-      const auto& [weights, face] = listed_[entry.slot()];
-      const std::array<Affine, 3>& w = weights.w;
-      std::array<double, 3> at, change;
-      bool is_beside = true;
-      for (std::size_t k = 0; k < 3; ++k) {
-        at[k] = w[k].at(point[0], point[1]);
-        change[k] = w[k].a * step[0] + w[k].b * step[1];
-        is_beside = is_beside && at[k] + std::abs(change[k]) >= 0;
-      }
-      if (!is_beside) continue;
-      if (FaceWeights::hit(at, limits_) > hidden_from && !is_left_out(face)) return {face, {}};
-      for (std::size_t side = 0; side < 2; ++side) {
-        const double sign = side == 0 ? -1 : 1;
-        const double there = FaceWeights::hit(
-            {at[0] + sign * change[0], at[1] + sign * change[1], at[2] + sign * change[2]}, limits_);
-        Hit& best = sides.seen[side];
-        if (there == 0 || there < best.inverse_depth) continue;
-        if (there == best.inverse_depth && (best.face < 0 || face > best.face)) continue;
-        if (!is_left_out(face)) best = {face, there};
-      }
-    }
-    return sides;
+  /// 1/z of faces that hide a point, more than that of the point by what rounding may cause.
+  [[nodiscard]] static double hidden_from(double inverse_depth) {
+    constexpr double rounding = 1e-9;
+    return inverse_depth * (1 + rounding);
   }
+
+  /// Finds what hides points of a segment, and what is seen beside them.
+  /// \param step      to the points beside them, which lie at point − step and point + step
+  /// \param left_out  the faces of these are ignored
+  /// \param points    their place, hidden_from and the 1/z of known faces are set
+  /// \param found     memory for faces
+  void look(std::size_t segment, const std::array<double, 2>& step, std::span<const HalfEdge> left_out,
+            LinePoints& points, std::vector<LineFace>& found) const;
 
   /// Whether a face is nearer at a point than 1 / inverse_depth, by more than rounding may cause.
   [[nodiscard]] bool hides(std::int32_t face, double column, double row, double inverse_depth) const {
@@ -135,34 +93,38 @@ class FaceField {
   /// The faces known to be seen in a pixel.
   [[nodiscard]] std::span<const std::int32_t> seen_in(std::size_t pixel) const { return seen_.at(pixel); }
 
-  /// Like hider(), but tests only the faces known to be seen in the point's pixel, and needs no mark.
+  /// Like hider(), but tests only the faces known to be seen in the point's pixel and the four around
+  /// it, and needs no mark.
   template <class Predicate>
   [[nodiscard]] std::int32_t seen_hider(double column, double row, double inverse_depth,
                                         Predicate is_left_out) const {
-    for (const std::int32_t face : seen_.at(column, row))
-      if (hides(face, column, row, inverse_depth) && !is_left_out(face)) return face;
+    constexpr std::array<std::array<double, 2>, 5> around{{{0, 0}, {1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+    for (const auto& [right, down] : around)
+      for (const std::int32_t face : seen_.at(column + right, row + down))
+        if (hides(face, column, row, inverse_depth) && !is_left_out(face)) return face;
     return -1;
   }
 
-  /// A face, other than those that `is_left_out`, that hides a point; −1 if there is none.
+  /// A face, other than those that `is_left_out`, that hides a point of a segment; −1 if there is none.
   template <class Predicate>
-  [[nodiscard]] std::int32_t hider(double column, double row, double inverse_depth,
+  [[nodiscard]] std::int32_t hider(std::size_t segment, double column, double row, double inverse_depth,
                                    Predicate is_left_out) const {
-    for (const CellEntry entry : faces_in(cell_of({column, row}))) {
-      if (entry.inverse_depth_max() <= inverse_depth) return -1;
-      const auto& [weights, face] = listed_[entry.slot()];
+    for (const std::uint32_t slot : near(segment)) {
+      const auto& [weights, face] = listed_[slot];
       if (hides(weights, column, row, inverse_depth) && !is_left_out(face)) return face;
     }
     return -1;
   }
 
  private:
-  static constexpr double hiding_margin = 1e-9;  // relative error of 1/z that rounding may cause
+  static constexpr double margin = 1e-4;  // px; up to which a face is near a line
 
+  struct Line {
+    std::array<double, 2> from, to;
+  };
   struct Found {
-    std::uint32_t cell;
-    std::uint32_t farness;  // see CellEntry
     std::int32_t face;
+    std::uint32_t count;  // of segments
   };
   struct Listed {
     FaceWeights weights;
@@ -171,33 +133,41 @@ class FaceField {
   /// Results of one run of faces.
   struct Block {
     std::vector<Found> found;
+    std::vector<std::uint32_t> places;  // segments among those of all cells
     std::vector<Listed> listed;
   };
+
+  /// Slots of the faces near a segment.
+  [[nodiscard]] std::span<const std::uint32_t> near(std::size_t segment) const {
+    const std::uint32_t place = place_[segment];
+    return {near_.data() + begin_[place], begin_[place + 1] - begin_[place]};
+  }
   [[nodiscard]] bool hides(const FaceWeights& w, double column, double row, double inverse_depth) const {
-    return w.hit(column, row, limits_) > inverse_depth * (1 + hiding_margin);
+    return w.hit(column, row, limits_) > hidden_from(inverse_depth);
   }
 
-  [[nodiscard]] bool has_marks(const CellGrid::Range& range) const;
-
-  /// Lists the cells with marks that a face may touch.
+  void cut_lines();
+  void deal_out(const std::vector<std::uint32_t>& cell_of_segment, const std::vector<Line>& segments);
+  [[nodiscard]] std::array<std::int32_t, 2> touched(const FaceWeights& weights, std::int32_t first,
+                                                    std::int32_t last, std::int32_t row) const;
   void list_face(std::size_t face, Block& block) const;
-
-  /// \param cell_count  with marks
-  void list_faces(std::size_t cell_count);
-
+  void list_faces();
   void keep(const Listed& listed);
-
-  void sort_cells();
 
   const FacesInView& faces_;
   const SeenFaces& seen_;
   std::array<double, 2> limits_;
   CellGrid grid_;
-  std::vector<std::uint32_t> place_;  // by cell: 1 if it has marks, then its place in begin_; and a 0
-  std::vector<std::uint32_t> begin_;
-  std::vector<CellEntry> entries_;
-  std::vector<Listed> listed_;       // the first stands for all faces that are not listed
-  std::vector<std::uint32_t> slot_;  // place in listed_ of each face
+  std::vector<Line> lines_;
+  std::vector<std::size_t> first_;           // segment of each line, and the end
+  std::vector<double> end_;                  // of each segment, from its line's first end
+  std::vector<std::uint32_t> place_;         // of each segment among those of all cells
+  std::vector<std::uint32_t> cell_begin_;    // first place of each cell, and the end
+  std::array<std::vector<double>, 4> ends_;  // of segments by place: columns and rows
+  std::vector<std::uint32_t> begin_;         // first near face of each place, and the end
+  std::vector<std::uint32_t> near_;          // slots
+  std::vector<Listed> listed_;               // the first stands for all faces that are not listed
+  std::vector<std::uint32_t> slot_;          // place in listed_ of each face
 };
 
 }  // namespace tapestry::raster

@@ -46,6 +46,32 @@ struct MomentBatch {
   std::array<std::array<double, 2>, most> barycentric;  ///< the third is 1 less these
 };
 
+/// A face near a line of a picture.
+struct LineFace {
+  std::array<std::array<double, 3>, 3> w;  ///< its weights, a·column + b·row + c, see FaceWeights
+  std::array<double, 3> change;            ///< of the weights from the line to the points beside it
+  double face;
+};
+
+/// Weights of a face, a·column + b·row + c, see FaceWeights, and how far below 0 they may be near it.
+struct FaceReach {
+  std::array<std::array<double, 3>, 3> w;
+  std::array<double, 3> margin;
+};
+
+/// Points of a line, and the faces that rays there and just beside it meet.
+struct LinePoints {
+  static constexpr std::size_t most = 64;
+  using Values = std::array<double, most>;
+  std::size_t size = 0;
+  Values column{};
+  Values row{};
+  Values hidden_from{};                   ///< 1/z of faces that hide the point
+  Values hider{};                         ///< a face that hides the point, or −1
+  std::array<Values, 2> inverse_depth{};  ///< 1/z of the nearest face on each side, 0 for none
+  std::array<Values, 2> face{};  ///< that face, of equals the lowest; −1 if none is nearer than those known
+};
+
 /// The kernels of one instruction set; see raster_kernels.inl for what each computes.
 struct RasterKernels {
   void (*project)(const Projection&, const std::array<double, 3>* world, std::size_t count,
@@ -66,6 +92,10 @@ struct RasterKernels {
                        const std::array<double, 3>* view, std::size_t count, const std::int32_t* face,
                        const double* column, const double* row, double* const* result) = nullptr;
   void (*add_moments)(const MomentBatch& batch, std::array<std::array<double, 8>, 4>* sums) = nullptr;
+  std::size_t (*near_segments)(const FaceReach& face, const std::array<const double*, 4>& ends,
+                               std::uint32_t begin, std::uint32_t end, std::uint32_t* found) = nullptr;
+  void (*look_along)(const LineFace* faces, std::size_t count, const std::array<double, 2>& limits,
+                     LinePoints& points) = nullptr;
   void (*choose_lookups)(const LookupRule& rule, LookupBatch& batch, std::size_t count) = nullptr;
   void (*look_up)(const PyramidTexels& pyramid, const LookupBatch& batch, std::size_t count,
                   float* sums) = nullptr;

@@ -281,9 +281,10 @@ inline std::size_t set_up(const RayGrid& rays, const std::array<std::int32_t, 3>
 #include <tapestry/raster/detail/draw_kernels.inl>
 #include <tapestry/raster/detail/filter_kernel.inl>
 #include <tapestry/raster/detail/fragment_kernel.inl>
+#include <tapestry/raster/detail/line_kernel.inl>
 #include <tapestry/raster/detail/moments_kernel.inl>
 
 inline RasterKernels make_kernels() {
-  return {project,     highest_index, list_faces,  set_up,         draw_triangles,
-          scan_pixels, barycentrics,  add_moments, choose_lookups, look_up};
+  return {project,      highest_index, list_faces,    set_up,     draw_triangles, scan_pixels,
+          barycentrics, add_moments,   near_segments, look_along, choose_lookups, look_up};
 }

@@ -120,10 +120,15 @@ void GrazingSpans::find(FaceField& field) {
     for (double line = std::floor(low * lines_a_pixel); line < high * lines_a_pixel; ++line)
       find_along(field, {own.axis, (line + 0.5) / lines_a_pixel}, own);
   });
+  for (Face& own : faces_)
+    for (Span& span : own.spans) {
+      const PictureLine line{own.axis, span.place};
+      span.line = field.mark(line.at(span.range.begin), line.at(span.range.end));
+    }
 }
 
 /// Finds the parts of one line that may be visible.
-void GrazingSpans::find_along(FaceField& field, const PictureLine& line, Face& own) {
+void GrazingSpans::find_along(const FaceField& field, const PictureLine& line, Face& own) {
   const auto& size = field.faces().frame().size;
   Range range{0, size[own.axis]};
   for (const Affine& weight : own.weights.w) line.keep(weight, range);
@@ -138,10 +143,7 @@ void GrazingSpans::find_along(FaceField& field, const PictureLine& line, Face& o
     parts.assign(1, {std::max(range.begin, border), std::min(range.end, border + 1)});
     for (const std::int32_t hider : field.seen_in(pixel))
       hide(field, own, hider, field.weights(hider), line, parts);
-    for (const Range& part : parts) {
-      field.mark(line.at(part.begin), line.at(part.end));
-      own.spans.push_back({pixel, line.place, part});
-    }
+    for (const Range& part : parts) own.spans.push_back({pixel, line.place, part});
   }
 }
 
@@ -174,12 +176,10 @@ void GrazingSpans::hide(const FaceField& field, const Face& own, std::int32_t hi
 void GrazingSpans::find_visible(const FaceField& field, const Face& own, const Span& span,
                                 std::vector<Range>& parts) {
   const PictureLine line{own.axis, span.place};
-  const auto [from, to] = std::array{line.at(span.range.begin), line.at(span.range.end)};
-  const Affine depth = own.weights.inverse_depth();
   parts.assign(1, span.range);
-  field.for_each_face_along(
-      from, to, std::min(depth.at(from[0], from[1]), depth.at(to[0], to[1])),
-      [&](std::int32_t face, const FaceWeights& weights) { hide(field, own, face, weights, line, parts); });
+  field.for_each_face_near(span.line, [&](std::int32_t face, const FaceWeights& weights) {
+    hide(field, own, face, weights, line, parts);
+  });
 }
 
 }  // namespace tapestry::raster::detail

@@ -75,7 +75,7 @@ struct EdgeLine {
     m = geometry::cross(a, b);
     normal = {m[0] * rays.step[0], m[1] * rays.step[1]};
     steepness = std::hypot(normal[0], normal[1]);
-    length = std::hypot(to[0] - from[0], to[1] - from[1]);
+    length = distance(from, to);
     if (!(steepness > 0) || !(length > 0)) return false;
     for (std::size_t axis = 0; axis < 2; ++axis) {
       normal[axis] /= steepness;

@@ -69,7 +69,7 @@ class GrazingSpans {
     return {1e-3 * field.rays().step[0], 1e-3 * field.rays().step[1]};
   }
 
-  /// Finds the parts that no face that samples see hides, and marks their cells.
+  /// Finds the parts that no face that samples see hides, and marks them.
   void find(FaceField& field);
 
   /// Calls visit(fragment) for points of the visible part of a face, with the share of a pixel that each
@@ -99,6 +99,7 @@ class GrazingSpans {
     std::size_t pixel;
     double place;
     Range range;
+    std::size_t line = 0;  // of the field
   };
   struct Face {
     std::int32_t face;
@@ -107,7 +108,7 @@ class GrazingSpans {
     std::vector<Span> spans{};
   };
 
-  static void find_along(FaceField& field, const PictureLine& line, Face& own);
+  static void find_along(const FaceField& field, const PictureLine& line, Face& own);
   static void hide(const FaceField& field, const Face& own, std::int32_t hider, const FaceWeights& weights,
                    const PictureLine& line, std::vector<Range>& parts);
   static void find_visible(const FaceField& field, const Face& own, const Span& span,

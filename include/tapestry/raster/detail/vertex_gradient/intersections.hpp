@@ -22,49 +22,68 @@ class Intersections {
  public:
   /// \param scene  must outlive this
   Intersections(const BoundaryScene<Colour, Adjoint>& scene, std::vector<FacePair> pairs)
-      : scene_(scene), pairs_(std::move(pairs)), line_counts_(block_count(pairs_.size(), block)) {}
+      : scene_(scene), pairs_(std::move(pairs)) {}
 
-  /// Finds the lines that may be visible, and marks their cells. In each block of pairs, those with a line
-  /// move to its front; the lines, seven times as large, are not kept.
+  /// Finds the lines that may be visible, and marks them.
   void find(FaceField& field) {
-    parallel_for(line_counts_.size(), [&](std::size_t index) {
+    constexpr std::size_t block = 512;
+    std::vector<std::vector<Line>> found(block_count(pairs_.size(), block));
+    parallel_for(found.size(), [&](std::size_t index) {
       const auto [begin, end] = block_range(index, pairs_.size(), block);
-      for (std::size_t pair = begin; pair < end; ++pair) {
-        Line line;
-        if (!cut(pairs_[pair], line)) continue;
-        field.mark(line.from, line.to);
-        pairs_[begin + line_counts_[index]++] = pairs_[pair];
-      }
+      Line line;
+      for (std::size_t pair = begin; pair < end; ++pair)
+        if (cut(pairs_[pair], line)) found[index].push_back(line);
     });
+    pairs_ = {};
+    for (const auto& block_lines : found)
+      for (const Line& line : block_lines) {
+        lines_.push_back(line);
+        lines_.back().marked = field.mark(line.from, line.to);
+      }
   }
 
   /// \pre find(), and the field is filled
   void add_to(std::vector<geometry::Vector3>& positions_adjoint) {
-    std::vector<std::vector<VertexShare>> shares(line_counts_.size());
+    constexpr std::size_t block = 64;
+    std::vector<std::vector<VertexShare>> shares(block_count(lines_.size(), block));
     parallel_for(shares.size(), [&](std::size_t index) {
-      for (std::size_t pair = 0; pair < line_counts_[index]; ++pair) {
-        Line line;
-        if (!cut(pairs_[index * block + pair], line) || is_hidden_by_one(line)) continue;
-        for_each_piece(line.from, line.to, scene_.longest_piece,
-                       [&](double column, double row, double length) {
-                         add_piece(line, column, row, length, shares[index]);
-                       });
+      const auto [begin, end] = block_range(index, lines_.size(), block);
+      for (std::size_t i = begin; i < end; ++i) {
+        Line& line = lines_[i];
+        if (is_hidden_by_one(line)) continue;
+        std::array<Moving, 2> sides{moving(line.i), moving(line.j)};
+        for_each_piece(
+            line.from, line.to, scene_.longest_piece,
+            [&](double column, double row, double length) { add_piece(line, column, row, length, sides); });
+        for (const Moving& face : sides) add_face(face, shares[index]);
       }
     });
     add_shares(shares, scene_.camera, positions_adjoint);
   }
 
  private:
-  static constexpr std::size_t block = 512;  // pairs
-
   struct Line {
     std::int32_t i = -1;
     std::int32_t j = -1;
     double steepness = 0;          // |∇D|
     std::array<double, 2> from{};  // its ends in the picture
     std::array<double, 2> to{};
+    std::size_t marked = 0;   // of the field
     std::int32_t hider = -1;  // the face that hid the last point that was hidden
   };
+
+  /// A face of a line, and the derivatives with respect to its corners along its normal.
+  struct Moving {
+    std::int32_t face;
+    geometry::Vector3 normal;
+    std::array<double, 3> along{};
+  };
+
+  [[nodiscard]] Moving moving(std::int32_t face) const {
+    const auto corners = scene_.field.faces().corners(static_cast<std::size_t>(face));
+    return {face, geometry::cross(geometry::subtract(corners[1], corners[0]),
+                                  geometry::subtract(corners[2], corners[0]))};
+  }
 
   /// Computes the line of two faces; returns false if they have no line in common in the view.
   [[nodiscard]] bool cut(const FacePair& pair, Line& line) const {
@@ -124,8 +143,11 @@ class Intersections {
   [[nodiscard]] bool is_hidden(Line& line, double column, double row) const {
     const double inverse_depth = scene_.field.inverse_depth(line.i).at(column, row);
     if (line.hider >= 0 && scene_.field.hides(line.hider, column, row, inverse_depth)) return true;
-    line.hider = scene_.field.hider(column, row, inverse_depth,
-                                    [&](std::int32_t face) { return face == line.i || face == line.j; });
+    const double place = distance(line.from, {column, row});
+    const std::size_t first = scene_.field.first_segment(line.marked);
+    line.hider =
+        scene_.field.hider(scene_.field.segment_at(line.marked, first, place), column, row, inverse_depth,
+                           [&](std::int32_t face) { return face == line.i || face == line.j; });
     return line.hider >= 0;
   }
 
@@ -138,40 +160,41 @@ class Intersections {
            scene_.field.hides(line.hider, to[0], to[1], inverse_depth.at(to[0], to[1]));
   }
 
-  void add_piece(Line& line, double column, double row, double length,
-                 std::vector<VertexShare>& shares) const {
+  void add_piece(Line& line, double column, double row, double length, std::array<Moving, 2>& sides) const {
     const typename Colour::Colour adjoint = scene_.adjoint_of(column, row);
     if (adjoint == typename Colour::Colour{}) return;
     if (is_hidden(line, column, row)) return;
-    const auto at_i = scene_.colour.at(line.i, scene_.field.weights(line.i).barycentric(column, row));
-    const auto at_j = scene_.colour.at(line.j, scene_.field.weights(line.j).barycentric(column, row));
+    std::array<std::array<double, 3>, 2> b;
+    for (std::size_t side = 0; side < 2; ++side)
+      b[side] = scene_.field.weights(sides[side].face).barycentric(column, row);
+    const auto at_i = scene_.colour.at(line.i, b[0]), at_j = scene_.colour.at(line.j, b[1]);
     double jump = 0;
     for (std::size_t c = 0; c < adjoint.size(); ++c) jump += adjoint[c] * (at_i[c] - at_j[c]);
     const double weight = jump * length / line.steepness;
-    add_face(line.i, weight, column, row, shares);
-    add_face(line.j, -weight, column, row, shares);
+    for (std::size_t side = 0; side < 2; ++side)
+      add_motion(sides[side], side == 0 ? weight : -weight, column, row, b[side]);
   }
 
   /// Adds weight · ∂(1/z)/∂corners.
-  void add_face(std::int32_t face, double weight, double column, double row,
-                std::vector<VertexShare>& shares) const {
-    const auto corners = scene_.field.faces().corners(static_cast<std::size_t>(face));
-    const geometry::Vector3 normal = geometry::cross(geometry::subtract(corners[1], corners[0]),
-                                                     geometry::subtract(corners[2], corners[0]));
-    const double inverse_depth = scene_.field.inverse_depth(face).at(column, row);
-    const double scale =
-        -weight * inverse_depth * inverse_depth / geometry::dot(normal, scene_.field.rays().at(column, row));
+  void add_motion(Moving& side, double weight, double column, double row,
+                  const std::array<double, 3>& b) const {
+    const double inverse_depth = scene_.field.inverse_depth(side.face).at(column, row);
+    const double scale = -weight * inverse_depth * inverse_depth /
+                         geometry::dot(side.normal, scene_.field.rays().at(column, row));
     if (!std::isfinite(scale)) return;
-    const auto b = scene_.field.weights(face).barycentric(column, row);
-    for (std::int32_t k = 0; k < 3; ++k) {
-      shares.push_back(
-          {corner_of(scene_.mesh, face, k), geometry::scale(normal, scale * b[static_cast<std::size_t>(k)])});
-    }
+    for (std::size_t k = 0; k < 3; ++k) side.along[k] += scale * b[k];
+  }
+
+  void add_face(const Moving& side, std::vector<VertexShare>& shares) const {
+    if (side.along == std::array<double, 3>{}) return;
+    for (std::int32_t k = 0; k < 3; ++k)
+      shares.push_back({corner_of(scene_.mesh, side.face, k),
+                        geometry::scale(side.normal, side.along[static_cast<std::size_t>(k)])});
   }
 
   const BoundaryScene<Colour, Adjoint>& scene_;
   std::vector<FacePair> pairs_;
-  std::vector<std::size_t> line_counts_;  // of each block
+  std::vector<Line> lines_;
 };
 
 }  // namespace tapestry::raster::detail

@@ -26,7 +26,7 @@ class Outlines {
  public:
   explicit Outlines(const BoundaryScene<Colour, Adjoint>& scene) : scene_(scene) {}
 
-  /// Finds the edges that may be visible, and marks their cells.
+  /// Finds the edges that may be visible, and marks them.
   void find(FaceField& field) {
     constexpr std::size_t block = 2048;
     const std::size_t count = scene_.edges.size();
@@ -39,24 +39,33 @@ class Outlines {
         if (!may_show(edge, is_continuous) || !cut(edge, line)) continue;
         hide_by_seen(line);
         if (line.hidden_to > line.length) continue;
-        field.mark(line.at(line.hidden_to), line.to);
-        found_[index].push_back({static_cast<std::uint32_t>(edge), line.hidden_to});
+        found_[index].push_back(
+            {static_cast<std::uint32_t>(edge), line.hidden_to, line.at(line.hidden_to), line.to});
       }
     });
+    first_line_ = field.mark_count();
+    for (const auto& found : found_)
+      for (const Found& line : found) field.mark(line.from, line.to);
   }
 
   /// \pre find(), and the field is filled
   void add_to(std::vector<geometry::Vector3>& positions_adjoint) const {
-    std::vector<std::vector<VertexShare>> shares(found_.size());
+    constexpr std::size_t block = 64;
+    std::vector<Found> lines;
+    for (const auto& found : found_) lines.insert(lines.end(), found.begin(), found.end());
+    std::vector<std::vector<VertexShare>> shares(block_count(lines.size(), block));
     parallel_for(shares.size(), [&](std::size_t index) {
       Workspace work;
-      for (const Found& found : found_[index]) add_edge(found, work, shares[index]);
+      const auto [begin, end] = block_range(index, lines.size(), block);
+      for (std::size_t i = begin; i < end; ++i) {
+        work.line = first_line_ + i;
+        add_edge(lines[i], work, shares[index]);
+      }
     });
     add_shares(shares, scene_.camera, positions_adjoint);
   }
 
  private:
-  static constexpr std::uint32_t no_cell = 0xFFFFFFFFU;
   static constexpr double beside = 1e-5;  // px; distance from an edge at which its two sides are tested
 
   /// The face that a ray beside an edge meets.
@@ -75,17 +84,25 @@ class Outlines {
     EndsAdjoint sum{};
   };
 
-  /// Memory for one edge at a time.
+  using Values = typename Colour::Colour;
+
+  /// Memory for one edge at a time. Its pieces in one segment wait and are looked up together.
   struct Workspace {
     std::vector<OwnFace> own;
-    std::uint32_t cell;               // cell of the previous piece
-    std::span<const CellEntry> near;  // faces that may lie along the edge in this cell
-    std::vector<CellEntry> kept;
+    std::size_t line;     // of the field
+    std::size_t segment;  // of the waiting pieces
+    double begin;         // place of the line's first end
+    LinePoints points;    // middles of pieces
+    std::array<double, LinePoints::most> length;
+    std::array<Values, LinePoints::most> adjoint;
+    std::array<std::array<Side, 2>, LinePoints::most> own_sides;
+    std::vector<LineFace> near;
   };
 
   struct Found {
     std::uint32_t edge;
     double hidden_to;  // see EdgeLine
+    std::array<double, 2> from, to;
   };
 
   [[nodiscard]] const geometry::Vector3& position(std::int32_t vertex) const {
@@ -135,20 +152,17 @@ class Outlines {
     EdgeLine line;
     if (!cut(found.edge, line)) return;
     line.hidden_to = found.hidden_to;
-    const auto [column, row] = line.at(line.hidden_to);
-    // A short edge is decided by its first piece.
-    if (line.length - line.hidden_to > scene_.longest_piece && is_hidden(line, column, row) &&
-        line.hidden_to > line.length)
-      return;
+    work.begin = line.hidden_to;
+    work.segment = scene_.field.first_segment(work.line);
     std::vector<OwnFace>& own = work.own;
     own.clear();
-    work.cell = no_cell;
     for (const HalfEdge& half : line.own) {
       const double side = geometry::dot(line.m, position(corner_of(scene_.mesh, half.face, half.corner + 2)));
       own.push_back({scene_.field.inverse_depth(half.face), {side<0, side> 0}});
     }
     for_each_piece(line.from, line.to, scene_.longest_piece,
                    [&](double x, double y, double piece) { add_piece(line, x, y, piece, work); });
+    add_waiting(line, work);
     for (std::size_t i = 0; i < own.size(); ++i) add_half_edge(line, i, own[i].sum, shares);
   }
 
@@ -157,14 +171,6 @@ class Outlines {
     line.hidden_to =
         line.place_of(column, row) + scene_.field.weights(hider).hidden_length(
                                          column, row, line.way, line.inverse_depth, scene_.field.limits());
-  }
-
-  [[nodiscard]] bool is_hidden(EdgeLine& line, double column, double row) const {
-    const std::int32_t hider = scene_.field.hider(column, row, line.inverse_depth.at(column, row),
-                                                  [&](std::int32_t face) { return line.has(face); });
-    if (hider < 0) return false;
-    hide(line, hider, column, row);
-    return true;
   }
 
   void add_half_edge(const EdgeLine& line, std::size_t i, const EndsAdjoint& sum,
@@ -182,20 +188,51 @@ class Outlines {
   }
 
   void add_piece(EdgeLine& line, double column, double row, double length, Workspace& work) const {
-    std::vector<OwnFace>& own = work.own;
-    using Values = typename Colour::Colour;
-    if (line.place_of(column, row) < line.hidden_to) return;
+    LinePoints& points = work.points;
+    const double place = line.place_of(column, row);
+    if (place < line.hidden_to) return;
     const Values adjoint = scene_.adjoint_of(column, row);
     if (adjoint == Values{}) return;
+    const std::size_t segment = scene_.field.segment_at(work.line, work.segment, place - work.begin);
+    if (points.size == LinePoints::most || segment != work.segment) {
+      add_waiting(line, work);
+      work.segment = segment;
+      if (place < line.hidden_to) return;
+    }
+    const std::size_t i = points.size++;
+    points.column[i] = column;
+    points.row[i] = row;
+    work.length[i] = length;
+    work.adjoint[i] = adjoint;
+  }
+
+  void add_waiting(EdgeLine& line, Workspace& work) const {
+    LinePoints& points = work.points;
+    if (points.size == 0) return;
     const std::array<double, 2> step{beside * line.normal[0], beside * line.normal[1]};
-    std::array<Side, 2> sides;
-    const auto known = own_sides(line, own, {column, row}, step, sides);
-    const auto looked = scene_.field.look(near_faces(line, column, row, step, work), {column, row},
-                                          line.inverse_depth.at(column, row), step, known,
-                                          [&](std::int32_t face) { return line.has(face); });
-    if (looked.hider >= 0) return hide(line, looked.hider, column, row);
+    for (std::size_t i = 0; i < points.size; ++i) {
+      const std::array<double, 2> point{points.column[i], points.row[i]};
+      points.hidden_from[i] = FaceField::hidden_from(line.inverse_depth.at(point[0], point[1]));
+      work.own_sides[i] = {};
+      const auto known = own_sides(line, work.own, point, step, work.own_sides[i]);
+      for (std::size_t side = 0; side < 2; ++side) points.inverse_depth[side][i] = known[side];
+    }
+    scene_.field.look(work.segment, step, line.own, points, work.near);
+    for (std::size_t i = 0; i < points.size; ++i)
+      if (points.hider[i] < 0) add_point(line, i, work);
+    const std::size_t last = points.size - 1;
+    if (points.hider[last] >= 0)
+      hide(line, static_cast<std::int32_t>(points.hider[last]), points.column[last], points.row[last]);
+    points.size = 0;
+  }
+
+  /// Adds a piece that no face hides.
+  void add_point(const EdgeLine& line, std::size_t i, Workspace& work) const {
+    const double column = work.points.column[i], row = work.points.row[i];
+    std::array<Side, 2> sides = work.own_sides[i];
     for (std::size_t side = 0; side < 2; ++side)
-      if (looked.seen[side].face >= 0) sides[side] = {looked.seen[side].face, -1};
+      if (const auto face = static_cast<std::int32_t>(work.points.face[side][i]); face >= 0)
+        sides[side] = {face, -1};
     const auto& [low, high] = sides;
     if (low.half_edge < 0 && high.half_edge < 0) return;  // hidden
     double jump = 0;
@@ -205,35 +242,19 @@ class Outlines {
                  : scene_.colour.at(shown.face, scene_.field.weights(shown.face).barycentric(column, row));
     };
     const Values low_colour = at(low), high_colour = at(high);
+    const Values& adjoint = work.adjoint[i];
     for (std::size_t c = 0; c < adjoint.size(); ++c) jump += adjoint[c] * (low_colour[c] - high_colour[c]);
     const bool is_shared = low.half_edge >= 0 && high.half_edge >= 0;
     const double part = is_shared || is_continued(line, low, high, column, row) ? 0.5 : 1;
-    const double weight = -part * jump * length / line.steepness;
+    const double weight = -part * jump * work.length[i] / line.steepness;
     const geometry::Vector3 ray = scene_.field.rays().at(column, row);
     const auto at_a = geometry::scale(geometry::cross(line.b, ray), weight);
     const auto at_b = geometry::scale(geometry::cross(ray, line.a), weight);
     for (const Side* shown : {&low, &high}) {
       if (shown->half_edge < 0) continue;
-      auto& sum = own[static_cast<std::size_t>(shown->half_edge)].sum;
+      auto& sum = work.own[static_cast<std::size_t>(shown->half_edge)].sum;
       sum = {geometry::add(sum[0], at_a), geometry::add(sum[1], at_b)};
     }
-  }
-
-  /// The faces that a piece may meet. Those of its cell are filtered once for all pieces there, if several
-  /// may follow; in a crowded cell look() reads the nearest only, and filtering would read all.
-  [[nodiscard]] std::span<const CellEntry> near_faces(const EdgeLine& line, double column, double row,
-                                                      const std::array<double, 2>& step,
-                                                      Workspace& work) const {
-    const std::uint32_t cell = scene_.field.cell_of({column, row});
-    if (cell == work.cell) return work.near;
-    work.cell = cell;
-    work.near = scene_.field.faces_in(cell);
-    const double place = line.place_of(column, row);
-    const double end = std::min(line.length, place + 1.5 * scene_.field.cell_side());
-    constexpr std::size_t crowd = 512;
-    if (end - place < 3 * scene_.longest_piece || work.near.size() > crowd) return work.near;
-    scene_.field.keep_near({column, row}, line.at(end), step, work.near, work.kept);
-    return work.near = work.kept;
   }
 
   /// The nearest of the edge's own faces beside it, at point − step, where m·r < 0, and at point + step, and
@@ -274,6 +295,7 @@ class Outlines {
 
   const BoundaryScene<Colour, Adjoint>& scene_;
   std::vector<std::vector<Found>> found_;
+  std::size_t first_line_ = 0;  // of the field
 };
 
 }  // namespace tapestry::raster::detail
