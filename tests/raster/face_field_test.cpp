@@ -197,3 +197,53 @@ TEST_CASE("seen faces are told pixel by pixel, each once, and none where nothing
     CHECK(at(beyond[0], beyond[1]).empty());
   CHECK(raster::SeenFaces{}.at(0.5, 0.5).empty());
 }
+
+TEST_CASE("kernels of all instruction sets find the same segments, faces and moments, to the bit",
+          "[raster][face_field]") {
+  Random random(17);
+  const auto number = [&] { return random.uniform(-1, 1); };
+  std::array<std::vector<double>, 4> ends;
+  for (auto& end : ends)
+    for (int i = 0; i < 100 + 8; ++i) end.push_back(number());
+  std::vector<raster::LineFace> near(20);
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    for (auto& weight : near[i].w) weight = {number(), number(), random.uniform(0, 2)};
+    near[i].change = {1e-5 * number(), 1e-5 * number(), 1e-5 * number()};
+    near[i].face = static_cast<double>(i);
+  }
+  raster::LinePoints points;
+  raster::MomentBatch batch;
+  points.size = batch.size = 59;
+  for (std::size_t i = 0; i < points.size; ++i) {
+    points.column[i] = number();
+    points.row[i] = number();
+    points.hidden_from[i] = random.uniform(2, 6);
+    batch.slot[i] = static_cast<std::uint32_t>(i / 7 % 3);
+    batch.value[i] = {number(), number(), number(), number()};
+    batch.barycentric[i] = {number(), number()};
+  }
+  const auto answers = [&](tapestry::InstructionSet set) {
+    const raster::RasterKernels kernels = raster::raster_kernels_of(set);
+    std::vector<double> all;
+    std::vector<std::uint32_t> places(100 + 8);
+    for (const raster::LineFace& face : near) {
+      const std::size_t count = kernels.near_segments(
+          {face.w, face.change}, {ends[0].data(), ends[1].data(), ends[2].data(), ends[3].data()}, 3, 100,
+          places.data());
+      all.insert(all.end(), places.begin(), places.begin() + static_cast<std::ptrdiff_t>(count));
+    }
+    raster::LinePoints own = points;
+    kernels.look_along(near.data(), near.size(), {0.1, 10}, own);
+    for (std::size_t i = 0; i < own.size; ++i)
+      all.insert(all.end(), {own.hider[i], own.face[0][i], own.face[1][i], own.inverse_depth[0][i]});
+    std::vector<std::array<std::array<double, 8>, 4>> sums(3);
+    kernels.add_moments(batch, sums.data());
+    for (const auto& rows : sums)
+      for (const auto& row : rows) all.insert(all.end(), row.begin(), row.end());
+    return all;
+  };
+  const auto expected = answers(tapestry::InstructionSet::portable);
+  CHECK(expected.size() > 4 * points.size + 200);
+  for (const auto set : {tapestry::InstructionSet::avx2, tapestry::InstructionSet::avx512})
+    if (set <= tapestry::instruction_set()) CHECK(answers(set) == expected);
+}
