@@ -26,7 +26,8 @@ enum class Background { none, first, last };
 inline constexpr double claim_tolerance = 1e-3;
 
 /// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. The names
-/// may be those of inner values, too. Name logits rather than probabilities: where a probability is rounded
+/// may be those of inner values, too, such as those before suppression; these may lack the axis of the
+/// picture, [N, channels]. Name logits rather than probabilities: where a probability is rounded
 /// to 1, its gradient is 0.
 struct DecodedOutputs {
   std::string boxes{}, scores{};  ///< names of outputs; of one for both, boxes come first in it

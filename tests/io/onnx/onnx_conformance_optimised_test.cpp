@@ -32,10 +32,7 @@ struct Exception {
 };
 const std::vector<Exception> exceptions = {
     {"dynamicquantizelinear", "result 0 of 8 bytes", "a tie in single precision"},
-    {"pool_3d", "only pictures", "three axes of space"},
-    {"Pool3d", "only pictures", "three axes of space"},
-    {"Conv3d", "only pictures", "three axes of space"},
-    {"convtranspose_3d", "only pictures", "three axes of space"},
+    {"convtranspose_3d", "three axes are not supported", "three axes of space"},
     {"BatchNorm", "only pictures", "not a picture"},
     {"multiparam", "do not go together", "a form of opset 6 alone"},
     {"training_mode", "only the form for inference", "training in the file"},

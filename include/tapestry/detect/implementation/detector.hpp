@@ -44,8 +44,11 @@ Detector<T>::Detector(const nn::NetworkDescription& network, DetectorDescription
     : kind_(std::move(kind)),
       layer_count_(layers.size()),
       claim_(detail::claim_of(network.path, kind_)),
-      network_(detail::network_of_heads<T>(network, showing_heads(network, kind_, size, layers), kind_,
-                                           sizes(network, size), simplifies)),
+      network_(detail::network_of_heads<T>(
+          network, kind_, sizes(network, size), simplifies,
+          [&](const nn::NetworkDescription& shown, const DetectorDescription& description) {
+            return showing_heads(shown, description, size, layers);
+          })),
       height_(network_.input_shape(0)[1]),
       width_(network_.input_shape(0)[2]),
       heads_(exported_heads(network.path, kind_, output_shapes(),

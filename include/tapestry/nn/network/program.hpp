@@ -9,6 +9,7 @@
 #include <string>
 #include <tapestry/core/scoped_timer.hpp>
 #include <tapestry/nn/detail/network/operation.hpp>
+#include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/tensor.hpp>
 #include <utility>
 #include <vector>

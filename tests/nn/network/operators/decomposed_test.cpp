@@ -343,6 +343,56 @@ TEST_CASE("pools of one axis take means and largest along it", "[nn][network][po
   check(network_of("GlobalAveragePool", {x}, {}), all);
 }
 
+TEST_CASE("a convolution of three axes is a sum over all of them", "[nn][network][convolution]") {
+  constexpr std::int64_t depth = 5, height = 4, width_of = 3,
+                         out_depth = 3;  // 5 + 1 + 1 − 3 = 4 places, by twos
+  const auto x = given({2, 2, 5, 4, 3}, 1), w = weight({3, 2, 3, 2, 2}, 2), bias = weight({3}, 3);
+  Numbers expected;
+  for (std::size_t n = 0; n < 2; ++n)
+    for (std::size_t o = 0; o < 3; ++o)
+      for (std::int64_t d = 0; d < out_depth; ++d)
+        for (std::int64_t i = 0; i < height; ++i)  // pads 1 above
+          for (std::int64_t j = 0; j + 1 < width_of; ++j) {
+            double sum = bias.values[o];
+            for (std::size_t c = 0; c < 2; ++c)
+              for (std::int64_t tap = 0; tap < 12; ++tap) {
+                const std::int64_t z = 2 * d - 1 + tap / 4, y = i - 1 + tap / 2 % 2, u = j + tap % 2;
+                if (z < 0 || z >= depth || y < 0 || y >= height) continue;
+                const std::int64_t at = ((std::int64_t(2 * n + c) * depth + z) * height + y) * width_of + u;
+                sum += w.values[(o * 2 + c) * 12 + static_cast<std::size_t>(tap)] *
+                       x.values[static_cast<std::size_t>(at)];
+              }
+            expected.push_back(sum);
+          }
+  const std::map<std::string, nn::Attribute> attributes{{"strides", Ints{2, 1, 1}},
+                                                        {"pads", Ints{1, 1, 0, 1, 0, 0}}};
+  check(network_of("Conv", {x, w, bias}, attributes, 13), expected);
+  auto early = network_of("Conv", {x, w, bias}, attributes, 9);  // Slice and Pad have attributes there
+  CHECK(largest_difference(result_of<double>(early), expected) <= 1e-13);
+  CHECK_THAT(complaint_of({"Conv", {{1, 2, 2, 4, 4}, {1, 2, 3, 1, 1}}}),
+             contains("a depth of 2 for a filter of 3"));
+}
+
+TEST_CASE("pools of three axes take means and largest of boxes", "[nn][network][pooling]") {
+  const auto x = given({1, 2, 4, 4, 2}, 1);
+  Numbers means, largest;
+  for (std::size_t c = 0; c < 2; ++c)
+    for (std::size_t box = 0; box < 4; ++box) {  // of 2 · 2 · 2, the third axis is one box
+      double sum = 0, most = -2;
+      for (std::size_t tap = 0; tap < 8; ++tap) {
+        const std::size_t z = box / 2 * 2 + tap / 4, y = box % 2 * 2 + tap / 2 % 2;
+        const double value = x.values[((c * 4 + z) * 4 + y) * 2 + tap % 2];
+        sum += value / 8;
+        most = std::max(most, value);
+      }
+      means.push_back(sum);
+      largest.push_back(most);
+    }
+  const std::map<std::string, nn::Attribute> box{{"kernel_shape", Ints{2, 2, 2}}, {"strides", Ints{2, 2, 2}}};
+  check(network_of("AveragePool", {x}, box, 13), means);
+  check(network_of("MaxPool", {x}, box, 13), largest);
+}
+
 TEST_CASE("names of parts stay clear of a file's own", "[nn][network]") {
   nn::NetworkDescription network;
   network.opset = 23;

@@ -61,25 +61,51 @@ inline void require_decodable(const std::string& path, const DetectorDescription
           more_than(background));
 }
 
+/// Gives values of one picture that have no axis for it, [N, channels], that axis.
+/// \returns the description's outputs by their new names; false if all have it
+inline bool add_picture_axis(nn::NetworkDescription& network, const nn::NetworkFacts& facts,
+                             DecodedOutputs& outputs) {
+  const DecodedOutputs before = outputs;
+  for (std::string* name : {&outputs.boxes, &outputs.scores}) {
+    const auto found = facts.find(*name);
+    if (found == facts.end() || found->second.shape.size() != 2) continue;
+    const std::string raised = *name + " of one picture";
+    nn::Node node{raised, "Unsqueeze", {*name}, {raised}, {{"axes", std::vector<std::int64_t>{0}}}};
+    if (network.opset >= 13) {
+      const std::string axes = raised + ", axes";
+      network.constants[axes] = {{1}, nn::ElementType::integer, std::vector<double>{0}};
+      node.inputs.push_back(axes);
+      node.attributes.clear();
+    }
+    if (nn::maker_of(network, raised) == nullptr) network.nodes.push_back(std::move(node));
+    *name = raised;
+  }
+  return !(outputs == before);
+}
+
 /// The network that shows a detector's heads.
 ///
 /// \param network  as the file has it
-/// \param shown    the same with the heads' outputs
+/// \param show     makes the same with the heads' outputs, for a description of them
 /// \throws FileError (mismatch) as nn::Network, or as require_decodable() where the nodes that decode outputs
 ///         do not fit these
-template <std::floating_point T>
+template <std::floating_point T, class Show>
 [[nodiscard]] nn::Network<T> network_of_heads(const nn::NetworkDescription& network,
-                                              nn::NetworkDescription shown, const DetectorDescription& kind,
-                                              const std::map<std::string, nn::Shape>& inputs,
-                                              bool simplifies) {
+                                              const DetectorDescription& kind,
+                                              const std::map<std::string, nn::Shape>& inputs, bool simplifies,
+                                              Show show) {
   try {
-    return nn::Network<T>(std::move(shown), inputs, true, simplifies);
+    return nn::Network<T>(show(network, kind), inputs, true, simplifies);
   } catch (const FileError&) {
     if (decode_family_of(kind.head) != DecodeFamily::decoded) throw;
     const auto outputs = nn::pruned(network, {kind.decoded.boxes, kind.decoded.scores});
     nn::ProgramBuilder<T> builder(outputs, inputs, false, false);
     static_cast<void>(builder.build());  // throws the errors of the file's own nodes
     const auto facts = builder.facts();
+    nn::NetworkDescription raised = network;
+    DetectorDescription of_raised = kind;
+    if (add_picture_axis(raised, facts, of_raised.decoded))
+      return network_of_heads<T>(raised, of_raised, inputs, simplifies, show);
     require_decodable(network.path, kind, facts.at(kind.decoded.boxes).shape,
                       facts.at(kind.decoded.scores).shape);
     throw;

@@ -78,6 +78,20 @@ class Decomposer {
   std::string transposed(const std::string& value, const std::vector<std::size_t>& order) {
     return add("Transpose", {value}, {{"perm", std::vector<std::int64_t>(order.begin(), order.end())}});
   }
+  /// Elements first, first + step, … below end along an axis.
+  std::string sliced(const std::string& value, std::int64_t first, std::int64_t end, std::int64_t axis,
+                     std::int64_t step = 1) {
+    if (opset_ >= 10)
+      return add("Slice", {value, integers({first}), integers({end}), integers({axis}), integers({step})});
+    std::vector<std::int64_t> places;  // Slice has no steps before
+    for (std::int64_t place = first; place < end; place += step) places.push_back(place);
+    return add("Gather", {value, integers(places)}, {{"axis", axis}});
+  }
+  /// With zeros around it. \param pads  before the value along each axis, then behind it
+  std::string padded(const std::string& value, const std::vector<std::int64_t>& pads) {
+    if (opset_ >= 11) return add("Pad", {value, integers(pads)});
+    return add("Pad", {value}, {{"pads", pads}});
+  }
   /// With a new first axis of extent 1.
   std::string raised(const std::string& value) {
     if (opset_ >= 13) return add("Unsqueeze", {value, integers({0})});

@@ -6,29 +6,31 @@
 #include <tapestry/nn/detail/network/decompositions/one_axis.hpp>
 #include <tapestry/nn/detail/network/decompositions/quantised.hpp>
 #include <tapestry/nn/detail/network/decompositions/recurrent.hpp>
+#include <tapestry/nn/detail/network/decompositions/three_axes.hpp>
 
 namespace tapestry::nn {
 
 const std::map<std::string, Decomposable, std::less<>>& decompositions() {
-  const Decomposable along_one_axis{{}, detail::decompose_along_one_axis, detail::has_one_axis};
+  const Decomposable odd_axes{{}, detail::decompose_odd_axes, detail::has_odd_axes},
+      one_axis{{}, detail::decompose_along_one_axis, detail::has_one_axis};
   static const std::map<std::string, Decomposable, std::less<>> table{
       {"Attention", {{{3, 6}}, detail::decompose_attention}},
-      {"AveragePool", along_one_axis},
+      {"AveragePool", odd_axes},
       {"Col2Im", {{{3, 3}}, detail::decompose_col2im}},
-      {"Conv", along_one_axis},
-      {"ConvTranspose", along_one_axis},
+      {"Conv", odd_axes},
+      {"ConvTranspose", odd_axes},
       {"ConvInteger", {{{2, 4}}, detail::decompose_conv_integer}},
       {"DequantizeLinear", {{{2, 3}}, detail::decompose_dequantize}},
       {"DynamicQuantizeLinear", {{{1, 1}}, detail::decompose_dynamic_quantize}},
       {"Einsum", {{{1, all_inputs}}, detail::decompose_einsum}},
       {"GRU", {{{3, 6}}, detail::decompose_gru}},
-      {"GlobalAveragePool", along_one_axis},
-      {"GlobalMaxPool", along_one_axis},
+      {"GlobalAveragePool", one_axis},
+      {"GlobalMaxPool", one_axis},
       {"If", {{{1, all_inputs}}, detail::decompose_if}},
       {"LSTM", {{{3, 8}}, detail::decompose_lstm}},
       {"Loop", {{{2, all_inputs}}, detail::decompose_loop}},
       {"MatMulInteger", {{{2, 4}}, detail::decompose_matmul_integer}},
-      {"MaxPool", along_one_axis},
+      {"MaxPool", odd_axes},
       {"QLinearConv", {{{8, 9}}, detail::decompose_qlinear_conv}},
       {"QLinearMatMul", {{{8, 8}}, detail::decompose_qlinear_matmul}},
       {"QuantizeLinear", {{{2, 3}}, detail::decompose_quantize}},

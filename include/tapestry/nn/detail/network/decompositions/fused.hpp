@@ -211,9 +211,7 @@ inline void decompose_col2im(OperatorContext& context, Decomposer& parts) {
       parts.constant({{pixels + 1, maps}, ElementType::floating, std::vector<double>((pixels + 1) * maps)});
   const std::string sums =
       parts.add("ScatterND", {nothing, indices, columns}, {{"reduction", std::string("add")}});
-  const std::string inside = parts.add(
-      "Slice",
-      {sums, parts.integers({0}), parts.integers({static_cast<std::int64_t>(pixels)}), parts.integers({0})});
+  const std::string inside = parts.sliced(sums, 0, static_cast<std::int64_t>(pixels), 0);
   std::vector<std::int64_t> shape{static_cast<std::int64_t>(x[0]), static_cast<std::int64_t>(x[1] / taps)};
   for (const auto& axis : patches.axes) shape.push_back(axis.extent);
   parts.finish(0, "Reshape", {parts.transposed(inside, {1, 0}), parts.integers(shape)});

@@ -114,8 +114,8 @@ class RecurrentParts {
 
   /// Elements first … first + count − 1 along an axis.
   std::string part(const std::string& value, std::size_t axis, std::size_t first, std::size_t count) {
-    const auto number = [&](std::size_t n) { return parts_.integers({static_cast<std::int64_t>(n)}); };
-    return parts_.add("Slice", {value, number(first), number(first + count), number(axis)});
+    return parts_.sliced(value, static_cast<std::int64_t>(first), static_cast<std::int64_t>(first + count),
+                         static_cast<std::int64_t>(axis));
   }
   /// Of a direction, without its axis.
   std::string of_direction(std::size_t input, std::size_t d, const Shape& shape) {
