@@ -2,16 +2,15 @@
 // values before the suppression.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <string>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"
+#include "../support/raw_numbers.hpp"
 
 namespace detect = tapestry::detect;
 namespace files = std::filesystem;
@@ -19,18 +18,6 @@ namespace io = tapestry::io;
 using namespace tapestry;
 
 namespace {
-template <class Element>
-std::vector<double> numbers_of(const files::path& path) {
-  const std::string bytes = io::read_text_file(path);
-  std::vector<double> all(bytes.size() / sizeof(Element));
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    Element element{};
-    std::memcpy(&element, bytes.data() + i * sizeof(Element), sizeof(Element));
-    all[i] = static_cast<double>(element);
-  }
-  return all;
-}
-
 detect::DetectorDescription ssd_description() {
   detect::DetectorDescription description;
   description.head = detect::HeadKind::boxes_and_scores;
@@ -47,7 +34,7 @@ detect::DetectorDescription ssd_description() {
 template <class T>
 Array<T, 4> picture_of(const detect::Detector<T>& detector, const files::path& folder) {
   const std::size_t height = detector.input_height(), width = detector.input_width();
-  const auto planes = numbers_of<float>(folder / "in.bin");
+  const auto planes = tapestry::test::raw_numbers<float>(folder / "in.bin");
   Array<T, 4> picture(Extents<4>{1, height, width, 3});
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t i = 0; i < height * width; ++i)
@@ -67,8 +54,8 @@ TEST_CASE("candidates of a whole SSD, before its suppression, give the framework
   detect::Pass<float> pass;
   detector.forward(picture_of(detector, folder), pass);
   const auto candidates = detector.detections(pass.logits, 0, 0.01, 1);
-  const auto boxes = numbers_of<double>(folder / "out.0.bin"),
-             scores = numbers_of<double>(folder / "out.1.bin");
+  const auto boxes = tapestry::test::raw_numbers<double>(folder / "out.0.bin"),
+             scores = tapestry::test::raw_numbers<double>(folder / "out.1.bin");
   REQUIRE(!scores.empty());
   for (std::size_t i = 0; i < scores.size(); ++i) {
     CAPTURE(i, scores[i]);

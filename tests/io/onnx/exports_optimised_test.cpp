@@ -2,7 +2,6 @@
 // the adjoint of a weighted sum of them by the input, and by weights that keep their names.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -18,6 +17,7 @@
 
 #include "../../support/catch.hpp"
 #include "../../support/paths.hpp"
+#include "../../support/raw_numbers.hpp"
 
 namespace files = std::filesystem;
 namespace io = tapestry::io;
@@ -30,18 +30,6 @@ using Numbers = std::vector<double>;
 /// along it is compared with differences instead.
 bool has_moving_boxes(const std::string& name) {
   return name.starts_with("roi_align") || name.starts_with("faster_rcnn") || name.starts_with("mask_rcnn");
-}
-
-template <class Element>
-Numbers numbers_of(const files::path& path) {
-  const std::string bytes = io::read_text_file(path);
-  Numbers all(bytes.size() / sizeof(Element));
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    Element element{};
-    std::memcpy(&element, bytes.data() + i * sizeof(Element), sizeof(Element));
-    all[i] = static_cast<double>(element);
-  }
-  return all;
 }
 
 /// ‖found − expected‖ / ‖expected‖
@@ -66,20 +54,21 @@ struct Export {
       : folder(file.parent_path()),
         name(folder.filename().string() + "/" + file.stem().string()),
         description(io::read_onnx(file)),
-        x(numbers_of<float>(folder / "in.bin")) {}
+        x(tapestry::test::raw_numbers<float>(folder / "in.bin")) {}
 
   /// The framework has no quantised network: its results are ONNX Runtime's, and its gradient is its own.
   [[nodiscard]] bool is_quantised() const { return name.ends_with("/qdq"); }
 
   [[nodiscard]] Numbers expected(std::size_t result) const {
-    if (is_quantised()) return numbers_of<float>(folder / ("qdq.ort." + std::to_string(result) + ".bin"));
-    return numbers_of<double>(folder / ("out." + std::to_string(result) + ".bin"));
+    if (is_quantised())
+      return tapestry::test::raw_numbers<float>(folder / ("qdq.ort." + std::to_string(result) + ".bin"));
+    return tapestry::test::raw_numbers<double>(folder / ("out." + std::to_string(result) + ".bin"));
   }
   /// Empty for results that are no floating-point numbers.
   template <class T>
   [[nodiscard]] std::vector<T> weights(std::size_t result) const {
     const files::path path = folder / ("w." + std::to_string(result) + ".bin");
-    const Numbers values = files::exists(path) ? numbers_of<double>(path) : Numbers();
+    const Numbers values = files::exists(path) ? tapestry::test::raw_numbers<double>(path) : Numbers();
     return {values.begin(), values.end()};
   }
 };
@@ -130,7 +119,8 @@ void check_in_stages(const Export& file, double tolerance) {
   }
   const std::vector<T> gradient = run.gradient();
   if (!has_moving_boxes(file.name) && !file.is_quantised())
-    CHECK(distance(gradient.data(), numbers_of<double>(file.folder / "grad.bin")) <= tolerance);
+    CHECK(distance(gradient.data(), tapestry::test::raw_numbers<double>(file.folder / "grad.bin")) <=
+          tolerance);
   static_cast<void>(run.objective(x));
   CHECK(run.pass.made_count() == 0);  // the same extents and integers
   CHECK(run.gradient() == gradient);
@@ -192,7 +182,7 @@ std::pair<std::size_t, double> weight_distance(const Run<T>& run) {
         sum[places[i]] += static_cast<double>(run.gradient[block.offset + i]);
     }
     if (sum.empty()) continue;
-    const auto expected = numbers_of<double>(
+    const auto expected = tapestry::test::raw_numbers<double>(
         run.folder / ("wg." + std::to_string(weight.at("i").template get<std::size_t>()) + ".bin"));
     REQUIRE(expected.size() == sum.size());
     ++result.first;
