@@ -38,7 +38,7 @@ class StagedPass {
   /// A part of the network at the extents of one run: nodes that can run, and those that wait for their
   /// results.
   struct Stage {
-    const Stage* before = nullptr;
+    std::shared_ptr<const Stage> before{};
     std::map<std::string, Constant> found{};  ///< integers and truths that the stages before have computed
     std::map<std::string, Shape> shapes{};    ///< of the numbers that were known before
     std::unique_ptr<Network<T>> network{};    ///< null if there is nothing to run
@@ -95,7 +95,8 @@ class StagedNetwork {
   [[nodiscard]] static std::shared_ptr<const Stage> made(NetworkDescription description, Stage stage);
 
   /// The stage behind another one, whose results are known: that of the last run, or a new one.
-  [[nodiscard]] std::shared_ptr<const Stage> next(const Stage& before, StagedPass<T>& pass,
+  [[nodiscard]] std::shared_ptr<const Stage> next(const std::shared_ptr<const Stage>& before,
+                                                  StagedPass<T>& pass,
                                                   const std::shared_ptr<const Stage>& last) const;
 
   /// Results of nodes that choose by values, such as NonMaxSuppression, and whose operands are known.

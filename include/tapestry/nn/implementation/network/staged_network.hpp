@@ -122,10 +122,10 @@ void StagedNetwork<T>::choose(const Stage& before, const StagedPass<T>& pass,
 }
 
 template <std::floating_point T>
-auto StagedNetwork<T>::next(const Stage& before, StagedPass<T>& pass,
+auto StagedNetwork<T>::next(const std::shared_ptr<const Stage>& before, StagedPass<T>& pass,
                             const std::shared_ptr<const Stage>& last) const -> std::shared_ptr<const Stage> {
   Stage stage;
-  stage.before = &before;
+  stage.before = before;
   for (const auto& [name, value] : pass.known_) {
     if (value.type == ElementType::floating)
       stage.shapes[name] = value.shape;
@@ -133,12 +133,12 @@ auto StagedNetwork<T>::next(const Stage& before, StagedPass<T>& pass,
       stage.found[name] = {value.shape, value.type,
                            std::vector<double>(value.values, value.values + size_of(value.shape))};
   }
-  choose(before, pass, stage.found);
-  if (last && last->before == &before && last->shapes == stage.shapes &&
+  choose(*before, pass, stage.found);
+  if (last && last->before == before && last->shapes == stage.shapes &&
       detail::is_same(last->found, stage.found))
     return last;
   ++pass.made_count_;
-  NetworkDescription rest = before.rest;
+  NetworkDescription rest = before->rest;
   for (const auto& [name, shape] : stage.shapes)
     rest.inputs.push_back({name, {shape.begin(), shape.end()}, ElementType::floating});
   std::erase_if(rest.nodes, [&](const Node& node) { return stage.found.contains(node.outputs.front()); });
@@ -173,7 +173,7 @@ void StagedNetwork<T>::forward(const std::vector<const T*>& inputs, StagedPass<T
     run.stage = stage;
     this->run(pass, run, mode);
     if (stage->rest.nodes.empty()) break;
-    stage = next(*stage, pass, count + 1 < pass.runs_.size() ? pass.runs_[count + 1]->stage : nullptr);
+    stage = next(stage, pass, count + 1 < pass.runs_.size() ? pass.runs_[count + 1]->stage : nullptr);
   }
   pass.runs_.resize(count + 1);
   take_outputs(pass, *stage);
