@@ -180,10 +180,10 @@ TEST_CASE("an addend that is the input, too, gets both adjoints", "[nn][network]
 TEST_CASE("Conv refuses what does not fit", "[nn][network][convolution]") {
   const auto refusal = [](const Case& c) { return refusal_of(network_of(c)); };
   CHECK(refusal({{1, 3, 7}, {4, 3, 3}}) ==
-        "test.onnx: 2 nodes cannot be run: Conv \"y\" (opset 13): input 0 is [1, 3, 7]; only pictures, "
-        "[N, C, H, W], are supported; Conv \"z\" (opset 13): input 0 is [1, 3, 7]; only pictures, "
-        "[N, C, H, W], are supported");
-  CHECK_THAT(refusal({{1, 3, 7, 7, 7}, {4, 3, 3, 3, 3}}), contains("only pictures"));
+        "test.onnx: 2 nodes cannot be run: Conv \"y\" (opset 13): attribute 'dilations' has 2 numbers, "
+        "expected 1; Conv \"z\" (opset 13): attribute 'dilations' has 2 numbers, expected 1");
+  CHECK_THAT(refusal({{1, 3, 7, 7, 7}, {4, 3, 3, 3, 3}}),
+             contains("attribute 'strides' has 2 numbers, expected 3"));
   CHECK_THAT(refusal({{1, 3, 7, 7}, {4, 3, 3}}), contains("the weights are [4, 3, 3], expected four axes"));
   CHECK_THAT(refusal({{1, 3, 7, 7}, {4, 2, 3, 3}}),
              contains("weights [4, 2, 3, 3] in 1 groups do not fit 3 channels"));

@@ -158,7 +158,7 @@ TEST_CASE("max-pooling gives the adjoint to the first of equal values and shows 
 }
 
 TEST_CASE("poolings refuse what they cannot do", "[nn][network][pooling]") {
-  CHECK_THAT(refusal_of(network_of("MaxPool", {{1, 3, 5}, {2, 2}})), contains("only pictures"));
+  CHECK_THAT(refusal_of(network_of("MaxPool", {{1, 3, 5}, {2, 2}})), contains("has 2 numbers, expected 1"));
   CHECK_THAT(refusal_of(network_of("MaxPool", {{1, 3, 5, 5}, {2}})), contains("'kernel_shape' has 1 values"));
   CHECK_THAT(refusal_of(network_of("AveragePool", {{1, 3, 5, 5}, {6, 2}})),
              contains("does not fit into 5 rows"));

@@ -167,7 +167,7 @@ class EinsumParts {
     if (shape != context.input(i).shape)
       own.value = parts_.add("Expand", {own.value, parts_.integers({shape.begin(), shape.end()})});
     for (std::size_t a = 0; a < own.axes.size(); ++a)
-      while (std::ranges::count(own.axes, own.axes[a]) > 1) own = diagonal(std::move(own), own.axes[a]);
+      while (std::ranges::count(own.axes, own.axes[a]) > 1) own = diagonal(own, own.axes[a]);
     Subscripts unused;
     for (const char axis : own.axes) {
       bool elsewhere = has(equation_.result, axis);
@@ -179,7 +179,7 @@ class EinsumParts {
   }
 
   /// The first two axes of a letter as one.
-  [[nodiscard]] Term diagonal(Term from, char letter) {
+  [[nodiscard]] Term diagonal(const Term& from, char letter) {
     std::vector<std::size_t> order, both;
     for (std::size_t a = 0; a < from.axes.size(); ++a)
       (from.axes[a] == letter && both.size() < 2 ? both : order).push_back(a);
