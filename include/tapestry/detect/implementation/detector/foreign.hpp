@@ -94,8 +94,9 @@ template <std::floating_point T, class Show>
                                               const DetectorDescription& kind,
                                               const std::map<std::string, nn::Shape>& inputs, bool simplifies,
                                               Show show) {
+  nn::NetworkDescription shown = show(network, kind);
   try {
-    return nn::Network<T>(show(network, kind), inputs, true, simplifies);
+    return nn::Network<T>(std::move(shown), inputs, true, simplifies);
   } catch (const FileError&) {
     if (decode_family_of(kind.head) != DecodeFamily::decoded) throw;
     const auto outputs = nn::pruned(network, {kind.decoded.boxes, kind.decoded.scores});

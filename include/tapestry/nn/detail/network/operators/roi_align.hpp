@@ -62,8 +62,8 @@ struct RoiAxis {
     if (is_least) extent = 1;
     bin = extent / static_cast<double>(bins);
     constexpr double most = 4096;  // samples of a bin
-    samples =
-        rule.samples > 0 ? rule.samples : static_cast<std::size_t>(std::clamp(std::ceil(bin), 0.0, most));
+    samples = rule.samples;
+    if (samples == 0 && bin > 0) samples = static_cast<std::size_t>(std::min(std::ceil(bin), most));
   }
   /// Share of the box at which a sample lies.
   [[nodiscard]] double share(std::size_t index, std::size_t sample) const {
