@@ -30,8 +30,8 @@ inline std::size_t near_segments(const FaceReach& face, const std::array<const d
 inline Doubles met(const Doubles* weight, const std::array<double, 2>& limits) {
   const Doubles xy = weight[0] + weight[1];
   const Doubles inverse_depth = xy + weight[2];
-  const Longs is_met = (weight[0] >= 0) & (weight[1] >= 0) & (weight[2] >= 0) &
-                       (inverse_depth >= limits[0]) & (inverse_depth <= limits[1]);
+  const Longs is_met = (weight[0] >= 0) & (weight[1] >= 0) & (weight[2] >= 0) & (inverse_depth >= limits[0]) &
+                       (inverse_depth <= limits[1]);
   return is_met ? inverse_depth : Doubles{};
 }
 
