@@ -20,7 +20,7 @@ struct NamedAttribute {
   nn::Attribute value;
 };
 
-/// A GraphProto within a node: graph.hpp defines it.
+/// A GraphProto within a node: subgraph.hpp defines it.
 /// \throws FileError as read_node() and read_tensor() do; limit for graphs within graphs within graphs …
 [[nodiscard]] std::shared_ptr<const nn::Subgraph> read_subgraph(const ProtobufMessage& message,
                                                                 ExternalData& external, OnnxRecords& records);

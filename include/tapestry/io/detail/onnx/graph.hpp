@@ -1,7 +1,6 @@
 #pragma once
 #include <cstddef>
 #include <map>
-#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -11,6 +10,7 @@
 #include <tapestry/io/detail/onnx/external_data.hpp>
 #include <tapestry/io/detail/onnx/node.hpp>
 #include <tapestry/io/detail/onnx/protobuf_message.hpp>
+#include <tapestry/io/detail/onnx/subgraph.hpp>
 #include <tapestry/io/detail/onnx/tensor.hpp>
 #include <tapestry/io/detail/onnx/value_description.hpp>
 #include <tapestry/nn/network/description.hpp>
@@ -241,93 +241,7 @@ class GraphReader {
   std::vector<PlacedNode> nodes_{};
 };
 
-/// Reads a graph within a node. Its nodes are in order, as the format requires: a value that none before has
-/// made is one of the graph around it.
-class SubgraphReader {
- public:
-  SubgraphReader(const ProtobufMessage& message, ExternalData& external, OnnxRecords& records)
-      : message_(message), external_(external), records_(records), deeper_(records, message) {}
-
-  [[nodiscard]] nn::Subgraph read() {
-    ProtobufMessage message = message_;
-    while (message.next()) read_field(message);
-    known_.insert(graph_.inputs.begin(), graph_.inputs.end());
-    for (const auto& [name, constant] : graph_.constants) known_.insert(name);
-    for (PlacedNode& placed : nodes_) add(placed);
-    for (const std::string& output : graph_.outputs) capture(output);
-    return std::move(graph_);
-  }
-
- private:
-  void read_field(ProtobufMessage& message) {
-    const auto name_in = [&](const char* field) {
-      records_.count(message);
-      std::string name;
-      for (ProtobufMessage value = message.message(field, message_.place() + ", " + field); value.next();)
-        if (value.tag() == 1)
-          name = value.bytes("name");
-        else
-          value.skip();
-      return name;
-    };
-    switch (message.tag()) {
-      case 1: {
-        records_.count(message);
-        const std::string place = message_.place() + ", node " + std::to_string(nodes_.size());
-        nodes_.push_back(read_node(message.message("node", place), external_, records_));
-        break;
-      }
-      case 5: {
-        records_.count(message);
-        NamedConstant tensor =
-            read_tensor(message.message("initializer", message_.place() + ", initialiser"), external_);
-        if (!graph_.constants.try_emplace(tensor.name, std::move(tensor.constant)).second)
-          message.fail("two initialisers " + in_quotes(tensor.name));
-        break;
-      }
-      case 11:
-        graph_.inputs.push_back(name_in("input"));
-        break;
-      case 12:
-        graph_.outputs.push_back(name_in("output"));
-        break;
-      default:
-        message.skip();
-    }
-  }
-
-  void add(PlacedNode& placed) {
-    for (const std::string& input : placed.node.inputs) capture(input);
-    for (const std::string& output : placed.node.outputs)
-      if (!output.empty() && !known_.insert(output).second)
-        message_.fail_whole("makes value " + in_quotes(output) + " again");
-    if (placed.node.operation == "Constant") {
-      const std::string name = placed.node.outputs.front();
-      graph_.constants.emplace(name, constant_of(placed, message_.file().path));
-    } else {
-      graph_.nodes.push_back(std::move(placed.node));
-    }
-  }
-
-  void capture(const std::string& value) {
-    if (!value.empty() && known_.insert(value).second) graph_.captured.push_back(value);
-  }
-
-  ProtobufMessage message_;
-  ExternalData& external_;
-  OnnxRecords& records_;
-  OnnxRecords::Deeper deeper_;
-  nn::Subgraph graph_{};
-  std::vector<PlacedNode> nodes_{};
-  std::set<std::string> known_{};
-};
-
 }  // namespace detail
-
-inline std::shared_ptr<const nn::Subgraph> read_subgraph(const ProtobufMessage& message,
-                                                         ExternalData& external, OnnxRecords& records) {
-  return std::make_shared<const nn::Subgraph>(detail::SubgraphReader(message, external, records).read());
-}
 
 /// Adds the inputs, outputs, constants and nodes of a GraphProto to the description. Initialisers and nodes
 /// Constant become constants. Nodes are sorted so that each follows those whose results it reads. Texts for

@@ -268,10 +268,9 @@ class Outlines {
       for (std::size_t side = 0; side < 2; ++side) {
         if (!own[i].is_on_side[side]) continue;
         const double sign = side == 0 ? -1 : 1;
-        const double inverse_depth =
-            own[i].inverse_depth.at(point[0] + sign * step[0], point[1] + sign * step[1]);
-        if (inverse_depth <= best[side]) continue;
-        best[side] = inverse_depth;
+        const double x = point[0] + sign * step[0], y = point[1] + sign * step[1];
+        if (own[i].inverse_depth.at(x, y) <= best[side]) continue;
+        best[side] = own[i].inverse_depth.at(x, y);
         sides[side] = {line.own[i].face, static_cast<std::int32_t>(i)};
       }
     }
@@ -285,9 +284,9 @@ class Outlines {
     const bool low_is_own = low.half_edge >= 0;
     const std::int32_t own = low_is_own ? low.face : high.face, other = low_is_own ? high.face : low.face;
     if (other < 0) return false;
-    const double depth_own = scene_.field.inverse_depth(own).at(column, row);
-    const double depth_other = scene_.field.inverse_depth(other).at(column, row);
-    if (std::abs(depth_own - depth_other) > 1e-6 * depth_own) return false;
+    const double nearness = scene_.field.inverse_depth(own).at(column, row);
+    const double farther = nearness - scene_.field.inverse_depth(other).at(column, row);
+    if (std::abs(farther) > 1e-6 * nearness) return false;
     const double sign = low_is_own ? -1 : 1;  // does the other face lie under the own one?
     return scene_.field.hit(other, column + sign * beside * line.normal[0],
                             row + sign * beside * line.normal[1]) == 0;
