@@ -1,6 +1,8 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
+#include <map>
 #include <string>
+#include <tapestry/nn/network/network.hpp>
 #include <utility>
 #include <vector>
 
@@ -9,6 +11,7 @@
 #include "../../support/refusal.hpp"
 
 namespace io = tapestry::io;
+namespace nn = tapestry::nn;
 namespace onnx = tapestry::test::onnx;
 using tapestry::ErrorKind;
 using tapestry::test::check_refused;
@@ -81,4 +84,25 @@ TEST_CASE("weights that cannot be replaced are refused by name", "[io][onnx][wei
     replace(bytes_with(scattered), {1, 2});
   });
   check_refused(ErrorKind::malformed, "", [&] { replace(sound.substr(0, sound.size() / 2), {1, 2}); });
+}
+
+TEST_CASE("weights that nodes have moved are the file's again, unless some of them are not read",
+          "[io][onnx][weight_replacement]") {
+  nn::NetworkDescription network;
+  network.opset = 13;
+  network.inputs = {{"x", {1, 2}}};
+  network.constants["w"] = {{4, 2}, nn::ElementType::floating, std::vector<float>{1, 2, 3, 4, 5, 6, 7, 8}};
+  for (const auto& [name, value] : std::map<std::string, double>{{"0", 0}, {"2", 2}, {"4", 4}})
+    network.constants[name] = {{1}, nn::ElementType::integer, std::vector<double>{value}};
+  network.nodes = {{"", "Slice", {"w", "0", "2", "0"}, {"first"}, {}},
+                   {"", "Slice", {"w", "2", "4", "0"}, {"second"}, {}},
+                   {"", "Transpose", {"first"}, {"turned"}, {}},
+                   {"", "MatMul", {"x", "turned"}, {"a"}, {}},
+                   {"", "MatMul", {"x", "second"}, {"b"}, {}}};
+  network.outputs = {"a", "b"};
+  const auto values = io::weight_values(nn::Network<float>(network, {}, false, false));
+  CHECK(values == io::WeightValues{{"w", {1, 2, 3, 4, 5, 6, 7, 8}}});
+  network.nodes[4].inputs[1] = "first";  // as many elements, but half of them twice
+  CHECK_THROWS_WITH(io::weight_values(nn::Network<float>(network, {}, false, false)),
+                    "weights 'w': 4 of them are not used");
 }

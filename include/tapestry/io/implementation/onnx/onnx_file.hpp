@@ -216,18 +216,29 @@ namespace tapestry::io {
 
 WeightValues weight_values(const nn::Network<float>& network) {
   WeightValues values;
-  std::map<std::string, std::size_t> missing;
+  std::map<std::string, std::vector<bool>> is_there;  // of initialisers that nodes have moved
   for (const nn::WeightBlock& block : network.weight_blocks()) {
     const auto weights = network.weights().subspan(block.offset, nn::size_of(block.shape));
-    const auto places = nn::Network<float>::places_of(block);
     auto& all = values[block.name];
-    if (all.empty()) missing[block.name] = nn::size_of(block.constant_shape);
-    all.resize(nn::size_of(block.constant_shape));
-    for (std::size_t i = 0; i < weights.size(); ++i) all[places[i]] = weights[i];
-    missing[block.name] -= std::min(missing[block.name], weights.size());
+    if (block.moves.empty()) {
+      all.assign(weights.begin(), weights.end());
+      continue;
+    }
+    const auto places = nn::Network<float>::places_of(block);
+    const std::size_t count = nn::size_of(block.constant_shape);
+    all.resize(count);
+    auto& found = is_there[block.name];
+    found.resize(count);
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      all[places[i]] = weights[i];
+      found[places[i]] = true;
+    }
   }
-  for (const auto& [name, count] : missing)
-    if (count > 0) throw DomainError({"weights ", in_quotes(name), ": ", count, " of them are not used"});
+  for (const nn::WeightBlock& block : network.weight_blocks())
+    if (block.moves.empty()) is_there.erase(block.name);  // all of it
+  for (const auto& [name, found] : is_there)
+    if (const auto count = std::ranges::count(found, false); count > 0)
+      throw DomainError({"weights ", in_quotes(name), ": ", count, " of them are not used"});
   return values;
 }
 
