@@ -93,25 +93,25 @@ class RoiAlign : public Operation<T> {
       const T* const maps = call.inputs[0].values + image_of(call.inputs[2].values, box) * x_[1] * plane;
       T* const to = out + box * x_[1] * pixels;
       const bool takes_largest = rule_.takes_largest;
+      const Grid grid = grid_of(call.inputs[1].values, box);
       std::fill_n(to, x_[1] * pixels, T(0));
       std::vector<double> sums(x_[1]);
       for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
         std::fill(sums.begin(), sums.end(), 0.0);
         bool is_first = true;
-        const std::size_t samples =
-            for_each_sample(call.inputs[1].values, box, pixel, [&](const Sample& sample) {
-              for (std::size_t c = 0; c < x_[1]; ++c) {
-                double value = 0;
-                for (std::size_t tap = 0; tap < 4; ++tap) {
-                  const double part =
-                      sample.weight[tap] * static_cast<double>(maps[c * plane + sample.index[tap]]);
-                  value = takes_largest ? (tap == 0 ? part : std::max(value, part)) : value + part;
-                }
-                sums[c] = !takes_largest ? sums[c] + value : is_first ? value : std::max(sums[c], value);
-              }
-              is_first = false;
-            });
-        const double scale = takes_largest || samples == 0 ? 1 : 1 / static_cast<double>(samples);
+        for_each_sample(grid, pixel, [&](const Sample& sample) {
+          for (std::size_t c = 0; c < x_[1]; ++c) {
+            double value = 0;
+            for (std::size_t tap = 0; tap < 4; ++tap) {
+              const double part =
+                  sample.weight[tap] * static_cast<double>(maps[c * plane + sample.index[tap]]);
+              value = takes_largest ? (tap == 0 ? part : std::max(value, part)) : value + part;
+            }
+            sums[c] = !takes_largest ? sums[c] + value : is_first ? value : std::max(sums[c], value);
+          }
+          is_first = false;
+        });
+        const double scale = takes_largest || grid.samples == 0 ? 1 : 1 / static_cast<double>(grid.samples);
         for (std::size_t c = 0; c < x_[1]; ++c) to[c * pixels + pixel] = static_cast<T>(sums[c] * scale);
       }
     });
@@ -126,17 +126,17 @@ class RoiAlign : public Operation<T> {
     const std::size_t plane = x_[2] * x_[3], pixels = rule_.rows * rule_.columns;
     for (std::size_t box = 0; box < count_; ++box) {
       const std::size_t first = image_of(call.inputs[2].values, box) * x_[1] * plane;
+      const Grid grid = grid_of(boxes, box);
+      if (grid.samples == 0) continue;
       for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
         const T* const adjoint = of_out + box * x_[1] * pixels + pixel;
-        const std::size_t samples = for_each_sample(boxes, box, pixel, [](const Sample&) {});
-        if (samples == 0) continue;
         if (rule_.takes_largest) {
-          if (of_x != nullptr) pull_largest(x + first, boxes, box, pixel, adjoint, of_x + first);
+          if (of_x != nullptr) pull_largest(x + first, grid, pixel, adjoint, of_x + first);
           continue;
         }
-        const double scale = 1 / static_cast<double>(samples);
+        const double scale = 1 / static_cast<double>(grid.samples);
         std::array<double, 4> box_slope{};
-        for_each_sample(boxes, box, pixel, [&](const Sample& sample) {
+        for_each_sample(grid, pixel, [&](const Sample& sample) {
           double by_row = 0, by_column = 0;
           for (std::size_t c = 0; c < x_[1]; ++c) {
             const double own = scale * static_cast<double>(adjoint[c * pixels]);
@@ -177,14 +177,25 @@ class RoiAlign : public Operation<T> {
     return image > 0 ? std::min(static_cast<std::size_t>(std::min(image, T(1 << 30))), x_[0] - 1) : 0;
   }
 
-  /// Calls visit(sample) for those of an output pixel that lie in the picture.
-  /// \returns the number of all; 0 for a box that is empty or not finite
-  template <class Visit>
-  std::size_t for_each_sample(const T* boxes, std::size_t box, std::size_t pixel, Visit visit) const {
+  /// The samples of a box, along both axes.
+  struct Grid {
+    detail::RoiAxis across, down;
+    std::size_t samples = 0;  ///< of an output pixel; 0 for a box that is empty or not finite
+  };
+
+  [[nodiscard]] Grid grid_of(const T* boxes, std::size_t box) const {
     const auto end = [&](std::size_t k) { return static_cast<double>(boxes[4 * box + k]); };
-    const detail::RoiAxis across(end(0), end(2), rule_.columns, rule_),
-        down(end(1), end(3), rule_.rows, rule_);
-    if (!std::isfinite(across.first + across.bin + down.first + down.bin)) return 0;
+    Grid grid{{end(0), end(2), rule_.columns, rule_}, {end(1), end(3), rule_.rows, rule_}};
+    if (std::isfinite(grid.across.first + grid.across.bin + grid.down.first + grid.down.bin))
+      grid.samples = grid.across.samples * grid.down.samples;
+    return grid;
+  }
+
+  /// Calls visit(sample) for those of an output pixel that lie in the picture.
+  template <class Visit>
+  void for_each_sample(const Grid& grid, std::size_t pixel, Visit visit) const {
+    if (grid.samples == 0) return;
+    const detail::RoiAxis &across = grid.across, &down = grid.down;
     const auto by_ends = [&](const detail::RoiAxis& axis, double share) {
       return std::array<double, 2>{rule_.scale * (axis.is_least ? 1 : 1 - share),
                                    axis.is_least ? 0 : rule_.scale * share};
@@ -206,17 +217,15 @@ class RoiAlign : public Operation<T> {
                      by_ends(down, row_share),
                      by_ends(across, column_share)});
       }
-    return down.samples * across.samples;
   }
 
   /// The adjoint goes to the pixel whose weighted value is the largest, of equals the first.
-  void pull_largest(const T* maps, const T* boxes, std::size_t box, std::size_t pixel, const T* adjoint,
-                    T* of_maps) const {
+  void pull_largest(const T* maps, const Grid& grid, std::size_t pixel, const T* adjoint, T* of_maps) const {
     const std::size_t plane = x_[2] * x_[3], pixels = rule_.rows * rule_.columns;
     for (std::size_t c = 0; c < x_[1]; ++c) {
       double largest = 0, weight = 0;
       std::size_t place = plane;
-      for_each_sample(boxes, box, pixel, [&](const Sample& sample) {
+      for_each_sample(grid, pixel, [&](const Sample& sample) {
         for (std::size_t tap = 0; tap < 4; ++tap) {
           const double part = sample.weight[tap] * static_cast<double>(maps[c * plane + sample.index[tap]]);
           if (place < plane && !(part > largest)) continue;
