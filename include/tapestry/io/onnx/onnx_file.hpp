@@ -60,9 +60,8 @@ namespace detail {
 /// standard, can be read by Tapestry only.
 ///
 /// \param output_shapes by name, of outputs with known extents; some readers require them
-/// \throws DomainError for integers that hold NaN, for fractions that are finite in double alone, and for
-/// graphs
-///         within nodes
+/// \throws DomainError for integers that hold NaN, for fractions that are finite in double alone, and
+///         for graphs within nodes
 [[nodiscard]] std::string onnx_bytes(const nn::NetworkDescription& network,
                                      const std::map<std::string, nn::Shape>& output_shapes = {});
 

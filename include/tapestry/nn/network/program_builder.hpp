@@ -110,12 +110,10 @@ class ProgramBuilder {
   /// \returns whether it is done
   bool take_apart(const Node& node, const Decomposable& kind);
 
-  /// Of all values of the description, and of parts.
+  /// Names of all values, those between parts included.
   std::set<std::string>& names();
 
   void divide(const Node& node, DividedNodes& nodes) const;
-
-  void append_parts(const Node& node, std::vector<Node>& nodes) const;
 
   /// Records a problem. Of a network that cannot run at all only the first ones are kept.
   void add_problem(const std::string& problem);

@@ -177,7 +177,8 @@ class GraphReader {
         break;
       case 5: {
         records_.count(message);
-        add_initialiser(message.message("initializer", place("initialiser", description_.constants.size())));
+        add_initialiser(message.message("initializer", place("initialiser", description_.constants.size())),
+                        external_, description_.constants);
         break;
       }
       case 11:
@@ -200,13 +201,6 @@ class GraphReader {
       default:
         message.skip();
     }
-  }
-
-  void add_initialiser(const ProtobufMessage& message) {
-    NamedConstant tensor = read_tensor(message, external_);
-    if (tensor.name.empty()) message.fail_whole("initialiser without a name");
-    if (!description_.constants.try_emplace(tensor.name, std::move(tensor.constant)).second)
-      message.fail_whole("two initialisers " + in_quotes(tensor.name));
   }
 
   /// Inputs with an initialiser are constants, because files before version 4 list all initialisers as

@@ -7,6 +7,7 @@
 #include <tapestry/io/detail/onnx/node.hpp>
 #include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/io/detail/onnx/tensor.hpp>
+#include <tapestry/io/detail/onnx/value_description.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <utility>
 #include <vector>
@@ -36,13 +37,7 @@ class SubgraphReader {
   void read_field(ProtobufMessage& message) {
     const auto name_in = [&](const char* field) {
       records_.count(message);
-      std::string name;
-      for (ProtobufMessage value = message.message(field, message_.place() + ", " + field); value.next();)
-        if (value.tag() == 1)
-          name = value.bytes("name");
-        else
-          value.skip();
-      return name;
+      return name_within(message.message(field, message_.place() + ", " + field));
     };
     switch (message.tag()) {
       case 1: {
@@ -51,14 +46,11 @@ class SubgraphReader {
         nodes_.push_back(read_node(message.message("node", place), external_, records_));
         break;
       }
-      case 5: {
+      case 5:
         records_.count(message);
-        NamedConstant tensor =
-            read_tensor(message.message("initializer", message_.place() + ", initialiser"), external_);
-        if (!graph_.constants.try_emplace(tensor.name, std::move(tensor.constant)).second)
-          message.fail("two initialisers " + in_quotes(tensor.name));
+        add_initialiser(message.message("initializer", message_.place() + ", initialiser"), external_,
+                        graph_.constants);
         break;
-      }
       case 11:
         graph_.inputs.push_back(name_in("input"));
         break;

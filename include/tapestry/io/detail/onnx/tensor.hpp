@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -235,5 +236,19 @@ class TensorReader {
 [[nodiscard]] inline NamedConstant read_tensor(const ProtobufMessage& message, ExternalData& external) {
   return detail::TensorReader(message, external).read();
 }
+
+namespace detail {
+
+/// Adds an initialiser of a graph to its constants.
+/// \throws FileError (malformed) for one without a name, or with that of another; as read_tensor()
+inline void add_initialiser(const ProtobufMessage& message, ExternalData& external,
+                            std::map<std::string, nn::Constant>& constants) {
+  NamedConstant tensor = read_tensor(message, external);
+  if (tensor.name.empty()) message.fail_whole("initialiser without a name");
+  if (!constants.try_emplace(tensor.name, std::move(tensor.constant)).second)
+    message.fail_whole("two initialisers " + in_quotes(tensor.name));
+}
+
+}  // namespace detail
 
 }  // namespace tapestry::io

@@ -92,26 +92,26 @@ class Decomposer {
     if (opset_ >= 11) return add("Pad", {value, integers(pads)});
     return add("Pad", {value}, {{"pads", pads}});
   }
-  /// With a new first axis of extent 1.
+  /// Adds a first axis of extent 1.
   std::string raised(const std::string& value) {
-    if (opset_ >= 13) return add("Unsqueeze", {value, integers({0})});
-    return add("Unsqueeze", {value}, {{"axes", std::vector<std::int64_t>{0}}});
+    auto [inputs, attributes] = along(value, {0});
+    return add("Unsqueeze", std::move(inputs), std::move(attributes));
   }
   /// Sums along some axes, which go.
   std::string summed(const std::string& value, const std::vector<std::int64_t>& axes) {
-    const Attributes goes{{"keepdims", std::int64_t{0}}};
-    if (opset_ >= 13) return add("ReduceSum", {value, integers(axes)}, goes);
-    return add("ReduceSum", {value}, {{"keepdims", std::int64_t{0}}, {"axes", axes}});
+    auto [inputs, attributes] = along(value, axes);
+    attributes["keepdims"] = std::int64_t{0};
+    return add("ReduceSum", std::move(inputs), std::move(attributes));
   }
-
   /// Makes the result i of a value without an axis of extent 1.
   void squeeze(std::size_t i, const std::string& value, std::int64_t axis) {
-    if (opset_ >= 13) return finish(i, "Squeeze", {value, integers({axis})});
-    finish(i, "Squeeze", {value}, {{"axes", std::vector<std::int64_t>{axis}}});
+    auto [inputs, attributes] = along(value, {axis});
+    finish(i, "Squeeze", std::move(inputs), std::move(attributes));
   }
 
-  /// Writes the nodes of a subgraph. \param names  of its inputs and of what it captures, in the graph around
-  /// it \returns what its results are called
+  /// Writes the nodes of a subgraph.
+  /// \param names  of its inputs and of what it captures, in the graph around it
+  /// \returns what its results are called
   Names inlined(const Subgraph& graph, std::map<std::string, std::string> names) {
     const auto renamed = [&](const std::string& name) { return name.empty() ? name : names.at(name); };
     for (const auto& [name, value] : graph.constants) names[name] = constant(value);
@@ -129,6 +129,13 @@ class Decomposer {
   [[nodiscard]] Decomposition take() { return std::move(parts_); }
 
  private:
+  /// A value with axes, which are an operand since opset 13.
+  [[nodiscard]] std::pair<Names, Attributes> along(const std::string& value,
+                                                   const std::vector<std::int64_t>& axes) {
+    if (opset_ >= 13) return {{value, integers(axes)}, {}};
+    return {{value}, {{"axes", axes}}};
+  }
+
   [[nodiscard]] std::string next_name() {
     std::string name;
     do name = stem_ + "#" + std::to_string(count_++);

@@ -42,11 +42,9 @@ std::set<std::string>& ProgramBuilder<T>::names() {
 template <std::floating_point T>
 void ProgramBuilder<T>::expand(NetworkDescription& description) const {
   if (taken_apart_.empty()) return;
-  std::vector<Node> nodes;
-  for (const Node& node : description.nodes) append_parts(node, nodes);
-  description.nodes = std::move(nodes);
-  for (const auto& [node, parts] : taken_apart_)
-    description.constants.insert(parts.constants.begin(), parts.constants.end());
+  DividedNodes nodes = divided();  // build() has left none
+  description.nodes = std::move(nodes.made);
+  description.constants.merge(nodes.constants);
 }
 
 template <std::floating_point T>
@@ -69,13 +67,6 @@ void ProgramBuilder<T>::divide(const Node& node, DividedNodes& nodes) const {
     return !name.empty() && (known == known_.end() || known->second.failed);
   });
   (has_failed ? nodes.left : nodes.made).push_back(node);
-}
-
-template <std::floating_point T>
-void ProgramBuilder<T>::append_parts(const Node& node, std::vector<Node>& nodes) const {
-  const auto found = taken_apart_.find(&node);
-  if (found == taken_apart_.end()) return nodes.push_back(node);
-  for (const Node& part : found->second.nodes) append_parts(part, nodes);
 }
 
 template <std::floating_point T>

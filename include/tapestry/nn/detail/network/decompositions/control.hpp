@@ -85,7 +85,7 @@ class LoopParts {
     return {{}, ElementType::integer, std::vector<double>{value}};
   }
 
-  /// What was scanned so far with one round more, along a new first axis.
+  /// Adds one round to what was scanned before, along a new first axis.
   [[nodiscard]] std::string with_scanned(std::size_t i, const std::string& value) {
     const std::string one = parts_.raised(value);
     if (round_ == 0) return one;

@@ -69,7 +69,7 @@ class QuantisedParts {
     return parts_.reshaped(value, shape);
   }
 
-  /// By output_dtype, else by the zero point's type in the file; without either it is that of eight bits.
+  /// Finds the range by output_dtype, else by the zero point's type in the file, else takes UINT8's.
   [[nodiscard]] Range range_of(std::size_t zero) {
     const std::int32_t of_zero = context_.has_input(zero) && context_.input(zero).constant != nullptr
                                      ? context_.constant(zero).file_type

@@ -117,7 +117,7 @@ class RecurrentParts {
     return parts_.sliced(value, static_cast<std::int64_t>(first), static_cast<std::int64_t>(first + count),
                          static_cast<std::int64_t>(axis));
   }
-  /// Of a direction, without its axis.
+  /// Takes the part of a direction, without its axis.
   std::string of_direction(std::size_t input, std::size_t d, const Shape& shape) {
     const std::string& value = parts_.input(input);
     return parts_.reshaped(directions_ == 1 ? value : part(value, 0, d, 1), shape);
