@@ -267,11 +267,12 @@ class CamouflageRun {
 
   void write_sheets(const std::vector<MarkedPicture>& before, const std::vector<MarkedPicture>& after) const {
     const std::size_t columns = sheet_columns(before.size());
-    StopSignal::throw_if_arrived();  // a large sheet takes seconds to compress
-    io::write_image(path("before.png"), contact_sheet(before, columns));
-    StopSignal::throw_if_arrived();
-    io::write_image(path("after.png"), contact_sheet(after, columns));
-    io::write_image(path("result.png"), comparison(before, after, 6));
+    parallel_for(3, [&](std::size_t sheet) {
+      StopSignal::throw_if_arrived();  // a large sheet takes seconds to compress
+      if (sheet == 0) io::write_image(path("before.png"), contact_sheet(before, columns));
+      if (sheet == 1) io::write_image(path("after.png"), contact_sheet(after, columns));
+      if (sheet == 2) io::write_image(path("result.png"), comparison(before, after, 6));
+    });
   }
 
   void write_report(const RunReport& report, ViewList list, const evaluate::SurveyedTextures& textures,

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 #include <optional>
+#include <tapestry/core/parallel.hpp>
 
 #include "base64.hpp"
 #include "build_facts.hpp"
@@ -68,13 +69,17 @@ std::string atlas_letters(Bitmap atlas) {
 std::optional<Json> jpegs_within(std::size_t& letters, const std::vector<MarkedPicture>& pictures,
                                  int quality) {
   Json json = Json::array();
-  for (const auto& picture : pictures) {
-    std::string jpeg = base64(io::jpeg_file("report.html", drawn(picture), quality));
-    if (jpeg.size() > letters) return std::nullopt;
+  bool all_fit = true;
+  const auto make = [&](std::size_t i) {
+    return all_fit ? base64(io::jpeg_file("report.html", drawn(pictures[i]), quality)) : std::string();
+  };
+  for_each_in_order(pictures.size(), make, [&](std::size_t, std::string jpeg) {
+    all_fit = all_fit && jpeg.size() <= letters;
+    if (!all_fit) return;
     letters -= jpeg.size();
     json.push_back(std::move(jpeg));
-  }
-  return json;
+  });
+  return all_fit ? std::optional<Json>(std::move(json)) : std::nullopt;
 }
 
 std::vector<MarkedPicture> halved(const std::vector<MarkedPicture>& pictures) {

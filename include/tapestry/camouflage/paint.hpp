@@ -1,16 +1,20 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <tapestry/autodiff/array_functions.hpp>
+#include <tapestry/autodiff/functions.hpp>
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::camouflage {
@@ -74,14 +78,31 @@ template <std::floating_point T>
 inline constexpr double colour_margin = 1e-3;
 
 /// The colours of a texture parameter on the tape: c = ½ (tanh p + 1), so that no step leaves (0, 1). Its
-/// slope keeps its relative accuracy where tanh saturates. Others write sigmoid(p) or clamp(p, 0, 1) here.
+/// slope keeps its relative accuracy where tanh saturates. Runs on all threads, unlike that formula of
+/// arrays. Others write sigmoid(p) or clamp(p, 0, 1) here.
 ///
 /// \param parameter  p, [texel, 3], any real value
 /// \returns          c, [texel, 3], in [0, 1]; exactly 0 or 1 where tanh saturates
 /// Source: the texture parametrisation of Wang et al.'s published FCA program.
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> texture_colours(const ArrayVariable<T, 2>& parameter) {
-  return (tanh(parameter) + T(1)) / T(2);
+  constexpr std::size_t block = 1024;
+  Array<T, 2> curve(parameter.shape()), colours(parameter.shape());
+  parallel_for_blocks(colours.size(), block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      curve.data()[i] = std::tanh(parameter.value().data()[i]);
+      colours.data()[i] = (curve.data()[i] + T(1)) / T(2);
+    }
+  });
+  const auto pullback = [p = parameter.shared_value(), curve = std::move(curve)](
+                            const Array<T, 2>& colours_adjoint, Array<T, 2>* parameter_adjoint) {
+    parallel_for_blocks(curve.size(), block, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        parameter_adjoint->data()[i] +=
+            colours_adjoint.data()[i] / T(2) * tapestry::detail::tanh_slope(p->data()[i], curve.data()[i]);
+    });
+  };
+  return record_array(std::move(colours), pullback, parameter);
 }
 
 /// The same of plain numbers.

@@ -73,6 +73,16 @@ struct BlockRange {
   return {begin, begin + size < count ? begin + size : count};
 }
 
+/// Calls body(begin, end) for the blocks of `size` items, of which the last may be shorter, that `count`
+/// items are cut into, as parallel_for() does.
+template <class Body>
+void parallel_for_blocks(std::size_t count, std::size_t size, Body body) {
+  parallel_for(block_count(count, size), [&](std::size_t index) {
+    const BlockRange range = block_range(index, count, size);
+    body(range.begin, range.end);
+  });
+}
+
 /// Number of items to compute before any is used: enough that no thread waits long for another one, and few
 /// enough to hold. 1 on one thread.
 [[nodiscard]] inline std::size_t items_at_a_time() {

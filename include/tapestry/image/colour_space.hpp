@@ -118,9 +118,8 @@ namespace detail {
 /// Calls visit(index) for all values of an array, from several threads.
 template <std::floating_point T, std::size_t Rank, class Visit>
 void for_each_value(const Array<T, Rank>& values, Visit visit) {
-  constexpr std::size_t block = 16384;
-  parallel_for(block_count(values.size(), block), [&](std::size_t index) {
-    const auto [begin, end] = block_range(index, values.size(), block);
+  constexpr std::size_t block = 2048;  // powers are slow
+  parallel_for_blocks(values.size(), block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) visit(i);
   });
 }

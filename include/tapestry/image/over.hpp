@@ -29,8 +29,7 @@ namespace detail {
 template <class Visit>
 void for_each_covered_pixel(const PixelWindow& place, std::size_t background_width, Visit visit) {
   constexpr std::size_t rows = 16;
-  parallel_for(block_count(place.height, rows), [&](std::size_t index) {
-    const auto [begin, end] = block_range(index, place.height, rows);
+  parallel_for_blocks(place.height, rows, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) {
       const std::size_t front = y * place.width;
       const std::size_t back = (place.top + y) * background_width + place.left;

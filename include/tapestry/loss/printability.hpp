@@ -107,8 +107,7 @@ void non_printability_adjoint(const Texels& texels, const UsedTexels& used, cons
   require_shape("non_printability_adjoint", "texels_adjoint", texels_adjoint, texels.shape());
   const double count = detail::used_count(used);
   constexpr std::size_t block_size = 256;
-  parallel_for(block_count(used.size(), block_size), [&](std::size_t block) {
-    const auto [begin, end] = block_range(block, used.size(), block_size);
+  parallel_for_blocks(used.size(), block_size, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const double weight = static_cast<double>(used.data()[i]);
       if (weight == 0) continue;

@@ -14,10 +14,8 @@ inline constexpr std::size_t pointwise_block = 65536;
 
 template <class Body>
 void for_each_block(std::size_t count, Body body) {
-  parallel_for(block_count(count, pointwise_block), [&](std::size_t i) {
-    const BlockRange range = block_range(i, count, pointwise_block);
-    body(range.begin, range.end - range.begin);
-  });
+  parallel_for_blocks(count, pointwise_block,
+                      [&](std::size_t begin, std::size_t end) { body(begin, end - begin); });
 }
 }  // namespace detail
 

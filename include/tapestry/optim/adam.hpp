@@ -65,9 +65,7 @@ class Adam {
     const auto t = static_cast<double>(state_.step);
     const double mean_scale = settings_.learning_rate / (1 - std::pow(settings_.beta1, t));
     const double square_scale = 1 / (1 - std::pow(settings_.beta2, t));
-    constexpr std::size_t block = 16384;
-    parallel_for(block_count(parameters.size(), block), [&](std::size_t index) {
-      const auto [begin, end] = block_range(index, parameters.size(), block);
+    parallel_for_blocks(parameters.size(), 4096, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const auto g = static_cast<double>(gradient[i]);
         const double m = blend(settings_.beta1, static_cast<double>(state_.first_moment[i]), g);

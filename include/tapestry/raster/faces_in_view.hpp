@@ -152,8 +152,7 @@ class FacesInView {
   [[nodiscard]] std::vector<Place> places_of_positions() const {
     std::vector<Place> places(positions_view_.size());
     constexpr std::size_t block = 4096;
-    parallel_for(block_count(places.size(), block), [&](std::size_t index) {
-      const auto [begin, end] = block_range(index, places.size(), block);
+    parallel_for_blocks(places.size(), block, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const geometry::Vector3& view = positions_view_[i];
         const std::array<double, 2> point = frame_.rays.picture_point(view);

@@ -59,8 +59,7 @@ inline void require_light(const char* operation, const Light& light) {
   const geometry::Vector3 eye = geometry::eye_of(camera);
   std::vector<double> result(mesh.faces.size());
   constexpr std::size_t block = 4096;
-  parallel_for(block_count(result.size(), block), [&](std::size_t index) {
-    const auto [begin, end] = block_range(index, result.size(), block);
+  parallel_for_blocks(result.size(), block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t face = begin; face < end; ++face) {
       const double cosine = geometry::dot(seen_normal(mesh, face, eye), towards);
       result[face] = light.ambient + light.directional * std::max(0.0, cosine);

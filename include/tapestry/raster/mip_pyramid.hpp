@@ -64,9 +64,8 @@ struct MipStep {
   /// Calls visit(row) for all coarse rows, on all threads if `is_parallel`.
   template <class Visit>
   void for_each_row(bool is_parallel, Visit visit) const {
-    const std::size_t block = is_parallel ? std::max<std::size_t>(1, 8192 / coarse.width) : coarse.height;
-    parallel_for(block_count(coarse.height, block), [&](std::size_t index) {
-      const auto [begin, end] = block_range(index, coarse.height, block);
+    const std::size_t block = is_parallel ? std::max<std::size_t>(1, 512 / coarse.width) : coarse.height;
+    parallel_for_blocks(coarse.height, block, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) visit(i);
     });
   }
@@ -155,7 +154,9 @@ class MipPyramid {
           add(static_cast<T>(weight * part_of(fine, coarse)), adjoints + 3 * coarse, adjoints + 3 * fine);
         });
       });
-    for (std::size_t i = 0; i < texels_adjoint.size(); ++i) texels_adjoint.data()[i] += adjoints[i];
+    parallel_for_blocks(texels_adjoint.size(), 8192, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) texels_adjoint.data()[i] += adjoints[i];
+    });
   }
 
  private:

@@ -131,9 +131,7 @@ template <std::floating_point T>
 Variable<T> Training<T>::continued(const ArrayVariable<T, 2>& x, const std::vector<Share>& shares,
                                    const std::vector<double>& divisors, Array<T, 2> Slopes::*slopes) {
   Array<T, 2> sum = zeros<T, 2>(x.shape());
-  constexpr std::size_t block = 16384;
-  parallel_for(block_count(sum.size(), block), [&](std::size_t index) {
-    const auto [begin, end] = block_range(index, sum.size(), block);
+  parallel_for_blocks(sum.size(), 2048, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = 0; k < shares.size(); ++k) {
       const T* const of_share = (shares[k].slopes.*slopes).data();
       for (std::size_t i = begin; i < end; ++i) sum.data()[i] += of_share[i] / static_cast<T>(divisors[k]);

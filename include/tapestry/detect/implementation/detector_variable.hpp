@@ -13,9 +13,8 @@ void encode(const T* pictures, std::size_t pixel_count, const InputEncoding& enc
   }
   const std::size_t first = encoding.picture_channel(0), last = encoding.picture_channel(2);
   constexpr std::size_t block = 16384;
-  parallel_for(block_count(pixel_count, block), [&](std::size_t b) {
-    const BlockRange range = block_range(b, pixel_count, block);
-    for (std::size_t i = 3 * range.begin; i < 3 * range.end; i += 3) {
+  parallel_for_blocks(pixel_count, block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = 3 * begin; i < 3 * end; i += 3) {
       input[i] = (factor * pictures[i + first] - mean[0]) / deviation[0];
       input[i + 1] = (factor * pictures[i + 1] - mean[1]) / deviation[1];
       input[i + 2] = (factor * pictures[i + last] - mean[2]) / deviation[2];
@@ -27,12 +26,11 @@ template <std::floating_point T>
 void encode_adjoint(const T* input_adjoint, std::size_t pixel_count, const InputEncoding& encoding,
                     T* pictures_adjoint) {
   constexpr std::size_t block = 16384;
-  parallel_for(block_count(pixel_count, block), [&](std::size_t b) {
-    const BlockRange range = block_range(b, pixel_count, block);
+  parallel_for_blocks(pixel_count, block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = 0; c < 3; ++c) {
       const auto slope = static_cast<T>(255 * encoding.scale / encoding.deviation[c]);
       const std::size_t to = encoding.picture_channel(c);
-      for (std::size_t i = range.begin; i < range.end; ++i)
+      for (std::size_t i = begin; i < end; ++i)
         pictures_adjoint[3 * i + to] += slope * input_adjoint[3 * i + c];
     }
   });

@@ -48,8 +48,7 @@ Array<T, 3> resize_bilinear(const Array<T, 3>& picture, std::size_t height, std:
   Array<T, 3> resized(Extents<3>{height, width, channels});
   const T* const from = picture.data();
   T* const to = resized.data();
-  parallel_for(block_count(height, 16), [&](std::size_t block) {
-    const auto [begin, end] = block_range(block, height, 16);
+  parallel_for_blocks(height, 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const T* const upper = from + rows[i].first * stride;
       const T* const lower = from + rows[i].second * stride;

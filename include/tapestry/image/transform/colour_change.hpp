@@ -16,8 +16,7 @@ namespace tapestry::image::detail {
 template <class Body>
 void for_each_row(std::size_t rows, Body body) {
   constexpr std::size_t rows_a_block = 16;
-  parallel_for(block_count(rows, rows_a_block), [&](std::size_t block) {
-    const auto [begin, end] = block_range(block, rows, rows_a_block);
+  parallel_for_blocks(rows, rows_a_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) body(y);
   });
 }
@@ -48,8 +47,7 @@ void require_colours(const char* operation, const Array<T, Rank>& colours) {
 template <class Visit>
 void for_each_colour(std::size_t numbers, Visit visit) {
   constexpr std::size_t size = 3 * 4096;
-  parallel_for(block_count(numbers, size), [&](std::size_t block) {
-    const auto [begin, end] = block_range(block, numbers, size);
+  parallel_for_blocks(numbers, size, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; i += 3) visit(i);
   });
 }

@@ -55,8 +55,7 @@ void binary_cross_entropy_adjoint(const Array<T, 4>& logits, const Array<T, 4>& 
   detail::require_wanted("binary_cross_entropy", logits, wanted);
   require_shape("binary_cross_entropy_adjoint", "logits_adjoint", logits_adjoint, logits.shape());
   const T scale = value_adjoint / static_cast<T>(logits.size());
-  parallel_for(block_count(logits.size(), detail::entropy_block), [&](std::size_t block) {
-    const auto [begin, end] = block_range(block, logits.size(), detail::entropy_block);
+  parallel_for_blocks(logits.size(), detail::entropy_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       logits_adjoint.data()[i] += scale * binary_cross_entropy_slope(logits.data()[i], wanted.data()[i]);
   });

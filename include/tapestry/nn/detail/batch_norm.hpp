@@ -75,10 +75,7 @@ void channel_sums(const T* x, const T* y, const std::vector<double>& origin, std
 template <class Body>
 void for_each_period_block(std::size_t count, std::size_t period, Body body) {
   const std::size_t block = period * std::max<std::size_t>(1, 65536 / period);
-  parallel_for(block_count(count, block), [&](std::size_t i) {
-    const BlockRange range = block_range(i, count, block);
-    body(range.begin, range.end - range.begin);
-  });
+  parallel_for_blocks(count, block, [&](std::size_t begin, std::size_t end) { body(begin, end - begin); });
 }
 }  // namespace detail
 

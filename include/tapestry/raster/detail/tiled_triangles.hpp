@@ -111,8 +111,7 @@ class TiledTriangles {
 
   void project(const geometry::Mesh& mesh, const Projection& projection, ScreenVertex* vertices) {
     constexpr std::size_t block = 2048;
-    parallel_for(block_count(mesh.positions.size(), block), [&](std::size_t index) {
-      const auto [begin, end] = block_range(index, mesh.positions.size(), block);
+    parallel_for_blocks(mesh.positions.size(), block, [&](std::size_t begin, std::size_t end) {
       kernels_.project(projection, mesh.positions.data() + begin, end - begin, positions_view_.data() + begin,
                        vertices + begin);
     });

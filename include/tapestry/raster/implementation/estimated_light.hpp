@@ -210,8 +210,7 @@ AmbientOcclusion ambient_occlusion(const geometry::Mesh& mesh, std::size_t direc
   for (std::size_t index = 0; index < directions; ++index) {
     const geometry::Vector3 direction = spiral_direction(index, directions);
     const ParallelView view(mesh, direction, pixels);
-    parallel_for(block_count(sums.size(), block), [&](std::size_t part) {
-      const auto [begin, end] = block_range(part, sums.size(), block);
+    parallel_for_blocks(sums.size(), block, [&](std::size_t begin, std::size_t end) {
       for (std::size_t face = begin; face < end; ++face)
         detail::add_direction(mesh, face, direction, view, sums[face]);
     });

@@ -23,8 +23,7 @@ Array<T, 3> render(const TextureOperator<T>& picture, const Array<T, 2>& texels)
   const T* const texel = texels.data();
   const std::array<T, 3> light = picture.light_colour;
   constexpr std::size_t block = 4096;
-  parallel_for(block_count(picture.pixels.size(), block), [&](std::size_t index) {
-    const auto [begin, end] = block_range(index, picture.pixels.size(), block);
+  parallel_for_blocks(picture.pixels.size(), block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row) {
       T red = 0, green = 0, blue = 0;
       for (std::size_t i = picture.row_begin[row]; i < picture.row_begin[row + 1]; ++i) {

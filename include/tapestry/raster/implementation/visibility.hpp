@@ -34,8 +34,7 @@ namespace tapestry::raster {
 std::vector<geometry::Vector3> positions_in_view(const geometry::Mesh& mesh, const geometry::Camera& camera) {
   std::vector<geometry::Vector3> positions(mesh.positions.size());
   constexpr std::size_t block = 8192;
-  parallel_for(block_count(positions.size(), block), [&](std::size_t index) {
-    const auto [begin, end] = block_range(index, positions.size(), block);
+  parallel_for_blocks(positions.size(), block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) positions[i] = view_from_world(camera, mesh.positions[i]);
   });
   return positions;

@@ -115,9 +115,8 @@ void reduce(const AxisReduction& plan, const T* from, const T* shifts, const Fin
     for (std::size_t l = 0; l < lanes; ++l) finish(result(l), sums[l]);
   };
   const std::size_t together = std::max<std::size_t>(detail::nest_block / std::max<std::size_t>(work, 1), 1);
-  parallel_for(block_count(tasks, together), [&](std::size_t i) {
-    const BlockRange range = block_range(i, tasks, together);
-    for (std::size_t task = range.begin; task < range.end; ++task) run_task(task);
+  parallel_for_blocks(tasks, together, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t task = begin; task < end; ++task) run_task(task);
   });
 }
 

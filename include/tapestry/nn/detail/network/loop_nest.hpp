@@ -108,9 +108,8 @@ void parallel_for_each_run(const LoopNest<Tensors>& nest, const Body& body) {
   const std::size_t runs = count / last.extent;
   if (last.extent <= detail::nest_block) {
     const std::size_t together = detail::nest_block / last.extent;
-    parallel_for(block_count(runs, together), [&](std::size_t i) {
-      const BlockRange range = block_range(i, runs, together);
-      detail::for_each_run(nest, range.begin, range.end, body);
+    parallel_for_blocks(runs, together, [&](std::size_t begin, std::size_t end) {
+      detail::for_each_run(nest, begin, end, body);
     });
     return;
   }

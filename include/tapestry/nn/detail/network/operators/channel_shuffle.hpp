@@ -47,9 +47,8 @@ class ChannelShuffle : public Operation<T> {
     constexpr std::size_t at_once = 256;
     const std::size_t of_group = extents_.channels / groups_;
     const std::size_t pixels = extents_.images * extents_.pixels;
-    parallel_for(block_count(pixels, at_once), [&](std::size_t block) {
-      const BlockRange range = block_range(block, pixels, at_once);
-      for (std::size_t pixel = range.begin; pixel < range.end; ++pixel) {
+    parallel_for_blocks(pixels, at_once, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t pixel = begin; pixel < end; ++pixel) {
         const std::size_t first = pixel * extents_.channels;
         for (std::size_t g = 0; g < groups_; ++g)
           for (std::size_t i = 0; i < of_group; ++i) body(first + g * of_group + i, first + i * groups_ + g);
@@ -120,9 +119,8 @@ class InterleaveChannels : public Operation<T> {
   template <class Body>
   void for_each_run(Body body) const {
     constexpr std::size_t at_once = 256;
-    parallel_for(block_count(pixels_, at_once), [&](std::size_t block) {
-      const BlockRange range = block_range(block, pixels_, at_once);
-      for (std::size_t pixel = range.begin; pixel < range.end; ++pixel) {
+    parallel_for_blocks(pixels_, at_once, [&](std::size_t first, std::size_t last) {
+      for (std::size_t pixel = first; pixel < last; ++pixel) {
         std::size_t begin = 0;
         for (std::size_t i = 0; i < this->results().size(); ++i) {
           const std::size_t end = begin + this->result_shape(i).back();

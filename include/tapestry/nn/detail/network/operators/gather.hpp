@@ -117,9 +117,8 @@ class Gather : public Operation<T> {
     T* const to = call.outputs[0].values;
     const std::size_t together =
         std::max<std::size_t>(detail::nest_block / std::max<std::size_t>(plan_.block, 1), 1);
-    parallel_for(block_count(plan_.count, together), [&](std::size_t b) {
-      const BlockRange range = block_range(b, plan_.count, together);
-      for (std::size_t i = range.begin; i < range.end; ++i)
+    parallel_for_blocks(plan_.count, together, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
         std::memcpy(to + i * plan_.block, from + places[i], plan_.block * sizeof(T));
     });
   }

@@ -119,9 +119,8 @@ class Resize : public Operation<T> {
     const std::size_t inner = inner_of(shape, table.axis);
     const std::size_t rows = size_of(shape) / inner / table.input * table.output;
     const std::size_t at_once = std::max<std::size_t>(1, 16384 / inner);
-    parallel_for(block_count(rows, at_once), [&](std::size_t block) {
-      const BlockRange range = block_range(block, rows, at_once);
-      for (std::size_t row = range.begin; row < range.end; ++row) {
+    parallel_for_blocks(rows, at_once, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t row = begin; row < end; ++row) {
         const std::size_t i = row % table.output * table.taps;
         const T* const from = in + row / table.output * table.input * inner;
         T* const to = out + row * inner;

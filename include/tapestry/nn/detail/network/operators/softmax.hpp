@@ -31,9 +31,8 @@ struct AxisRuns {
     const std::size_t work = std::max<std::size_t>(std::min(inner, detail::lane_block) * count, 1);
     const std::size_t tasks = outer * blocks;
     const std::size_t together = std::max<std::size_t>(detail::nest_block / 4 / work, 1);
-    parallel_for(block_count(tasks, together), [&](std::size_t b) {
-      const BlockRange range = block_range(b, tasks, together);
-      for (std::size_t task = range.begin; task < range.end; ++task) {
+    parallel_for_blocks(tasks, together, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t task = begin; task < end; ++task) {
         const BlockRange lanes = block_range(task % blocks, inner, detail::lane_block);
         body(task / blocks * count * inner + lanes.begin, lanes.end - lanes.begin);
       }
