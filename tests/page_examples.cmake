@@ -84,6 +84,10 @@ target_link_libraries(page_models PRIVATE tapestry_strict tapestry_all)
 add_test(NAME "docs/TUTORIAL.md: models for the example" COMMAND page_models .)
 add_test(NAME "docs/TUTORIAL.md: the example reads a network"
          COMMAND tutorial_example yolox.onnx ${PROJECT_SOURCE_DIR}/examples/assets/result.png)
+add_page_program(docs/DETECTORS.md detectors_example "```cpp\n")
+add_test(NAME "docs/DETECTORS.md: the example reads a network"
+         COMMAND detectors_example yolox.onnx yolox ${PROJECT_SOURCE_DIR}/examples/assets/result.png)
+set_tests_properties("docs/DETECTORS.md: the example reads a network" PROPERTIES FIXTURES_REQUIRED page_models)
 set_tests_properties("docs/TUTORIAL.md: models for the example" PROPERTIES FIXTURES_SETUP page_models)
 set_tests_properties("docs/TUTORIAL.md: the example reads a network" PROPERTIES FIXTURES_REQUIRED page_models)
 
@@ -94,7 +98,7 @@ endif()
 
 # What a page links to is there.
 foreach(page IN ITEMS README.md benchmarks/README.md docs/ARCHITECTURE.md docs/CONTRIBUTING.md docs/COOKBOOK.md
-                      docs/EMBEDDING.md docs/GLOSSARY.md docs/OWN_CAR.md docs/SECURITY.md
+                      docs/DETECTORS.md docs/EMBEDDING.md docs/GLOSSARY.md docs/OWN_CAR.md docs/SECURITY.md
                       docs/TUTORIAL.md)
   read_page(${page} text)
   get_filename_component(folder ${PROJECT_SOURCE_DIR}/${page} DIRECTORY)

@@ -2,20 +2,25 @@
 // values before the suppression.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <tapestry/detect/detector.hpp>
+#include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
+#include <utility>
 #include <vector>
 
 #include "../support/catch.hpp"
-#include "../support/paths.hpp"
-#include "../support/raw_numbers.hpp"
+#include "../support/exports.hpp"
 
 namespace detect = tapestry::detect;
 namespace files = std::filesystem;
 namespace io = tapestry::io;
 using namespace tapestry;
+using test::picture_of;
+using test::require_results;
+using test::with_export;
 
 namespace {
 detect::DetectorDescription ssd_description() {
@@ -30,55 +35,34 @@ detect::DetectorDescription ssd_description() {
   return description;
 }
 
-/// The picture that the framework was given.
-template <class T>
-Array<T, 4> picture_of(const detect::Detector<T>& detector, const files::path& folder) {
-  const std::size_t height = detector.input_height(), width = detector.input_width();
-  const auto planes = tapestry::test::raw_numbers<float>(folder / "in.bin");
-  Array<T, 4> picture(Extents<4>{1, height, width, 3});
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t i = 0; i < height * width; ++i)
-      picture.data()[3 * i + c] = static_cast<T>(planes[c * height * width + i]);
-  return picture;
-}
-}  // namespace
-
-TEST_CASE("candidates of a whole SSD, before its suppression, give the framework's boxes and scores",
-          "[detect][exports]") {
-  const files::path folder = test::in_shared("data/exports/ssd");
-  if (!files::exists(folder)) {
-    WARN("skipped: no exports in TAPESTRY_SHARED");
-    return;
-  }
-  const detect::Detector<float> detector(io::read_onnx(folder / "leg17.onnx"), ssd_description());
-  detect::Pass<float> pass;
-  detector.forward(picture_of(detector, folder), pass);
-  const auto candidates = detector.detections(pass.logits, 0, 0.01, 1);
-  const auto boxes = tapestry::test::raw_numbers<double>(folder / "out.0.bin"),
-             scores = tapestry::test::raw_numbers<double>(folder / "out.1.bin");
-  REQUIRE(!scores.empty());
-  for (std::size_t i = 0; i < scores.size(); ++i) {
-    CAPTURE(i, scores[i]);
-    const auto is_same = [&](const detect::Detection& found) {
-      const auto& box = found.box;
-      return std::abs(found.confidence - scores[i]) <= 1e-5 &&
-             std::abs(box.cx - (boxes[4 * i] + boxes[4 * i + 2]) / 2) <= 1e-3 &&
-             std::abs(box.cy - (boxes[4 * i + 1] + boxes[4 * i + 3]) / 2) <= 1e-3 &&
-             std::abs(box.w - (boxes[4 * i + 2] - boxes[4 * i])) <= 1e-3 &&
-             std::abs(box.h - (boxes[4 * i + 3] - boxes[4 * i + 1])) <= 1e-3;
-    };
-    CHECK(std::ranges::any_of(candidates, is_same));
-  }
+/// Second stage of a Faster or Mask R-CNN: as many proposals as the picture has, with a box for each class.
+detect::DetectorDescription second_stage_description() {
+  detect::DetectorDescription description;
+  description.head = detect::HeadKind::boxes_and_scores;
+  description.decoded.boxes = "/m/roi_heads/Reshape_2_output_0";  // [proposals, 1 + classes, 4]
+  description.decoded.scores = "/m/roi_heads/box_predictor/cls_score/Gemm_output_0";
+  description.decoded.has_box_for_each_class = true;
+  description.decoded.form = detect::BoxForm::corners;
+  description.decoded.score_form = detect::ScoreForm::softmax;
+  description.decoded.background = detect::Background::first;
+  return description;
 }
 
-TEST_CASE("the gradient of a whole SSD's logits by the picture equals differences", "[detect][exports]") {
-  const files::path folder = test::in_shared("data/exports/ssd");
-  if (!files::exists(folder)) {
-    WARN("skipped: no exports in TAPESTRY_SHARED");
-    return;
-  }
-  const detect::Detector<double> detector(io::read_onnx(folder / "leg17.onnx"), ssd_description());
-  const Array<double, 4> picture = picture_of(detector, folder);
+/// What is left after suppression.
+detect::DetectorDescription final_description(const nn::NetworkDescription& network) {
+  detect::DetectorDescription description;
+  description.head = detect::HeadKind::end_to_end;
+  description.decoded.boxes = network.outputs[0];
+  description.decoded.scores = network.outputs[1];
+  description.decoded.labels = network.outputs[2];
+  description.decoded.classes = 5;
+  description.decoded.form = detect::BoxForm::corners;
+  return description;
+}
+
+/// Slope of a sum of every seventh class logit along its gradient by the picture, against differences.
+void require_slope(const detect::Detector<double>& detector, const Array<double, 4>& picture,
+                   double tolerance) {
   detect::Pass<double> pass;
   const auto classes = [&](const Array<double, 4>& x, Array<double, 4>* weights) {
     detector.forward(x, pass, detect::Mode::input_gradient);
@@ -105,7 +89,144 @@ TEST_CASE("the gradient of a whole SSD's logits by the picture equals difference
     for (std::size_t i = 0; i < moved.size(); ++i) moved.data()[i] += step * gradient.data()[i] / length;
     return classes(moved, nullptr);
   };
-  CHECK((at(h) - at(-h)) / (2 * h) == Approx(length).epsilon(1e-6));
+  CHECK((at(h) - at(-h)) / (2 * h) == Approx(length).epsilon(tolerance));
+}
+
+}  // namespace
+
+TEST_CASE("candidates of a whole SSD, before its suppression, give the framework's boxes and scores",
+          "[detect][exports]") {
+  with_export("ssd", [](const files::path& folder) {
+    const detect::Detector<float> detector(io::read_onnx(folder / "leg17.onnx"), ssd_description());
+    detect::Pass<float> pass;
+    detector.forward(picture_of(detector, folder), pass);
+    require_results(folder, detector.detections(pass.logits, 0, 0.01, 1), false);
+  });
+}
+
+TEST_CASE("the gradient of a whole SSD's logits by the picture equals differences", "[detect][exports]") {
+  with_export("ssd", [](const files::path& folder) {
+    const detect::Detector<double> detector(io::read_onnx(folder / "leg17.onnx"), ssd_description());
+    require_slope(detector, picture_of(detector, folder), 1e-6);
+  });
+}
+
+TEST_CASE("proposals of whole Faster and Mask R-CNNs give the framework's boxes and scores, and gradients",
+          "[detect][exports]") {
+  const auto [name, file] =
+      GENERATE(std::pair("faster_rcnn", "leg17.onnx"), std::pair("mask_rcnn", "leg13.onnx"));
+  with_export(name, [&, file = file](const files::path& folder) {
+    const auto network = io::read_onnx(folder / file);
+    const detect::Detector<double> detector(network, second_stage_description());
+    const auto picture = picture_of(detector, folder);
+    detect::Pass<double> pass;
+    detector.forward(picture, pass);
+    require_results(folder, detector.detections(pass.logits, 0, 0.01, 1), false);
+    require_slope(detector, picture, 1e-5);
+  });
+}
+
+TEST_CASE(
+    "attention to a layer of a network in stages: all slopes by the picture go through its first layers",
+    "[detect][exports]") {
+  with_export("faster_rcnn", [](const files::path& folder) {
+    const std::string layer = "/m/backbone/body/layer1/layer1.2/Relu_output_0";
+    const detect::Detector<double> detector(io::read_onnx(folder / "leg17.onnx"), second_stage_description(),
+                                            0, {layer});
+    const auto picture = picture_of(detector, folder);
+    detect::Pass<double> pass;
+    detector.forward(picture, pass, detect::Mode::input_gradient);
+    const Array<double, 4> weights = filled<double, 4>(pass.logits.front().shape(), 1.0);
+    Array<double, 4> direct = zeros<double, 4>(picture.shape()), through = direct;
+    detector.input_adjoint(pass, {weights}, direct);
+    const auto adjoint = detector.layer_adjoint(pass, {&weights}, 0, 0);
+    CHECK(adjoint.shape() == detector.layer_values(pass, 0, 0).shape());
+    detector.pull_back_layer(pass, 0, 0, adjoint, through);
+    double most = 0;
+    for (const double slope : direct.storage()) most = std::max(most, std::abs(slope));
+    REQUIRE(most > 0);
+    for (std::size_t i = 0; i < direct.size(); ++i)
+      REQUIRE(std::abs(direct.data()[i] - through.data()[i]) <= 1e-12 * most);
+  });
+}
+
+TEST_CASE("what a network in stages does not do is refused", "[detect][exports][error]") {
+  with_export("faster_rcnn", [](const files::path& folder) {
+    auto description = second_stage_description();
+    const auto network = io::read_onnx(folder / "leg17.onnx");
+    const detect::Detector<float> detector(network, description);
+    CHECK(detector.weights().size() == 0);
+    CHECK(detector.share_kept({0, 0, 8, 8}) == 0);
+    const auto picture = picture_of(detector, folder);
+    detect::Pass<float> pass;
+    CHECK_THROWS_WITH(detector.forward(picture, pass, detect::Mode::training),
+                      test::contains("a network whose extents depend on the picture does not train"));
+    detector.forward(picture, pass);
+    CHECK_THROWS_AS(detector.pull_back(pass, {&pass.logits[0]}, nullptr), DomainError);
+    description.decoded.most_candidates = 1;
+    const detect::Detector<float> narrow(network, description);
+    CHECK_THROWS_WITH(narrow.forward(picture, pass), test::contains("candidates in a picture, at most 1"));
+  });
+}
+
+TEST_CASE("a batch through a network in stages has the bits of its pictures", "[detect][exports]") {
+  with_export("faster_rcnn", [](const files::path& folder) {
+    const detect::Detector<float> detector(io::read_onnx(folder / "leg17.onnx"), second_stage_description());
+    const auto picture = picture_of(detector, folder);
+    Array<float, 4> batch(Extents<4>{2, picture.shape(1), picture.shape(2), 3});
+    std::copy(picture.begin(), picture.end(), batch.begin());
+    std::reverse_copy(picture.begin(), picture.end(),
+                      batch.begin() + static_cast<std::ptrdiff_t>(picture.size()));
+    detect::Pass<float> pass, alone;
+    detector.forward(batch, pass, detect::Mode::input_gradient);
+    Array<float, 4> gradient = zeros<float, 4>(batch.shape());
+    const auto weights = filled<float, 4>(pass.logits.front().shape(), 1.0F);
+    detector.input_adjoint(pass, {weights}, gradient);
+    for (std::size_t n = 0; n < 2; ++n) {
+      Array<float, 4> one(picture.shape()), of_one = zeros<float, 4>(picture.shape());
+      std::copy_n(batch.data() + n * one.size(), one.size(), one.data());
+      detector.forward(one, alone, detect::Mode::input_gradient);
+      const Array<float, 4>& logits = alone.logits.front();
+      CHECK(std::equal(logits.begin(), logits.end(), pass.logits.front().data() + n * logits.size()));
+      detector.input_adjoint(alone, {filled<float, 4>(logits.shape(), 1.0F)}, of_one);
+      CHECK(std::equal(of_one.begin(), of_one.end(), gradient.data() + n * of_one.size()));
+    }
+  });
+}
+
+TEST_CASE("a network of a picture [3, H, W] is one of [1, 3, H, W]", "[detect][exports]") {
+  with_export("yolov8_like", [](const files::path& folder) {
+    auto network = io::read_onnx(folder / "leg17.onnx");
+    const auto description = detect::named_export(network, "yolov8", 0, 0);
+    const detect::Detector<float> whole(network, description);
+    auto& input = network.inputs.front();
+    network.constants["axis of the batch"] = {{1}, nn::ElementType::integer, std::vector<double>{0}};
+    network.nodes.insert(network.nodes.begin(),
+                         {"", "Unsqueeze", {"picture", "axis of the batch"}, {input.name}, {}});
+    input = {"picture", {3, input.shape[2], input.shape[3]}};
+    const detect::Detector<float> of_one(network, description);
+    const auto picture = picture_of(whole, folder);
+    CHECK((detect::forward(of_one, picture) == detect::forward(whole, picture)));
+    network.inputs.front().shape.pop_back();
+    CHECK_THROWS_WITH(detect::Detector<float>(network, description),
+                      test::contains("expected one input [1, 3, H, W] or [3, H, W]"));
+  });
+}
+
+TEST_CASE("results of whole detectors behind their suppression are read as they are", "[detect][exports]") {
+  const auto [name, file] =
+      GENERATE(std::pair("faster_rcnn", "leg17.onnx"), std::pair("mask_rcnn", "leg13.onnx"),
+               std::pair("retinanet", "leg17.onnx"), std::pair("ssd", "leg17.onnx"));
+  CAPTURE(name);
+  with_export(name, [&, file = file](const files::path& folder) {
+    const auto network = io::read_onnx(folder / file);
+    const detect::Detector<double> detector(network, final_description(network));
+    const auto picture = picture_of(detector, folder);
+    detect::Pass<double> pass;
+    detector.forward(picture, pass);
+    require_results(folder, detector.detections(pass.logits, 0, 0.001, 1), true);
+    require_slope(detector, picture, 1e-5);
+  });
 }
 
 TEST_CASE("values without an axis for the picture are refused by their extents if they do not fit",
@@ -124,7 +245,6 @@ TEST_CASE("values without an axis for the picture are refused by their extents i
   description.head = detect::HeadKind::boxes_and_scores;
   description.decoded.boxes = "boxes";
   description.decoded.scores = "scores";
-  CHECK_THROWS_WITH(
-      detect::Detector<float>(network, description),
-      test::contains("output 'boxes of one picture'; expected [1, candidates, 4], found [1, 4, 12]"));
+  CHECK_THROWS_WITH(detect::Detector<float>(network, description),
+                    test::contains("output 'boxes'; expected [1, candidates, 4], found [1, 4, 12]"));
 }

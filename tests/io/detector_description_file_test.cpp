@@ -81,6 +81,22 @@ TEST_CASE("end-to-end outputs are described by name, form and number of classes"
             .decoded == expected);
 }
 
+TEST_CASE("outputs of whole detectors are described", "[io][detector_description_file]") {
+  detect::DecodedOutputs expected{"b", "s", false, detect::BoxForm::corners};
+  expected.labels = "l";
+  expected.classes = 91;
+  CHECK(parsed(R"({"head": "end_to_end", "outputs": {"boxes": "b", "scores": "s", "labels": "l",
+      "classes": 91}})")
+            .decoded == expected);
+  expected = {"b", "s"};
+  expected.has_box_for_each_class = true;
+  expected.extent = {1066, 800};
+  expected.most_candidates = 300;
+  CHECK(parsed(R"({"head": "boxes_and_scores", "outputs": {"boxes": "b", "scores": "s", "boxes_of": "class",
+      "unit": [1066, 800], "candidates": 300}})")
+            .decoded == expected);
+}
+
 TEST_CASE("N23: descriptions that make no sense are refused with the key",
           "[io][detector_description_file]") {
   const auto with_input = [](const std::string& input) {
@@ -164,7 +180,21 @@ TEST_CASE("N23: descriptions that make no sense are refused with the key",
        {"no detections", R"({"head": "end_to_end", "outputs": {"classes": 2}})", bad, "@34",
         "no 'detections' in 'outputs'; expected an output's name"},
        {"boxes of end_to_end", R"({"head": "end_to_end", "outputs": {"boxes": "o", "classes": 2}})", bad,
-        "@34", "unknown key of 'outputs'; expected detections, classes, channels, form, unit, score"},
+        "@34", "'boxes' without 'labels'"},
+       {"detections beside labels",
+        R"({"head": "end_to_end", "outputs": {"detections": "o", "labels": "l", "classes": 2}})", bad, "@34",
+        "'detections' beside 'labels'"},
+       {"labels without boxes", R"({"head": "end_to_end", "outputs": {"labels": "l", "classes": 2}})", bad,
+        "@34", "no 'boxes' in 'outputs'; expected an output's name"},
+       {"boxes of what", with_outputs(R"({"boxes": "b", "scores": "s", "boxes_of": "picture"})"), bad, "@40",
+        "'boxes_of' makes no sense; expected candidate or class, found 'picture'"},
+       {"boxes of classes within the scores",
+        with_outputs(R"({"boxes": "b", "scores": "b", "boxes_of": "class"})"), bad, "@40",
+        "boxes of classes are an output of their own, with channels last"},
+       {"a unit of one number", with_outputs(R"({"boxes": "b", "scores": "s", "unit": [800]})"), bad, "@40",
+        "'unit' makes no sense; expected pixels, share or the width and height of another picture"},
+       {"no room", with_outputs(R"({"boxes": "b", "scores": "s", "candidates": 0})"), bad, "@40",
+        "'candidates' makes no sense; expected a whole number from 1 to 100000, found '0'"},
        {"softmax of one score",
         R"({"head": "end_to_end", "outputs": {"detections": "o", "classes": 2, "score": "softmax"}})", bad,
         "@34", "'score' makes no sense; expected probability or logit, found 'softmax'"},

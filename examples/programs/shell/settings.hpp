@@ -123,9 +123,10 @@ void visit_settings(DetectorSettings& s, Visit visit) {
   visit("weights", s.weights,
         "Darknet weights that belong to --cfg, a detector that convert_weights made, or an .onnx model; the "
         "bundled one's when both are left out");
-  visit("detector", s.detector,
-        "JSON file that describes input and outputs of an .onnx detector; left out, YOLOX and NanoDet are "
-        "recognised");
+  visit(
+      "detector", s.detector,
+      "JSON file that describes input and outputs of an .onnx detector, or the family that it is of: yolox, "
+      "nanodet, yolov5, yolov8, end_to_end or torchvision; left out, those are recognised that can be");
   visit("decode", s.decode,
         "how logits become boxes: darknet, ultralytics or scaled; left out, converted --weights decide, or "
         "for Darknet weights the cfg: scaled for new_coords=1, else darknet");

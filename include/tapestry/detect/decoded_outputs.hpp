@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -28,7 +29,8 @@ inline constexpr double claim_tolerance = 1e-3;
 /// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. The names
 /// may be those of inner values, too, such as those before suppression; these may lack the axis of the
 /// picture, [N, channels]. Name logits rather than probabilities: where a probability is rounded
-/// to 1, its gradient is 0.
+/// to 1, its gradient is 0. Where N depends on the picture, as of proposals, the head has room for
+/// most_candidates; those that are not there have a box of no extent and the least probability.
 struct DecodedOutputs {
   std::string boxes{}, scores{};  ///< names of outputs; of one for both, boxes come first in it
   bool channels_first = false;    ///< [1, channels, N], as of YOLOv8, instead of [1, N, channels]
@@ -42,6 +44,16 @@ struct DecodedOutputs {
   /// K, of an end-to-end output: each candidate has one score and, behind it, the number of its class. 0: it
   /// has a score for each class. Objectness, background and softmax are not for end-to-end outputs.
   std::size_t classes = 0;
+  /// Of an end-to-end output in three parts: name of the numbers of the classes, [N]; boxes are [N, 4],
+  /// scores [N]. Empty: these are one output.
+  std::string labels{};
+  /// Width and height of the picture in whose pixels boxes are, of values within networks that resize their
+  /// input; 0: the input's own.
+  std::array<double, 2> extent{};
+  /// Whether boxes are [N, K, 4], one for each entry of the scores: the box of the surest class counts, the
+  /// mean of those of equally sure ones.
+  bool has_box_for_each_class = false;
+  std::size_t most_candidates = 1000;  ///< of a network in which their number depends on the picture
 
   bool operator==(const DecodedOutputs&) const = default;
 };
@@ -58,15 +70,24 @@ struct OutputClaim {
   std::atomic<bool> is_judged = false;
 };
 
+/// Names of values that were added to a network.
+struct AddedOutputs {
+  std::string logits{};  ///< [1, 4 + K, 1, N]
+  std::string
+      scores{};  ///< what the description states of their values: [1, N, channels] or [1, channels, N]
+};
+
 /// Adds the nodes that make a head's logits of decoded outputs to a network.
 class DecodedOutputNodes {
  public:
-  DecodedOutputNodes(nn::NetworkDescription& network, const DecodedOutputs& outputs)
-      : network_(network), outputs_(outputs) {}
+  DecodedOutputNodes(nn::NetworkDescription& network, DecodedOutputs outputs)
+      : network_(network), outputs_(std::move(outputs)) {}
+
+  /// Makes values of any of the forms that DecodedOutputs allows [1, N, channels], or [1, channels, N].
+  void give_picture_axis();
 
   /// \param height, width  of the network's input
-  /// \returns  the name of [1, 4 + K, 1, N]
-  std::string add(std::size_t height, std::size_t width);
+  AddedOutputs add(std::size_t height, std::size_t width);
 
  private:
   static constexpr std::int64_t to_the_end = std::int64_t(1) << 31U;
@@ -87,7 +108,17 @@ class DecodedOutputNodes {
     return outputs_.channels_first ? from : transposed(from);
   }
   /// Channels `first` to `end`, which counts from behind where it is below 0.
-  std::string rows(const std::string& from, std::int64_t first, std::int64_t end);
+  std::string rows(const std::string& from, std::int64_t first, std::int64_t end, std::int64_t axis = 1);
+  std::string classes_only(const std::string& from, std::int64_t axis);
+  /// ReduceMax, ReduceSum, Squeeze or Unsqueeze.
+  std::string along(std::int64_t axis, const std::string& operation, const std::string& from);
+  /// The last `axes` axes behind one of extent 1.
+  std::string of_one_picture(const std::string& from, std::int64_t axes);
+  std::string column(const std::string& from);
+  /// Boxes, [1, N, 4], of the surest classes.
+  /// \param boxes   [1, N, K, 4]
+  /// \param scores  [1, N, K]
+  std::string surest(const std::string& boxes, const std::string& scores);
 
   /// The class numbers of the output, [1, K, N]; probabilities if the form is softmax.
   std::string scores(std::string from);
@@ -104,19 +135,23 @@ class DecodedOutputNodes {
   std::string to_pixels(std::size_t height, std::size_t width);
 
   nn::NetworkDescription& network_;
-  const DecodedOutputs& outputs_;
+  DecodedOutputs outputs_;
 };
 
 }  // namespace detail
 
-/// Adds a value to a network: the logits of a head of the decode family decoded, made of the network's own
+/// Adds values to a network: the logits of a head of the decode family decoded, made of the network's own
 /// outputs.
 ///
 /// \param height, width  of the network's input, pixels
-/// \returns  the value's name; it is [1, 4 + K, 1, N]
-inline std::string add_decoded_outputs(nn::NetworkDescription& network, const DecodedOutputs& outputs,
-                                       std::size_t height, std::size_t width) {
-  return detail::DecodedOutputNodes(network, outputs).add(height, width);
+/// \param lacks_axis     whether the outputs may lack the axis of the picture
+[[nodiscard]] inline detail::AddedOutputs add_decoded_outputs(nn::NetworkDescription& network,
+                                                              const DecodedOutputs& outputs,
+                                                              std::size_t height, std::size_t width,
+                                                              bool lacks_axis) {
+  detail::DecodedOutputNodes nodes(network, outputs);
+  if (lacks_axis || outputs.has_box_for_each_class || !outputs.labels.empty()) nodes.give_picture_axis();
+  return nodes.add(height, width);
 }
 
 }  // namespace tapestry::detect

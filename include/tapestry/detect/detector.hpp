@@ -17,6 +17,7 @@
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/nn/network/network.hpp>
+#include <tapestry/nn/network/staged_network.hpp>
 #include <utility>
 #include <vector>
 
@@ -44,13 +45,16 @@ class KeptPicture;
 /// The heads of an export are read before the logistic function that it ends with, so that losses get raw
 /// logits; boxes_and_scores and end_to_end are the exceptions, see DecodedOutputs. What a description states
 /// of their values, probabilities and numbers of classes, is held against the pictures of the first call of
-/// forward(). Pictures of a batch run one after another
-/// on all threads, those of a small network side by side: a batch costs no more a picture than one. Only a
-/// network that takes the statistics of a batch computes its pictures together.
+/// forward(). Pictures of a batch run one after another on all threads, those of a small network side by
+/// side: a batch costs no more a picture than one. Only a network that takes a batch's statistics runs it
+/// together.
+///
+/// A network whose extents depend on the picture, as of proposals or behind a suppression, runs as an
+/// nn::StagedNetwork, with gradients to the picture; it does not train, and forward_within() computes all.
 template <std::floating_point T>
 class Detector {
  public:
-  /// \param network  of one input [1, 3, H, W]
+  /// \param network  of one input [1, 3, H, W] or [3, H, W]
   /// \param kind     how pictures go in and what the outputs mean
   /// \param size     side of the square input, pixels; 0: the network's own
   /// \param layers   names of values within the network, for layer_values() and layer_adjoint()
@@ -66,13 +70,6 @@ class Detector {
   Detector(nn::NetworkDescription network, std::vector<Head> heads,
            const std::vector<std::string>& layers = {}, bool simplifies = true);
 
-  /// A model that another library runs. It has no gradients and no layers: calls for them throw. The engine
-  /// runs once here, to find the extents of its outputs.
-  /// \param kind           of boxes_and_scores or end_to_end
-  /// \param height, width  of the model's input, pixels
-  /// \throws DomainError for heads of another kind; FileError (mismatch) as above
-  Detector(const ForeignEngine& engine, DetectorDescription kind, std::size_t height, std::size_t width);
-
   Detector(Detector&&) noexcept;
   Detector& operator=(Detector&&) noexcept;
   ~Detector();
@@ -80,7 +77,7 @@ class Detector {
   /// Extents of the pictures in its input, pixels.
   [[nodiscard]] std::size_t input_height() const { return height_; }
   [[nodiscard]] std::size_t input_width() const { return width_; }
-  [[nodiscard]] std::size_t input_channels() const { return foreign_ ? 3 : network_.input_shape(0)[3]; }
+  [[nodiscard]] std::size_t input_channels() const { return network_.input_shape(0)[3]; }
   /// The heads, in the order of the logits of forward().
   [[nodiscard]] const std::vector<Head>& heads() const { return heads_.heads; }
   [[nodiscard]] const DetectorDescription& description() const { return kind_; }
@@ -99,7 +96,10 @@ class Detector {
   ///         name where there are none
   [[nodiscard]] std::size_t class_index(std::string_view name) const;
 
-  void set_engine(nn::Engine engine) { network_.set_engine(engine); }
+  void set_engine(nn::Engine engine) {
+    network_.set_engine(engine);
+    if (stages_) stages_->set_engine(engine);
+  }
 
   [[nodiscard]] const nn::Network<T>& network() const { return network_; }
 
@@ -169,7 +169,7 @@ class Detector {
 
   /// Extents of an observed layer, [1, C, H, W].
   [[nodiscard]] const nn::Shape& layer_shape(std::size_t layer) const {
-    return network_.output_shape(head_output_count() + layer);
+    return shapes_[head_output_count() + layer];
   }
 
   /// Activations of an observed layer for one image, [C, H, W].
@@ -197,24 +197,19 @@ class Detector {
   void require_images(const Array<T, 4>& images) const;
 
  private:
-  struct Foreign;
-
-  [[nodiscard]] static std::map<std::string, nn::Shape> sizes(const nn::NetworkDescription& network,
-                                                              std::size_t size);
-
-  static void require_value(const nn::NetworkDescription& network, const std::string& what,
-                            const std::string& name);
-
-  /// The network with other outputs: the values that the heads are computed from, then the layers.
-  [[nodiscard]] static nn::NetworkDescription showing_heads(const nn::NetworkDescription& network,
-                                                            const DetectorDescription& kind, std::size_t size,
-                                                            const std::vector<std::string>& layers);
+  /// A network of an input [1, 3, H, W].
+  struct OfBatch {
+    const nn::NetworkDescription& network;
+  };
+  Detector(OfBatch of, DetectorDescription kind, std::size_t size, const std::vector<std::string>& layers,
+           bool simplifies);
 
   [[nodiscard]] std::size_t head_output_count() const {
-    return network_.output_count() - layer_count_ - (claim_ && !foreign_ ? 1 : 0);
+    return shapes_.size() - layer_count_ - (claim_ ? 1 : 0);
   }
-
-  [[nodiscard]] std::vector<nn::Shape> output_shapes() const;
+  [[nodiscard]] std::vector<nn::Shape> head_shapes() const {
+    return {shapes_.begin(), shapes_.begin() + static_cast<std::ptrdiff_t>(head_output_count())};
+  }
 
   /// Adjoints of the network's outputs for one pass, and the arrays they point to.
   struct OutputAdjoints {
@@ -253,10 +248,16 @@ class Detector {
 
   void resize_logits(Pass<T>& pass) const;
 
-  void run_foreign(const Array<T, 4>& images, Pass<T>& pass) const;
+  /// run() of a network in stages, image after image.
+  void run_stages(const Array<T, 4>& images, Pass<T>& pass) const;
 
-  /// Holds the output with scores against the description.
-  void examine(const nn::NetworkPass<T>& one) const;
+  /// pull_back_one() of a network in stages.
+  void pull_back_stages(Pass<T>& pass, std::size_t n, const std::vector<const T*>& of_outputs,
+                        Array<T, 4>* images_adjoint, const std::vector<T*>& gathered) const;
+
+  /// Values of an output for the images of one pass.
+  /// \throws ShapeError if its extents depend on the picture and are not those of the first one
+  [[nodiscard]] const T* output_values(const Pass<T>& pass, std::size_t n, std::size_t output) const;
 
   /// \throws DomainError for a pass that kept nothing, or only windows
   static void require_whole(const char* operation, const Pass<T>& pass);
@@ -273,10 +274,11 @@ class Detector {
   }
 
   DetectorDescription kind_;
-  std::unique_ptr<Foreign> foreign_;  ///< null if the network is ours
   std::size_t layer_count_ = 0;
   std::unique_ptr<detail::OutputClaim> claim_;  ///< null if nothing is stated; else the output is the last
-  nn::Network<T> network_;                      ///< for a foreign engine, converts its outputs to logits
+  std::unique_ptr<nn::StagedNetwork<T>> stages_{};  ///< if extents depend on the picture; then network_ only
+  nn::Network<T> network_;                          ///< has its input
+  std::vector<nn::Shape> shapes_;                   ///< of the outputs
   std::size_t height_ = 0, width_ = 0;
   ExportedHeads heads_;
   bool trains_together_ = false;

@@ -1,7 +1,6 @@
 #pragma once
 #include <array>
 #include <cstddef>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <tapestry/core/error.hpp>
@@ -83,17 +82,5 @@ struct DetectorDescription {
 /// \throws ShapeError if the channels leave no class, or not as many for each anchor; DomainError as
 /// heads_of()
 [[nodiscard]] std::size_t class_count_of(const DetectorDescription& description, std::size_t channels);
-
-/// An output of a foreign engine, values in row-major order.
-struct ForeignOutput {
-  nn::Shape shape{};
-  std::vector<float> values{};
-};
-
-/// Another library, such as OpenCV, ONNX Runtime or TensorRT, that runs a model which Tapestry cannot read. A
-/// Detector made of it can do everything that needs only forward passes. The function runs the model on one
-/// picture, [3, H, W] of the input's extents, encoded by the description. It returns the output with boxes
-/// and, if that is another one, the output with scores. Two threads never call it at once.
-using ForeignEngine = std::function<std::vector<ForeignOutput>(const std::vector<float>& picture)>;
 
 }  // namespace tapestry::detect

@@ -1,7 +1,10 @@
 #pragma once
+#include <array>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/head.hpp>
@@ -30,6 +33,43 @@ namespace tapestry::detect {
 ///
 /// Exports of other detectors may look alike; a description by hand takes precedence.
 [[nodiscard]] std::optional<DetectorDescription> recognised_detector(const nn::NetworkDescription& network);
+
+/// Families of exports whose description follows from a network's nodes, see named_export().
+inline constexpr std::array<std::string_view, 6> export_names{"yolox",  "nanodet",    "yolov5",
+                                                              "yolov8", "end_to_end", "torchvision"};
+
+[[nodiscard]] bool is_export_name(std::string_view name);
+
+/// Extents of a network's only input, a picture, by its name: [1, 3, H, W] or [3, H, W].
+/// \param size  side of a square input, pixels; 0: the network's own
+/// \throws FileError (mismatch) for other inputs, or an open size
+[[nodiscard]] std::map<std::string, nn::Shape> picture_extents(const nn::NetworkDescription& network,
+                                                               std::size_t size);
+
+/// The description of an export by the name of its family:
+///
+///   yolox, nanodet  known_description()
+///   yolov5          likewise of its three convolutions; of its decoded output, [1, N, 5 + K], where the
+///                   network holds the decoding
+///   yolov8          YOLOv8, 9, 11 and 12: of the convolutions; of the decoded output, [1, 4 + K, N], with
+///   the
+///                   logits before its logistic function where they are there
+///   end_to_end      YOLOv10 and others of one output, [1, N, 6], of left, top, right, bottom, score and
+///   class torchvision     Faster and Mask R-CNN, SSD: logits and boxes of all candidates before suppression;
+///                   RetinaNet and FCOS: candidates above their score's threshold, with a class each. Classes
+///                   are numbered as torchvision's labels, without the background, whose number is 0, where
+///                   scores are a softmax
+///
+/// \param classes  K, for those whose network does not tell; 0: unknown
+/// \param size     of the input, as of picture_extents()
+/// \throws Error (usage) if K is needed and unknown; FileError (mismatch) if the nodes are not those of the
+///         family; DomainError for other names
+[[nodiscard]] DetectorDescription named_export(const nn::NetworkDescription& network, std::string_view name,
+                                               std::size_t classes, std::size_t size);
+
+/// The name of the family that an export is certainly of, by its nodes: torchvision, or yolov8 where the
+/// metadata are those of ultralytics, too. Empty otherwise.
+[[nodiscard]] std::string_view recognised_export(const nn::NetworkDescription& network);
 
 /// An output of a network that is a run of channels of a head's logits.
 struct HeadPiece {

@@ -6,6 +6,7 @@
 #include <tapestry/core/pool.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
+#include <tapestry/nn/network/staged_network.hpp>
 #include <tapestry/nn/workspace.hpp>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct Pass {
   Mode mode = Mode::inference;
   std::size_t images = 0;
   std::vector<nn::NetworkPass<T>> graph{};  ///< one for each image, or one for all
+  std::vector<nn::StagedPass<T>> stages{};  ///< likewise, in its place, of a network in stages
   std::vector<nn::Buffer<T>> inputs{};      ///< likewise: images as the network takes them
 
   nn::PassTimes* times = nullptr;  ///< takes the time of each operation, unless null

@@ -33,14 +33,17 @@ namespace tapestry::io {
 /// The first word of each choice is the default, see detect::DecodedOutputs:
 ///
 ///   {"head": "boxes_and_scores", "outputs": {"boxes": NAME, "scores": NAME, "channels": last or first,
-///    "form": centre, corners or corners_yx, "unit": pixels or share, "objectness": no or yes,
-///    "score": probability, logit or softmax, "background": none, first or last}}
+///    "form": centre, corners or corners_yx, "unit": pixels, share or [width, height] of the picture whose
+///    pixels they are, "objectness": no or yes, "score": probability, logit or softmax, "background": none,
+///    first or last, "boxes_of": candidate or class, "candidates": 1000}}
 ///
-/// end_to_end is for one output of left, top, right, bottom, score and class of each candidate, and has no
-/// default for the number of classes:
+/// end_to_end is for one output of left, top, right, bottom, score and class of each candidate, or, with
+/// "boxes", "scores" and "labels" instead of "detections", for three. It has no default for the number of
+/// classes:
 ///
 ///   {"head": "end_to_end", "outputs": {"detections": NAME, "classes": K, "channels": last or first,
-///    "form": corners, corners_yx or centre, "unit": pixels or share, "score": probability or logit}}
+///    "form": corners, corners_yx or centre, "unit": as above, "score": probability or logit,
+///    "candidates": 1000}}
 ///
 /// Other missing keys have the default of detect::DetectorDescription; a missing fill has the default of its
 /// fit. Compiled in tapestry/implementation.hpp.

@@ -15,8 +15,9 @@ struct DetectorFiles {
   std::string config{};       ///< cfg, which Darknet weights need
   std::string names{};        ///< names of the classes, one a line; left out, those of an ONNX model's
                               ///< metadata, see parse_exported_names()
-  std::string description{};  ///< of an ONNX model, see read_detector_description(); left out, the model's
-                              ///< own, description_beside() or what the layers show
+  std::string description{};  ///< of an ONNX model, see read_detector_description(), or the name of a family
+                              ///< of exports, see detect::named_export(); left out, the model's own,
+                              ///< description_beside() or what the layers show
   std::string decode{};       ///< decode family of a Darknet network, where its files leave it open
   std::size_t size = 0;       ///< side of the square input, pixels; 0: the files' own
   std::string precision = "float";  ///< of products in convolutions: float or bfloat16

@@ -2,8 +2,9 @@
 #include <charconv>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/implementation/detector/claim.hpp>
-#include <tapestry/detect/implementation/detector/foreign.hpp>
+#include <tapestry/detect/implementation/detector/head_network.hpp>
 #include <tapestry/detect/implementation/detector/passes.hpp>
+#include <tapestry/detect/implementation/detector/stages.hpp>
 #include <tapestry/image/batch.hpp>
 
 namespace tapestry::detect {
@@ -41,20 +42,26 @@ namespace detail {
 template <std::floating_point T>
 Detector<T>::Detector(const nn::NetworkDescription& network, DetectorDescription kind, std::size_t size,
                       const std::vector<std::string>& layers, bool simplifies)
+    : Detector(OfBatch{*detail::of_batch(network)}, std::move(kind), size, layers, simplifies) {}
+
+template <std::floating_point T>
+Detector<T>::Detector(OfBatch of, DetectorDescription kind, std::size_t size,
+                      const std::vector<std::string>& layers, bool simplifies)
     : kind_(std::move(kind)),
       layer_count_(layers.size()),
-      claim_(detail::claim_of(network.path, kind_)),
+      claim_(detail::claim_of(of.network.path, kind_)),
       network_(detail::network_of_heads<T>(
-          network, kind_, sizes(network, size), simplifies,
-          [&](const nn::NetworkDescription& shown, const DetectorDescription& description) {
-            return showing_heads(shown, description, size, layers);
+          of.network, kind_, picture_extents(of.network, size), simplifies, stages_,
+          [&](bool lacks_axis) {
+            return detail::showing_heads(of.network, kind_, size, layers, lacks_axis);
           })),
+      shapes_(detail::first_shapes(network_, stages_.get(), kind_.decoded.most_candidates)),
       height_(network_.input_shape(0)[1]),
       width_(network_.input_shape(0)[2]),
-      heads_(exported_heads(network.path, kind_, output_shapes(),
-                            detail::labels_of(network, raw_outputs(network)), height_, width_)),
-      trains_together_(detail::takes_batch_statistics(network)) {
-  require_layers(network.path, layers);
+      heads_(exported_heads(of.network.path, kind_, head_shapes(),
+                            detail::labels_of(of.network, raw_outputs(of.network)), height_, width_)),
+      trains_together_(detail::takes_batch_statistics(of.network)) {
+  require_layers(of.network.path, layers);
 }
 
 template <std::floating_point T>
@@ -62,17 +69,18 @@ Detector<T>::Detector(nn::NetworkDescription network, std::vector<Head> heads,
                       const std::vector<std::string>& layers, bool simplifies)
     : layer_count_(layers.size()),
       network_(detail::with_outputs(network, layers), {}, true, simplifies),
+      shapes_(detail::first_shapes<T>(network_, nullptr, 0)),
       height_(network_.input_shape(0)[1]),
       width_(network_.input_shape(0)[2]),
       heads_{std::move(heads), {}},
       trains_together_(detail::takes_batch_statistics(network)) {
   for (std::size_t h = 0; h < std::max<std::size_t>(1, heads_.heads.size()); ++h)
-    heads_.pieces.push_back({h, h, 0, nn::size_of(network_.output_shape(h))});
+    heads_.pieces.push_back({h, h, 0, nn::size_of(shapes_[h])});
   for (std::size_t h = 0; h < heads_.heads.size(); ++h) {
     const Head& head = heads_.heads[h];
     const nn::Shape expected{1, head.channel_count(), head.grid_height, head.grid_width};
-    if (network_.output_shape(h) != expected)
-      throw ShapeError({"Detector: output ", h, " is ", network_.output_shape(h), ", expected ", expected});
+    if (shapes_[h] != expected)
+      throw ShapeError({"Detector: output ", h, " is ", shapes_[h], ", expected ", expected});
   }
   require_layers(network.path, layers);
 }
@@ -134,60 +142,8 @@ std::array<std::size_t, 3> Detector<T>::logits_extents(std::size_t head) const {
   if (!heads_.heads.empty())
     return {heads_.heads[head].channel_count(), heads_.heads[head].grid_height,
             heads_.heads[head].grid_width};
-  const nn::Shape& shape = network_.output_shape(0);
+  const nn::Shape& shape = shapes_.front();
   return {shape.at(1), shape.at(2), shape.at(3)};
-}
-
-template <std::floating_point T>
-std::map<std::string, nn::Shape> Detector<T>::sizes(const nn::NetworkDescription& network, std::size_t size) {
-  const auto refuse = [&](const std::string& found) {
-    throw FileError(ErrorKind::mismatch,
-                    {network.path, "", "not a detector of pictures", "one input [1, 3, H, W]", found});
-  };
-  if (network.inputs.size() != 1) refuse(std::to_string(network.inputs.size()) + " inputs");
-  const auto& shape = network.inputs.front().shape;
-  if (shape.size() != 4 || shape[1].value_or(3) != 3 || shape[0].value_or(1) != 1)
-    refuse("input " + in_quotes(network.inputs.front().name) + " of other extents");
-  if (size == 0 && (!shape[2] || !shape[3]))
-    throw FileError(ErrorKind::mismatch,
-                    {network.path, "", "the input's size is open; state it with --size"});
-  return {{network.inputs.front().name, {1, 3, size == 0 ? *shape[2] : size, size == 0 ? *shape[3] : size}}};
-}
-
-template <std::floating_point T>
-void Detector<T>::require_value(const nn::NetworkDescription& network, const std::string& what,
-                                const std::string& name) {
-  if (nn::maker_of(network, name) == nullptr)
-    throw FileError(ErrorKind::mismatch,
-                    {network.path, "", "no node makes the " + what + " " + in_quotes(name)});
-}
-
-template <std::floating_point T>
-nn::NetworkDescription Detector<T>::showing_heads(const nn::NetworkDescription& network,
-                                                  const DetectorDescription& kind, std::size_t size,
-                                                  const std::vector<std::string>& layers) {
-  for (const std::string& layer : layers) require_value(network, "layer", layer);
-  if (decode_family_of(kind.head) != DecodeFamily::decoded) {
-    auto outputs = raw_outputs(network);
-    outputs.insert(outputs.end(), layers.begin(), layers.end());
-    return nn::pruned(network, std::move(outputs));
-  }
-  detail::require_classes(kind);
-  require_value(network, "output", kind.decoded.boxes);
-  require_value(network, "output", kind.decoded.scores);
-  const auto input = sizes(network, size).begin()->second;
-  auto shown = network;
-  std::vector<std::string> outputs{add_decoded_outputs(shown, kind.decoded, input[2], input[3])};
-  outputs.insert(outputs.end(), layers.begin(), layers.end());
-  if (detail::has_claim(kind)) outputs.push_back(kind.decoded.scores);
-  return nn::pruned(std::move(shown), std::move(outputs));
-}
-
-template <std::floating_point T>
-std::vector<nn::Shape> Detector<T>::output_shapes() const {
-  std::vector<nn::Shape> shapes;
-  for (std::size_t i = 0; i < head_output_count(); ++i) shapes.push_back(network_.output_shape(i));
-  return shapes;
 }
 
 template <std::floating_point T>

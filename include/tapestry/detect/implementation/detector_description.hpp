@@ -69,7 +69,47 @@ std::size_t class_count_of(const DetectorDescription& description, std::size_t c
 
 namespace tapestry::detect::detail {
 
-std::string DecodedOutputNodes::add(std::size_t height, std::size_t width) {
+void DecodedOutputNodes::give_picture_axis() {
+  const bool is_one = outputs_.boxes == outputs_.scores;
+  if (!outputs_.labels.empty()) {
+    const std::string labels = node("Cast", {outputs_.labels}, {{"to", std::int64_t(1)}});
+    outputs_.boxes = outputs_.scores =
+        node("Concat", {of_one_picture(outputs_.boxes, 2), column(outputs_.scores), column(labels)},
+             {{"axis", std::int64_t(2)}});
+    return;
+  }
+  outputs_.scores = of_one_picture(outputs_.scores, 2);
+  if (is_one)
+    outputs_.boxes = outputs_.scores;
+  else if (outputs_.has_box_for_each_class)
+    outputs_.boxes = surest(of_one_picture(outputs_.boxes, 3), outputs_.scores);
+  else
+    outputs_.boxes = of_one_picture(outputs_.boxes, 2);
+}
+
+std::string DecodedOutputNodes::of_one_picture(const std::string& from, std::int64_t axes) {
+  const std::string extents = rows(node("Shape", {from}, {}), -axes, to_the_end, 0);
+  const std::string shape = node("Concat", {integers({1}), extents}, {{"axis", std::int64_t(0)}});
+  return node("Reshape", {from, shape}, {{"allowzero", std::int64_t(1)}});
+}
+
+std::string DecodedOutputNodes::column(const std::string& from) {
+  const std::string extent = rows(node("Shape", {from}, {}), -1, to_the_end, 0);
+  const std::string shape =
+      node("Concat", {integers({1}), extent, integers({1})}, {{"axis", std::int64_t(0)}});
+  return node("Reshape", {from, shape}, {{"allowzero", std::int64_t(1)}});
+}
+
+std::string DecodedOutputNodes::surest(const std::string& boxes, const std::string& scores) {
+  const std::string of_classes = classes_only(scores, 2);
+  const std::string are_surest = node("Equal", {of_classes, along(2, "ReduceMax", of_classes)}, {});
+  const std::string ones = node("Cast", {are_surest}, {{"to", std::int64_t(1)}});
+  const std::string shares = node("Div", {ones, along(2, "ReduceSum", ones)}, {});
+  const std::string parts = node("Mul", {classes_only(boxes, 2), along(3, "Unsqueeze", shares)}, {});
+  return along(2, "Squeeze", along(2, "ReduceSum", parts));
+}
+
+AddedOutputs DecodedOutputNodes::add(std::size_t height, std::size_t width) {
   const bool is_one = outputs_.boxes == outputs_.scores;
   const bool is_chosen = outputs_.classes > 0;
   const std::string all = channels_first(outputs_.boxes);
@@ -84,8 +124,14 @@ std::string DecodedOutputNodes::add(std::size_t height, std::size_t width) {
   else if (outputs_.score_form != ScoreForm::logits)
     classes = logits(classes);
   const std::string joined = node("Concat", {boxes, classes}, {{"axis", std::int64_t(1)}});
-  if (network_.opset < 13) return node("Unsqueeze", {joined}, {{"axes", std::vector<std::int64_t>{2}}});
-  return node("Unsqueeze", {joined, integers({2})}, {});
+  return {along(2, "Unsqueeze", joined), outputs_.scores};
+}
+
+std::string DecodedOutputNodes::along(std::int64_t axis, const std::string& operation,
+                                      const std::string& from) {
+  if (network_.opset < (operation == "ReduceMax" ? 18 : 13))
+    return node(operation, {from}, {{"axes", std::vector<std::int64_t>{axis}}});
+  return node(operation, {from, integers({static_cast<double>(axis)})}, {});
 }
 
 std::string DecodedOutputNodes::node(const std::string& operation, std::vector<std::string> inputs,
@@ -103,19 +149,24 @@ std::string DecodedOutputNodes::constant(nn::Constant values) {
   return name;
 }
 
-std::string DecodedOutputNodes::rows(const std::string& from, std::int64_t first, std::int64_t end) {
+std::string DecodedOutputNodes::rows(const std::string& from, std::int64_t first, std::int64_t end,
+                                     std::int64_t axis) {
   using List = std::vector<std::int64_t>;
   if (network_.opset < 10)
-    return node("Slice", {from}, {{"starts", List{first}}, {"ends", List{end}}, {"axes", List{1}}});
+    return node("Slice", {from}, {{"starts", List{first}}, {"ends", List{end}}, {"axes", List{axis}}});
   const auto list = [&](std::int64_t value) { return integers({static_cast<double>(value)}); };
-  return node("Slice", {from, list(first), list(end), list(1)}, {});
+  return node("Slice", {from, list(first), list(end), list(axis)}, {});
+}
+
+std::string DecodedOutputNodes::classes_only(const std::string& from, std::int64_t axis) {
+  if (outputs_.background == Background::none) return from;
+  return outputs_.background == Background::first ? rows(from, 1, to_the_end, axis) : rows(from, 0, -1, axis);
 }
 
 std::string DecodedOutputNodes::scores(std::string from) {
   if (outputs_.score_form == ScoreForm::softmax)  // its axis is the last one in every opset
     from = transposed(node("Softmax", {transposed(from)}, {{"axis", std::int64_t(2)}}));
-  if (outputs_.background == Background::none) return from;
-  return outputs_.background == Background::first ? rows(from, 1, to_the_end) : rows(from, 0, -1);
+  return classes_only(from, 1);
 }
 
 std::string DecodedOutputNodes::probabilities_of_choice(const std::string& all) {
@@ -137,8 +188,11 @@ std::string DecodedOutputNodes::logits(const std::string& from) {
 
 std::string DecodedOutputNodes::to_pixels(std::size_t height, std::size_t width) {
   const bool are_corners = outputs_.form != BoxForm::centre;
-  const float x = outputs_.relative ? static_cast<float>(width) : 1;
-  const float y = outputs_.relative ? static_cast<float>(height) : 1;
+  const auto unit = [&](std::size_t extent, double other) {
+    if (outputs_.relative) return static_cast<float>(extent);
+    return other > 0 ? static_cast<float>(static_cast<double>(extent) / other) : 1.0F;
+  };
+  const float x = unit(width, outputs_.extent[0]), y = unit(height, outputs_.extent[1]);
   const std::size_t left = outputs_.form == BoxForm::corners_yx ? 1 : 0, top = 1 - left;
   std::vector<float> matrix(16, 0);
   const auto entry = [&](std::size_t row, std::size_t column) -> float& { return matrix[4 * row + column]; };

@@ -14,6 +14,7 @@
 #include <tapestry/detect/head.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/implementation/described_object.hpp>
 #include <tapestry/io/json.hpp>
 #include <utility>
 #include <vector>
@@ -23,81 +24,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
-/// One object of a description, whose members are read by name and type.
-class DescribedObject {
- public:
-  /// \param name       its key, for messages; empty for the outermost
-  /// \param positions  bytes where members begin; members of an inner object have the byte of that object
-  DescribedObject(const nlohmann::json& value, const std::string& path, std::string name,
-                  std::map<std::string, std::uint64_t> positions)
-      : value_(value), path_(path), name_(std::move(name)), positions_(std::move(positions)) {}
-
-  [[noreturn]] void fail(const std::string& key, const std::string& what, const std::string& expected,
-                         const std::string& found) const {
-    const auto at = positions_.find(name_.empty() ? key : name_);
-    throw FileError(
-        ErrorKind::malformed,
-        {path_, at == positions_.end() ? "" : "@" + std::to_string(at->second), what, expected, found});
-  }
-
-  /// Refuses other members.
-  void require_keys(std::initializer_list<std::string_view> keys) const {
-    std::string known;
-    for (const auto key : keys) known += (known.empty() ? "" : ", ") + std::string(key);
-    for (const auto& member : value_.items())
-      if (std::ranges::find(keys, member.key()) == keys.end())
-        fail(member.key(), "unknown key" + (name_.empty() ? "" : " of " + in_quotes(name_)), known,
-             in_quotes(member.key()));
-  }
-
-  [[nodiscard]] bool has(const char* key) const { return value_.contains(key); }
-
-  /// The member with that name, which must exist.
-  [[nodiscard]] const nlohmann::json& member(const char* key) const { return value_[key]; }
-
-  /// A number from low to high; `range` states the range in words.
-  [[nodiscard]] double number(const char* key, const nlohmann::json& value, double low, double high,
-                              const char* range) const {
-    const double found = value.is_number() ? value.get<double>() : low - 1;
-    if (!(found >= low && found <= high)) refuse(key, value, range);
-    return found;
-  }
-
-  [[nodiscard]] std::string word(const char* key, const std::string& expected) const {
-    if (!member(key).is_string()) refuse(key, member(key), expected);
-    return member(key).get<std::string>();
-  }
-
-  /// The value of that key's word, parsed by `by_name`.
-  template <class ByName>
-  [[nodiscard]] auto named(const char* key, const std::string& expected, ByName by_name) const {
-    try {
-      return by_name(word(key, expected));
-    } catch (const DomainError&) {
-      refuse(key, member(key), expected);
-    }
-  }
-
-  [[noreturn]] void refuse(const char* key, const nlohmann::json& value, const std::string& expected) const {
-    fail(key, in_quotes(key) + " makes no sense", expected,
-         value.is_string() ? in_quotes(value.get_ref<const std::string&>()) : in_quotes(value.dump()));
-  }
-
- private:
-  const nlohmann::json& value_;
-  const std::string& path_;
-  std::string name_;
-  std::map<std::string, std::uint64_t> positions_;
-};
-
-inline void read_triple(const DescribedObject& object, const char* key, double low, double high,
-                        const char* range, std::array<double, 3>& values) {
-  if (!object.has(key)) return;
-  const auto& list = object.member(key);
-  if (!list.is_array() || list.size() != 3) object.refuse(key, list, range);
-  for (std::size_t i = 0; i < 3; ++i) values[i] = object.number(key, list[i], low, high, range);
-}
 
 inline void read_fit(const DescribedObject& input, image::Fit& fit) {
   if (input.has("fit"))
@@ -127,8 +53,8 @@ inline void read_input(const DescribedObject& input, detect::DetectorDescription
   if (input.has("scale"))
     encoding.scale =
         input.number("scale", input.member("scale"), smallest, largest, "a number from 1e-9 to 1e9");
-  read_triple(input, "mean", -largest, largest, "three numbers from -1e9 to 1e9", encoding.mean);
-  read_triple(input, "std", smallest, largest, "three numbers from 1e-9 to 1e9", encoding.deviation);
+  read_numbers(input, "mean", -largest, largest, "three numbers from -1e9 to 1e9", encoding.mean);
+  read_numbers(input, "std", smallest, largest, "three numbers from 1e-9 to 1e9", encoding.deviation);
   read_fit(input, description.fit);
 }
 
@@ -168,21 +94,6 @@ inline void read_anchors(const DescribedObject& outermost, detect::DetectorDescr
   }
 }
 
-/// The choice that a key names; the first one if the key is missing.
-template <class Choice, std::size_t Count>
-[[nodiscard]] Choice chosen(const DescribedObject& object, const char* key,
-                            const std::array<std::pair<std::string_view, Choice>, Count>& choices) {
-  if (!object.has(key)) return choices.front().second;
-  std::string expected;
-  for (std::size_t i = 0; i < Count; ++i)
-    expected += (i == 0 ? "" : i + 1 < Count ? ", " : " or ") + std::string(choices[i].first);
-  return object.named(key, expected, [&](const std::string& name) {
-    for (const auto& [known, choice] : choices)
-      if (known == name) return choice;
-    throw DomainError("no such choice");
-  });
-}
-
 /// Reads the choices that all decoded outputs have; `form` is its value if the key is missing.
 inline void read_form(const DescribedObject& outputs, detect::BoxForm form, detect::DecodedOutputs& decoded) {
   using detect::BoxForm;
@@ -192,20 +103,53 @@ inline void read_form(const DescribedObject& outputs, detect::BoxForm form, dete
     decoded.form = chosen<BoxForm, 3>(
         outputs, "form",
         {{{"centre", BoxForm::centre}, {"corners", BoxForm::corners}, {"corners_yx", BoxForm::corners_yx}}});
+  if (outputs.has("unit") && outputs.member("unit").is_array())
+    return read_numbers(outputs, "unit", 1, 1e6, "pixels, share or the width and height of another picture",
+                        decoded.extent);
   decoded.relative = chosen<bool, 2>(outputs, "unit", {{{"pixels", false}, {"share", true}}});
+}
+
+/// The names of outputs that a description must have.
+inline void read_names(const DescribedObject& outputs,
+                       std::initializer_list<std::pair<const char*, std::string*>> names) {
+  for (const auto& [key, name] : names) {
+    if (!outputs.has(key))
+      outputs.fail(key, "no " + in_quotes(key) + " in 'outputs'", "an output's name", "");
+    *name = outputs.word(key, "an output's name");
+  }
+}
+
+inline void read_count(const DescribedObject& outputs, const char* key, std::size_t most,
+                       std::size_t& count) {
+  const auto& value = outputs.member(key);
+  if (!value.is_number_unsigned() || value < 1 || value > most)
+    outputs.refuse(key, value, "a whole number from 1 to " + std::to_string(most));
+  count = value.get<std::size_t>();
+}
+
+inline void read_candidates(const DescribedObject& outputs, detect::DecodedOutputs& decoded) {
+  if (outputs.has("candidates")) read_count(outputs, "candidates", 100'000, decoded.most_candidates);
 }
 
 inline void read_end_to_end(const DescribedObject& outputs, detect::DecodedOutputs& decoded) {
   using detect::ScoreForm;
-  constexpr const char *name = "an output's name", *count = "a whole number from 1 to 4096";
-  outputs.require_keys({"detections", "classes", "channels", "form", "unit", "score"});
-  if (!outputs.has("detections")) outputs.fail("detections", "no 'detections' in 'outputs'", name, "");
-  decoded.boxes = decoded.scores = outputs.word("detections", name);
-  if (!outputs.has("classes")) outputs.fail("classes", "no 'classes' in 'outputs'", count, "");
-  const auto& classes = outputs.member("classes");
-  if (!classes.is_number_unsigned() || classes < 1 || classes > 4096)
-    outputs.refuse("classes", classes, count);
-  decoded.classes = classes.get<std::size_t>();
+  outputs.require_keys({"detections", "boxes", "scores", "labels", "classes", "channels", "form", "unit",
+                        "score", "candidates"});
+  if (outputs.has("labels")) {
+    for (const char* key : {"detections", "channels"})
+      if (outputs.has(key)) outputs.fail(key, in_quotes(key) + " beside 'labels'", "", "");
+    read_names(outputs,
+               {{"boxes", &decoded.boxes}, {"scores", &decoded.scores}, {"labels", &decoded.labels}});
+  } else {
+    for (const char* key : {"boxes", "scores"})
+      if (outputs.has(key)) outputs.fail(key, in_quotes(key) + " without 'labels'", "", "");
+    read_names(outputs, {{"detections", &decoded.boxes}});
+    decoded.scores = decoded.boxes;
+  }
+  if (!outputs.has("classes"))
+    outputs.fail("classes", "no 'classes' in 'outputs'", "a whole number from 1 to 4096", "");
+  read_count(outputs, "classes", 4096, decoded.classes);
+  read_candidates(outputs, decoded);
   read_form(outputs, detect::BoxForm::corners, decoded);
   decoded.score_form = chosen<ScoreForm, 2>(
       outputs, "score", {{{"probability", ScoreForm::probabilities}, {"logit", ScoreForm::logits}}});
@@ -214,12 +158,12 @@ inline void read_end_to_end(const DescribedObject& outputs, detect::DecodedOutpu
 inline void read_outputs(const DescribedObject& outputs, detect::DecodedOutputs& decoded) {
   using detect::Background;
   using detect::ScoreForm;
-  outputs.require_keys({"boxes", "scores", "channels", "form", "unit", "objectness", "score", "background"});
-  for (const auto& [key, name] : {std::pair("boxes", &decoded.boxes), std::pair("scores", &decoded.scores)}) {
-    if (!outputs.has(key))
-      outputs.fail(key, "no " + in_quotes(key) + " in 'outputs'", "an output's name", "");
-    *name = outputs.word(key, "an output's name");
-  }
+  outputs.require_keys({"boxes", "scores", "boxes_of", "channels", "form", "unit", "objectness", "score",
+                        "background", "candidates"});
+  read_names(outputs, {{"boxes", &decoded.boxes}, {"scores", &decoded.scores}});
+  decoded.has_box_for_each_class =
+      chosen<bool, 2>(outputs, "boxes_of", {{{"candidate", false}, {"class", true}}});
+  read_candidates(outputs, decoded);
   read_form(outputs, detect::BoxForm::centre, decoded);
   decoded.has_objectness = chosen<bool, 2>(outputs, "objectness", {{{"no", false}, {"yes", true}}});
   decoded.score_form = chosen<ScoreForm, 3>(outputs, "score",
@@ -231,6 +175,8 @@ inline void read_outputs(const DescribedObject& outputs, detect::DecodedOutputs&
       {{{"none", Background::none}, {"first", Background::first}, {"last", Background::last}}});
   if (decoded.has_objectness && decoded.boxes != decoded.scores)
     outputs.fail("objectness", "'objectness' of two outputs, which have none", "", "");
+  if (decoded.has_box_for_each_class && (decoded.channels_first || decoded.boxes == decoded.scores))
+    outputs.fail("boxes_of", "boxes of classes are an output of their own, with channels last", "", "");
 }
 
 inline void read_decoded(const DescribedObject& outermost, const std::string& path,

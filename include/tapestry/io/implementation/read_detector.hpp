@@ -62,10 +62,27 @@ template <std::floating_point T>
   return model.detector(layers);
 }
 
+/// Classes that the names in files or in the model's metadata have; 0 where there are none.
+[[nodiscard]] inline std::size_t class_count_of(const DetectorFiles& files,
+                                                const nn::NetworkDescription& network) {
+  constexpr std::size_t most = 4096;
+  if (!files.names.empty()) return read_class_names(files.names).size();
+  const auto found = network.metadata.find("names");
+  if (found == network.metadata.end()) return 0;
+  const auto names = parse_exported_names(found->second, most);
+  const auto last =
+      std::find_if(names.rbegin(), names.rend(), [](const auto& name) { return !name.empty(); });
+  return static_cast<std::size_t>(names.rend() - last);
+}
+
 /// Description of an ONNX model.
 [[nodiscard]] inline detect::DetectorDescription description_for(const DetectorFiles& files,
                                                                  const nn::NetworkDescription& network,
                                                                  std::vector<std::string>* warnings) {
+  const auto named = [&](std::string_view name) {
+    return detect::named_export(network, name, class_count_of(files, network), files.size);
+  };
+  if (detect::is_export_name(files.description)) return named(files.description);
   const std::string file = files.description.empty() ? description_beside(files.weights) : files.description;
   std::optional<detect::DetectorDescription> given, own;
   if (!file.empty()) given = read_detector_description(file, warnings);
@@ -77,12 +94,18 @@ template <std::floating_point T>
   if (own) return *own;
   if (given) return *given;
   if (const auto known = detect::recognised_detector(network)) return *known;
-  throw Error(
-      ErrorKind::usage,
-      {files.weights,
-       ": its outputs are not those of a detector that is known by its layers (YOLOX, NanoDet); a "
-       "description must define them, such as a file of {\"head\": \"yolov5\"} beside the model, of its "
-       "name with the ending .json"});
+  if (const auto name = detect::recognised_export(network); !name.empty()) {
+    if (warnings != nullptr)
+      warnings->push_back(files.weights + ": taken for an export of the family " + std::string(name) +
+                          " by its nodes; a description takes precedence");
+    return named(name);
+  }
+  throw Error(ErrorKind::usage, {files.weights,
+                                 ": its outputs are not those of a detector that is known by its layers "
+                                 "(YOLOX, NanoDet, torchvision's); "
+                                 "--detector must define them: the name of a family, such as yolov5 or "
+                                 "yolov8, or a file, which may also "
+                                 "stand beside the model, of its name with the ending .json"});
 }
 
 /// Gives a detector the class names that its model's metadata have, see parse_exported_names(). A class

@@ -3,8 +3,10 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <tapestry/core/compiled.hpp>
+#include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network.hpp>
@@ -75,6 +77,9 @@ class StagedNetwork {
   /// \throws FileError (mismatch) naming operators that are not supported, or an input whose extents are open
   explicit StagedNetwork(NetworkDescription description, const std::map<std::string, Shape>& shapes = {});
 
+  /// How convolutions of passes to come are computed, see Network::set_engine().
+  void set_engine(Engine engine);
+
   [[nodiscard]] std::size_t input_count() const { return inputs_.size(); }
   [[nodiscard]] const Shape& input_shape(std::size_t i) const { return shapes_.at(inputs_.at(i).name); }
 
@@ -83,9 +88,11 @@ class StagedNetwork {
   void forward(const std::vector<const T*>& inputs, StagedPass<T>& pass, Mode mode = Mode::inference) const;
 
   /// Adds the adjoint of each input to `inputs_adjoint`.
-  /// \param output_adjoints  of each result of pass.output_shape(); null for one without
+  /// \param output_adjoints   of each result of pass.output_shape(); null for one without
+  /// \param outputs_gathered  as of Network::adjoint(): receives the whole adjoint of results that others
+  ///                          depend on; null for others; empty: of none
   void adjoint(StagedPass<T>& pass, const std::vector<const T*>& output_adjoints,
-               const std::vector<T*>& inputs_adjoint) const;
+               const std::vector<T*>& inputs_adjoint, const std::vector<T*>& outputs_gathered = {}) const;
 
  private:
   using Stage = typename StagedPass<T>::Stage;
@@ -110,6 +117,7 @@ class StagedNetwork {
   std::map<std::string, Shape> shapes_;
   std::vector<std::string> outputs_;
   std::shared_ptr<const Stage> first_;
+  std::optional<Engine> engine_{};  ///< each network's own if not set
 };
 
 extern template class StagedNetwork<float>;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
@@ -24,8 +25,7 @@ namespace tapestry::raster::detail {
 
 inline void require_uvs(const char* operation, const geometry::Mesh& mesh,
                         const std::vector<std::uint8_t>& painted) {
-  for (std::size_t face = 0; face < painted.size(); ++face) {
-    if (painted[face] == 0) continue;
+  const auto require_face = [&](std::size_t face) {
     const auto complain = [&](const std::string& what) {
       throw Error(ErrorKind::mismatch, {operation, ": face ", face, " is painted from an atlas but ", what});
     };
@@ -38,7 +38,11 @@ inline void require_uvs(const char* operation, const geometry::Mesh& mesh,
       if (!(std::abs(u) <= 1e9) || !(std::abs(v) <= 1e9))
         complain("has a uv that is not finite or beyond 1e9");
     }
-  }
+  };
+  parallel_for_blocks(painted.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t face = begin; face < end; ++face)
+      if (painted[face] != 0) require_face(face);
+  });
 }
 
 inline void require_layout(const char* operation, const PaintedMesh& body) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -183,11 +184,16 @@ template <std::floating_point T, LightModel Model>
   const auto lighting = prepare(body.mesh, fragments.camera(), light);
   const auto shader = detail::make_shader(body, lighting, fragments, fragments.camera(), fragments.height(),
                                           fragments.width());
-  TexturedPicture<T> picture{zeros<T, 3>({fragments.height(), fragments.width(), 3}),
-                             zeros<T, 2>({fragments.height(), fragments.width()}),
+  const std::size_t width = fragments.width();
+  TexturedPicture<T> picture{Array<T, 3>(Extents<3>{fragments.height(), width, 3}),
+                             Array<T, 2>(Extents<2>{fragments.height(), width}),
                              fragments.non_finite_faces()};
-  parallel_for(fragments.band_count(),
-               [&](std::size_t band) { detail::draw_band(fragments, band, shader, texels.data(), picture); });
+  parallel_for(fragments.band_count(), [&](std::size_t band) {
+    const auto [first, end] = block_range(band, fragments.height(), fragments.band_rows());
+    std::fill_n(picture.colour.data() + 3 * first * width, 3 * (end - first) * width, T(0));
+    std::fill_n(picture.coverage.data() + first * width, (end - first) * width, T(0));
+    detail::draw_band(fragments, band, shader, texels.data(), picture);
+  });
   return picture;
 }
 
@@ -200,7 +206,6 @@ template <std::floating_point T, LightModel Model = Light>
                                                  std::size_t height, std::size_t width, const Model& light,
                                                  const Array<T, 2>& texels,
                                                  std::size_t samples_per_axis = 2) {
-  detail::require_layout("render_textured", body);
   const FragmentBands fragments("render_textured", body.mesh, camera, height, width, samples_per_axis);
   return render_textured(body, fragments, light, texels);
 }

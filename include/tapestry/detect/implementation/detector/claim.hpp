@@ -36,7 +36,7 @@ inline void require_classes(const DetectorDescription& kind) {
 /// Holds the values of the output with scores against their description: probabilities lie from 0 to 1,
 /// numbers of classes, where the score is above 0, are whole and below K. NaN passes.
 ///
-/// \param shape   [1, N, channels], or [1, channels, N] where channels are first
+/// \param shape   [1, N, channels], or [1, channels, N] where channels are first; N may be 0
 /// \param values  in row-major order
 /// \throws FileError (mismatch) naming the output, what was expected and the first value that is not
 template <std::floating_point T>
@@ -58,7 +58,8 @@ void require_as_described(const OutputClaim& claim, const DecodedOutputs& output
   };
   constexpr std::size_t box = 4;
   const bool is_chosen = outputs.classes > 0;
-  const std::size_t first = outputs.boxes == outputs.scores ? box : 0, end = is_chosen ? box + 1 : channels;
+  const std::size_t first = is_chosen || outputs.boxes == outputs.scores ? box : 0,
+                    end = is_chosen ? box + 1 : channels;
   for (std::size_t n = 0; n < candidates; ++n) {
     for (std::size_t c = first; c < end && outputs.score_form == ScoreForm::probabilities; ++c)
       if (value(n, c) < -claim_tolerance || value(n, c) > 1 + claim_tolerance)

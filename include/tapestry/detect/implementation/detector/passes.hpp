@@ -74,14 +74,14 @@ void Detector<T>::forward_within(const Array<T, 4>& images, const std::vector<Ke
 template <std::floating_point T>
 double Detector<T>::share_kept(const image::PixelWindow& window) const {
   image::require_window("Detector::share_kept", window, height_, width_);
-  return foreign_ ? 0 : network_.share_kept(rows_and_columns(window));
+  return stages_ ? 0 : network_.share_kept(rows_and_columns(window));
 }
 
 template <std::floating_point T>
 void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T>*>& kept, Pass<T>& pass,
                       Mode mode) const {
-  if (foreign_ && mode != Mode::inference)
-    throw DomainError("Detector::forward: a foreign engine runs forward only");
+  if (stages_ && mode == Mode::training)
+    throw DomainError("Detector::forward: a network whose extents depend on the picture does not train");
   pass.mode = mode;
   pass.images = images.shape(0);
   const std::size_t each = mode == Mode::training && trains_together_ ? pass.images : 1;
@@ -90,7 +90,7 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
   pass.graph.resize(mode == Mode::inference ? lanes : count);  // each lane serves image after image
   pass.inputs.resize(pass.graph.size());
   resize_logits(pass);
-  if (foreign_) return run_foreign(images, pass);
+  if (stages_) return run_stages(images, pass);
   const bool judges = claim_ && !claim_->is_judged;
   detail::for_each_in_lanes(lanes, count, [&](std::size_t lane, std::size_t n) {
     nn::NetworkPass<T>& one = pass.graph[mode == Mode::inference ? lane : n];
@@ -109,7 +109,8 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
       network_.forward_within(input.data(), rows_and_columns(kept[n]->window()), kept[n]->values(), one,
                               mode);
     }
-    if (judges) examine(one);
+    if (judges)
+      detail::require_as_described(*claim_, kind_.decoded, shapes_.back(), one.output(shapes_.size() - 1));
     for (const HeadPiece& piece : heads_.pieces)
       for (std::size_t k = 0; k < each; ++k)
         std::copy_n(one.output(piece.output) + k * piece.size, piece.size,
@@ -125,12 +126,6 @@ void Detector<T>::resize_logits(Pass<T>& pass) const {
     const auto [channels, height, width] = logits_extents(h);
     pass.logits[h].resize({pass.images, channels, height, width});
   }
-}
-
-template <std::floating_point T>
-void Detector<T>::examine(const nn::NetworkPass<T>& one) const {
-  const std::size_t last = network_.output_count() - 1;
-  detail::require_as_described(*claim_, kind_.decoded, network_.output_shape(last), one.output(last));
 }
 
 template <std::floating_point T>
@@ -157,6 +152,7 @@ template <std::floating_point T>
 void Detector<T>::pull_back_one(Pass<T>& pass, std::size_t n, const std::vector<const T*>& of_outputs,
                                 Array<T, 4>* images_adjoint, T* weights_adjoint,
                                 const std::vector<T*>& gathered) const {
+  if (stages_) return pull_back_stages(pass, n, of_outputs, images_adjoint, gathered);
   nn::Buffer<T> input_adjoint;
   if (images_adjoint != nullptr) {
     input_adjoint.resize(images_a_pass(pass) * image_size());
@@ -199,7 +195,7 @@ template <std::floating_point T>
 auto Detector<T>::output_adjoints(const Pass<T>& pass, std::size_t n,
                                   const std::vector<const Array<T, 4>*>& logits_adjoint) const
     -> OutputAdjoints {
-  OutputAdjoints adjoints{std::vector<const T*>(network_.output_count(), nullptr), {}};
+  OutputAdjoints adjoints{std::vector<const T*>(shapes_.size(), nullptr), {}};
   const std::size_t each = images_a_pass(pass);
   for (const HeadPiece& piece : heads_.pieces) {
     const Array<T, 4>* adjoint = logits_adjoint[piece.head];
@@ -239,7 +235,7 @@ Array<T, 3> Detector<T>::layer_values(const Pass<T>& pass, std::size_t layer, st
   const auto& shape = layer_shape(layer);
   Array<T, 3> values(Extents<3>{shape[1], shape[2], shape[3]});
   const std::size_t each = images_a_pass(pass);
-  std::copy_n(pass.graph[image / each].output(head_output_count() + layer) + image % each * values.size(),
+  std::copy_n(output_values(pass, image / each, head_output_count() + layer) + image % each * values.size(),
               values.size(), values.data());
   return values;
 }
@@ -254,7 +250,7 @@ Array<T, 3> Detector<T>::layer_adjoint(Pass<T>& pass, const std::vector<const Ar
   auto adjoint = zeros<T, 3>({shape[1], shape[2], shape[3]});
   const std::size_t each = images_a_pass(pass), n = image / each;
   std::vector<T> of_all(each * adjoint.size(), T(0));
-  std::vector<T*> gathered(network_.output_count(), nullptr);
+  std::vector<T*> gathered(shapes_.size(), nullptr);
   gathered[head_output_count() + layer] = of_all.data();
   const auto adjoints = output_adjoints(pass, n, logits_adjoint);
   auto ignored = zeros<T, 4>({pass.images, height_, width_, input_channels()});
@@ -276,7 +272,7 @@ void Detector<T>::pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t 
   std::vector<T> of_all(each * layer_adjoint.size(), T(0));
   std::copy_n(layer_adjoint.data(), layer_adjoint.size(),
               of_all.data() + image % each * layer_adjoint.size());
-  std::vector<const T*> output_adjoints(network_.output_count(), nullptr);
+  std::vector<const T*> output_adjoints(shapes_.size(), nullptr);
   output_adjoints[head_output_count() + layer] = of_all.data();
   pull_back_one(pass, image / each, output_adjoints, &images_adjoint, nullptr);
 }

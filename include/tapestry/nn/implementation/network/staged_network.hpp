@@ -55,6 +55,12 @@ StagedNetwork<T>::StagedNetwork(NetworkDescription description, const std::map<s
 }
 
 template <std::floating_point T>
+void StagedNetwork<T>::set_engine(Engine engine) {
+  engine_ = engine;
+  if (first_->network) first_->network->set_engine(engine);
+}
+
+template <std::floating_point T>
 auto StagedNetwork<T>::made(NetworkDescription description, Stage stage) -> std::shared_ptr<const Stage> {
   ProgramBuilder<T> finder(description, stage.shapes, false, false);
   finder.add_nodes();
@@ -143,7 +149,9 @@ auto StagedNetwork<T>::next(const std::shared_ptr<const Stage>& before, StagedPa
     rest.inputs.push_back({name, {shape.begin(), shape.end()}, ElementType::floating});
   std::erase_if(rest.nodes, [&](const Node& node) { return stage.found.contains(node.outputs.front()); });
   rest.constants.insert(stage.found.begin(), stage.found.end());
-  return made(std::move(rest), std::move(stage));
+  auto next = made(std::move(rest), std::move(stage));
+  if (engine_ && next->network) next->network->set_engine(*engine_);
+  return next;
 }
 
 template <std::floating_point T>
@@ -201,7 +209,8 @@ void StagedNetwork<T>::take_outputs(StagedPass<T>& pass, const Stage& last) cons
 
 template <std::floating_point T>
 void StagedNetwork<T>::adjoint(StagedPass<T>& pass, const std::vector<const T*>& output_adjoints,
-                               const std::vector<T*>& inputs_adjoint) const {
+                               const std::vector<T*>& inputs_adjoint,
+                               const std::vector<T*>& outputs_gathered) const {
   std::map<std::string, Buffer<T>> sums;
   const auto sum_of = [&](const std::string& name) {
     const auto [sum, is_new] = sums.try_emplace(name, size_of(pass.known_.at(name).shape));
@@ -217,15 +226,18 @@ void StagedNetwork<T>::adjoint(StagedPass<T>& pass, const std::vector<const T*>&
     const Stage& stage = *(*run)->stage;
     if (!stage.network) continue;
     std::vector<const T*> results;
+    std::vector<T*> gathered(stage.outputs.size(), nullptr);
     for (std::size_t i = 0; i < stage.outputs.size(); ++i) {
       const auto sum = sums.find(stage.outputs[i]);
       const bool is_there = stage.types[i] == ElementType::floating && sum != sums.end();
       results.push_back(is_there ? sum->second.data() : nullptr);
+      for (std::size_t k = 0; k < outputs_gathered.size(); ++k)
+        if (outputs_[k] == stage.outputs[i]) gathered[i] = outputs_gathered[k];
     }
     if (std::ranges::all_of(results, [](const T* result) { return result == nullptr; })) continue;
     std::vector<T*> goals;
     for (const std::string& name : stage.inputs) goals.push_back(sum_of(name));
-    stage.network->adjoint((*run)->pass, results, goals);
+    stage.network->adjoint((*run)->pass, results, goals, nullptr, gathered);
   }
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     const auto sum = sums.find(inputs_[i].name);
