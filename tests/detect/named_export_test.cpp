@@ -88,6 +88,7 @@ TEST_CASE("outputs of YOLOv10 are read as they are", "[detect][exports][named_ex
     detector.forward(test::picture_of(detector, folder), pass);
     const auto found = detector.detections(pass.logits, 0, 1e-6, 1);
     const auto rows = test::raw_numbers<double>(folder / "out.0.bin");
+    REQUIRE(!rows.empty());
     for (std::size_t row = 0; row < rows.size(); row += 6)
       CHECK(std::ranges::any_of(found, [&](const detect::Detection& one) {
         return std::abs(one.confidence - rows[row + 4]) <= 1e-6 &&

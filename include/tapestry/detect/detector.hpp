@@ -169,7 +169,7 @@ class Detector {
 
   /// Extents of an observed layer, [1, C, H, W].
   [[nodiscard]] const nn::Shape& layer_shape(std::size_t layer) const {
-    return shapes_[head_output_count() + layer];
+    return shapes_.at(head_output_count() + layer);
   }
 
   /// Activations of an observed layer for one image, [C, H, W].

@@ -49,16 +49,14 @@ inline constexpr std::array<std::string_view, 6> export_names{"yolox",  "nanodet
 /// The description of an export by the name of its family:
 ///
 ///   yolox, nanodet  known_description()
-///   yolov5          likewise of its three convolutions; of its decoded output, [1, N, 5 + K], where the
-///                   network holds the decoding
-///   yolov8          YOLOv8, 9, 11 and 12: of the convolutions; of the decoded output, [1, 4 + K, N], with
-///   the
-///                   logits before its logistic function where they are there
-///   end_to_end      YOLOv10 and others of one output, [1, N, 6], of left, top, right, bottom, score and
-///   class torchvision     Faster and Mask R-CNN, SSD: logits and boxes of all candidates before suppression;
-///                   RetinaNet and FCOS: candidates above their score's threshold, with a class each. Classes
-///                   are numbered as torchvision's labels, without the background, whose number is 0, where
-///                   scores are a softmax
+///   yolov5          likewise of its three convolutions; where the network decodes them, of its output,
+///                   [1, N, 5 + K]
+///   yolov8          YOLOv8, 9, 11, 12: of the convolutions; where the network decodes them, of its output,
+///                   [1, 4 + K, N], with the logits before its logistic function if they are there
+///   end_to_end      YOLOv10 and others of one output, [1, N, 6]: left, top, right, bottom, score, class
+///   torchvision     Faster and Mask R-CNN, SSD: logits and boxes of all candidates before suppression; the
+///                   classes are torchvision's without the background, which is their label 0. RetinaNet,
+///                   FCOS: candidates above their threshold, with a class each, numbered as the labels are
 ///
 /// \param classes  K, for those whose network does not tell; 0: unknown
 /// \param size     of the input, as of picture_extents()

@@ -75,11 +75,11 @@ Detector<T>::Detector(nn::NetworkDescription network, std::vector<Head> heads,
       heads_{std::move(heads), {}},
       trains_together_(detail::takes_batch_statistics(network)) {
   for (std::size_t h = 0; h < std::max<std::size_t>(1, heads_.heads.size()); ++h)
-    heads_.pieces.push_back({h, h, 0, nn::size_of(shapes_[h])});
+    heads_.pieces.push_back({h, h, 0, nn::size_of(shapes_.at(h))});
   for (std::size_t h = 0; h < heads_.heads.size(); ++h) {
     const Head& head = heads_.heads[h];
     const nn::Shape expected{1, head.channel_count(), head.grid_height, head.grid_width};
-    if (shapes_[h] != expected)
+    if (shapes_.at(h) != expected)
       throw ShapeError({"Detector: output ", h, " is ", shapes_[h], ", expected ", expected});
   }
   require_layers(network.path, layers);

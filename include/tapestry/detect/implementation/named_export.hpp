@@ -8,9 +8,9 @@ namespace tapestry::detect::detail {
 class PickedValue {
  public:
   PickedValue(const nn::NetworkDescription& network, std::string value) {
-    constexpr std::array<std::string_view, 11> picking{"Concat",  "Gather",  "GatherND", "Identity",
-                                                       "Mul",     "Reshape", "Slice",    "Split",
-                                                       "Squeeze", "TopK",    "Unsqueeze"};
+    constexpr std::array<std::string_view, 12> picking{"Concat",   "Flatten", "Gather",  "GatherND",
+                                                       "Identity", "Mul",     "Reshape", "Slice",
+                                                       "Split",    "Squeeze", "TopK",    "Unsqueeze"};
     for (;;) {
       maker_ = nn::maker_of(network, value);
       if (maker_ == nullptr || std::ranges::find(picking, maker_->operation) == picking.end()) return;
@@ -66,7 +66,7 @@ class TorchvisionExport {
       if (value.gathers().empty()) continue;
       if (value.was_joined())
         boxes_.emplace(std::move(value));
-      else if (value.is_made_by("Softmax") || value.is_made_by("Sigmoid"))
+      else if (are_scores(value))
         scores_.emplace(std::move(value));
       else
         labels_.emplace(std::move(value));
@@ -88,6 +88,7 @@ class TorchvisionExport {
     if (!has_softmax()) {
       description.head = HeadKind::end_to_end;
       decoded.classes = classes;
+      decoded.most_candidates = 5000;  // 1000 of each of five maps
       decoded.boxes = boxes_->gathers().front()->inputs.at(0);
       decoded.scores = scores_->gathers().front()->inputs.at(0);
       decoded.labels = labels_->gathers().front()->inputs.at(0);
@@ -111,6 +112,11 @@ class TorchvisionExport {
   }
 
  private:
+  /// FCOS takes the root of the product of two logistic functions.
+  [[nodiscard]] static bool are_scores(const PickedValue& value) {
+    return value.is_made_by("Softmax") || value.is_made_by("Sigmoid") || value.is_made_by("Sqrt");
+  }
+
   const nn::NetworkDescription& network_;
   std::optional<PickedValue> boxes_{}, scores_{}, labels_{};
 };
@@ -121,7 +127,8 @@ class TorchvisionExport {
   description.fit = {image::FitKind::letterbox, 114.0 / 255};
   const std::string& output = network.outputs.front();
   const nn::Node* const concat = nn::maker_of(network, output);
-  if (concat == nullptr || concat->operation != "Concat" || concat->inputs.size() != 2) {
+  if (network.outputs.size() != 1 || concat == nullptr || concat->operation != "Concat" ||
+      concat->inputs.size() != 2) {
     description.head = HeadKind::yolov8;
     description.strides = {8, 16, 32};
     return description;
@@ -163,7 +170,8 @@ std::map<std::string, nn::Shape> picture_extents(const nn::NetworkDescription& n
   if (network.inputs.size() != 1) refuse(std::to_string(network.inputs.size()) + " inputs");
   const auto& shape = network.inputs.front().shape;
   const std::size_t axis = shape.size() == 3 ? 0 : 1;  // of the channels
-  if (shape.size() != 3 + axis || shape[axis].value_or(3) != 3 || shape[0].value_or(1) != (axis == 0 ? 3 : 1))
+  if (shape.size() != 3 + axis || shape[axis].value_or(3) != 3 ||
+      shape[0].value_or(axis == 0 ? 3 : 1) != (axis == 0 ? 3 : 1))
     refuse("input " + in_quotes(network.inputs.front().name) + " of other extents");
   const auto height = shape[axis + 1], width = shape[axis + 2];
   if (size == 0 && (!height || !width))
@@ -190,7 +198,12 @@ std::string_view recognised_export(const nn::NetworkDescription& network) {
 
 DetectorDescription named_export(const nn::NetworkDescription& network, std::string_view name,
                                  std::size_t classes, std::size_t size) {
-  if (!is_export_name(name)) return known_description(name);
+  if (!is_export_name(name)) {
+    std::string names;
+    for (const std::string_view known : export_names)
+      names += (names.empty() ? "" : ", ") + std::string(known);
+    throw DomainError({"no family of exports is called ", in_quotes(name), "; expected one of ", names});
+  }
   const auto need_classes = [&] {
     if (classes == 0)
       throw Error(

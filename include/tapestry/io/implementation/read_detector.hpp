@@ -69,23 +69,39 @@ template <std::floating_point T>
   if (!files.names.empty()) return read_class_names(files.names).size();
   const auto found = network.metadata.find("names");
   if (found == network.metadata.end()) return 0;
-  const auto names = parse_exported_names(found->second, most);
-  const auto last =
-      std::find_if(names.rbegin(), names.rend(), [](const auto& name) { return !name.empty(); });
-  return static_cast<std::size_t>(names.rend() - last);
+  try {
+    const auto names = parse_exported_names(found->second, most);
+    const auto last =
+        std::find_if(names.rbegin(), names.rend(), [](const auto& name) { return !name.empty(); });
+    return static_cast<std::size_t>(names.rend() - last);
+  } catch (const DomainError&) {  // take_exported_names() says so
+    return 0;
+  }
+}
+
+/// A description by the name of a family; says what it reads.
+[[nodiscard]] inline detect::DetectorDescription description_by_name(const DetectorFiles& files,
+                                                                     const nn::NetworkDescription& network,
+                                                                     std::string_view name,
+                                                                     std::vector<std::string>* warnings) {
+  auto description = detect::named_export(network, name, class_count_of(files, network), files.size);
+  const detect::DecodedOutputs& read = description.decoded;
+  if (warnings != nullptr && !read.boxes.empty())
+    warnings->push_back(files.weights + ": as of the family " + std::string(name) + ", boxes are " +
+                        in_quotes(read.boxes) + " and scores " + in_quotes(read.scores));
+  return description;
 }
 
 /// Description of an ONNX model.
 [[nodiscard]] inline detect::DetectorDescription description_for(const DetectorFiles& files,
                                                                  const nn::NetworkDescription& network,
                                                                  std::vector<std::string>* warnings) {
-  const auto named = [&](std::string_view name) {
-    return detect::named_export(network, name, class_count_of(files, network), files.size);
-  };
-  if (detect::is_export_name(files.description)) return named(files.description);
   const std::string file = files.description.empty() ? description_beside(files.weights) : files.description;
   std::optional<detect::DetectorDescription> given, own;
-  if (!file.empty()) given = read_detector_description(file, warnings);
+  if (detect::is_export_name(file))
+    given = description_by_name(files, network, file, warnings);
+  else if (!file.empty())
+    given = read_detector_description(file, warnings);
   if (const auto found = network.metadata.find(description_key); found != network.metadata.end())
     own = parse_detector_description(found->second, files.weights + ":" + description_key);
   if (own && given && *own != *given)
@@ -98,7 +114,7 @@ template <std::floating_point T>
     if (warnings != nullptr)
       warnings->push_back(files.weights + ": taken for an export of the family " + std::string(name) +
                           " by its nodes; a description takes precedence");
-    return named(name);
+    return description_by_name(files, network, name, warnings);
   }
   throw Error(ErrorKind::usage, {files.weights,
                                  ": its outputs are not those of a detector that is known by its layers "

@@ -47,6 +47,7 @@ class StagedPass {
     std::vector<std::string> inputs{}, outputs{};  ///< of the network
     std::vector<ElementType> types{};              ///< of its outputs
     NetworkDescription rest{};                     ///< the nodes that wait
+    std::optional<Engine> engine{};                ///< as of StagedNetwork
   };
   struct Run {
     std::shared_ptr<const Stage> stage{};

@@ -282,12 +282,12 @@ TEST_CASE("Col2Im adds up patches where they overlap, and leaves out what lies b
   for (std::size_t c = 0; c < channels; ++c)
     for (std::size_t tap = 0; tap < 4; ++tap)
       for (std::size_t patch = 0; patch < rows * columns; ++patch) {
-        const auto y = static_cast<std::int64_t>(patch / columns * 2 + tap / 2) - 1;       // pads 1, stride 2
-        const auto across = static_cast<std::int64_t>(patch % columns + tap % 2 * 2) - 1;  // dilation 2
-        if (y < 0 || across < 0 || y >= static_cast<std::int64_t>(height) ||
-            across >= static_cast<std::int64_t>(width_of))
+        const auto y = static_cast<std::int64_t>(patch / columns * 2 + tap / 2) - 1;     // pads 1, stride 2
+        const auto wide = static_cast<std::int64_t>(patch % columns + tap % 2 * 2) - 1;  // dilation 2
+        if (y < 0 || wide < 0 || y >= static_cast<std::int64_t>(height) ||
+            wide >= static_cast<std::int64_t>(width_of))
           continue;
-        expected[(c * height + static_cast<std::size_t>(y)) * width_of + static_cast<std::size_t>(across)] +=
+        expected[(c * height + static_cast<std::size_t>(y)) * width_of + static_cast<std::size_t>(wide)] +=
             x.values[(c * 4 + tap) * rows * columns + patch];
       }
   check(network_of("Col2Im", {x, numbers({5, 4}), numbers({2, 2})},
@@ -410,4 +410,101 @@ TEST_CASE("names of parts stay clear of a file's own", "[nn][network]") {
   }
   made.forward({x.data(), other.data()}, pass);
   for (std::size_t i = 0; i < 4; ++i) CHECK(pass.output(0)[i] == -static_cast<double>(i + 1));
+}
+
+TEST_CASE("DeformConv looks up at moved places, 0 outside, as a loop does", "[nn][network][operators]") {
+  constexpr std::size_t channels = 4, high = 5, wide = 4, filters = 2, groups = 2, points = 6;  // 2 x 3
+  constexpr std::size_t rows = 3, columns = 2;
+  const std::size_t offset_groups = GENERATE(std::size_t{1}, std::size_t{2});
+  const bool has_mask = GENERATE(false, true);
+  CAPTURE(offset_groups, has_mask);
+  const TestOperand x = given({1, channels, high, wide}, 1), w = weight({filters, 2, 2, 3}, 2),
+                    b = weight({filters}, 4);
+  TestOperand moves = given({1, offset_groups * points * 2, rows, columns}, 3),
+              mask = given({1, offset_groups * points, rows, columns}, 5);
+  for (double& move : moves.values) move *= 1.7;
+  const std::int64_t stride = 2, pad = 1, dilation = 1;
+  const auto pixel = [&](std::size_t c, double row, double column) {
+    if (row < 0 || column < 0 || row >= high || column >= wide) return 0.0;
+    return x.values[(c * high + static_cast<std::size_t>(row)) * wide + static_cast<std::size_t>(column)];
+  };
+  Numbers expected;
+  for (std::size_t f = 0; f < filters; ++f)
+    for (std::size_t i = 0; i < rows; ++i)
+      for (std::size_t j = 0; j < columns; ++j) {
+        double sum = b.values[f];
+        for (std::size_t c = 0; c < channels / groups; ++c)
+          for (std::size_t k = 0; k < points; ++k) {
+            const std::size_t channel = f / (filters / groups) * (channels / groups) + c;
+            const std::size_t point = channel / (channels / offset_groups) * points + k;
+            const auto at = [&](std::size_t plane) { return (plane * rows + i) * columns + j; };
+            const double y = double(std::int64_t(i) * stride - pad + std::int64_t(k / 3) * dilation) +
+                             moves.values[at(2 * point)];
+            const double z = double(std::int64_t(j) * stride - pad + std::int64_t(k % 3) * dilation) +
+                             moves.values[at(2 * point + 1)];
+            const double top = std::floor(y), left = std::floor(z), down = y - top, right = z - left;
+            const double value =
+                (1 - down) *
+                    ((1 - right) * pixel(channel, top, left) + right * pixel(channel, top, left + 1)) +
+                down *
+                    ((1 - right) * pixel(channel, top + 1, left) + right * pixel(channel, top + 1, left + 1));
+            sum += w.values[(f * 2 + c) * points + k] * value * (has_mask ? mask.values[at(point)] : 1);
+          }
+        expected.push_back(sum);
+      }
+  std::vector<TestOperand> operands{x, w, moves, b};
+  if (has_mask) operands.push_back(mask);
+  check(network_of("DeformConv", std::move(operands),
+                   {{"group", std::int64_t(groups)},
+                    {"offset_group", std::int64_t(offset_groups)},
+                    {"strides", Ints{stride, stride}},
+                    {"pads", Ints{pad, pad, pad, pad}}}),
+        expected);
+}
+
+TEST_CASE("Compress takes slices where a condition holds", "[nn][network][operators]") {
+  const TestOperand x = given({3, 2}, 1);
+  const auto [axis, condition, places] =
+      GENERATE(std::tuple(0, Numbers{0, 1, 1}, std::vector<std::size_t>{2, 3, 4, 5}),
+               std::tuple(1, Numbers{0, 1}, std::vector<std::size_t>{1, 3, 5}),
+               std::tuple(-2, Numbers{1}, std::vector<std::size_t>{0, 1}),
+               std::tuple(7, Numbers{0, 1, 0, 0, 1}, std::vector<std::size_t>{1, 4}));
+  CAPTURE(axis);
+  Numbers expected;
+  for (const std::size_t place : places) expected.push_back(x.values[place]);
+  std::map<std::string, nn::Attribute> attributes;
+  if (axis != 7) attributes["axis"] = std::int64_t(axis);
+  check(network_of("Compress", {x, numbers(condition, nn::ElementType::boolean)}, attributes), expected);
+}
+
+TEST_CASE("losses of class probabilities are those of a loop", "[nn][network][operators]") {
+  const std::string reduction = GENERATE("none", "sum", "mean");
+  const bool has_weights = GENERATE(false, true), ignores = GENERATE(false, true);
+  const char* const operation = GENERATE("NegativeLogLikelihoodLoss", "SoftmaxCrossEntropyLoss");
+  CAPTURE(reduction, has_weights, ignores, operation);
+  const TestOperand x = given({2, 3, 2}, 1), weights = given({3}, 2);
+  TestOperand classes = numbers({0, 2, 1, 2});
+  classes.shape = {2, 2};
+  Numbers losses, counts;
+  for (std::size_t n = 0; n < 2; ++n)
+    for (std::size_t i = 0; i < 2; ++i) {
+      const auto score = [&](std::size_t c) { return x.values[(n * 3 + c) * 2 + i]; };
+      const auto own = static_cast<std::size_t>(classes.values[2 * n + i]);
+      const double all = std::exp(score(0)) + std::exp(score(1)) + std::exp(score(2));
+      const bool is_softmax = std::string(operation) == "SoftmaxCrossEntropyLoss";
+      const double weight = ignores && own == 2 ? 0 : has_weights ? weights.values[own] : 1;
+      losses.push_back(-weight * (is_softmax ? score(own) - std::log(all) : score(own)));
+      counts.push_back(weight);
+    }
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < losses.size(); ++i) {
+    sum += losses[i];
+    count += counts[i];
+  }
+  std::vector<TestOperand> operands{x, classes};
+  if (has_weights) operands.push_back(weights);
+  std::map<std::string, nn::Attribute> attributes{{"reduction", reduction}};
+  if (ignores) attributes["ignore_index"] = std::int64_t(2);
+  check(network_of(operation, std::move(operands), attributes),
+        reduction == "none" ? losses : Numbers{reduction == "sum" ? sum : sum / count});
 }

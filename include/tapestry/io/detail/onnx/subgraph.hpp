@@ -57,6 +57,8 @@ class SubgraphReader {
       case 12:
         graph_.outputs.push_back(name_in("output"));
         break;
+      case 15:
+        message.fail("sparse initialisers are not supported");
       default:
         message.skip();
     }

@@ -92,9 +92,9 @@ class Decomposer {
     if (opset_ >= 11) return add("Pad", {value, integers(pads)});
     return add("Pad", {value}, {{"pads", pads}});
   }
-  /// Adds a first axis of extent 1.
-  std::string raised(const std::string& value) {
-    auto [inputs, attributes] = along(value, {0});
+  /// Adds an axis of extent 1.
+  std::string raised(const std::string& value, std::int64_t axis = 0) {
+    auto [inputs, attributes] = along(value, {axis});
     return add("Unsqueeze", std::move(inputs), std::move(attributes));
   }
   /// Sums along some axes, which go.

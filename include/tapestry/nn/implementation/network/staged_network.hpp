@@ -132,6 +132,7 @@ auto StagedNetwork<T>::next(const std::shared_ptr<const Stage>& before, StagedPa
                             const std::shared_ptr<const Stage>& last) const -> std::shared_ptr<const Stage> {
   Stage stage;
   stage.before = before;
+  stage.engine = engine_;
   for (const auto& [name, value] : pass.known_) {
     if (value.type == ElementType::floating)
       stage.shapes[name] = value.shape;
@@ -140,7 +141,7 @@ auto StagedNetwork<T>::next(const std::shared_ptr<const Stage>& before, StagedPa
                            std::vector<double>(value.values, value.values + size_of(value.shape))};
   }
   choose(*before, pass, stage.found);
-  if (last && last->before == before && last->shapes == stage.shapes &&
+  if (last && last->before == before && last->engine == engine_ && last->shapes == stage.shapes &&
       detail::is_same(last->found, stage.found))
     return last;
   ++pass.made_count_;
@@ -232,7 +233,8 @@ void StagedNetwork<T>::adjoint(StagedPass<T>& pass, const std::vector<const T*>&
       const bool is_there = stage.types[i] == ElementType::floating && sum != sums.end();
       results.push_back(is_there ? sum->second.data() : nullptr);
       for (std::size_t k = 0; k < outputs_gathered.size(); ++k)
-        if (outputs_[k] == stage.outputs[i]) gathered[i] = outputs_gathered[k];
+        if (outputs_gathered[k] != nullptr && outputs_[k] == stage.outputs[i])
+          gathered[i] = outputs_gathered[k];
     }
     if (std::ranges::all_of(results, [](const T* result) { return result == nullptr; })) continue;
     std::vector<T*> goals;

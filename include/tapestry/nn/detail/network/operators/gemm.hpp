@@ -130,7 +130,7 @@ class Gemm : public Operation<T> {
   const auto refuse = [&] { throw ShapeError({a, " and ", b, " cannot be multiplied"}); };
   if (a.size() != 2 || b.size() != 2) refuse();
   plan.shape = {a[plan.turns_a ? 1 : 0], a[plan.turns_a ? 0 : 1], b[plan.turns_b ? 0 : 1]};
-  if (b[plan.turns_b ? 1 : 0] != plan.shape.depth || size_of(a) == 0 || size_of(b) == 0) refuse();
+  if (b[plan.turns_b ? 1 : 0] != plan.shape.depth) refuse();
   plan.is_b_constant = context.input(1).constant != nullptr;
   plan.has_c = context.has_input(2) && plan.beta != 0;
   if (!context.has_input(2)) return plan;

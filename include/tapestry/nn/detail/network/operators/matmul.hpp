@@ -19,6 +19,9 @@ namespace tapestry::nn {
 struct ProductShape {
   std::size_t rows = 1, depth = 1, columns = 1;
 
+  /// Whether nothing is multiplied.
+  [[nodiscard]] bool is_empty() const { return rows == 0 || depth == 0 || columns == 0; }
+
   /// The same as a convolution of single pixels.
   [[nodiscard]] ConvolutionShape convolution() const {
     ConvolutionShape shape;
@@ -33,6 +36,7 @@ struct ProductShape {
 template <std::floating_point T>
 [[nodiscard]] PackedConvolution<T> pack_matrix(const ProductShape& shape, const T* b, std::size_t row_step,
                                                std::size_t column_step) {
+  if (shape.is_empty()) return {.shape = shape.convolution()};
   return pack_convolution<T>(shape.convolution(), [&](std::size_t i) {
     return b[i % shape.depth * row_step + i / shape.depth * column_step];
   });
@@ -41,6 +45,10 @@ template <std::floating_point T>
 /// c (+)= a · b, row-major.
 template <std::floating_point T>
 void multiply(const T* a, const PackedConvolution<T>& b, bool adds, T* c) {
+  if (b.weights->empty()) {  // nothing is multiplied
+    if (!adds) std::fill_n(c, b.shape.rows.output * b.shape.out_channels, T(0));
+    return;
+  }
   Epilogue<T> end{};
   end.adds = adds;
   convolve(b, 1, a, end, c, b.shape.out_size());
@@ -51,6 +59,7 @@ void multiply(const T* a, const PackedConvolution<T>& b, bool adds, T* c) {
 template <std::floating_point T>
 void multiply_adjoint(const ProductShape& shape, const T* a, const T* c_adjoint, T scale,
                       std::size_t row_step, std::size_t column_step, T* b_adjoint) {
+  if (shape.is_empty()) return;
   static thread_local Buffer<T> partial, sum;
   sum.resize(shape.depth * shape.columns);
   sum.fill_zero();
@@ -91,7 +100,7 @@ struct MatMulPlan {
   if (is_column) b.push_back(1);
   MatMulPlan plan;
   plan.product = {a[a.size() - 2], a.back(), b.back()};
-  if (b[b.size() - 2] != plan.product.depth || size_of(a) == 0 || size_of(b) == 0) refuse();
+  if (b[b.size() - 2] != plan.product.depth) refuse();
   const std::size_t rank = std::max(a.size(), b.size()) - 2;
   const auto stack = [&](const Shape& shape, std::size_t axis) {  // axes counted with leading ones
     const std::size_t own = shape.size() - 2;
