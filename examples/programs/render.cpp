@@ -154,8 +154,8 @@ void describe_panels(CLI::App& app, Options& o) {
   app.option_defaults()->group("Print");
   app.add_option(
       "--panels", o.panels,
-      "PDF to write: the texture's charts on painted faces at true size, to print, cut out and put "
-      "on the car");
+      "PDF to write: the painted faces laid flat at true size, in panels that keep lengths, to print, "
+      "cut out and put on the car");
   app.add_option("--length", o.length, "metres of the longest side of the mesh; 0: its units are metres");
   app.add_option("--panel-scale", o.panel_scale, "1: full size, 0.0556: a model of 1:18");
   app.add_option("--paper", o.paper, "a4, a3, a0 or letter; larger panels are cut into tiles");
@@ -535,10 +535,11 @@ PanelSettings panel_settings(const Options& o, const PaintedScene& scene) {
 }
 
 /// The car from one side, with the numbers of the panels where most of each shows.
-CarView car_view(const PaintedScene& scene, const std::vector<std::int32_t>& panel_of_face, double azimuth) {
+CarView car_view(const PaintedScene& scene, const std::vector<std::int32_t>& panel_of_face, double azimuth,
+                 double elevation) {
   const PictureSettings picture{400, 720, 2, {1, 1, 1}};
   const auto orbit = orbit_settings(Options{}, scene.mesh, picture);
-  const auto camera = orbit.camera(azimuth, 20, 0.62 * orbit.whole_distance());
+  const auto camera = orbit.camera(azimuth, elevation, 0.85 * orbit.whole_distance());
   CarView view{image::to_bytes(mesh_view("colour", scene, camera, picture))};
   const auto buffer = raster::visibility(scene.mesh, camera, picture.height, picture.width, 1);
   std::map<std::int32_t, std::vector<std::size_t>> pixels;
@@ -560,8 +561,11 @@ CarView car_view(const PaintedScene& scene, const std::vector<std::int32_t>& pan
 std::string write_panels(const Options& o, const PaintedScene& scene) {
   PanelSheets sheets(scene, panel_settings(o, scene));
   const auto panel_of_face = sheets.panel_of_faces(scene.mesh.faces.size());
-  const std::string file =
-      sheets.drawn({car_view(scene, panel_of_face, 40), car_view(scene, panel_of_face, 220)});
+  std::vector<CarView> views;
+  for (const auto& [azimuth, elevation] : {std::pair(0, 10), std::pair(90, 10), std::pair(40, 40),
+                                           std::pair(180, 10), std::pair(270, 10), std::pair(90, 89)})
+    views.push_back(car_view(scene, panel_of_face, azimuth, elevation));
+  const std::string file = sheets.drawn(views);
   io::write_file_atomically(o.panels, std::string_view(file));
   return sheets.summary();
 }

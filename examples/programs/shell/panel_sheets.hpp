@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -41,13 +42,36 @@ struct CarView {
 namespace detail {
 inline constexpr double least_panel_cm = 2;
 
-/// A panel and its tiles that show paint, by row and column from 0.
+/// A panel, and where it is printed: as tiles that show paint, by row and column from 0, or whole beside
+/// others.
 struct PlannedPanel {
   const PaintPanel* panel;
   double width_cm, height_cm;
   TileGrid grid;
   std::vector<std::array<std::size_t, 2>> tiles{};
 };
+
+/// Panels on one sheet, with their lower left corners.
+using SharedSheet = std::vector<std::pair<std::size_t, PagePoint>>;
+
+/// An arrow along a direction of the car on a panel, with its name; none where it points away from the panel.
+inline void draw_arrow(PdfPage& page, const PagePoint& from, const std::array<double, 2>& direction,
+                       const char* name) {
+  constexpr double least = 0.3, length = 0.7, head = 0.18;
+  const double shown = std::hypot(direction[0], direction[1]);
+  if (shown < least) return;
+  const double x = direction[0] / shown, y = direction[1] / shown;
+  const PagePoint to{from[0] + length * x, from[1] + length * y};
+  page.line(from, to);
+  for (const double side : {-0.5, 0.5})
+    page.line(to, {to[0] - head * (x + side * y), to[1] - head * (y - side * x)});
+  page.text({to[0] + 0.08, to[1] + 0.04}, 5, name);
+}
+
+inline void draw_arrows(PdfPage& page, const PagePoint& from, const PaintPanel& panel) {
+  draw_arrow(page, from, panel.to_front, "front");
+  draw_arrow(page, from, panel.to_top, "top");
+}
 }  // namespace detail
 
 /// Lays out and draws the sheets.
@@ -61,6 +85,7 @@ class PanelSheets {
         found_(paint_panels(scene, settings.metres_per_unit)),
         drawing_(scene, file_, settings.path) {
     for (const PaintPanel& panel : found_.panels) plan(panel);
+    share_sheets();
     if (planned_.empty())
       throw Error(ErrorKind::mismatch,
                   "--panels: no painted part is as large as 2 cm; --length sets the metres of the mesh, "
@@ -80,6 +105,7 @@ class PanelSheets {
     add_index(views);
     for (std::size_t i = 0; i < planned_.size(); ++i)
       for (std::size_t tile = 0; tile < planned_[i].tiles.size(); ++tile) add_tile(i, tile);
+    for (const detail::SharedSheet& sheet : shared_) add_shared(sheet);
     return file_.bytes();
   }
 
@@ -101,6 +127,10 @@ class PanelSheets {
       return;
     }
     const Paper& paper = settings_.paper;
+    if (fits_whole(planned)) {
+      planned_.push_back(std::move(planned));
+      return;
+    }
     planned.grid = tile_grid(planned.width_cm, planned.height_cm, paper.width, paper.height);
     const auto lying = tile_grid(planned.width_cm, planned.height_cm, paper.height, paper.width);
     if (lying.columns * lying.rows < planned.grid.columns * planned.grid.rows) planned.grid = lying;
@@ -115,6 +145,68 @@ class PanelSheets {
           planned.tiles.push_back({row, column});
     sheets_ += planned.tiles.size();
     planned_.push_back(std::move(planned));
+  }
+
+  [[nodiscard]] PageBox window() const {
+    return TileGrid{settings_.paper.width, settings_.paper.height}.window();
+  }
+
+  [[nodiscard]] bool fits_whole(const detail::PlannedPanel& planned) const {
+    return planned.width_cm + 2 * around_cm <= window().width &&
+           planned.height_cm + 2 * around_cm + label_cm <= window().height;
+  }
+
+  /// Puts panels that fit on one sheet in rows, the highest first.
+  void share_sheets() {
+    std::vector<std::size_t> whole;
+    for (std::size_t i = 0; i < planned_.size(); ++i)
+      if (planned_[i].tiles.empty()) whole.push_back(i);
+    std::ranges::stable_sort(whole, std::ranges::greater{},
+                             [&](std::size_t i) { return planned_[i].height_cm; });
+    const PageBox box = window();
+    double left = 0, top = 0, row = 0;
+    for (const std::size_t i : whole) {
+      const double width = std::max(planned_[i].width_cm + 2 * around_cm, least_width_cm);
+      const double height = planned_[i].height_cm + 2 * around_cm + label_cm;
+      if (left + width > box.width) {  // the next row
+        top += row;
+        left = row = 0;
+      }
+      if (shared_.empty() || top + height > box.height) {
+        shared_.emplace_back();
+        left = top = row = 0;
+      }
+      shared_.back().push_back(
+          {i,
+           {box.left + left + around_cm, box.bottom + box.height - top - around_cm - planned_[i].height_cm}});
+      left += width;
+      row = std::max(row, height);
+    }
+    sheets_ += shared_.size();
+  }
+
+  void add_shared(const detail::SharedSheet& sheet) {
+    PdfPage page(settings_.paper.width, settings_.paper.height);
+    for (const auto& [i, corner] : sheet) {
+      const PaintPanel& panel = *planned_[i].panel;
+      const PanelPart all{0, 0, panel.width_m, panel.height_m};
+      drawing_.draw(page, panel, all, corner, cm_by_m_, pixel_cm(panel));
+      drawing_.draw_marks(page, panel, all, corner, cm_by_m_);
+      const double baseline = corner[1] - around_cm;
+      page.text({corner[0], baseline}, 8, formatted("%zu", i + 1));
+      detail::draw_arrows(page, {corner[0] + 1.3, baseline}, panel);
+    }
+    page.text(
+        {window().left + 0.3, 2.0}, 9,
+        formatted("%zu panel%s, scale %.4g", sheet.size(), sheet.size() == 1 ? "" : "s", settings_.scale));
+    draw_ruler(page);
+    draw_colours(page);
+    file_.add(std::move(page));
+  }
+
+  /// Between 200 dots an inch and steps that the eye overlooks.
+  [[nodiscard]] double pixel_cm(const PaintPanel& panel) const {
+    return std::clamp(drawing_.pixel_m(panel) * cm_by_m_, 0.0127, 0.1);
   }
 
   /// The part of a panel on a tile: the tile's window, without what lies beyond the panel.
@@ -135,13 +227,13 @@ class PanelSheets {
     const PageBox window = planned.grid.window();
     const PanelPart part = part_of(planned, tile);
     const double bottom = window.bottom + window.height - part.height * cm_by_m_;
-    constexpr double finest = 0.0127, coarsest = 0.1;  // 200 dots an inch, and steps that the eye overlooks
-    drawing_.draw(page, *planned.panel, part, {window.left, bottom}, cm_by_m_,
-                  std::clamp(drawing_.pixel_m(*planned.panel) * cm_by_m_, finest, coarsest));
+    drawing_.draw(page, *planned.panel, part, {window.left, bottom}, cm_by_m_, pixel_cm(*planned.panel));
+    drawing_.draw_marks(page, *planned.panel, part, {window.left, bottom}, cm_by_m_);
     draw_marks(page, planned.grid, tile);
     page.text({window.left + 0.3, 2.0}, 9,
               formatted("panel %zu, tile %zu of %zu, row %zu column %zu, scale %.4g", index + 1, number + 1,
                         planned.tiles.size(), tile[0] + 1, tile[1] + 1, settings_.scale));
+    detail::draw_arrows(page, {window.left + window.width - 1.2, 2.0}, *planned.panel);
     draw_ruler(page);
     draw_colours(page);
     file_.add(std::move(page));
@@ -158,8 +250,10 @@ class PanelSheets {
     page.text({margin, top -= 0.5}, 7,
               "Print at 100 %, and check that the ruler of a sheet is 5 cm long. Cut tiles at the outer "
               "marks; the edge of the next tile lies at the inner marks.");
-    page.text({margin, top -= 0.35}, 7,
-              "Stretch: lengths on the car over lengths on the panel, for 98 % of its area.");
+    page.text(
+        {margin, top -= 0.35}, 7,
+        "Stretch: lengths on the car over lengths on the panel, for 90 % of its area. Equal numbers beside "
+        "two panels mark the same point of the car.");
     top -= 0.3;
     top -= draw_views(page, views, top);
     const auto columns = static_cast<std::size_t>((paper.width - 2 * margin) / cell_width);
@@ -178,25 +272,30 @@ class PanelSheets {
   void draw_cell(PdfPage& page, std::size_t index, const PagePoint& corner) {
     constexpr double width = 4.3, height = 2.9;
     const auto& [panel, width_cm, height_cm, grid, tiles] = planned_[index];
+    const std::size_t sheets = std::max<std::size_t>(tiles.size(), 1);
     const double cm_by_m = std::min(width / panel->width_m, height / panel->height_m);
     drawing_.draw(page, *panel, {0, 0, panel->width_m, panel->height_m}, {corner[0], corner[1] + 1.1},
                   cm_by_m, width / 300);
     page.text({corner[0], corner[1] + 0.7}, 8,
-              formatted("%zu: %.1f x %.1f cm, %zu sheet%s", index + 1, width_cm, height_cm, tiles.size(),
-                        tiles.size() == 1 ? "" : "s"));
+              formatted("%zu: %.1f x %.1f cm, %zu sheet%s", index + 1, width_cm, height_cm, sheets,
+                        sheets == 1 ? "" : "s"));
     page.text({corner[0], corner[1] + 0.35}, 7,
-              formatted("stretch %.3g to %.3g", panel->stretch[0], panel->stretch[1]));
+              formatted("stretch %.3f to %.3f", panel->stretch[0], panel->stretch[1]));
+    detail::draw_arrows(page, {corner[0] + width - 0.9, corner[1] + 0.25}, *panel);
   }
 
   /// \returns the height that the views take
   double draw_views(PdfPage& page, const std::vector<CarView>& views, double top) {
-    const double width = (page.box().width - 2 * margin_cm) / static_cast<double>(views.size());
-    double most = 0;
+    constexpr std::size_t columns = 3;
+    const double width = (page.box().width - 2 * margin_cm) / columns;
+    double taken = 0;
     for (std::size_t i = 0; i < views.size(); ++i) {
       const Bitmap& picture = views[i].picture;
       const double height =
           width * static_cast<double>(picture.shape(0)) / static_cast<double>(picture.shape(1));
-      const double left = margin_cm + width * static_cast<double>(i);
+      const double left = margin_cm + width * static_cast<double>(i % columns);
+      if (i > 0 && i % columns == 0) top -= height;
+      if (i % columns == 0) taken += height;
       page.picture({left, top - height, width, height}, file_.add_picture(settings_.path, picture));
       for (const auto& [panel, right, down] : views[i].labels) {
         const std::string number = std::to_string(panel + 1);
@@ -205,9 +304,8 @@ class PanelSheets {
         page.area({middle[0] - digits / 2 - 0.05, middle[1] - 0.16, digits + 0.1, 0.32}, {1, 1, 1});
         page.text({middle[0] - digits / 2, middle[1] - 0.1}, 8, number);
       }
-      most = std::max(most, height);
     }
-    return most;
+    return taken;
   }
 
   PanelSettings settings_;
@@ -216,7 +314,11 @@ class PanelSheets {
   PdfFile file_;
   PanelDrawing drawing_;
   std::vector<detail::PlannedPanel> planned_;
+  std::vector<detail::SharedSheet> shared_{};
   std::size_t sheets_ = 0, small_ = 0;
+
+  /// Room around panels that share a sheet, for marks, for a label, and for its arrows.
+  static constexpr double around_cm = 0.9, label_cm = 0.7, least_width_cm = 4;
 };
 
 }  // namespace tapestry::shell

@@ -74,7 +74,11 @@ const std::map<std::string, Counts>& counts() {
     known["If"] = {1, any};
     known["Loop"] = {2, any};
     for (const char* name : {"ConvInteger", "MatMulInteger"}) known[name] = {2, 4};
-    for (const char* name : {"DequantizeLinear", "QuantizeLinear"}) known[name] = {2, 3};
+    for (const char* name :
+         {"DequantizeLinear", "QuantizeLinear", "NegativeLogLikelihoodLoss", "SoftmaxCrossEntropyLoss"})
+      known[name] = {2, 3};
+    known["Compress"] = {2, 2};
+    known["DeformConv"] = {3, 5};
     known["QLinearConv"] = {8, 9};
     known["QLinearMatMul"] = {8, 8};
     known["LSTM"] = {3, 8};
