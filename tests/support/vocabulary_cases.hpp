@@ -283,6 +283,16 @@ inline void add_decomposed_cases(std::vector<VocabularyCase>& all) {
   all.push_back({"Col2Im", {drawn({1, 4, 4}), setting({2}, {3, 3}), setting({2}, {2, 2})}, {}, 18});
   all.push_back({"DequantizeLinear", {drawn({2, 3}), drawn({3}, 0.5, 2), drawn({3})}});
   all.push_back({"com.microsoft.QuickGelu", {drawn({2, 3})}});
+  all.push_back({"Compress",
+                 {drawn({3, 2}), setting({3}, {0, 1, 1}, nn::ElementType::boolean)},
+                 {{"axis", std::int64_t(0)}}});
+  all.push_back(
+      {"DeformConv",
+       {drawn({1, 2, 4, 4}), drawn({2, 2, 2, 2}), drawn({1, 8, 3, 3}), drawn({2}), drawn({1, 4, 3, 3})},
+       {},
+       19});
+  for (const char* loss : {"NegativeLogLikelihoodLoss", "SoftmaxCrossEntropyLoss"})
+    all.push_back({loss, {drawn({2, 3}), setting({2}, {0, 2}), drawn({3}, 0.5, 2)}});
   const Ints pads{1, 1};
   all.push_back({"Conv", {drawn({1, 2, 4}), drawn({3, 2, 3}), drawn({3})}, {{"pads", pads}}});
   all.push_back({"ConvTranspose", {drawn({1, 2, 3}), drawn({2, 3, 2})}, {{"strides", Ints{2}}}});
