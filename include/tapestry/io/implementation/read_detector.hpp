@@ -118,10 +118,9 @@ template <std::floating_point T>
   }
   throw Error(ErrorKind::usage, {files.weights,
                                  ": its outputs are not those of a detector that is known by its layers "
-                                 "(YOLOX, NanoDet, torchvision's); "
-                                 "--detector must define them: the name of a family, such as yolov5 or "
-                                 "yolov8, or a file, which may also "
-                                 "stand beside the model, of its name with the ending .json"});
+                                 "(YOLOX, NanoDet, torchvision's); a description must define them: the name "
+                                 "of a family, such as yolov5 or yolov8, or a file, which may also stand "
+                                 "beside the model, of its name with the ending .json"});
 }
 
 /// Gives a detector the class names that its model's metadata have, see parse_exported_names(). A class
