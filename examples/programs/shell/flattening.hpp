@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tuple>
@@ -24,6 +25,9 @@ struct FlatPart {
   std::vector<std::size_t> faces{};  ///< of the mesh
   /// Of each face's corners, in units of the mesh. Seen from outside, where corners turn to the left.
   std::vector<std::array<std::array<double, 2>, 3>> places{};
+  /// Edges that no other face of the part has: a face's place in `faces`, and the corner where its edge
+  /// begins.
+  std::vector<std::array<std::size_t, 2>> rim{};
   /// Lengths on the surface over lengths on the flat part, along the directions of most and least stretch:
   /// the 5th and the 95th percentile, by area.
   std::array<double, 2> stretch{1, 1};
@@ -165,17 +169,20 @@ class CutSurface {
 /// Gotsman and Gortler, "A Local/Global Approach to Mesh Parameterization" (SGP 2008), as rigid as possible.
 class FlatLayout {
  public:
-  FlatLayout(const CutSurface& surface, const std::vector<std::size_t>& part)
-      : surface_(surface), part_(part) {
+  FlatLayout(const CutSurface& surface, std::vector<std::size_t> part)
+      : surface_(&surface), part_(std::move(part)) {
     // Faces that touch at a corner only are apart there: corners of faces are joined across borders.
     number_corners();
-    if (part.size() == 1) {
-      for (std::size_t k = 0; k < 3; ++k) places_[vertices_[0][k]] = surface.plane(part[0]).corners[k];
+    if (part_.size() == 1) {
+      for (std::size_t k = 0; k < 3; ++k) places_[vertices_[0][k]] = surface.plane(part_[0]).corners[k];
       return;
     }
     project();
     relax();
   }
+
+  /// The faces of the surface that lie there.
+  [[nodiscard]] const std::vector<std::size_t>& part() const { return part_; }
 
   [[nodiscard]] std::array<Flat, 3> flat(std::size_t i) const {
     return {places_[vertices_[i][0]], places_[vertices_[i][1]], places_[vertices_[i][2]]};
@@ -185,11 +192,23 @@ class FlatLayout {
   [[nodiscard]] std::vector<std::array<double, 2>> scales() const {
     std::vector<std::array<double, 2>> all;
     for (std::size_t i = 0; i < part_.size(); ++i) {
-      const OwnPlane& own = surface_.plane(part_[i]);
+      const OwnPlane& own = surface_->plane(part_[i]);
       for (const double scale : scales_of(own.corners, flat(i))) all.push_back({scale, own.area});
     }
     std::ranges::sort(all);
     return all;
+  }
+
+  /// See FlatPart.
+  [[nodiscard]] std::vector<std::array<std::size_t, 2>> rim() const {
+    std::map<std::pair<std::size_t, std::size_t>, std::vector<std::array<std::size_t, 2>>> edges;
+    for (std::size_t i = 0; i < part_.size(); ++i)
+      for (std::size_t k = 0; k < 3; ++k)
+        edges[std::minmax(vertices_[i][k], vertices_[i][(k + 1) % 3])].push_back({i, k});
+    std::vector<std::array<std::size_t, 2>> found;
+    for (const auto& [ends, of_faces] : edges)
+      if (of_faces.size() == 1) found.push_back(of_faces[0]);
+    return found;
   }
 
   [[nodiscard]] bool overlaps_or_flips() const {
@@ -206,27 +225,20 @@ class FlatLayout {
     double left, right, bottom, top;
   };
 
-  /// Edges of one face only.
-  [[nodiscard]] std::vector<Segment> rim() const {
-    std::map<std::pair<std::size_t, std::size_t>, std::size_t> counts;
-    for (const auto& corners : vertices_)
-      for (std::size_t k = 0; k < 3; ++k) ++counts[std::minmax(corners[k], corners[(k + 1) % 3])];
-    std::vector<Segment> segments;
-    for (const auto& [ends, count] : counts) {
-      if (count != 1) continue;
-      const Flat a = places_[ends.first], b = places_[ends.second];
-      segments.push_back({{ends.first, ends.second},
-                          std::min(a.real(), b.real()),
-                          std::max(a.real(), b.real()),
-                          std::min(a.imag(), b.imag()),
-                          std::max(a.imag(), b.imag())});
-    }
-    return segments;
+  [[nodiscard]] Segment segment(const std::array<std::size_t, 2>& edge) const {
+    const std::size_t from = vertices_[edge[0]][edge[1]], to = vertices_[edge[0]][(edge[1] + 1) % 3];
+    const Flat a = places_[from], b = places_[to];
+    return {{from, to},
+            std::min(a.real(), b.real()),
+            std::max(a.real(), b.real()),
+            std::min(a.imag(), b.imag()),
+            std::max(a.imag(), b.imag())};
   }
 
   /// Whether edges of the rim cross: without turned faces, a part overlaps itself only there.
   [[nodiscard]] bool rim_crosses_itself() const {
-    auto segments = rim();
+    std::vector<Segment> segments;
+    for (const auto& edge : rim()) segments.push_back(segment(edge));
     std::ranges::sort(segments, {}, &Segment::left);
     const auto side = [&](const Segment& line, std::size_t vertex) {
       const Flat a = places_[line.ends[0]];
@@ -256,12 +268,12 @@ class FlatLayout {
     std::map<std::size_t, std::size_t> own;  // of a face of the surface, its place in the part
     for (std::size_t i = 0; i < part_.size(); ++i) own[part_[i]] = i;
     for (std::size_t i = 0; i < part_.size(); ++i)
-      for (const auto& border : surface_.borders(part_[i])) {
+      for (const auto& border : surface_->borders(part_[i])) {
         const auto found = own.find(border.other);
         if (found == own.end()) continue;
         for (std::size_t k = 0; k < 3; ++k)
           for (std::size_t l = 0; l < 3; ++l)
-            if (surface_.corners(part_[i])[k] == surface_.corners(border.other)[l])
+            if (surface_->corners(part_[i])[k] == surface_->corners(border.other)[l])
               parent[root(3 * i + k)] = root(3 * found->second + l);
       }
     std::map<std::size_t, std::size_t> numbers;
@@ -276,7 +288,7 @@ class FlatLayout {
   void project() {
     geometry::Vector3 normal{0, 0, 0};
     for (const std::size_t i : part_)
-      normal = geometry::add(normal, geometry::scale(surface_.normal(i), surface_.plane(i).area));
+      normal = geometry::add(normal, geometry::scale(surface_->normal(i), surface_->plane(i).area));
     normal = geometry::normalised(normal);
     const geometry::Vector3 other =
         std::abs(normal[2]) < 0.9 ? geometry::Vector3{0, 0, 1} : geometry::Vector3{1, 0, 0};
@@ -284,7 +296,7 @@ class FlatLayout {
                up = geometry::cross(normal, right);
     for (std::size_t i = 0; i < part_.size(); ++i)
       for (std::size_t k = 0; k < 3; ++k) {
-        const auto& position = surface_.position(surface_.corners(part_[i])[k]);
+        const auto& position = surface_->position(surface_->corners(part_[i])[k]);
         places_[vertices_[i][k]] = Flat(geometry::dot(position, right), geometry::dot(position, up));
       }
   }
@@ -300,7 +312,7 @@ class FlatLayout {
     std::vector<Eigen::Triplet<double>> entries;
     weights_.resize(part_.size());
     for (std::size_t i = 0; i < part_.size(); ++i) {
-      const auto& corners = surface_.plane(part_[i]).corners;
+      const auto& corners = surface_->plane(part_[i]).corners;
       for (std::size_t k = 0; k < 3; ++k) {
         const Flat p = corners[k] - corners[(k + 2) % 3], q = corners[(k + 1) % 3] - corners[(k + 2) % 3];
         const Flat turned = std::conj(p) * q;
@@ -323,7 +335,7 @@ class FlatLayout {
   [[nodiscard]] Eigen::MatrixX2d wanted() const {
     Eigen::MatrixX2d sums = Eigen::MatrixX2d::Zero(static_cast<Eigen::Index>(places_.size()), 2);
     for (std::size_t i = 0; i < part_.size(); ++i) {
-      const auto& own = surface_.plane(part_[i]).corners;
+      const auto& own = surface_->plane(part_[i]).corners;
       Flat sum = 0;
       for (std::size_t k = 0; k < 3; ++k)
         sum += weights_[i][k] * (places_[vertices_[i][(k + 1) % 3]] - places_[vertices_[i][k]]) *
@@ -351,8 +363,8 @@ class FlatLayout {
 
   static constexpr double anchor = 1e-6;  ///< the whole may lie anywhere
   static constexpr int rounds = 20;
-  const CutSurface& surface_;
-  const std::vector<std::size_t>& part_;
+  const CutSurface* surface_;
+  std::vector<std::size_t> part_;
   std::vector<std::array<std::size_t, 3>> vertices_{};
   std::vector<Flat> places_{};
   std::vector<std::array<double, 3>> weights_{};  ///< of the edges from corner k of a face to the next
@@ -379,18 +391,17 @@ class Flattening {
     std::iota(all.begin(), all.end(), std::size_t{0});
     waiting_ = surface_.connected(all);
     while (!waiting_.empty()) {
-      std::vector<std::size_t> part = std::move(waiting_.back());
+      FlatLayout layout(surface_, std::move(waiting_.back()));
       waiting_.pop_back();
-      const FlatLayout layout(surface_, part);
-      if (part.size() == 1 || is_flat(layout)) {
-        done_.push_back(std::move(part));
+      if (layout.part().size() == 1 || is_flat(layout)) {
+        done_.push_back(std::move(layout));
         continue;
       }
-      for (auto& half : halves(part)) waiting_.push_back(std::move(half));
+      for (auto& half : halves(layout.part())) waiting_.push_back(std::move(half));
     }
     join();
     std::vector<FlatPart> flat;
-    for (const auto& part : done_) flat.push_back(made(part));
+    for (const auto& layout : done_) flat.push_back(made(*layout));
     return flat;
   }
 
@@ -401,11 +412,11 @@ class Flattening {
     return quantile(scales, 0.005) >= 1 / most_ && quantile(scales, 0.995) <= most_;
   }
 
-  [[nodiscard]] FlatPart made(const std::vector<std::size_t>& part) const {
-    const FlatLayout layout(surface_, part);
+  [[nodiscard]] FlatPart made(const FlatLayout& layout) const {
     FlatPart flat;
-    for (std::size_t i = 0; i < part.size(); ++i) {
-      flat.faces.push_back(surface_.face(part[i]));
+    flat.rim = layout.rim();
+    for (std::size_t i = 0; i < layout.part().size(); ++i) {
+      flat.faces.push_back(surface_.face(layout.part()[i]));
       const auto corners = layout.flat(i);
       auto& places = flat.places.emplace_back();
       for (std::size_t k = 0; k < 3; ++k) places[k] = {corners[k].real(), corners[k].imag()};
@@ -484,10 +495,10 @@ class Flattening {
   void join() {
     std::vector<std::size_t> owner(surface_.size());
     for (std::size_t p = 0; p < done_.size(); ++p)
-      for (const std::size_t i : done_[p]) owner[i] = p;
+      for (const std::size_t i : done_[p]->part()) owner[i] = p;
     const auto area_of = [&](std::size_t p) {
       double sum = 0;
-      for (const std::size_t i : done_[p]) sum += surface_.plane(i).area;
+      for (const std::size_t i : done_[p]->part()) sum += surface_.plane(i).area;
       return sum;
     };
     std::vector<std::size_t> order(done_.size());
@@ -495,7 +506,7 @@ class Flattening {
     std::ranges::stable_sort(order, {}, area_of);
     for (const std::size_t p : order) {
       std::map<std::size_t, double> borders;
-      for (const std::size_t i : done_[p])
+      for (const std::size_t i : done_[p]->part())
         for (const auto& border : surface_.borders(i))
           if (owner[border.other] != p) borders[owner[border.other]] += border.length;
       std::vector<std::pair<double, std::size_t>> tries;
@@ -503,21 +514,23 @@ class Flattening {
       std::ranges::sort(tries);
       for (std::size_t k = 0; k < std::min<std::size_t>(tries.size(), 3); ++k) {
         const std::size_t other = tries[k].second;
-        std::vector<std::size_t> both = done_[other];
-        both.insert(both.end(), done_[p].begin(), done_[p].end());
-        if (!is_flat(FlatLayout(surface_, both))) continue;
-        for (const std::size_t i : done_[p]) owner[i] = other;
-        done_[other] = std::move(both);
-        done_[p].clear();
+        std::vector<std::size_t> both = done_[other]->part();
+        both.insert(both.end(), done_[p]->part().begin(), done_[p]->part().end());
+        FlatLayout joined(surface_, std::move(both));
+        if (!is_flat(joined)) continue;
+        for (const std::size_t i : done_[p]->part()) owner[i] = other;
+        done_[other] = std::move(joined);
+        done_[p].reset();
         break;
       }
     }
-    std::erase_if(done_, [](const auto& part) { return part.empty(); });
+    std::erase_if(done_, [](const auto& layout) { return !layout; });
   }
 
   CutSurface surface_;
   double most_;
-  std::vector<std::vector<std::size_t>> waiting_{}, done_{};
+  std::vector<std::vector<std::size_t>> waiting_{};
+  std::vector<std::optional<FlatLayout>> done_{};  ///< empty where it was joined to another
 };
 }  // namespace detail
 

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <limits>
 #include <map>
-#include <optional>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <utility>
@@ -19,11 +18,6 @@ namespace tapestry::shell {
 struct PaintPanel {
   using Place = std::array<double, 2>;
 
-  /// Where it is cut.
-  struct Rim {
-    std::array<Place, 2> ends_m;
-    std::optional<std::size_t> neighbour{};  ///< the panel that goes on there
-  };
   /// A number that stands beside the same point of the rim of two panels.
   struct Mark {
     std::size_t number;
@@ -33,13 +27,19 @@ struct PaintPanel {
   std::vector<std::size_t> faces{};
   std::vector<std::array<Place, 3>> places_m{};  ///< of the corners of each face
   double width_m = 0, height_m = 0;
-  double area_m2 = 0;  ///< of the faces
-  std::vector<Rim> rim{};
+  double area_m2 = 0;                             ///< of the faces
+  std::vector<std::array<std::size_t, 2>> rim{};  ///< where it is cut, see FlatPart
   std::vector<Mark> marks{};
   std::array<double, 2> stretch{1, 1};  ///< see FlatPart
   /// The car's directions on the panel, with the length that they have there: near 0 where they point away
   /// from it.
   Place to_front{}, to_top{};
+
+  /// The ends of an edge of the rim.
+  [[nodiscard]] std::array<Place, 2> ends_m(const std::array<std::size_t, 2>& edge) const {
+    const auto& [face, corner] = edge;
+    return {places_m[face][corner], places_m[face][(corner + 1) % 3]};
+  }
 };
 
 /// Panels, the largest area first, and the number of faces that no panel has, as they have no area.
@@ -92,6 +92,7 @@ inline PaintPanel panel_of(const geometry::Mesh& mesh, const FlatPart& part, dou
   PaintPanel panel;
   panel.faces = part.faces;
   panel.stretch = part.stretch;
+  panel.rim = part.rim;
   const auto to_front = mean_slope(mesh, part, 0), to_top = mean_slope(mesh, part, 2);
   constexpr double level = 0.35;
   const auto& up = std::hypot(to_top[0], to_top[1]) > level ? to_top : to_front;
@@ -120,12 +121,18 @@ inline PaintPanel panel_of(const geometry::Mesh& mesh, const FlatPart& part, dou
   return panel;
 }
 
-/// Finds where panels are cut, and marks points that two of them share.
+/// Finds edges that two panels share, and marks points on them.
 class PanelRims {
  public:
   PanelRims(const geometry::Mesh& mesh, std::vector<PaintPanel>& panels) : panels_(panels) {
-    for (std::size_t p = 0; p < panels.size(); ++p) collect(mesh, p);
-    for (auto& [ends, edges] : edges_) match(edges);
+    std::map<std::pair<geometry::Vector3, geometry::Vector3>, std::vector<Edge>> at;
+    for (std::size_t p = 0; p < panels.size(); ++p)
+      for (const auto& edge : panels[p].rim) {
+        const std::size_t face = panels[p].faces[edge[0]];
+        const auto from = place_of(mesh, face, edge[1]), to = place_of(mesh, face, (edge[1] + 1) % 3);
+        at[std::minmax(from, to)].push_back({p, edge, from < to});
+      }
+    for (const auto& [ends, edges] : at) match(edges);
   }
 
   /// \param spacing_m  of marks between two panels, at least
@@ -148,47 +155,22 @@ class PanelRims {
 
  private:
   struct Edge {
-    std::size_t panel, face, corner;  ///< of the panel's faces, from this corner to the next
+    std::size_t panel;
+    std::array<std::size_t, 2> of_rim;
     bool is_forwards;
   };
 
-  void collect(const geometry::Mesh& mesh, std::size_t p) {
-    const PaintPanel& panel = panels_[p];
-    std::map<std::array<PaintPanel::Place, 2>, std::pair<std::size_t, Edge>> counts;
-    std::map<std::array<PaintPanel::Place, 2>, std::array<geometry::Vector3, 2>> on_car;
-    for (std::size_t i = 0; i < panel.faces.size(); ++i)
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t next = (k + 1) % 3;
-        std::array<PaintPanel::Place, 2> flat{panel.places_m[i][k], panel.places_m[i][next]};
-        std::array<geometry::Vector3, 2> car{place_of(mesh, panel.faces[i], k),
-                                             place_of(mesh, panel.faces[i], next)};
-        const bool is_forwards = car[0] < car[1];
-        if (!is_forwards) std::swap(car[0], car[1]);
-        if (flat[1] < flat[0]) std::swap(flat[0], flat[1]);
-        auto& [count, edge] = counts[flat];
-        ++count;
-        edge = {p, i, k, is_forwards};
-        on_car[flat] = car;
-      }
-    for (const auto& [flat, counted] : counts)
-      if (counted.first == 1) edges_[on_car[flat]].push_back(counted.second);
-  }
-
-  void match(std::vector<Edge>& edges) {
-    for (std::size_t i = 0; i < edges.size(); ++i) {
-      std::optional<std::size_t> partner;
-      for (std::size_t k = 0; k < edges.size() && !partner; ++k)
-        if (edges[k].is_forwards != edges[i].is_forwards) partner = k;
-      panels_[edges[i].panel].rim.push_back({ends_of(edges[i]), {}});
-      if (!partner) continue;
-      panels_[edges[i].panel].rim.back().neighbour = edges[*partner].panel;
-      if (*partner > i) pairs_.push_back({edges[i], edges[*partner]});
+  /// Pairs edges at one place of the car that run opposite ways.
+  void match(const std::vector<Edge>& edges) {
+    for (auto edge = edges.begin(); edge != edges.end(); ++edge) {
+      const auto partner = std::ranges::find_if(
+          edges, [&](const Edge& other) { return other.is_forwards != edge->is_forwards; });
+      if (partner != edges.end() && partner > edge) pairs_.push_back({*edge, *partner});
     }
   }
 
   [[nodiscard]] std::array<PaintPanel::Place, 2> ends_of(const Edge& edge) const {
-    const auto& places = panels_[edge.panel].places_m[edge.face];
-    return {places[edge.corner], places[(edge.corner + 1) % 3]};
+    return panels_[edge.panel].ends_m(edge.of_rim);
   }
   [[nodiscard]] PaintPanel::Place middle_of(const Edge& edge) const {
     const auto [a, b] = ends_of(edge);
@@ -202,7 +184,6 @@ class PanelRims {
   }
 
   std::vector<PaintPanel>& panels_;
-  std::map<std::array<geometry::Vector3, 2>, std::vector<Edge>> edges_{};
   std::vector<std::pair<Edge, Edge>> pairs_{};
 };
 }  // namespace detail

@@ -55,8 +55,8 @@ class PanelDrawing {
     page.picture(box, file_.add_picture(path_, picture(panel, faces, part, pixel / cm_by_m)));
     page.end_clip();
     page.begin_clip(box);
-    for (const PaintPanel::Rim& rim : panel.rim) {
-      const auto& [from, to] = rim.ends_m;
+    for (const auto& edge : panel.rim) {
+      const auto [from, to] = panel.ends_m(edge);
       if (std::max(from[0], to[0]) >= part.left && std::min(from[0], to[0]) <= part.left + part.width &&
           std::max(from[1], to[1]) >= part.bottom && std::min(from[1], to[1]) <= part.bottom + part.height)
         page.line(on_page(from), on_page(to), 0.3);
@@ -64,8 +64,7 @@ class PanelDrawing {
     page.end_clip();
   }
 
-  /// Draws the marks of a part that its neighbours have, too: a stroke across the rim, and its number
-  /// outside.
+  /// Draws the marks of a part: a stroke across the rim, and its number outside.
   void draw_marks(PdfPage& page, const PaintPanel& panel, const PanelPart& part, const PagePoint& corner,
                   double cm_by_m) const {
     constexpr double stroke = 0.25, text_pt = 6;

@@ -44,8 +44,8 @@ struct DecodedOutputs {
   /// K, of an end-to-end output: each candidate has one score and, behind it, the number of its class. 0: it
   /// has a score for each class. Objectness, background and softmax are not for end-to-end outputs.
   std::size_t classes = 0;
-  /// Of an end-to-end output in three parts: name of the numbers of the classes, [N]; boxes are [N, 4],
-  /// scores [N]. Empty: these are one output.
+  /// Names the numbers of the classes, [N], where an end-to-end output has three parts, with boxes [N, 4] and
+  /// scores [N]. Empty: they are one output.
   std::string labels{};
   /// Width and height of the picture in whose pixels boxes are, of values within networks that resize their
   /// input; 0: the input's own.
@@ -70,11 +70,10 @@ struct OutputClaim {
   std::atomic<bool> is_judged = false;
 };
 
-/// Names of values that were added to a network.
+/// Names of values that were added to a network: logits are [1, 4 + K, 1, N], scores, of whose values the
+/// description states something, [1, N, channels] or [1, channels, N].
 struct AddedOutputs {
-  std::string logits{};  ///< [1, 4 + K, 1, N]
-  std::string
-      scores{};  ///< what the description states of their values: [1, N, channels] or [1, channels, N]
+  std::string logits{}, scores{};
 };
 
 /// Adds the nodes that make a head's logits of decoded outputs to a network.
@@ -114,7 +113,8 @@ class DecodedOutputNodes {
   std::string along(std::int64_t axis, const std::string& operation, const std::string& from);
   /// The last `axes` axes behind one of extent 1.
   std::string of_one_picture(const std::string& from, std::int64_t axes);
-  std::string column(const std::string& from);
+  /// [1, N, 1] of [N] or [1, N].
+  std::string column(const std::string& from) { return along(2, "Unsqueeze", of_one_picture(from, 1)); }
   /// Boxes, [1, N, 4], of the surest classes.
   /// \param boxes   [1, N, K, 4]
   /// \param scores  [1, N, K]

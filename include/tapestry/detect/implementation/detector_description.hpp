@@ -93,13 +93,6 @@ std::string DecodedOutputNodes::of_one_picture(const std::string& from, std::int
   return node("Reshape", {from, shape}, {{"allowzero", std::int64_t(1)}});
 }
 
-std::string DecodedOutputNodes::column(const std::string& from) {
-  const std::string extent = rows(node("Shape", {from}, {}), -1, to_the_end, 0);
-  const std::string shape =
-      node("Concat", {integers({1}), extent, integers({1})}, {{"axis", std::int64_t(0)}});
-  return node("Reshape", {from, shape}, {{"allowzero", std::int64_t(1)}});
-}
-
 std::string DecodedOutputNodes::surest(const std::string& boxes, const std::string& scores) {
   const std::string of_classes = classes_only(scores, 2);
   const std::string are_surest = node("Equal", {of_classes, along(2, "ReduceMax", of_classes)}, {});

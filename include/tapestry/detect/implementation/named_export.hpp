@@ -121,14 +121,27 @@ class TorchvisionExport {
   std::optional<PickedValue> boxes_{}, scores_{}, labels_{};
 };
 
+/// Boxes and the logistic function of logits, joined to the only output of a network: YOLOv8 and its
+/// successors.
+struct JoinedOutput {
+  const nn::Node* concat = nullptr;  ///< null if the output is not joined of two values
+  const nn::Node* curve = nullptr;   ///< null if the second one is no logistic function
+};
+
+[[nodiscard]] inline JoinedOutput joined_output(const nn::NetworkDescription& network) {
+  const nn::Node* const concat =
+      network.outputs.size() == 1 ? nn::maker_of(network, network.outputs.front()) : nullptr;
+  if (concat == nullptr || concat->operation != "Concat" || concat->inputs.size() != 2) return {};
+  const nn::Node* const curve = nn::maker_of(network, concat->inputs[1]);
+  return {concat, curve != nullptr && curve->operation == "Sigmoid" ? curve : nullptr};
+}
+
 /// Outputs of YOLOv8 and its successors: where boxes and scores are joined, the logits of these.
 [[nodiscard]] inline DetectorDescription yolov8_description(const nn::NetworkDescription& network) {
   DetectorDescription description;
   description.fit = {image::FitKind::letterbox, 114.0 / 255};
-  const std::string& output = network.outputs.front();
-  const nn::Node* const concat = nn::maker_of(network, output);
-  if (network.outputs.size() != 1 || concat == nullptr || concat->operation != "Concat" ||
-      concat->inputs.size() != 2) {
+  const JoinedOutput output = joined_output(network);
+  if (output.concat == nullptr) {
     description.head = HeadKind::yolov8;
     description.strides = {8, 16, 32};
     return description;
@@ -136,14 +149,11 @@ class TorchvisionExport {
   description.head = HeadKind::boxes_and_scores;
   DecodedOutputs& decoded = description.decoded;
   decoded.channels_first = true;
-  const nn::Node* const curve = nn::maker_of(network, concat->inputs[1]);
-  if (curve != nullptr && curve->operation == "Sigmoid") {
-    decoded.boxes = concat->inputs[0];
-    decoded.scores = curve->inputs.at(0);
-    decoded.score_form = ScoreForm::logits;
-  } else {
-    decoded.boxes = decoded.scores = output;
-  }
+  decoded.boxes = decoded.scores = network.outputs.front();
+  if (output.curve == nullptr) return description;
+  decoded.boxes = output.concat->inputs[0];
+  decoded.scores = output.curve->inputs.at(0);
+  decoded.score_form = ScoreForm::logits;
   return description;
 }
 
@@ -181,19 +191,15 @@ std::map<std::string, nn::Shape> picture_extents(const nn::NetworkDescription& n
   if (axis == 1) extents.insert(extents.begin(), 1);
   return {{network.inputs.front().name, std::move(extents)}};
 }
+
 bool is_export_name(std::string_view name) {
   return std::ranges::find(export_names, name) != export_names.end();
 }
 
 std::string_view recognised_export(const nn::NetworkDescription& network) {
   if (detail::TorchvisionExport(network).is_known()) return "torchvision";
-  const nn::Node* const concat =
-      network.outputs.size() == 1 ? nn::maker_of(network, network.outputs.front()) : nullptr;
-  if (!network.metadata.contains("stride") || concat == nullptr || concat->operation != "Concat" ||
-      concat->inputs.size() != 2)
-    return {};
-  const nn::Node* const curve = nn::maker_of(network, concat->inputs[1]);
-  return curve != nullptr && curve->operation == "Sigmoid" ? "yolov8" : "";
+  const bool is_of_ultralytics = network.metadata.contains("stride");
+  return is_of_ultralytics && detail::joined_output(network).curve != nullptr ? "yolov8" : "";
 }
 
 DetectorDescription named_export(const nn::NetworkDescription& network, std::string_view name,
@@ -228,8 +234,7 @@ DetectorDescription named_export(const nn::NetworkDescription& network, std::str
   if (!outputs.is_known())
     throw FileError(ErrorKind::mismatch,
                     {network.path, "", "not an export of a torchvision detector",
-                     "boxes, scores and labels that are "
-                     "picked from candidates",
+                     "boxes, scores and labels that are picked from candidates",
                      std::to_string(network.outputs.size()) + " outputs of other kinds"});
   if (!outputs.has_softmax()) need_classes();
   return outputs.description(classes, picture_extents(network, size));

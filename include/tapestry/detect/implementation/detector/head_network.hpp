@@ -142,9 +142,8 @@ template <std::floating_point T>
 /// \param stages   receives the network if its extents depend on the picture; then another one is returned,
 ///                 which only has its input
 /// \param show     makes the same with the heads' outputs; gets whether these may lack the picture's axis
-/// \throws FileError (mismatch) as nn::Network, or as require_decodable() where the nodes that decode
-/// outputs
-///         do not fit these
+/// \throws FileError (mismatch) as nn::Network, or as require_decodable() where the nodes that decode the
+///         outputs do not fit these
 template <std::floating_point T, class Show>
 [[nodiscard]] nn::Network<T> network_of_heads(const nn::NetworkDescription& network,
                                               const DetectorDescription& kind,

@@ -39,8 +39,10 @@ class DeformableConvolution {
   }
 
   void write() {
+    const std::string places = unmoved(), scale = units_a_pixel();
     std::vector<std::string> groups;
-    for (std::size_t group = 0; group < offset_groups_; ++group) groups.push_back(looked_up(group));
+    for (std::size_t group = 0; group < offset_groups_; ++group)
+      groups.push_back(looked_up(group, places, scale));
     const std::string all =
         groups.size() == 1 ? groups[0] : parts_.add("Concat", groups, {{"axis", std::int64_t{1}}});
     Decomposer::Names operands{parts_.reshaped(all, {x_[0], x_[1] * points_, offsets_[2], offsets_[3]}),
@@ -69,9 +71,18 @@ class DeformableConvolution {
     return parts_.constant({shape, ElementType::floating, std::move(values)});
   }
 
-  /// What the channels of an offset group have at each point of the kernel: [N, channels, points, rows,
+  /// GridSample's units by pixels, x first.
+  [[nodiscard]] std::string units_a_pixel() {
+    return parts_.constant(
+        {{2},
+         ElementType::floating,
+         std::vector<double>{2 / static_cast<double>(x_[3]), 2 / static_cast<double>(x_[2])}});
+  }
+
+  /// Looks up the channels of an offset group at each point of the kernel: [N, channels, points, rows,
   /// columns].
-  [[nodiscard]] std::string looked_up(std::size_t group) {
+  [[nodiscard]] std::string looked_up(std::size_t group, const std::string& places,
+                                      const std::string& scale) {
     const std::size_t n = x_[0], rows = offsets_[2], columns = offsets_[3], channels = x_[1] / offset_groups_;
     const auto of_group = [&](const std::string& value, std::size_t count) {
       if (offset_groups_ == 1) return value;
@@ -82,11 +93,7 @@ class DeformableConvolution {
         parts_.reshaped(of_group(parts_.input(2), 2 * points_), {n, points_, 2, rows, columns});
     moves = parts_.transposed(moves, {0, 1, 3, 4, 2});
     moves = parts_.add("Gather", {moves, parts_.integers({1, 0})}, {{"axis", std::int64_t{4}}});
-    const std::string scale = parts_.constant(
-        {{2},
-         ElementType::floating,
-         std::vector<double>{2 / static_cast<double>(x_[3]), 2 / static_cast<double>(x_[2])}});
-    const std::string grid = parts_.add("Add", {unmoved(), parts_.add("Mul", {moves, scale})});
+    const std::string grid = parts_.add("Add", {places, parts_.add("Mul", {moves, scale})});
     const std::string found = parts_.add(
         "GridSample",
         {of_group(parts_.input(0), channels), parts_.reshaped(grid, {n, points_ * rows, columns, 2})});
