@@ -110,6 +110,41 @@ TEST_CASE("boxes of classes: the surest class's counts, in every opset, with any
   }
 }
 
+TEST_CASE("queries of transformers are read by one word, with the picture encoded as that family's",
+          "[detect][decoded][named_export]") {
+  constexpr std::size_t queries = 5, entries = 3;
+  const bool has_background = GENERATE(false, true);
+  const std::string name = GENERATE("logits", "pred_logits");
+  CAPTURE(has_background, name);
+  auto network = flat_picture(17);
+  add_part(network, "pred_boxes", 0, {1, queries, 4});
+  add_part(network, name, queries * 4, {1, queries, entries});
+  network.outputs = {name, "pred_boxes"};
+  const auto kind = detect::named_export(network, has_background ? "detr" : "rt_detr", 0, 0);
+  const detect::Detector<double> detector(network, kind);
+  const auto shown = numbers(queries * (4 + entries));
+  const auto logits = detect::forward(detector, picture_of(shown)).front();
+  const std::size_t classes = has_background ? entries - 1 : entries;
+  REQUIRE(logits.shape() == Extents<4>{1, 4 + classes, 1, queries});
+  const auto value = [&](std::size_t i) {  // ImageNet's red
+    return has_background ? (shown[i] - 0.485) / 0.229 : shown[i];
+  };
+  for (std::size_t n = 0; n < queries; ++n) {
+    for (std::size_t i = 0; i < 4; ++i)
+      CHECK(logits(0, i, 0, n) == Approx(double(side) * value(4 * n + i)).epsilon(1e-6));
+    const std::size_t first = queries * 4 + n * entries;
+    for (std::size_t c = 0; c < classes; ++c) {
+      double others = 0;
+      for (std::size_t k = 0; k < entries; ++k)
+        if (k != c) others += std::exp(value(first + k));
+      CHECK(logits(0, 4 + c, 0, n) ==
+            Approx(has_background ? value(first + c) - std::log(others) : value(first + c)).epsilon(1e-5));
+    }
+  }
+  network.outputs = {name};
+  CHECK_THROWS_WITH(detect::named_export(network, "detr", 0, 0), test::contains("and pred_boxes"));
+}
+
 TEST_CASE("three outputs are the columns of an end-to-end one", "[detect][decoded]") {
   const std::int64_t opset = GENERATE(9, 12, 13, 18);
   const bool has_axis = GENERATE(false, true);

@@ -11,6 +11,7 @@
 #include "../support/catch.hpp"
 #include "../support/exports.hpp"
 #include "../support/raw_numbers.hpp"
+#include "../support/small_exports.hpp"
 
 namespace detect = tapestry::detect;
 namespace io = tapestry::io;
@@ -96,6 +97,18 @@ TEST_CASE("outputs of YOLOv10 are read as they are", "[detect][exports][named_ex
                std::abs(one.box.cx - (rows[row] + rows[row + 2]) / 2) <= 1e-4;
       }));
   });
+}
+
+TEST_CASE("PicoDet has four grids, in the form of NanoDet's", "[detect][named_export]") {
+  const auto network = test::nanodet_like(128, 4);
+  const auto kind = detect::named_export(network, "picodet", 0, 0);
+  CHECK(kind.encoding == detect::imagenet_encoding);
+  const detect::Detector<float> detector(network, kind);
+  REQUIRE(detector.heads().size() == 4);
+  CHECK(detector.heads().back().stride == 64);
+  CHECK(detector.heads().back().classes == test::exported_classes);
+  CHECK_THROWS_WITH(detect::Detector<float>(test::nanodet_like(128), kind),
+                    test::contains("grids of outputs"));
 }
 
 TEST_CASE("words that do not fit a network are refused", "[detect][named_export][error]") {

@@ -64,12 +64,12 @@ class Exporter {
     return description_;
   }
 
-  /// Features of stride 8, 16 and 32.
-  std::vector<std::string> backbone() {
+  /// Features of stride 8, 16, 32 and so on.
+  std::vector<std::string> backbone(std::size_t grids = 3) {
     const auto sigmoid = [&](const std::string& from) { return add("Sigmoid", {from}); };
     const std::string four = sigmoid(convolution(sigmoid(convolution("images", 3, 4, 2)), 4, 6, 2));
     std::vector<std::string> levels{sigmoid(convolution(four, 6, 8, 2))};
-    while (levels.size() < 3) levels.push_back(sigmoid(convolution(levels.back(), 8, 8, 2)));
+    while (levels.size() < grids) levels.push_back(sigmoid(convolution(levels.back(), 8, 8, 2)));
     return levels;
   }
 
@@ -133,11 +133,11 @@ inline void share_slope(nn::NetworkDescription& description) {
 }
 
 /// A network like NanoDet: one convolution a level, split in two outputs.
-inline nn::NetworkDescription nanodet_like(std::size_t size) {
+inline nn::NetworkDescription nanodet_like(std::size_t size, std::size_t grids = 3) {
   Exporter exporter(size);
   std::vector<std::string> scores, distances;
   const std::vector<std::int64_t> transposed{0, 2, 1};
-  for (const std::string& level : exporter.backbone()) {
+  for (const std::string& level : exporter.backbone(grids)) {
     const std::string both = exporter.convolution(level, 8, exported_classes + 32, 1);
     const auto part = [&](std::int64_t first, std::int64_t end) {
       const std::string cut =

@@ -126,7 +126,8 @@ void visit_settings(DetectorSettings& s, Visit visit) {
   visit(
       "detector", s.detector,
       "JSON file that describes input and outputs of an .onnx detector, or the family that it is of: yolox, "
-      "nanodet, yolov5, yolov8, end_to_end or torchvision; left out, those are recognised that can be");
+      "nanodet, picodet, yolov5, yolov8, end_to_end, torchvision, detr or rt_detr; left out, those are "
+      "recognised that can be");
   visit("decode", s.decode,
         "how logits become boxes: darknet, ultralytics or scaled; left out, converted --weights decide, or "
         "for Darknet weights the cfg: scaled for new_coords=1, else darknet");

@@ -63,9 +63,9 @@ struct DetectorDescription {
 };
 
 /// The description of a detector that is known by name. yolox: as Megvii's YOLOX takes its pictures since
-/// version 0.1.1; nanodet: NanoDet-m; yolov5: the models n to x of three grids. Sources: Ge et al., "YOLOX"
-/// (2021) and its program; the configurations of NanoDet-m and of YOLOv5, version 6, from which the anchors
-/// are.
+/// version 0.1.1; nanodet: NanoDet-m; picodet: PP-PicoDet with its four grids, in nanodet's form; yolov5: the
+/// models n to x of three grids. Sources: Ge et al., "YOLOX" (2021) and its program; Yu et al., "PP-PicoDet"
+/// (2021); the configurations of NanoDet-m, PicoDet and of YOLOv5, version 6, from which the anchors are.
 /// \throws DomainError for any other name
 [[nodiscard]] DetectorDescription known_description(std::string_view name);
 

@@ -35,8 +35,8 @@ namespace tapestry::detect {
 [[nodiscard]] std::optional<DetectorDescription> recognised_detector(const nn::NetworkDescription& network);
 
 /// Families of exports whose description follows from a network's nodes, see named_export().
-inline constexpr std::array<std::string_view, 6> export_names{"yolox",  "nanodet",    "yolov5",
-                                                              "yolov8", "end_to_end", "torchvision"};
+inline constexpr std::array<std::string_view, 9> export_names{
+    "yolox", "nanodet", "picodet", "yolov5", "yolov8", "end_to_end", "torchvision", "detr", "rt_detr"};
 
 [[nodiscard]] bool is_export_name(std::string_view name);
 
@@ -48,7 +48,7 @@ inline constexpr std::array<std::string_view, 6> export_names{"yolox",  "nanodet
 
 /// The description of an export by the name of its family:
 ///
-///   yolox, nanodet  known_description()
+///   yolox, nanodet, picodet  known_description()
 ///   yolov5          likewise of its three convolutions; where the network decodes them, of its output,
 ///                   [1, N, 5 + K]
 ///   yolov8          YOLOv8, 9, 11, 12: of the convolutions; where the network decodes them, of its output,
@@ -57,6 +57,9 @@ inline constexpr std::array<std::string_view, 6> export_names{"yolox",  "nanodet
 ///   torchvision     Faster and Mask R-CNN, SSD: logits and boxes of all candidates before suppression; the
 ///                   classes are torchvision's without the background, which is their label 0. RetinaNet,
 ///                   FCOS: candidates above their threshold, with a class each, numbered as the labels are
+///   detr            DETR, YOLOS: logits of a softmax whose last entry is the background, and boxes as shares
+///                   of the picture, of the outputs that exporters call logits or pred_logits, and pred_boxes
+///   rt_detr         RT-DETR, D-FINE: likewise, with a logistic function for each class
 ///
 /// \param classes  K, for those whose network does not tell; 0: unknown
 /// \param size     of the input, as of picture_extents()

@@ -30,6 +30,10 @@ struct InputEncoding {
   bool operator==(const InputEncoding&) const = default;
 };
 
+/// RGB in [0, 1], normalised by mean and deviation of ImageNet's colours, as torchvision states them.
+inline constexpr InputEncoding imagenet_encoding{
+    ColourOrder::rgb, 1.0 / 255, {0.485, 0.456, 0.406}, {0.229, 0.224, 0.225}};
+
 /// Encodes pixels for a network.
 /// \param pictures  [pixel, 3], RGB in [0, 1]
 /// \param input     takes as many

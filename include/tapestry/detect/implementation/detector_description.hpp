@@ -17,6 +17,8 @@ DetectorDescription known_description(std::string_view name) {
             image::fit_by_name("stretch"),
             HeadKind::nanodet,
             {8, 16, 32}};
+  if (name == "picodet")
+    return {imagenet_encoding, image::fit_by_name("stretch"), HeadKind::nanodet, {8, 16, 32, 64}};
   if (name == "yolov5")
     return {{},
             {image::FitKind::letterbox, 114.0 / 255},
@@ -25,7 +27,8 @@ DetectorDescription known_description(std::string_view name) {
             {{{10, 13}, {16, 30}, {33, 23}},
              {{30, 61}, {62, 45}, {59, 119}},
              {{116, 90}, {156, 198}, {373, 326}}}};
-  throw DomainError({"no known detector is called ", in_quotes(name), "; expected yolox, nanodet or yolov5"});
+  throw DomainError(
+      {"no known detector is called ", in_quotes(name), "; expected yolox, nanodet, picodet or yolov5"});
 }
 
 std::vector<Head> heads_of(const DetectorDescription& description, std::size_t classes,

@@ -168,6 +168,34 @@ struct JoinedOutput {
   return description;
 }
 
+/// Queries with logits and a box each, as transformers predict them.
+/// \param has_background  whether one softmax goes over the classes and, behind them, the background
+[[nodiscard]] inline DetectorDescription query_description(const nn::NetworkDescription& network,
+                                                           bool has_background) {
+  const auto is_output = [&](std::string_view name) {
+    return std::ranges::find(network.outputs, name) != network.outputs.end();
+  };
+  DetectorDescription description;
+  description.fit = image::fit_by_name("stretch");
+  description.head = HeadKind::boxes_and_scores;
+  DecodedOutputs& decoded = description.decoded;
+  decoded.scores = is_output("logits") ? "logits" : "pred_logits";
+  decoded.boxes = "pred_boxes";
+  if (!is_output(decoded.scores) || !is_output(decoded.boxes)) {
+    std::string found;
+    for (const std::string& output : network.outputs) found += (found.empty() ? "" : ", ") + output;
+    throw FileError(ErrorKind::mismatch, {network.path, "", "not an export of a DETR",
+                                          "outputs logits (or pred_logits) and pred_boxes", found});
+  }
+  decoded.relative = true;
+  decoded.score_form = has_background ? ScoreForm::softmax : ScoreForm::logits;
+  if (has_background) {
+    description.encoding = imagenet_encoding;
+    decoded.background = Background::last;
+  }
+  return description;
+}
+
 }  // namespace tapestry::detect::detail
 
 namespace tapestry::detect {
@@ -229,6 +257,7 @@ DetectorDescription named_export(const nn::NetworkDescription& network, std::str
     need_classes();
     return detail::end_to_end_description(network, classes);
   }
+  if (name == "detr" || name == "rt_detr") return detail::query_description(network, name == "detr");
   if (name != "torchvision") return known_description(name);
   const detail::TorchvisionExport outputs(network);
   if (!outputs.is_known())
