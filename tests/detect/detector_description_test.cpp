@@ -61,5 +61,5 @@ TEST_CASE("descriptions that mean no heads are refused", "[detect][detector_desc
                     "class_count_of: outputs of 256 channels, expected more than 15 and a multiple of 3 for "
                     "yolov5 heads");
   CHECK_THROWS_WITH(detect::known_description("yolov9"),
-                    "no known detector is called 'yolov9'; expected yolox, nanodet or yolov5");
+                    "no known detector is called 'yolov9'; expected yolox, nanodet, picodet or yolov5");
 }
