@@ -42,10 +42,15 @@ struct OwnPlane {
   double area = 0;
 };
 
+[[nodiscard]] inline geometry::Vector3 place_of(const geometry::Mesh& mesh, std::size_t face,
+                                                std::size_t corner) {
+  return mesh.positions[static_cast<std::size_t>(mesh.faces[face][corner])];
+}
+
 [[nodiscard]] inline OwnPlane own_plane(const geometry::Mesh& mesh, std::size_t face) {
-  const auto& [a, b, c] = mesh.faces[face];
-  const auto at = [&](std::int32_t i) { return mesh.positions[static_cast<std::size_t>(i)]; };
-  const auto p = geometry::subtract(at(b), at(a)), q = geometry::subtract(at(c), at(a));
+  const auto a = place_of(mesh, face, 0);
+  const auto p = geometry::subtract(place_of(mesh, face, 1), a),
+             q = geometry::subtract(place_of(mesh, face, 2), a);
   OwnPlane plane;
   const double base = geometry::length(p);
   plane.area = geometry::length(geometry::cross(p, q)) / 2;
@@ -82,15 +87,14 @@ class CutSurface {
       std::array<std::size_t, 3> corners{};
       std::array<geometry::Vector3, 3> at{};
       for (std::size_t k = 0; k < 3; ++k) {
-        at[k] = mesh.positions[static_cast<std::size_t>(mesh.faces[face][k])];
+        at[k] = place_of(mesh, face, k);
         corners[k] = places.try_emplace(at[k], places.size()).first->second;
       }
       corners_.push_back(corners);
       normals_.push_back(geometry::normalised(
           geometry::cross(geometry::subtract(at[1], at[0]), geometry::subtract(at[2], at[0]))));
     }
-    vertex_count_ = places.size();
-    positions_.resize(vertex_count_);
+    positions_.resize(places.size());
     for (const auto& [position, index] : places) positions_[index] = position;
     find_borders();
   }
@@ -102,7 +106,6 @@ class CutSurface {
   [[nodiscard]] const std::array<std::size_t, 3>& corners(std::size_t i) const { return corners_[i]; }
   [[nodiscard]] const std::vector<Border>& borders(std::size_t i) const { return borders_[i]; }
   [[nodiscard]] const geometry::Vector3& position(std::size_t vertex) const { return positions_[vertex]; }
-  [[nodiscard]] std::size_t vertex_count() const { return vertex_count_; }
 
   /// Connected parts of some faces.
   [[nodiscard]] std::vector<std::vector<std::size_t>> connected(const std::vector<std::size_t>& some) const {
@@ -162,7 +165,6 @@ class CutSurface {
   std::vector<std::array<std::size_t, 3>> corners_{};
   std::vector<geometry::Vector3> positions_{};
   std::vector<std::vector<Border>> borders_{};
-  std::size_t vertex_count_ = 0;
 };
 
 /// A part of a surface laid flat so that each face keeps its shape as well as it can. Source: Liu, Zhang, Xu,

@@ -55,10 +55,6 @@ inline UvPoint uv_of(const geometry::Mesh& mesh, std::size_t face, std::size_t c
   return mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][corner])];
 }
 
-inline geometry::Vector3 place_of(const geometry::Mesh& mesh, std::size_t face, std::size_t corner) {
-  return mesh.positions[static_cast<std::size_t>(mesh.faces[face][corner])];
-}
-
 /// Slope of a number on a triangle, of its values at the corners.
 inline std::array<double, 2> slope_of(const std::array<PaintPanel::Place, 3>& at,
                                       const std::array<double, 3>& values) {

@@ -33,7 +33,7 @@ class PanelDrawing {
         file_(file),
         path_(std::move(path)) {}
 
-  /// Draws the paint of a part, its rim and marks; white where there is none.
+  /// Draws the paint of a part and its rim; white where there is none.
   /// \param corner   lower left corner of the part on the page
   /// \param cm_by_m  centimetres on the page by metres on the car
   /// \param pixel    longest side of a pixel, centimetres

@@ -114,8 +114,7 @@ class PanelSheets {
     std::string text = formatted("%zu panel%s on %zu sheet%s", planned_.size(),
                                  planned_.size() == 1 ? "" : "s", sheets_, sheets_ == 1 ? "" : "s");
     if (small_ > 0) text += formatted(", %zu smaller than 2 cm left out", small_);
-    if (found_.flat_faces > 0)
-      text += formatted(", %zu faces without area in the texture left out", found_.flat_faces);
+    if (found_.flat_faces > 0) text += formatted(", %zu faces without area left out", found_.flat_faces);
     return text;
   }
 

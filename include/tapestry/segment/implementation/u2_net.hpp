@@ -1,15 +1,8 @@
 #pragma once
 #include <tapestry/autodiff/record.hpp>
+#include <tapestry/detect/detector_description.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/segment/u2_net.hpp>
-
-namespace tapestry::segment::detail {
-
-inline constexpr std::array<double, 3> u2_net_mean{0.485, 0.456, 0.406};
-
-inline constexpr std::array<double, 3> u2_net_deviation{0.229, 0.224, 0.225};
-
-}  // namespace tapestry::segment::detail
 
 namespace tapestry::segment {
 
@@ -19,9 +12,9 @@ Array<float, 3> u2_net_input(const Array<float, 3>& picture) {
   const float largest = picture.size() == 0 ? 0.0F : picture.data()[detail::brightest(picture)];
   const double scale = largest > 0 ? 1 / static_cast<double>(largest) : 1;
   for (std::size_t i = 0; i < picture.size(); ++i)
-    input.data()[i] =
-        static_cast<float>((static_cast<double>(picture.data()[i]) * scale - detail::u2_net_mean[i % 3]) /
-                           detail::u2_net_deviation[i % 3]);
+    input.data()[i] = static_cast<float>(
+        (static_cast<double>(picture.data()[i]) * scale - detect::imagenet_encoding.mean[i % 3]) /
+        detect::imagenet_encoding.deviation[i % 3]);
   return input;
 }
 
@@ -36,7 +29,8 @@ void u2_net_input_adjoint(const Array<float, 3>& picture, const Array<float, 3>&
   const double scale = largest > 0 ? 1 / largest : 1;
   double along_picture = 0;  // Σ x̄ · p / deviation
   for (std::size_t i = 0; i < picture.size(); ++i) {
-    const double share = static_cast<double>(input_adjoint.data()[i]) / detail::u2_net_deviation[i % 3];
+    const double share =
+        static_cast<double>(input_adjoint.data()[i]) / detect::imagenet_encoding.deviation[i % 3];
     picture_adjoint.data()[i] += static_cast<float>(share * scale);
     along_picture += share * static_cast<double>(picture.data()[i]);
   }

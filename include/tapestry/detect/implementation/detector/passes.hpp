@@ -218,6 +218,8 @@ void Detector<T>::require_layer(const char* operation, const Pass<T>& pass, std:
   if (layer >= layer_count_)
     throw DomainError({operation, ": layer ", layer, " of the ", layer_count_, " that were named"});
   if (image >= pass.images) throw DomainError({operation, ": image ", image, " of a batch of ", pass.images});
+  // It throws where a layer has other extents for this picture than for the first one.
+  static_cast<void>(output_values(pass, image / images_a_pass(pass), head_output_count() + layer));
 }
 
 template <std::floating_point T>
@@ -246,7 +248,6 @@ Array<T, 3> Detector<T>::layer_adjoint(Pass<T>& pass, const std::vector<const Ar
   require_whole("Detector::layer_adjoint", pass);
   require_logits_adjoint("Detector::layer_adjoint", pass, logits_adjoint);
   require_layer("Detector::layer_adjoint", pass, layer, image);
-  static_cast<void>(output_values(pass, image / images_a_pass(pass), head_output_count() + layer));
   const auto& shape = layer_shape(layer);
   auto adjoint = zeros<T, 3>({shape[1], shape[2], shape[3]});
   const std::size_t each = images_a_pass(pass), n = image / each;
@@ -265,7 +266,6 @@ void Detector<T>::pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t 
                                   const Array<T, 3>& layer_adjoint, Array<T, 4>& images_adjoint) const {
   require_whole("Detector::pull_back_layer", pass);
   require_layer("Detector::pull_back_layer", pass, layer, image);
-  static_cast<void>(output_values(pass, image / images_a_pass(pass), head_output_count() + layer));
   const auto& shape = layer_shape(layer);
   require_shape("Detector::pull_back_layer", "layer_adjoint", layer_adjoint, {shape[1], shape[2], shape[3]});
   require_shape("Detector::pull_back_layer", "images_adjoint", images_adjoint,
