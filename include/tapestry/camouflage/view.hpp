@@ -97,4 +97,13 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours);
 
+/// Texels that the operator of a view takes, see raster::stored_texels(): the same in all views of a car, and
+/// of a fine texture more work than a picture. Parameter as for picture_of().
+template <std::floating_point T>
+[[nodiscard]] Array<T, 2> texels_of(const View<T>& view, const Array<T, 2>& colours);
+
+/// picture_of() from the view's texels_of().
+template <std::floating_point T>
+[[nodiscard]] Array<T, 3> picture_of_texels(const View<T>& view, const Array<T, 2>& texels);
+
 }  // namespace tapestry::camouflage

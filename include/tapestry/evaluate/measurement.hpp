@@ -81,12 +81,33 @@ struct Photograph {
                                        const camouflage::Paint<float>* paint, const Photography& photography,
                                        std::size_t draw);
 
+/// The texels of photographs of a paint, see camouflage::texels_of(): one array for each draw where each has
+/// a print of its own, else one for all. They serve all views of a car.
+[[nodiscard]] std::vector<Array<float, 2>> photographed_texels(const camouflage::View<float>& view,
+                                                               const camouflage::Paint<float>& paint,
+                                                               const Photography& photography);
+
+/// photograph_of() from the photographed_texels() of this draw, or the untouched frame when `texels` is null.
+[[nodiscard]] Photograph photograph_of_texels(const camouflage::View<float>& view, std::size_t view_index,
+                                              const Array<float, 2>* texels, const Photography& photography,
+                                              std::size_t draw);
+
 namespace detail {
 /// Mean of the numbers; 0 without any.
 [[nodiscard]] inline double mean_of(const std::vector<double>& numbers) {
   return numbers.empty()
              ? 0
              : std::accumulate(numbers.begin(), numbers.end(), 0.0) / static_cast<double>(numbers.size());
+}
+
+/// Appends the result of a picture.
+inline void add_result(const ViewResult& result, Measurement& measurement,
+                       std::vector<std::vector<bool>>& found_in_sweep) {
+  measurement.found.push_back(result.found);
+  measurement.best_confidence.push_back(result.best_confidence);
+  measurement.outcomes.push_back(result.outcome);
+  for (std::size_t k = 0; k < found_in_sweep.size(); ++k)
+    found_in_sweep[k].push_back(result.found_in_sweep[k]);
 }
 
 /// Computes rates and means of the results.
@@ -124,6 +145,9 @@ template <std::invocable<const MeasuredPicture&> Visit>
     if (!shown[place]) shown[place] = store.view(views[place]);
     return shown[place];
   };
+  const bool is_painted = paint != nullptr && !views.empty();
+  const auto texels =
+      is_painted ? photographed_texels(*view_of(0), *paint, photography) : std::vector<Array<float, 2>>{};
   struct Examined {
     ViewPointer view;
     Photograph photograph;
@@ -132,18 +156,15 @@ template <std::invocable<const MeasuredPicture&> Visit>
   const auto examine = [&](std::size_t i) {
     const std::size_t place = i / draws;
     Examined examined{view_of(place), {}, {}};
-    examined.photograph = photograph_of(*examined.view, views[place], paint, photography, i % draws);
+    const auto* const drawn = texels.empty() ? nullptr : &texels[texels.size() > 1 ? i % draws : 0];
+    examined.photograph = photograph_of_texels(*examined.view, views[place], drawn, photography, i % draws);
     examined.result =
         meter.examine(examined.photograph.picture, examined.view->name, examined.photograph.target);
     return examined;
   };
   for_each_in_order(views.size() * draws, examine, [&](std::size_t i, const Examined& examined) {
     const auto& [view, photograph, result] = examined;
-    measurement.found.push_back(result.found);
-    measurement.best_confidence.push_back(result.best_confidence);
-    measurement.outcomes.push_back(result.outcome);
-    for (std::size_t k = 0; k < found_in_sweep.size(); ++k)
-      found_in_sweep[k].push_back(result.found_in_sweep[k]);
+    detail::add_result(result, measurement, found_in_sweep);
     visit(MeasuredPicture{name, photograph.picture, *view, photograph.target, result});
     if ((i + 1) % draws == 0) shown[i / draws].reset();
   });

@@ -57,6 +57,8 @@ template class StageClock<TAPESTRY_SCALAR>;
 template decltype(sight_of<TAPESTRY_SCALAR>) sight_of<TAPESTRY_SCALAR>;
 template decltype(make_view<TAPESTRY_SCALAR>) make_view<TAPESTRY_SCALAR>;
 template decltype(picture_of<TAPESTRY_SCALAR>) picture_of<TAPESTRY_SCALAR>;
+template decltype(texels_of<TAPESTRY_SCALAR>) texels_of<TAPESTRY_SCALAR>;
+template decltype(picture_of_texels<TAPESTRY_SCALAR>) picture_of_texels<TAPESTRY_SCALAR>;
 template decltype(view_bytes<TAPESTRY_SCALAR>) view_bytes<TAPESTRY_SCALAR>;
 template class ViewStore<TAPESTRY_SCALAR>;
 }  // namespace tapestry::camouflage

@@ -68,8 +68,7 @@ template <std::floating_point T>
 PhotoSession draw_session(ViewSpan<T> views, const image::Conditions& conditions, Random random,
                           bool is_smooth) {
   PhotoSession session;
-  if (conditions.printed_range > 0 || conditions.printed_error > 0)
-    session.print = image::draw_print(conditions, random.fork(0));
+  if (conditions.has_print()) session.print = image::draw_print(conditions, random.fork(0));
   for (std::size_t i = 0; i < views.size(); ++i)
     session.shots.push_back(draw_shot(*views[i], conditions, random.fork(i + 1), is_smooth));
   return session;

@@ -113,8 +113,17 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
 
 template <std::floating_point T>
 Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours) {
-  const auto render = raster::render(
-      *view.paint_to_picture, raster::stored_texels(view.pyramid, image::in_space(view.space, colours)));
+  return picture_of_texels(view, texels_of(view, colours));
+}
+
+template <std::floating_point T>
+Array<T, 2> texels_of(const View<T>& view, const Array<T, 2>& colours) {
+  return raster::stored_texels(view.pyramid, image::in_space(view.space, colours));
+}
+
+template <std::floating_point T>
+Array<T, 3> picture_of_texels(const View<T>& view, const Array<T, 2>& texels) {
+  const auto render = raster::render(*view.paint_to_picture, texels);
   return image::over(render, view.paint_to_picture->coverage, view.background, view.window.top,
                      view.window.left, view.space);
 }

@@ -57,21 +57,43 @@ AttackSuccess attack_success_rate(const std::vector<bool>& clean_found,
   return success;
 }
 
+namespace detail {
+/// Colours of a paint in photographs of one draw.
+inline Array<float, 2> photographed_colours(const camouflage::Paint<float>& paint,
+                                            const Photography& photography, std::size_t draw) {
+  if (!photography.conditions.has_print()) return paint.colours;
+  return camouflage::printed(
+      paint, image::draw_print(photography.conditions, Random(photography.seed).fork(2).fork(draw)));
+}
+}  // namespace detail
+
+std::vector<Array<float, 2>> photographed_texels(const camouflage::View<float>& view,
+                                                 const camouflage::Paint<float>& paint,
+                                                 const Photography& photography) {
+  std::vector<Array<float, 2>> texels(photography.conditions.has_print() ? photography.draws : 1);
+  for (std::size_t draw = 0; draw < texels.size(); ++draw)
+    texels[draw] = camouflage::texels_of(view, detail::photographed_colours(paint, photography, draw));
+  return texels;
+}
+
+Photograph photograph_of_texels(const camouflage::View<float>& view, std::size_t view_index,
+                                const Array<float, 2>* texels, const Photography& photography,
+                                std::size_t draw) {
+  Array<float, 3> picture =
+      texels != nullptr ? camouflage::picture_of_texels(view, *texels) : view.background;
+  const image::Conditions& conditions = photography.conditions;
+  if (conditions == image::Conditions{}) return {std::move(picture), view.target};
+  const auto shot = camouflage::draw_shot(
+      view, conditions, Random(photography.seed).fork(1).fork(draw).fork(view_index), false);
+  return {image::transformed(std::move(picture), shot.chain), shot.target};
+}
+
 Photograph photograph_of(const camouflage::View<float>& view, std::size_t view_index,
                          const camouflage::Paint<float>* paint, const Photography& photography,
                          std::size_t draw) {
-  const auto in = [&](const Array<float, 2>& texture) { return camouflage::picture_of(view, texture); };
-  const image::Conditions& conditions = photography.conditions;
-  if (conditions == image::Conditions{})
-    return {paint != nullptr ? in(paint->colours) : view.background, view.target};
-  const Random random(photography.seed);
-  const auto shot =
-      camouflage::draw_shot(view, conditions, random.fork(1).fork(draw).fork(view_index), false);
-  Array<float, 3> picture =
-      paint != nullptr
-          ? in(camouflage::printed(*paint, image::draw_print(conditions, random.fork(2).fork(draw))))
-          : view.background;
-  return {image::transformed(std::move(picture), shot.chain), shot.target};
+  if (paint == nullptr) return photograph_of_texels(view, view_index, nullptr, photography, draw);
+  const auto texels = camouflage::texels_of(view, detail::photographed_colours(*paint, photography, draw));
+  return photograph_of_texels(view, view_index, &texels, photography, draw);
 }
 
 Effect effect_beyond(const Measurement& control, const Measurement& adversarial,

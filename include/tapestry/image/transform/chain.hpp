@@ -83,6 +83,9 @@ struct Conditions {
   /// of the matrix that mixes its colours.
   double printed_range = 0, printed_error = 0;
 
+  /// Whether prints differ from the paint.
+  [[nodiscard]] bool has_print() const { return printed_range > 0 || printed_error > 0; }
+
   [[nodiscard]] bool operator==(const Conditions&) const = default;
 };
 
