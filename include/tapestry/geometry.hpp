@@ -2,7 +2,6 @@
 /// \file
 /// All of geometry/ that programs name: meshes and cameras.
 #include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/car_axes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/geometry/polygon_triangulator.hpp>

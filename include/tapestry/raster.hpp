@@ -19,6 +19,7 @@
 #include <tapestry/raster/painted.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/render_variable.hpp>
+#include <tapestry/raster/scene.hpp>
 #include <tapestry/raster/silhouette.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/texture_operator.hpp>

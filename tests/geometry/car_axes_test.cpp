@@ -1,4 +1,4 @@
-#include <tapestry/geometry/car_axes.hpp>
+#include <tapestry/geometry/mesh.hpp>
 
 #include <array>
 #include <cmath>

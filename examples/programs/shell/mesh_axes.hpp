@@ -3,7 +3,6 @@
 #include <optional>
 #include <string>
 #include <tapestry/core/error.hpp>
-#include <tapestry/geometry/car_axes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <utility>

@@ -1,4 +1,5 @@
 #pragma once
+#include <cassert>
 #include <cstddef>
 #include <numbers>
 #include <tapestry/core/compiled.hpp>
@@ -47,6 +48,29 @@ inline void posed_adjoint(const Pose& pose, const std::vector<Vector3>& position
     for (std::size_t k = 0; k < 3; ++k)
       rotation_adjoint[i] = add(rotation_adjoint[i], scale(outer[k], turned[i][k]));
   exponential_map_adjoint(pose.rotation, rotation_adjoint, pose_adjoint.rotation);
+}
+
+/// The mesh at a pose: positions x ↦ exp(w)·x + t, normals n ↦ exp(w)·n; the same bits at the pose {}.
+[[nodiscard]] inline Mesh placed(Mesh mesh, const Pose& pose) {
+  const Matrix3 turned = exponential_map(pose.rotation);
+  for (Vector3& position : mesh.positions) position = add(multiply(turned, position), pose.translation);
+  for (Vector3& normal : mesh.normals) normal = multiply(turned, normal);
+  return mesh;
+}
+
+/// Adds the derivative with respect to the pose of a loss that depends on it through the positions of
+/// placed().
+///
+/// \param positions       x, before the mesh is placed
+/// \param placed_adjoint  derivatives with respect to the placed positions, one entry a position
+inline void placed_adjoint(const Pose& pose, const std::vector<Vector3>& positions,
+                           const std::vector<Vector3>& placed_adjoint, Pose& pose_adjoint) {
+  assert(placed_adjoint.size() == positions.size());
+  const Matrix3 turned = exponential_map(pose.rotation);
+  std::vector<Vector3> positions_adjoint(positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    positions_adjoint[i] = multiply_transposed(turned, placed_adjoint[i]);
+  posed_adjoint(pose, positions, positions_adjoint, pose_adjoint);
 }
 
 /// Conversion from metres of the simulator to units of a normalised car. The defaults reproduce the published

@@ -1,5 +1,5 @@
 #pragma once
-#include <tapestry/geometry/car_axes.hpp>
+#include <tapestry/geometry/mesh.hpp>
 
 namespace tapestry::geometry::detail {
 

@@ -225,3 +225,54 @@ Mesh normalise_mesh(Mesh mesh) {
 }
 
 }  // namespace tapestry::geometry
+
+namespace tapestry::geometry::detail {
+
+/// Appends `more` to `list`, first filling `list` up to `size` entries.
+template <class Entry>
+void append_filled(std::vector<Entry>& list, std::size_t size, const Entry& fill,
+                   const std::vector<Entry>& more) {
+  if (list.empty() && more.empty()) return;
+  list.resize(size, fill);
+  list.insert(list.end(), more.begin(), more.end());
+}
+
+/// The indices of corners moved by `first`; −1, for none, stays.
+[[nodiscard]] inline std::vector<Corners> shifted(std::vector<Corners> faces, std::size_t first) {
+  for (Corners& face : faces)
+    for (std::int32_t& index : face)
+      if (index >= 0) index += static_cast<std::int32_t>(first);
+  return faces;
+}
+
+[[nodiscard]] inline std::vector<std::int32_t> shifted(std::vector<std::int32_t> indices, std::size_t first) {
+  for (std::int32_t& index : indices)
+    if (index >= 0) index += static_cast<std::int32_t>(first);
+  return indices;
+}
+
+}  // namespace tapestry::geometry::detail
+
+namespace tapestry::geometry {
+
+void append(Mesh& mesh, const Mesh& other) {
+  constexpr Corners none{-1, -1, -1};
+  const std::size_t faces = mesh.faces.size(), positions = mesh.positions.size();
+  detail::append_filled(mesh.face_uvs, faces, none, detail::shifted(other.face_uvs, mesh.uvs.size()));
+  detail::append_filled(mesh.face_normals, faces, none,
+                        detail::shifted(other.face_normals, mesh.normals.size()));
+  detail::append_filled(mesh.face_materials, faces, -1,
+                        detail::shifted(other.face_materials, mesh.materials.size()));
+  detail::append_filled(mesh.face_groups, faces, -1, detail::shifted(other.face_groups, mesh.groups.size()));
+  detail::append_filled(mesh.vertex_colours, positions, Material{}.colour, other.vertex_colours);
+  if (!mesh.vertex_colours.empty())
+    mesh.vertex_colours.resize(positions + other.positions.size(), Material{}.colour);
+  for (const Corners& face : detail::shifted(other.faces, positions)) mesh.faces.push_back(face);
+  mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
+  mesh.uvs.insert(mesh.uvs.end(), other.uvs.begin(), other.uvs.end());
+  mesh.normals.insert(mesh.normals.end(), other.normals.begin(), other.normals.end());
+  mesh.materials.insert(mesh.materials.end(), other.materials.begin(), other.materials.end());
+  mesh.groups.insert(mesh.groups.end(), other.groups.begin(), other.groups.end());
+}
+
+}  // namespace tapestry::geometry
