@@ -88,6 +88,31 @@ std::array<double, 2> difference(const raster::PaintedMesh& body, const io::Fram
   return {sum, greatest};
 }
 
+/// Mean absolute difference of the car in its observed colour from the photograph: over all of it, over
+/// pixels that show paint, over the rest.
+std::array<double, 3> errors_over(const camouflage::View<float>& view) {
+  Array<float, 2> colour(tapestry::Extents<2>{1, 3});
+  for (std::size_t c = 0; c < 3; ++c)
+    colour(0, c) = static_cast<float>(image::encoded(view.photo_light->product[c]));
+  const auto picture = camouflage::picture_of(view, colour);
+  const auto& drawn = *view.paint_to_picture;
+  std::array<double, 3> sums{0, 0, 0}, counts{0, 0, 0};
+  for (std::size_t pixel = 0; pixel < drawn.coverage.size(); ++pixel) {
+    if (!(drawn.coverage.data()[pixel] > 0)) continue;
+    const bool is_paint = std::binary_search(drawn.pixels.begin(), drawn.pixels.end(), pixel);
+    const std::size_t row = pixel / drawn.width + view.window.top,
+                      column = pixel % drawn.width + view.window.left;
+    for (std::size_t c = 0; c < 3; ++c)
+      for (const std::size_t part : {std::size_t{0}, is_paint ? std::size_t{1} : std::size_t{2}}) {
+        sums[part] +=
+            static_cast<double>(std::abs(picture(row, column, c) - view.background(row, column, c)));
+        ++counts[part];
+      }
+  }
+  for (std::size_t part = 0; part < 3; ++part) sums[part] /= std::max(1.0, counts[part]);
+  return sums;
+}
+
 double angle(const geometry::Vector3& a, const geometry::Vector3& b) {
   return std::acos(std::clamp(geometry::dot(geometry::normalised(a), geometry::normalised(b)), -1.0, 1.0));
 }
@@ -99,6 +124,7 @@ TEST_CASE("sun and sky are found again from a photograph of known paint", "[camo
   const auto frame = photographed(body, light);
   camouflage::PhotoLight settings;
   settings.paint = paint;
+  settings.coat = false;
   const auto estimate = camouflage::photo_light(frame, body, settings);
   REQUIRE(estimate);
   CHECK(angle(estimate->light.direction, light.direction) <= 0.05);
@@ -118,6 +144,7 @@ TEST_CASE("trim and dirt over a fifth of the car hardly change its light", "[cam
       for (std::size_t c = 0; c < 3; ++c) frame.image.data()[3 * pixel + c] = 8;
   camouflage::PhotoLight settings;
   settings.paint = paint;
+  settings.coat = false;
   const auto estimate = camouflage::photo_light(frame, body, settings);
   REQUIRE(estimate);
   CHECK(angle(estimate->light.direction, light.direction) <= 0.08);
@@ -128,10 +155,12 @@ TEST_CASE("without the paint a photograph's light is white, and as strong as exp
           "[camouflage][light]") {
   const auto body = ball();
   auto light = afternoon(body.mesh);
-  const auto full = camouflage::photo_light(photographed(body, light), body, {});
+  camouflage::PhotoLight matt;
+  matt.coat = false;
+  const auto full = camouflage::photo_light(photographed(body, light), body, matt);
   light.sun /= 4;
   for (double& coefficient : light.sky) coefficient /= 4;
-  const auto quarter = camouflage::photo_light(photographed(body, light), body, {});
+  const auto quarter = camouflage::photo_light(photographed(body, light), body, matt);
   REQUIRE(full);
   REQUIRE(quarter);
   CHECK(full->light.colour == std::array<double, 3>{1, 1, 1});
@@ -140,7 +169,7 @@ TEST_CASE("without the paint a photograph's light is white, and as strong as exp
   CHECK(full->product[1] / full->product[2] == Approx(paint[1] / paint[2]).epsilon(0.01));
 }
 
-TEST_CASE("points come from painted faces inside the mask, where nothing is overexposed",
+TEST_CASE("points come from painted faces inside the mask; light from those that are not overexposed",
           "[camouflage][light]") {
   auto body = ball();
   auto frame = photographed(body, afternoon(body.mesh));
@@ -158,7 +187,8 @@ TEST_CASE("points come from painted faces inside the mask, where nothing is over
   CHECK(camouflage::lit_points(frame, body, {}).empty());
   body.painted = tapestry::test::every_face(body.mesh);
   std::fill(frame.image.begin(), frame.image.end(), std::uint8_t{255});
-  CHECK(camouflage::lit_points(frame, body, {}).empty());
+  CHECK(camouflage::lit_points(frame, body, {}).at(0).colour == std::array<double, 3>{1, 1, 1});  // a bound
+  CHECK_FALSE(camouflage::photo_light(frame, body, {}));
   std::fill(frame.image.begin(), frame.image.end(), std::uint8_t{0});  // a black car: no light at all
   const auto dark = camouflage::photo_light(frame, body, {});
   REQUIRE(dark);
@@ -184,6 +214,108 @@ TEST_CASE("a view under a photograph's light keeps it, and has the same bits for
   CHECK(one.photo_light->light.sky == two.photo_light->light.sky);
   CHECK(one.paint_to_picture->weights == two.paint_to_picture->weights);
   CHECK(camouflage::make_view<float>(frame, body, 64, 64).photo_light == nullptr);
+}
+
+namespace {
+/// A car of one lacquered colour in a street: the afternoon, a bright sky, dark walls and a road around it.
+raster::PhotographedLight street(const geometry::Mesh& mesh) {
+  raster::PhotographedLight light{afternoon(mesh)};
+  raster::EnvironmentMap around{16, 32, {}};
+  around.texels.resize(16 * 32);
+  for (std::size_t texel = 0; texel < around.texels.size(); ++texel) {
+    const auto [x, y, z] = around.direction(texel);
+    const bool is_wall = z < 0.3 && z > 0 && std::abs(y) > 0.4;
+    around.texels[texel] = z <= 0    ? std::array<double, 3>{0.2, 0.19, 0.18}
+                           : is_wall ? std::array<double, 3>{0.3, 0.15, 0.1}
+                                     : std::array<double, 3>{1.2, 1.4, 1.8};
+  }
+  light.surroundings = std::make_shared<const raster::EnvironmentMap>(std::move(around));
+  return light;
+}
+
+double mean_difference(const Array<double, 3>& a, const Array<double, 3>& b) {
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a.data()[i] == 0 && b.data()[i] == 0) continue;
+    sum += std::abs(std::min(1.0, a.data()[i]) - std::min(1.0, b.data()[i]));
+    ++count;
+  }
+  return sum / count;
+}
+}  // namespace
+
+TEST_CASE("a lacquered car's photograph tells how it looks in another paint", "[camouflage][light]") {
+  const auto body = ball();
+  const auto truth = street(body.mesh);
+  io::Frame frame;
+  frame.camera = geometry::look_at({2, -3, 1.5}, {0, 0, 0}, {0, 0, 1}, 0.6);
+  const auto picture = drawn(body, *frame.camera, truth, paint, side, side);
+  frame.image = Array<std::uint8_t, 3>(tapestry::Extents<3>{side, side, 3});
+  for (std::size_t i = 0; i < picture.size(); ++i)
+    frame.image.data()[i] = static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, picture.data()[i])));
+  const std::array<double, 3> other{0.7, 0.1, 0.05};
+  std::array<std::array<double, 2>, 2> off{};
+  for (const bool coat : {false, true}) {
+    camouflage::PhotoLight settings;
+    settings.paint = paint;
+    settings.coat = coat;
+    const auto estimate = camouflage::photo_light(frame, body, settings);
+    REQUIRE(estimate);
+    const auto under = [&](const std::array<double, 3>& colour) {
+      return mean_difference(drawn(body, *frame.camera, estimate->light, colour, side, side),
+                             drawn(body, *frame.camera, truth, colour, side, side));
+    };
+    off[coat ? 1 : 0] = {under(paint), under(other)};
+    std::cout << (coat ? "coated" : "matt") << " light, mean colour error in the photographed paint "
+              << under(paint) << ", in another " << under(other) << "\n";
+  }
+  CHECK(off[1][0] <= 0.01);
+  CHECK(off[1][0] <= off[0][0] / 3);
+  CHECK(off[1][1] <= off[0][1] / 2);
+}
+
+TEST_CASE("faces without paint show the photograph where its mask is the car's silhouette",
+          "[camouflage][light]") {
+  auto body = ball();
+  auto frame = photographed(body, afternoon(body.mesh));
+  for (std::size_t face = 0; face < body.mesh.faces.size(); ++face)
+    body.painted[face] = body.mesh.positions[static_cast<std::size_t>(body.mesh.faces[face][0])][2] > 0;
+  for (std::size_t i = 0; i < frame.image.size(); i += 7) frame.image.data()[i] = 200;  // dirt
+  const Array<float, 2> white = tapestry::filled<float, 2>(tapestry::Extents<2>{1, 3}, 1.0F);
+  const auto view_of = [&] {
+    return camouflage::make_view<float>(frame, body, side, side, 2, {}, camouflage::PhotoLight{});
+  };
+  const auto unpainted_off = [&](const camouflage::View<float>& view) {  // largest difference off the paint
+    const auto picture = camouflage::picture_of(view, white);
+    std::vector<bool> painted(side * side);
+    for (const auto pixel : view.paint_to_picture->pixels)
+      painted[(pixel / view.window.width + view.window.top) * side + pixel % view.window.width +
+              view.window.left] = true;
+    double largest = 0;
+    for (std::size_t i = 0; i < picture.size(); ++i)
+      if (!painted[i / 3])
+        largest =
+            std::max(largest, static_cast<double>(std::abs(picture.data()[i] - view.background.data()[i])));
+    return largest;
+  };
+  const auto without_mask = view_of();
+  CHECK(without_mask.keeps_photograph);
+  CHECK_FALSE(without_mask.registration);
+  CHECK(unpainted_off(without_mask) <= 1e-5);
+
+  const auto silhouette = raster::visibility(body.mesh, *frame.camera, side, side, 1);
+  frame.mask = Array<std::uint8_t, 2>(tapestry::Extents<2>{side, side});
+  for (std::size_t i = 0; i < side * side; ++i) frame.mask->data()[i] = silhouette.face[i] >= 0 ? 255 : 0;
+  const auto registered = view_of();
+  CHECK(registered.registration.value() == 1);
+  CHECK(unpainted_off(registered) <= 1e-5);
+
+  for (std::size_t i = 0; i < side * side; ++i)
+    if (i % side < side / 2 + 10) frame.mask->data()[i] = 0;  // something stands before the car
+  const auto hidden = view_of();
+  CHECK(hidden.registration.value() < 0.6);
+  CHECK_FALSE(hidden.keeps_photograph);
+  CHECK(unpainted_off(hidden) > 0.05);  // its material
 }
 
 TEST_CASE("light from no points, of black paint, or from points that are not finite is refused",
@@ -215,6 +347,7 @@ TEST_CASE("the car of the real frames looks more like its photograph under the p
   car.painted = geometry::faces_by_material(car.mesh, {"MI_CarExterior_Etron"});
   const camouflage::PhotoLight settings{
       std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(car.mesh, 256, 256))};
+  std::array<double, 3> errors{0, 0, 0};  // of the car, its paint, the rest; mean of the frames
   for (const char* number : {"1", "12501", "12502", "12503", "12504", "12505"}) {
     const auto frame = io::read_frame(shared + "carla/data" + number + ".npz");
     auto estimate = camouflage::photo_light(frame, car, settings);
@@ -247,5 +380,13 @@ TEST_CASE("the car of the real frames looks more like its photograph under the p
               << sums[2] << "\n";
     CHECK(sums[2] < sums[0]);
     CHECK(sums[2] < sums[1]);
+    const auto of_frame =
+        errors_over(camouflage::make_view<float>(frame, car, height, width, 2, {}, settings));
+    for (std::size_t part = 0; part < 3; ++part) errors[part] += of_frame[part] / 6;
   }
+  std::cout << "mean colour error, six frames: of the car " << errors[0] << ", its paint " << errors[1]
+            << ", the rest " << errors[2] << "\n";
+  CHECK(errors[0] <= 0.05);
+  CHECK(errors[1] <= 0.07);
+  CHECK(errors[2] <= 0.001);
 }

@@ -102,6 +102,7 @@ grep -q '"colour-space"' measured_by_numbers/metrics.json && fail "an encoded ru
 expect_exit 0 "light estimated from photographs" "$camouflage" --frames "four frames" --scenes 4 --texels 32 --epochs 1 --light photo \
   --output by_photo
 grep -q '"sky"' by_photo/light.json && pass || fail "the estimated light is not exported"
+grep -q '"unpainted_faces_show": "the photograph"' by_photo/light.json && pass || fail "unpainted faces do not keep the photograph"
 grep -q '"light": "photo"' by_photo/manifest.json && pass || fail "the manifest does not name the light"
 [ -e two/light.json ] && fail "light is exported that was not estimated" || pass
 expect_exit 2 "an unknown light" "$camouflage" --light moon --output none

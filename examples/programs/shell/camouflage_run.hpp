@@ -255,14 +255,18 @@ class CamouflageRun {
     report.exported =
         export_difference_of(reshaped ? reshaped->store() : test, usable.front(), paint.colours);
     write_matched_controls(textures.controls);
-    if (inputs_.photo_light)
-      write_text(path("light.json"), report_text(light_json(test, usable, inputs_.car.painted)));
+    if (inputs_.photo_light) write_light(test, usable);
     write_sheets(before, after);
     report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     report.held_out = inputs_.frames.held_out;
     report.history = training.history();
     report.options = settings_json(options_);
     write_report(report, list_of(report, watch.views()), textures, std::move(before), std::move(after));
+  }
+
+  void write_light(camouflage::ViewStore<float>& test, const std::vector<std::size_t>& usable) const {
+    write_text(path("light.json"), report_text(light_json(test, usable, inputs_.car.painted)));
+    if (auto word = word_on_registration(test, usable); !word.empty()) print_warnings({std::move(word)});
   }
 
   void write_sheets(const std::vector<MarkedPicture>& before, const std::vector<MarkedPicture>& after) const {

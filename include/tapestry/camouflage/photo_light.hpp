@@ -14,13 +14,15 @@ namespace tapestry::camouflage {
 /// Settings for estimating the light of a frame from the car in its photograph.
 struct PhotoLight {
   std::shared_ptr<const raster::AmbientOcclusion> occlusion{};  ///< the car's; null: no part is shaded
-  std::size_t most_points = 8192;                               ///< most points of the photograph to use
+  std::size_t most_points = 16384;                              ///< most points of the photograph to use
   std::size_t shadow_pixels = 512;               ///< pixels of the car in the view from the sun
   std::optional<std::array<double, 3>> paint{};  ///< the photographed car's, if known, see estimated_light()
+  bool coat = true;             ///< whether the paint is taken to be lacquered, see raster::coated_light()
+  bool keeps_unpainted = true;  ///< whether faces without paint show the photograph where it holds the car
 };
 
 /// Points of the car's painted faces in a photograph: at most most_points, spread evenly over the pixels that
-/// show a single face, lie in the frame's mask, and have no channel at its limit.
+/// show a single face and lie in the frame's mask. Channels at their limit are 1.
 ///
 /// \returns points with colours in the car's space, in the order of the pixels
 /// \throws DomainError as io::camera_of(), and for an occlusion of another mesh

@@ -50,11 +50,17 @@ struct View {
   image::ColourSpace space =
       image::ColourSpace::encoded;  ///< space in which the car is lit and laid over the frame
   std::shared_ptr<const raster::MipPyramid> pyramid{};  ///< for a filtered atlas, else null
-  /// Light estimated from the photograph, without the shadow and occlusion it was drawn with; null where the
-  /// frame's own light was used.
+  /// Light estimated from the photograph, without the shadow, occlusion and pixels it was drawn with; null
+  /// where the frame's own light was used.
   std::shared_ptr<const raster::EstimatedLight> photo_light{};
+  /// IoU of the car's silhouette and the frame's mask; none without a mask, or without photo_light.
+  std::optional<double> registration{};
+  bool keeps_photograph = false;            ///< whether faces without paint show the frame's own pixels
   std::shared_ptr<const Sight<T>> sight{};  ///< null where the car's shape stays
 };
+
+/// Least registration with which a photograph is taken to hold the car where the mesh is.
+inline constexpr double least_registration = 0.9;
 
 template <std::floating_point T>
 using ViewSpan = std::span<const std::shared_ptr<const View<T>>>;
@@ -79,7 +85,9 @@ template <std::floating_point T>
 /// visible_pixels is 0 and the target an empty box.
 /// \param car    with the pyramid of its atlas if that is filtered
 /// \param photo  settings for estimating light from the frame's picture; without them, or if no point of the
-///               car can be made out in it, the light is io::frame_light()
+///               car can be made out in it, the light is io::frame_light(). With them, faces without paint
+///               show the frame's own pixels, if its mask, where it has one, is the car's silhouette: by an
+///               IoU of at least least_registration
 /// \throws ShapeError if the frame's mask has other extents than its image; DomainError for a filtered atlas
 ///         without a pyramid, and as io::camera_of()
 template <std::floating_point T>

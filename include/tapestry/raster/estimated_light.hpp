@@ -1,167 +1,90 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <numbers>
 #include <optional>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
-#include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/clear_coat.hpp>
+#include <tapestry/raster/detail/sky_basis.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
-#include <utility>
+#include <tapestry/raster/texture_layout.hpp>
 #include <vector>
 
 namespace tapestry::raster {
 
-/// A point of a surface in a photograph.
-struct LitPoint {
-  std::size_t face = 0;
-  geometry::Vector3 point{0, 0, 0};       ///< in the world
-  geometry::Vector3 normal{0, 0, 1};      ///< of length 1, on the visible side
-  double open = 1;                        ///< visible share of the sky, see AmbientOcclusion
-  std::array<double, 3> colour{0, 0, 0};  ///< in the photograph, in proportion to light
+/// Radiance from all directions, RGB. Texels [height, width]: rows from above, z = 1, to below, by even steps
+/// of the angle to z; columns around z from +x towards +y. Bilinear between their centres.
+struct EnvironmentMap {
+  std::size_t height = 0;
+  std::size_t width = 0;
+  std::vector<std::array<double, 3>> texels;
+
+  /// The texels of a lookup, whose weights sum to 1.
+  /// \pre the map has texels, and the direction has length 1
+  [[nodiscard]] std::array<Tap, 4> taps(const geometry::Vector3& direction) const;
+
+  /// Direction of a texel's centre.
+  [[nodiscard]] geometry::Vector3 direction(std::size_t texel) const;
+
+  [[nodiscard]] std::array<double, 3> at(const geometry::Vector3& direction) const;
 };
 
-namespace detail {
+/// Light that a photograph shows, for pictures laid over it:
+///
+///   painted    (1 − F) · (colour under OutdoorLight) + F · A · surroundings(mirrored direction of the eye)
+///   unpainted  the photograph's own pixel
+///
+/// F is schlick_fresnel(), A the open share of the sky. The surroundings include the sun as the coat mirrors
+/// it, and are as blurred as its roughness makes them. Neither part depends on texels: the map from texture
+/// to picture stays linear.
+struct PhotographedLight : OutdoorLight {
+  std::shared_ptr<const EnvironmentMap> surroundings{};  ///< null: no coat, F = 0
+  /// Pixels that faces without paint show, [H, W, 3] of the drawn picture, in its colour space; null: they
+  /// show their materials in this light.
+  std::shared_ptr<const Array<float, 3>> photograph{};
+};
 
-/// Number of sky parts, whose sum is nowhere negative: distant lights from above, and the ground, which is
-/// equally bright everywhere.
-inline constexpr std::size_t lobe_count = 33;
+/// A point of a clear coat, as the eye sees it.
+struct Mirror {
+  double fresnel = 0;                    ///< F
+  geometry::Vector3 direction{0, 0, 1};  ///< where the eye's ray goes on to, of length 1
+};
 
-/// A part of the sky: a distant light under which a surface that faces it is about 1.
-[[nodiscard]] inline Harmonics sky_lobe(std::size_t index) {
-  const double pi = std::numbers::pi;
-  if (index + 1 == lobe_count)
-    return {std::sqrt(pi), 0, -std::sqrt(3 * pi) / 2, 0, 0, 0, 0, 0, 0};  // all below
-  Harmonics lobe = spherical_harmonics(spiral_direction(index, 2 * (lobe_count - 1)));
-  for (double& coefficient : lobe) coefficient *= pi;
-  return lobe;
-}
+/// PhotographedLight of one view.
+struct PreparedPhotographedLight : PreparedOutdoorLight {
+  geometry::Vector3 eye;  ///< in the world
+  std::shared_ptr<const EnvironmentMap> surroundings;
+  std::shared_ptr<const Array<float, 3>> photograph;
 
-/// Unknowns of the estimate: a weight for each lobe, then the sun's.
-inline constexpr std::size_t weight_count = lobe_count + 1;
-using LightWeights = std::array<double, weight_count>;
+  [[nodiscard]] Mirror mirror(std::size_t face, const std::array<double, 3>& b) const;
 
-/// Sums of products, Σ basis·basisᵀ and Σ basis·brightness.
-struct LightEquations {
-  std::array<LightWeights, weight_count> product{};
-  LightWeights right{};
-  double square = 0;  ///< Σ brightness²
+  [[nodiscard]] double at(std::size_t face, const std::array<double, 3>& b) const {
+    const double matt = PreparedOutdoorLight::at(face, b);
+    return surroundings ? matt * (1 - mirror(face, b).fresnel) : matt;
+  }
 
-  [[nodiscard]] double residual(const LightWeights& weights) const {
-    double sum = square;
-    for (std::size_t i = 0; i < weight_count; ++i) {
-      double row = -2 * right[i];
-      for (std::size_t j = 0; j < weight_count; ++j) row += product[i][j] * weights[j];
-      sum += weights[i] * row;
-    }
-    return std::max(0.0, sum);
+  /// Radiance that the coat adds, whatever is painted below it.
+  [[nodiscard]] std::array<double, 3> reflected(std::size_t face, const std::array<double, 3>& b) const;
+
+  /// The photograph's pixel, if faces without paint show it.
+  [[nodiscard]] const float* unpainted(std::size_t pixel) const {
+    return photograph ? photograph->data() + 3 * pixel : nullptr;
   }
 };
 
-/// Least squares with weights ≥ 0: coordinate descent, until no weight moves by a millionth of the largest.
-[[nodiscard]] inline LightWeights non_negative_least_squares(const LightEquations& equations) {
-  LightWeights weights{};
-  for (int sweep = 0; sweep < 400; ++sweep) {
-    double moved = 0, largest = 0;
-    for (std::size_t i = 0; i < weight_count; ++i) {
-      const double diagonal = equations.product[i][i];
-      if (!(diagonal > 0)) continue;
-      double slope = equations.right[i];
-      for (std::size_t j = 0; j < weight_count; ++j) slope -= equations.product[i][j] * weights[j];
-      const double weight = std::max(0.0, weights[i] + slope / diagonal);
-      moved = std::max(moved, std::abs(weight - weights[i]));
-      largest = std::max(largest, weight);
-      weights[i] = weight;
-    }
-    if (moved <= 1e-6 * largest) break;
-  }
-  return weights;
-}
-
-/// Shading by lobes of the sky, of each point.
-class SkyBasis {
- public:
-  explicit SkyBasis(const std::vector<LitPoint>& points) : points_(points), shading_(points.size()) {
-    std::array<Harmonics, lobe_count> lobes;
-    for (std::size_t i = 0; i < lobe_count; ++i) lobes[i] = sky_lobe(i);
-    for (std::size_t p = 0; p < points.size(); ++p) {
-      const Harmonics transfer = sky_transfer(points[p].normal);
-      for (std::size_t i = 0; i < lobe_count; ++i) shading_[p][i] = points[p].open * dot(transfer, lobes[i]);
-    }
-    weigh(std::vector<double>(points.size(), 1.0));
-  }
-
-  /// Sets the weight of each point.
-  void weigh(std::vector<double> counts) {
-    counts_ = std::move(counts);
-    equations_ = {};
-    for (std::size_t p = 0; p < points_.size(); ++p) {
-      const double target = brightness(points_[p]);
-      equations_.square += counts_[p] * target * target;
-      for (std::size_t i = 0; i < lobe_count; ++i) {
-        const double counted = counts_[p] * shading_[p][i];
-        equations_.right[i] += counted * target;
-        for (std::size_t j = 0; j < lobe_count; ++j) equations_.product[i][j] += counted * shading_[p][j];
-      }
-    }
-    smooth();
-  }
-
-  [[nodiscard]] static double brightness(const LitPoint& point) {
-    return (point.colour[0] + point.colour[1] + point.colour[2]) / 3;
-  }
-
-  /// The equations with a sun, given its light on each point.
-  [[nodiscard]] LightEquations with_sun(const std::vector<double>& sun) const {
-    LightEquations equations = equations_;
-    for (std::size_t p = 0; p < points_.size(); ++p) {
-      if (sun[p] == 0) continue;
-      const double counted = counts_[p] * sun[p];
-      for (std::size_t i = 0; i < lobe_count; ++i)
-        equations.product[lobe_count][i] += counted * shading_[p][i];
-      equations.product[lobe_count][lobe_count] += counted * sun[p];
-      equations.right[lobe_count] += counted * brightness(points_[p]);
-    }
-    for (std::size_t i = 0; i < lobe_count; ++i)
-      equations.product[i][lobe_count] = equations.product[lobe_count][i];
-    return equations;
-  }
-
-  /// Shading of point p for these weights.
-  [[nodiscard]] double shading(std::size_t p, const LightWeights& weights, double sun) const {
-    double sum = weights[lobe_count] * sun;
-    for (std::size_t i = 0; i < lobe_count; ++i) sum += weights[i] * shading_[p][i];
-    return sum;
-  }
-
- private:
-  /// Adds λ · Σ (weight − mean weight)² over the sky above the ground, λ three tenths of the mean diagonal:
-  /// so light that a sun explains equally well does not become a bright place in the sky.
-  void smooth() {
-    constexpr std::size_t above = lobe_count - 1;
-    double trace = 0;
-    for (std::size_t i = 0; i < above; ++i) trace += equations_.product[i][i];
-    const double strength = 0.3 * trace / above;
-    for (std::size_t i = 0; i < above; ++i) {
-      equations_.product[i][i] += strength;
-      for (std::size_t j = 0; j < above; ++j) equations_.product[i][j] -= strength / above;
-    }
-  }
-
-  const std::vector<LitPoint>& points_;
-  std::vector<std::array<double, lobe_count>> shading_;
-  std::vector<double> counts_;
-  LightEquations equations_;
-};
-
-}  // namespace detail
+/// \throws DomainError as for OutdoorLight, and for surroundings without texels
+[[nodiscard]] PreparedPhotographedLight prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                                const PhotographedLight& light);
 
 /// Result of estimated_light().
 struct EstimatedLight {
-  OutdoorLight light;  ///< for paint of reflectance 1; with the shadow of its sun, without occlusion
+  PhotographedLight light;  ///< for paint of reflectance 1; with the shadow of its sun, without occlusion
   std::array<double, 3> product{0, 0, 0};  ///< light colour times paint: the observed colour
   double error = 0;  ///< mean absolute difference from the photograph, over points and channels
 };
@@ -184,5 +107,18 @@ struct EstimatedLight {
 [[nodiscard]] EstimatedLight estimated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
                                              const std::optional<std::array<double, 3>>& paint = {},
                                              std::size_t shadow_pixels = 512);
+
+/// The same light under a clear coat that mirrors the surroundings: sky, ground, buildings and the sun as the
+/// paint itself shows them. Sky, sun, the observed colour and the surroundings are fitted in turn, with the
+/// sun held where `matt` has it, the surroundings from 4 × 8 to 64 × 128 texels; each is nowhere negative,
+/// and neighbouring texels of the surroundings are drawn together where few points mirror them. Points count
+/// by the inverse of their differences, as encoded colours; a channel at 1 is a bound, not a value.
+///
+/// \param matt   estimated_light() of the same points
+/// \param paint  as there
+/// \throws DomainError as estimated_light(), and for a point without an eye
+[[nodiscard]] EstimatedLight coated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
+                                          const EstimatedLight& matt,
+                                          const std::optional<std::array<double, 3>>& paint = {});
 
 }  // namespace tapestry::raster

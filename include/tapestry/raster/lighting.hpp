@@ -211,4 +211,10 @@ concept ReflectingLighting = requires(const Lighting& lighting) {
   { lighting.reflected(std::size_t{}, std::array<double, 3>{}) } -> std::same_as<std::array<double, 3>>;
 };
 
+/// A prepared light that knows what faces without paint show in a pixel, or null: see PhotographedLight.
+template <class Lighting>
+concept PhotographedLighting = requires(const Lighting& lighting) {
+  { lighting.unpainted(std::size_t{}) } -> std::same_as<const float*>;
+};
+
 }  // namespace tapestry::raster

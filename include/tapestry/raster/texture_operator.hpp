@@ -94,6 +94,12 @@ void shade_band(const FragmentBands& fragments, std::size_t index, const Fragmen
   fragments.visit_band(index, grain_of(shader.body.layout), [&](const Fragment& fragment) {
     const auto face = static_cast<std::size_t>(fragment.face);
     picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
+    if (const float* const shown = shader.photographed(fragment)) {
+      for (std::size_t c = 0; c < 3; ++c)
+        picture.constant.data()[3 * fragment.pixel + c] +=
+            static_cast<T>(fragment.coverage * static_cast<double>(shown[c]));
+      return;
+    }
     if constexpr (ReflectingLighting<Lighting>) {
       const auto reflected = shader.lighting.reflected(face, fragment.barycentric);
       for (std::size_t c = 0; c < 3; ++c)
@@ -158,7 +164,8 @@ void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::si
 /// samples. The operator of a filtered atlas takes the texels of its pyramid, see stored_texels(). The result
 /// is the same for any number of threads.
 ///
-/// \param light             Unlit, Light (flat), SmoothLight or OutdoorLight, or one with a ClearCoat
+/// \param light             Unlit, Light (flat), SmoothLight or OutdoorLight, one with a ClearCoat, or a
+///                          PhotographedLight
 /// \param samples_per_axis  1, 2, 4 or 8: a pixel's coverage is estimated from its square
 /// \throws ShapeError if body.painted does not have one entry a face
 /// \throws DomainError for a picture, camera, light or layout outside the stated limits

@@ -12,6 +12,7 @@ std::vector<raster::LitPoint> lit_points(const io::Frame& frame, const raster::P
   raster::OutdoorLight any;
   any.occlusion = settings.occlusion;
   const auto lighting = raster::prepare(car.mesh, camera, any);
+  const geometry::Vector3 eye = geometry::eye_of(camera);
   const raster::FragmentBands bands("lit_points", car.mesh, camera, height, width, 2);
   std::vector<std::vector<raster::LitPoint>> of_band(bands.band_count());
   parallel_for(of_band.size(), [&](std::size_t band) {
@@ -22,7 +23,6 @@ std::vector<raster::LitPoint> lit_points(const io::Frame& frame, const raster::P
       raster::LitPoint point;
       for (std::size_t c = 0; c < 3; ++c) {
         const std::uint8_t byte = frame.image.data()[3 * fragment.pixel + c];
-        if (byte == 255) return;
         point.colour[c] = byte / 255.0;
         if (car.space == image::ColourSpace::linear) point.colour[c] = image::linearised(point.colour[c]);
       }
@@ -30,6 +30,7 @@ std::vector<raster::LitPoint> lit_points(const io::Frame& frame, const raster::P
       point.point = lighting.point(face, fragment.barycentric);
       point.normal = lighting.normal(face, fragment.barycentric);
       point.open = lighting.open_share(face, fragment.barycentric);
+      point.to_eye = geometry::normalised(geometry::subtract(eye, point.point));
       of_band[band].push_back(point);
     });
   });
@@ -47,8 +48,13 @@ std::vector<raster::LitPoint> lit_points(const io::Frame& frame, const raster::P
 std::optional<raster::EstimatedLight> photo_light(const io::Frame& frame, const raster::PaintedMesh& car,
                                                   const PhotoLight& settings) {
   const auto points = lit_points(frame, car, settings);
-  if (points.empty()) return std::nullopt;
-  auto estimate = raster::estimated_light(car.mesh, points, settings.paint, settings.shadow_pixels);
+  auto values = points;  // without bounds
+  std::erase_if(values, [](const raster::LitPoint& point) {
+    return *std::max_element(point.colour.begin(), point.colour.end()) >= 1;
+  });
+  if (values.empty()) return std::nullopt;
+  auto estimate = raster::estimated_light(car.mesh, values, settings.paint, settings.shadow_pixels);
+  if (settings.coat) estimate = raster::coated_light(car.mesh, points, estimate, settings.paint);
   estimate.light.occlusion = settings.occlusion;
   return estimate;
 }

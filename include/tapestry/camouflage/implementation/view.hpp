@@ -5,6 +5,7 @@
 #include <tapestry/image/over.hpp>
 #include <tapestry/raster/cropped.hpp>
 #include <tapestry/raster/fitted_camera.hpp>
+#include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::camouflage::detail {
 
@@ -51,6 +52,40 @@ double covered_in(const Array<T, 2>& coverage, const image::Placement& place) {
   return sum;
 }
 
+/// Intersection over union of a frame's mask and the car's silhouette, by pixels of the frame.
+inline double registration_of(const io::Frame& frame, const geometry::Mesh& car) {
+  const auto seen =
+      raster::visibility(car, io::camera_of(frame), frame.image.shape(0), frame.image.shape(1), 1);
+  std::size_t both = 0, either = 0;
+  for (std::size_t i = 0; i < seen.face.size(); ++i) {
+    const bool is_masked = frame.mask->data()[i] != 0, is_covered = seen.face[i] >= 0;
+    both += is_masked && is_covered ? 1U : 0U;
+    either += is_masked || is_covered ? 1U : 0U;
+  }
+  return either > 0 ? static_cast<double>(both) / static_cast<double>(either) : 0;
+}
+
+/// Lets faces without paint show the frame's pixels, where the frame holds the car; see make_view().
+template <std::floating_point T>
+void keep_photograph(const io::Frame& frame, const raster::PaintedMesh& car, const PhotoLight& settings,
+                     View<T>& view, raster::PhotographedLight& light) {
+  if (frame.mask) view.registration = registration_of(frame, car.mesh);
+  view.keeps_photograph = settings.keeps_unpainted && view.registration.value_or(1) >= least_registration;
+  if (!view.keeps_photograph) return;
+  auto pixels = std::make_shared<Array<float, 3>>(view.background.shape());
+  std::copy(view.background.begin(), view.background.end(), pixels->begin());
+  light.photograph = std::make_shared<const Array<float, 3>>(image::in_space(car.space, *pixels));
+}
+
+/// An estimate without what it was drawn with, since many views are kept.
+[[nodiscard]] inline std::shared_ptr<const raster::EstimatedLight> small_copy(
+    raster::EstimatedLight estimate) {
+  estimate.light.shadow = nullptr;
+  estimate.light.occlusion = nullptr;
+  estimate.light.photograph = nullptr;
+  return std::make_shared<const raster::EstimatedLight>(std::move(estimate));
+}
+
 inline detect::Box box_around(const image::PixelWindow& window) {
   const auto height = static_cast<double>(window.height), width = static_cast<double>(window.width);
   return {static_cast<double>(window.left) + width / 2, static_cast<double>(window.top) + height / 2, width,
@@ -79,6 +114,8 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
     throw DomainError("make_view: expected a pyramid with a filtered atlas, and none without");
   const Sight<T> sight = sight_of<T>(frame, car.space, height, width, samples_per_axis, fit.kind);
   const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit.kind);
+  View<T> view;
+  view.background = image::fitted(image::from_bytes<T>(frame.image), height, width, fit);
   double silhouette = 0;  // pixels
   const auto lit = [&](const auto& light) {
     auto bare = raster::texture_operator<T>(car, sight.camera, height, width, light, samples_per_axis);
@@ -86,18 +123,13 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
     return raster::masked(std::move(bare), sight.mask);
   };
   auto estimate = photo ? photo_light(frame, car, *photo) : std::nullopt;
+  if (estimate) detail::keep_photograph(frame, car, *photo, view, estimate->light);
   const auto whole = estimate ? lit(estimate->light) : lit(sight.light);
   const double shown = detail::covered_in(whole.coverage, place);
-  View<T> view;
-  if (estimate) {
-    estimate->light.shadow = nullptr;  // a view is small
-    estimate->light.occlusion = nullptr;
-    view.photo_light = std::make_shared<const raster::EstimatedLight>(*estimate);
-  }
+  if (estimate) view.photo_light = detail::small_copy(*estimate);
   view.name = frame.name;
   view.space = car.space;
   view.pyramid = car.pyramid;
-  view.background = image::fitted(image::from_bytes<T>(frame.image), height, width, fit);
   view.window = raster::covered_window(whole.coverage);
   view.paint_to_picture =
       std::make_shared<const raster::TextureOperator<T>>(raster::cropped(whole, view.window));

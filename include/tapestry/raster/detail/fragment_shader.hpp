@@ -17,6 +17,7 @@
 #include <tapestry/raster/detail/mesh_picture.hpp>
 #include <tapestry/raster/detail/mip_levels.hpp>
 #include <tapestry/raster/fragments.hpp>
+#include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <vector>
@@ -93,6 +94,14 @@ struct FragmentShader {
   /// The light's factor, before its colour.
   [[nodiscard]] double light_of(const Fragment& fragment) const {
     return lighting.at(static_cast<std::size_t>(fragment.face), fragment.barycentric);
+  }
+
+  /// The pixel of a photograph that a fragment without paint shows; null: its own colour in the light.
+  [[nodiscard]] const float* photographed(const Fragment& fragment) const {
+    if constexpr (PhotographedLighting<Lighting>)
+      if (body.painted[static_cast<std::size_t>(fragment.face)] == 0)
+        return lighting.unpainted(fragment.pixel);
+    return nullptr;
   }
 
   /// Calls visit(Tap) for the taps of a painted fragment, whose weights sum to 1.

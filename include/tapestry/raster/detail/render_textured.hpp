@@ -120,6 +120,11 @@ void draw_band(const FragmentBands& fragments, std::size_t band, const FragmentS
     const auto face = static_cast<std::size_t>(fragment.face);
     picture.coverage.data()[fragment.pixel] += static_cast<T>(fragment.coverage);
     T* const pixel = picture.colour.data() + 3 * fragment.pixel;
+    if (const float* const shown = shader.photographed(fragment)) {
+      for (std::size_t c = 0; c < 3; ++c)
+        pixel[c] += static_cast<T>(fragment.coverage * static_cast<double>(shown[c]));
+      return;
+    }
     if constexpr (ReflectingLighting<Lighting>) {
       const auto reflected = shader.lighting.reflected(face, fragment.barycentric);
       for (std::size_t c = 0; c < 3; ++c) pixel[c] += static_cast<T>(fragment.coverage * reflected[c]);

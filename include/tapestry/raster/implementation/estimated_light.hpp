@@ -119,6 +119,35 @@ inline void require_lit_points(const geometry::Mesh& mesh, const std::vector<Lit
       throw DomainError("estimated_light: a point is not finite, or on no face of the mesh");
 }
 
+inline void require_paint(const std::optional<std::array<double, 3>>& paint) {
+  for (const double channel : paint.value_or(std::array<double, 3>{1, 1, 1}))
+    if (!(channel > 0) || !std::isfinite(channel))
+      throw DomainError("estimated_light: paint must be finite and above 0");
+}
+
+/// Sets sun, sky and their colour from the weights under which the points have this shading, of the observed
+/// colour `product`: for this paint, or else white, with the 99th percentile of the shading at 1.
+inline void set_light(EstimatedLight& estimate, const LightWeights& weights, std::vector<double> shading,
+                      const std::optional<std::array<double, 3>>& paint) {
+  OutdoorLight& light = estimate.light;
+  light.sun = weights[lobe_count];
+  light.sky = {};
+  for (std::size_t i = 0; i < lobe_count; ++i) {
+    const Harmonics lobe = sky_lobe(i);
+    for (std::size_t k = 0; k < 9; ++k) light.sky[k] += weights[i] * lobe[k];
+  }
+  if (paint) {
+    for (std::size_t c = 0; c < 3; ++c) light.colour[c] = estimate.product[c] / (*paint)[c];
+    return;
+  }
+  const auto bright = shading.begin() + static_cast<std::ptrdiff_t>(99 * (shading.size() - 1) / 100);
+  std::nth_element(shading.begin(), bright, shading.end());
+  const double brightest = *bright > 0 ? *bright : 1;
+  light.sun /= brightest;
+  for (double& coefficient : light.sky) coefficient /= brightest;
+  estimate.product = geometry::scale(estimate.product, brightest);
+}
+
 }  // namespace tapestry::raster::detail
 
 namespace tapestry::raster {
@@ -126,9 +155,7 @@ namespace tapestry::raster {
 EstimatedLight estimated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
                                const std::optional<std::array<double, 3>>& paint, std::size_t shadow_pixels) {
   detail::require_lit_points(mesh, points);
-  for (const double channel : paint.value_or(std::array<double, 3>{1, 1, 1}))
-    if (!(channel > 0) || !std::isfinite(channel))
-      throw DomainError("estimated_light: paint must be finite and above 0");
+  detail::require_paint(paint);
   detail::SkyBasis basis(points);
   std::vector<double> counts(points.size(), 1.0), shading(points.size());
   detail::SunCandidate sun;
@@ -140,25 +167,9 @@ EstimatedLight estimated_light(const geometry::Mesh& mesh, const std::vector<Lit
     fit = detail::fit_colour(points, shading, counts);
   }
   EstimatedLight estimate{{}, fit.colour, fit.error};
-  OutdoorLight& light = estimate.light;
-  light.direction = sun.towards;
-  light.sun = sun.weights[detail::lobe_count];
-  light.shadow = sun.shadow;
-  light.sky = {};
-  for (std::size_t i = 0; i < detail::lobe_count; ++i) {
-    const Harmonics lobe = detail::sky_lobe(i);
-    for (std::size_t k = 0; k < 9; ++k) light.sky[k] += sun.weights[i] * lobe[k];
-  }
-  if (paint) {
-    for (std::size_t c = 0; c < 3; ++c) light.colour[c] = fit.colour[c] / (*paint)[c];
-    return estimate;
-  }
-  const auto bright = shading.begin() + static_cast<std::ptrdiff_t>(99 * (shading.size() - 1) / 100);
-  std::nth_element(shading.begin(), bright, shading.end());
-  const double brightest = *bright > 0 ? *bright : 1;
-  light.sun /= brightest;
-  for (double& coefficient : light.sky) coefficient /= brightest;
-  estimate.product = geometry::scale(fit.colour, brightest);
+  estimate.light.direction = sun.towards;
+  estimate.light.shadow = sun.shadow;
+  detail::set_light(estimate, sun.weights, std::move(shading), paint);
   return estimate;
 }
 

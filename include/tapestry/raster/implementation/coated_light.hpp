@@ -1,0 +1,238 @@
+#pragma once
+#include <tapestry/image/colour_space.hpp>
+#include <tapestry/raster/estimated_light.hpp>
+#include <tapestry/raster/implementation/estimated_light.hpp>
+#include <tapestry/raster/implementation/photographed_light.hpp>
+
+namespace tapestry::raster::detail {
+
+/// Resolutions of the surroundings, each twice the one before: 4 × 8 to 64 × 128 texels. On six frames of a
+/// simulator, a fit to half of the car's painted pixels, in squares of 8, differs from the other half by .069
+/// as encoded colours, .056 from its own; without a coat by .135.
+inline constexpr int environment_levels = 5;
+inline constexpr double environment_togetherness = 0.001;
+
+/// Surroundings that points of a photograph mirror, fitted from coarse to fine.
+class SurroundingsFit {
+ public:
+  using Colour = std::array<double, 3>;
+
+  /// \param mirrors  of the points
+  /// \param shares   F · A of the points
+  SurroundingsFit(const std::vector<Mirror>& mirrors, std::vector<double> shares)
+      : mirrors_(mirrors), share_(std::move(shares)) {}
+
+  [[nodiscard]] const EnvironmentMap& map() const { return map_; }
+
+  /// What point p mirrors.
+  [[nodiscard]] Colour mirrored(std::size_t p) const {
+    return geometry::scale(map_.at(mirrors_[p].direction), share_[p]);
+  }
+
+  /// Begins with 4 × 8 black texels, then doubles the resolution at each call.
+  void refine() {
+    EnvironmentMap finer{map_.height == 0 ? 4 : 2 * map_.height, map_.height == 0 ? 8 : 2 * map_.width, {}};
+    finer.texels.assign(finer.height * finer.width, {0, 0, 0});
+    for (std::size_t texel = 0; map_.height > 0 && texel < finer.texels.size(); ++texel)
+      finer.texels[texel] = map_.at(finer.direction(texel));
+    map_ = std::move(finer);
+    lookups_.assign(map_.texels.size(), {});
+    for (std::size_t p = 0; p < share_.size(); ++p)
+      for (const Tap& tap : map_.taps(mirrors_[p].direction))
+        if (tap.weight * share_[p] > 0) lookups_[tap.texel].push_back({p, tap.weight * share_[p]});
+  }
+
+  /// Least squares for what the points mirror, texel by texel in turn, none below 0.
+  /// \param counts  weights of the points
+  void fit(const std::vector<Colour>& targets, const std::vector<double>& counts) {
+    std::vector<Colour> missing(share_.size());
+    for (std::size_t p = 0; p < missing.size(); ++p) missing[p] = geometry::subtract(targets[p], mirrored(p));
+    const double together = togetherness(counts);
+    for (int sweep = 0; sweep < 24; ++sweep)
+      for (std::size_t texel = 0; texel < map_.texels.size(); ++texel) {
+        const Colour step = step_of(texel, counts, missing, together);
+        map_.texels[texel] = geometry::add(map_.texels[texel], step);
+        for (const auto& [p, weight] : lookups_[texel])
+          missing[p] = geometry::subtract(missing[p], geometry::scale(step, weight));
+      }
+  }
+
+ private:
+  struct Lookup {
+    std::size_t point;
+    double weight;
+  };
+
+  /// Weight of the square of a difference between neighbours: a share of the mean over texels that are
+  /// mirrored of Σ count · weight².
+  [[nodiscard]] double togetherness(const std::vector<double>& counts) const {
+    double sum = 0;
+    std::size_t seen = 0;
+    for (const auto& lookups : lookups_) {
+      for (const auto& [p, weight] : lookups) sum += counts[p] * weight * weight;
+      seen += lookups.empty() ? 0U : 1U;
+    }
+    return seen > 0 ? environment_togetherness * sum / static_cast<double>(seen) : 0;
+  }
+
+  [[nodiscard]] Colour step_of(std::size_t texel, const std::vector<double>& counts,
+                               const std::vector<Colour>& missing, double together) const {
+    const Colour own = map_.texels[texel];
+    Colour slope{0, 0, 0};
+    double curvature = 0;
+    for (const auto& [p, weight] : lookups_[texel]) {
+      slope = geometry::add(slope, geometry::scale(missing[p], counts[p] * weight));
+      curvature += counts[p] * weight * weight;
+    }
+    const std::size_t row = texel / map_.width, column = texel % map_.width;
+    const auto draw_to = [&](std::size_t other_row, std::size_t other_column) {
+      const Colour& other = map_.texels[other_row * map_.width + other_column % map_.width];
+      slope = geometry::add(slope, geometry::scale(geometry::subtract(other, own), together));
+      curvature += together;
+    };
+    draw_to(row, column + 1);
+    draw_to(row, column + map_.width - 1);
+    if (row > 0) draw_to(row - 1, column);
+    if (row + 1 < map_.height) draw_to(row + 1, column);
+    Colour step{0, 0, 0};
+    for (std::size_t c = 0; c < 3 && curvature > 0; ++c) step[c] = std::max(-own[c], slope[c] / curvature);
+    return step;
+  }
+
+  const std::vector<Mirror>& mirrors_;
+  std::vector<double> share_;
+  EnvironmentMap map_;
+  std::vector<std::vector<Lookup>> lookups_;  ///< of each texel
+};
+
+/// Diffuse light and surroundings, each estimated given the other, in turn.
+class CoatedFit {
+ public:
+  CoatedFit(const std::vector<LitPoint>& points, std::vector<double> sun_shares)
+      : points_(points),
+        mirrors_(mirrors_of(points)),
+        surroundings_(mirrors_, shares()),
+        sun_(std::move(sun_shares)),
+        matt_(points),
+        counts_(points.size(), 1.0),
+        shading_(points.size()),
+        targets_(points.size()) {
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      matt_[p].open *= 1 - mirrors_[p].fresnel;
+      sun_[p] *= 1 - mirrors_[p].fresnel;
+      targets_[p] = points[p].colour;
+    }
+  }
+
+  void run() {
+    for (int level = 0; level < environment_levels; ++level) {
+      surroundings_.refine();
+      for (int round = 0; round < 4; ++round) {
+        fit_matt();
+        fit_surroundings();
+        judge();
+      }
+    }
+  }
+
+  [[nodiscard]] const LightWeights& weights() const { return weights_; }
+  [[nodiscard]] const std::array<double, 3>& colour() const { return colour_; }
+  [[nodiscard]] const EnvironmentMap& surroundings() const { return surroundings_.map(); }
+  /// The light on each point, before its colour.
+  [[nodiscard]] const std::vector<double>& shading() const { return shading_; }
+
+  /// Mean absolute difference of points and channels; bounds that hold differ by nothing.
+  [[nodiscard]] double error() const {
+    double sum = 0;
+    for (std::size_t p = 0; p < points_.size(); ++p)
+      for (std::size_t c = 0; c < 3; ++c) sum += std::abs(modelled(p)[c] - targets_[p][c]);
+    return sum / (3 * static_cast<double>(points_.size()));
+  }
+
+ private:
+  static std::vector<Mirror> mirrors_of(const std::vector<LitPoint>& points) {
+    std::vector<Mirror> mirrors;
+    for (const LitPoint& point : points) mirrors.push_back(mirror_of(point.normal, point.to_eye));
+    return mirrors;
+  }
+
+  /// F · A
+  [[nodiscard]] std::vector<double> shares() const {
+    std::vector<double> shares;
+    for (std::size_t p = 0; p < points_.size(); ++p) shares.push_back(points_[p].open * mirrors_[p].fresnel);
+    return shares;
+  }
+
+  [[nodiscard]] std::array<double, 3> modelled(std::size_t p) const {
+    return geometry::add(geometry::scale(colour_, shading_[p]), surroundings_.mirrored(p));
+  }
+
+  void fit_matt() {
+    for (std::size_t p = 0; p < points_.size(); ++p)
+      matt_[p].colour = geometry::subtract(targets_[p], surroundings_.mirrored(p));
+    SkyBasis basis(matt_);
+    basis.weigh(counts_);
+    weights_ = non_negative_least_squares(basis.with_sun(sun_));
+    for (std::size_t p = 0; p < points_.size(); ++p) shading_[p] = basis.shading(p, weights_, sun_[p]);
+    colour_ = fit_colour(matt_, shading_, counts_).colour;
+    for (double& channel : colour_) channel = std::max(0.0, channel);
+  }
+
+  void fit_surroundings() {
+    auto mirrored = targets_;
+    for (std::size_t p = 0; p < mirrored.size(); ++p)
+      mirrored[p] = geometry::subtract(mirrored[p], geometry::scale(colour_, shading_[p]));
+    surroundings_.fit(mirrored, counts_);
+  }
+
+  /// Moves targets that are bounds to the model where it lies beyond them, and weighs the points: least
+  /// squares with weights slope² / difference are least absolute differences of encoded colours.
+  void judge() {
+    constexpr double least = 0.01;
+    for (std::size_t p = 0; p < points_.size(); ++p) {
+      const auto model = modelled(p);
+      double difference = 0, slope = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double photo = points_[p].colour[c];
+        targets_[p][c] = photo >= 1 ? std::max(photo, model[c]) : photo;
+        const double a = image::encoded(std::clamp(model[c], 0.0, 1.0));
+        const double b = image::encoded(std::clamp(photo, 0.0, 1.0));
+        difference += std::abs(a - b) / 3;
+        const double brighter = std::max(0.003, std::max(photo, model[c]));
+        slope += image::encoded_slope(brighter, image::encoded(brighter)) / 3;
+      }
+      counts_[p] = slope * slope / std::max(least, difference);
+    }
+  }
+
+  const std::vector<LitPoint>& points_;
+  std::vector<Mirror> mirrors_;
+  SurroundingsFit surroundings_;
+  std::vector<double> sun_;     ///< (1 − F) · max(0, n·L) · V
+  std::vector<LitPoint> matt_;  ///< what is left for sun and sky, below the coat
+  std::vector<double> counts_, shading_;
+  std::vector<std::array<double, 3>> targets_;
+  LightWeights weights_{};
+  std::array<double, 3> colour_{0, 0, 0};
+};
+
+}  // namespace tapestry::raster::detail
+
+namespace tapestry::raster {
+
+EstimatedLight coated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
+                            const EstimatedLight& matt, const std::optional<std::array<double, 3>>& paint) {
+  detail::require_lit_points(mesh, points);
+  detail::require_paint(paint);
+  for (const LitPoint& point : points)
+    if (!(geometry::length(point.to_eye) > 0.5)) throw DomainError("coated_light: a point without an eye");
+  const auto towards = geometry::normalised(matt.light.direction);
+  detail::CoatedFit fit(points, detail::sun_shares(points, towards, matt.light.shadow.get()));
+  fit.run();
+  EstimatedLight estimate{matt.light, fit.colour(), fit.error()};
+  estimate.light.surroundings = std::make_shared<const EnvironmentMap>(fit.surroundings());
+  detail::set_light(estimate, fit.weights(), fit.shading(), paint);
+  return estimate;
+}
+
+}  // namespace tapestry::raster

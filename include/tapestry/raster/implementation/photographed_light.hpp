@@ -1,0 +1,67 @@
+#pragma once
+#include <tapestry/raster/estimated_light.hpp>
+
+namespace tapestry::raster::detail {
+
+/// The coat at a point with the normal n, seen along v; both of length 1.
+inline Mirror mirror_of(const geometry::Vector3& normal, const geometry::Vector3& to_eye) {
+  const double cosine = geometry::dot(normal, to_eye);
+  return {schlick_fresnel(clear_coat_f0, std::clamp(std::abs(cosine), 0.001, 1.0)),
+          geometry::normalised(geometry::subtract(geometry::scale(normal, 2 * cosine), to_eye))};
+}
+
+}  // namespace tapestry::raster::detail
+
+namespace tapestry::raster {
+
+std::array<Tap, 4> EnvironmentMap::taps(const geometry::Vector3& direction) const {
+  const double pi = std::numbers::pi, rows = static_cast<double>(height),
+               columns = static_cast<double>(width);
+  const double row =
+      std::clamp(std::acos(std::clamp(direction[2], -1.0, 1.0)) / pi * rows - 0.5, 0.0, rows - 1);
+  double column = std::atan2(direction[1], direction[0]) / (2 * pi) * columns - 0.5;
+  if (column < 0) column += columns;
+  const auto top = static_cast<std::size_t>(row), left = static_cast<std::size_t>(column) % width;
+  const std::size_t below = std::min(top + 1, height - 1), right = (left + 1) % width;
+  const double down = row - std::floor(row), across = column - std::floor(column);
+  return {{{top * width + left, (1 - down) * (1 - across)},
+           {top * width + right, (1 - down) * across},
+           {below * width + left, down * (1 - across)},
+           {below * width + right, down * across}}};
+}
+
+geometry::Vector3 EnvironmentMap::direction(std::size_t texel) const {
+  const double polar =
+      std::numbers::pi * (static_cast<double>(texel / width) + 0.5) / static_cast<double>(height);
+  const double around =
+      2 * std::numbers::pi * (static_cast<double>(texel % width) + 0.5) / static_cast<double>(width);
+  return {std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around), std::cos(polar)};
+}
+
+std::array<double, 3> EnvironmentMap::at(const geometry::Vector3& direction) const {
+  std::array<double, 3> sum{0, 0, 0};
+  for (const Tap& tap : taps(direction))
+    sum = geometry::add(sum, geometry::scale(texels[tap.texel], tap.weight));
+  return sum;
+}
+
+Mirror PreparedPhotographedLight::mirror(std::size_t face, const std::array<double, 3>& b) const {
+  return detail::mirror_of(normal(face, b), geometry::normalised(geometry::subtract(eye, point(face, b))));
+}
+
+std::array<double, 3> PreparedPhotographedLight::reflected(std::size_t face,
+                                                           const std::array<double, 3>& b) const {
+  if (!surroundings) return {0, 0, 0};
+  const auto [fresnel, mirrored] = mirror(face, b);
+  return geometry::scale(surroundings->at(mirrored), fresnel * open_share(face, b));
+}
+
+PreparedPhotographedLight prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                  const PhotographedLight& light) {
+  if (light.surroundings && light.surroundings->texels.empty())
+    throw DomainError("photographed light: the surroundings have no texels");
+  return {prepare(mesh, camera, static_cast<const OutdoorLight&>(light)), geometry::eye_of(camera),
+          light.surroundings, light.photograph};
+}
+
+}  // namespace tapestry::raster
