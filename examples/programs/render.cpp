@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <tapestry/core/parallel.hpp>
@@ -65,6 +66,7 @@ struct Options {
   std::vector<double> background{1, 1, 1};
   std::string lighting = "flat";
   std::string colour_space = "linear";
+  bool ground = false;
   double ambient = 0.5, directional = 0.5;
   double coat = 0, roughness = 0.1;
   std::vector<double> light_direction{0, 0, 1};
@@ -103,7 +105,9 @@ void describe_scene(CLI::App& app, Options& o) {
 }
 
 void describe_light(CLI::App& app, Options& o) {
-  app.add_option("--light", o.lighting, "none, flat or smooth");
+  app.add_option("--light", o.lighting,
+                 "none, flat, smooth, sky or sun: sky and sun are shaded by the mesh itself");
+  app.add_flag("--ground", o.ground, "with --light sky or sun: the mesh's shadow on level ground below it");
   app.add_option(
       "--colour-space", o.colour_space,
       "how colours are lit, filtered and blended: linear, in proportion to light as a camera and a "
@@ -217,7 +221,8 @@ void require_sound_panels(const Options& o, ProblemList& list) {
 }
 
 void require_sound_light(const Options& o, ProblemList& list) {
-  list.require_choice("--light", o.lighting, {"none", "flat", "smooth"});
+  list.require_choice("--light", o.lighting, lighting_names());
+  list.require(!o.ground || is_outdoors(o.lighting), "--ground needs --light sky or sun");
   list.require_choice("--colour-space", o.colour_space, names_of(image::colour_spaces));
   list.require(o.ambient >= 0 && std::isfinite(o.ambient), "--ambient must be a number from 0 on");
   list.require(o.directional >= 0 && std::isfinite(o.directional),
@@ -379,6 +384,11 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   scene.coat = o.coat;
   scene.roughness = o.roughness;
   for (std::size_t axis = 0; axis < 3; ++axis) scene.light.direction[axis] = o.light_direction[axis];
+  if (is_outdoors(o.lighting))
+    scene.occlusion = std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(scene.mesh));
+  if (o.ground)
+    scene.ground = std::make_shared<const raster::GroundShade>(
+        scene.mesh, raster::Ground{geometry::bounds_of(scene.mesh.positions).low[2]});
   return scene;
 }
 
@@ -459,7 +469,27 @@ geometry::Camera camera_of_pose(const Options& o, const PictureSettings& picture
 struct Shots {
   std::vector<geometry::Camera> cameras;
   std::size_t columns = 1;
+  std::vector<std::string> labels{};  ///< of a turntable: where each is seen from
 };
+
+/// Columns of a turntable's sheet: 3 to 8 with as few empty cells as can be, then nearest to half as many
+/// again as rows.
+std::size_t turntable_columns(std::size_t views) {
+  const double good = std::sqrt(1.5 * static_cast<double>(views));
+  const auto rank = [&](std::size_t columns) {
+    return std::pair((columns - views % columns) % columns, std::abs(static_cast<double>(columns) - good));
+  };
+  std::size_t best = 3;
+  for (std::size_t columns = 4; columns <= 8; ++columns)
+    if (rank(columns) < rank(best)) best = columns;
+  return std::min(best, views);
+}
+
+std::string label_of(double azimuth, double elevation) {
+  std::ostringstream text;
+  text << "azimuth " << std::fmod(azimuth + 360, 360) << ", elevation " << elevation;
+  return text.str();
+}
 
 Shots shots_of(const Options& o, const PaintedScene& scene, const io::Frame& frame,
                const PictureSettings& picture) {
@@ -468,11 +498,12 @@ Shots shots_of(const Options& o, const PaintedScene& scene, const io::Frame& fra
   const auto orbit = orbit_settings(o, scene.mesh, picture);
   const auto distances = o.distance.empty() ? std::vector<double>{orbit.whole_distance()} : o.distance;
   if (o.turntable == 0) return {{orbit.camera(o.azimuth, o.elevation, distances[0])}};
-  Shots shots{{}, distances.size() > 1 ? o.turntable : std::min<std::size_t>(o.turntable, 6)};
+  Shots shots{{}, distances.size() > 1 ? o.turntable : turntable_columns(o.turntable)};
   for (const double distance : distances) {
     for (std::size_t i = 0; i < o.turntable; ++i) {
       const double turn = 360 * static_cast<double>(i) / static_cast<double>(o.turntable);
       shots.cameras.push_back(orbit.camera(o.azimuth + turn, o.elevation, distance));
+      shots.labels.push_back(label_of(o.azimuth + turn, o.elevation));
     }
   }
   return shots;
@@ -570,6 +601,16 @@ std::string write_panels(const Options& o, const PaintedScene& scene) {
   return sheets.summary();
 }
 
+/// Writes a label at the lower left, if there is room for it.
+void write_label(const std::string& label, Bitmap& picture) {
+  const long scale = std::max(1L, static_cast<long>(picture.shape(1)) / 400), margin = 2 * scale;
+  if (text_width(label, scale) + 2 * margin > static_cast<long>(picture.shape(1))) return;
+  const long top = static_cast<long>(picture.shape(0)) - glyph_height * scale - margin;
+  const std::uint8_t* const behind =
+      &picture(static_cast<std::size_t>(top), static_cast<std::size_t>(margin), 0);
+  draw_text(picture, margin, top, label, scale, text_colour_on({behind[0], behind[1], behind[2]}));
+}
+
 /// \returns a description of the files written
 std::string write_view(const Options& o, const PaintedScene& scene, const Shots& shots,
                        const PictureSettings& picture) {
@@ -580,8 +621,10 @@ std::string write_view(const Options& o, const PaintedScene& scene, const Shots&
     return std::to_string(picture.width) + " x " + std::to_string(picture.height) + " pixels, " + o.view;
   }
   std::vector<Bitmap> bitmaps;
-  for (const auto& camera : shots.cameras)
-    bitmaps.push_back(image::to_bytes(mesh_view(o.view, scene, camera, picture)));
+  for (std::size_t i = 0; i < shots.cameras.size(); ++i) {
+    bitmaps.push_back(image::to_bytes(mesh_view(o.view, scene, shots.cameras[i], picture)));
+    if (!shots.labels.empty()) write_label(shots.labels[i], bitmaps.back());
+  }
   const Bitmap bitmap = o.turntable > 0 ? contact_sheet(bitmaps, shots.columns) : bitmaps.front();
   io::write_image(o.output, bitmap);
   return std::to_string(bitmap.shape(1)) + " x " + std::to_string(bitmap.shape(0)) + " pixels, " +

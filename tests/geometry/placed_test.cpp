@@ -78,13 +78,13 @@ TEST_CASE("an appended mesh keeps its attributes, and what one of the two lacks 
   geometry::append(mesh, full);
   geometry::append(mesh, bare);
   CHECK(mesh.faces == std::vector<geometry::Corners>{{0, 1, 2}, {3, 4, 5}, {6, 7, 8}, {9, 10, 11}});
-  mesh.face_uvs.resize(4, none);  // lists may end early
   CHECK(mesh.face_uvs == std::vector<geometry::Corners>{none, {0, -1, 0}, {1, -1, 1}, none});
   CHECK(mesh.face_normals[2] == geometry::Corners{1, 1, -1});
   CHECK(geometry::material_colour(mesh, 0) == geometry::Material{}.colour);
   CHECK(geometry::material_colour(mesh, 2) == std::array<float, 3>{1, 0, 0});
   CHECK(geometry::material_colour(mesh, 3) == geometry::Material{}.colour);
-  CHECK(mesh.face_groups[2] == 1);
+  CHECK(mesh.face_groups == std::vector<std::int32_t>{-1, 0, 1, -1});
+  CHECK(mesh.face_normals.size() == 4);
   REQUIRE(mesh.vertex_colours.size() == 12);
   CHECK(mesh.vertex_colours[3] == std::array<float, 3>{1, 0, 0});
   CHECK(mesh.vertex_colours[11] == geometry::Material{}.colour);

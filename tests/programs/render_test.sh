@@ -45,10 +45,14 @@ expect_exit 0 "trilinear" "$render" --size 96 --material body --texture car.png 
 cmp -s textured.png tri.png && fail "the filter does not show" || pass
 expect_exit 0 "bilinear" "$render" --size 96 --material body --texture car.png --filter bilinear --output bi.png
 cmp -s textured.png bi.png && fail "a texture is not filtered unless asked for" || pass
-for light in none smooth; do
+for light in none smooth sky sun; do
   expect_exit 0 "light $light" "$render" --size 96 --light "$light" --output "light.png"
   cmp -s car.png light.png && fail "light $light is the flat one" || pass
 done
+expect_exit 0 "ground" "$render" --size 96 --light sun --light-direction 1 1 1 --ground --output ground.png
+cmp -s light.png ground.png && fail "the ground has no shadow" || pass
+expect_exit 0 "a full grid" "$render" --turntable 8 --size 64 --output grid.png
+[ "$(size_of grid.png)" = "276 140" ] && pass || fail "grid.png is $(size_of grid.png)"
 expect_exit 0 "a clear coat" "$render" --size 96 --clear-coat 1 --output coated.png
 cmp -s car.png coated.png && fail "a clear coat does not show" || pass
 expect_exit 0 "a rough coat" "$render" --size 96 --clear-coat 1 --roughness 0.5 --output rough.png
@@ -238,6 +242,7 @@ refuses_to_write '--export would overwrite out.obj' --mesh out.obj --export out.
 refuses_to_write 'ends with .png' --output untouched.jpg
 refuses_to_write 'with .npy for one' --output untouched.npy
 refuses_to_write 'with .npy for one' --view depth --turntable 3 --output untouched.npy
+refuses_to_write 'ground needs --light sky or sun' --ground --output untouched.png
 refuses_to_write 'needs a light' --clear-coat 1 --light none --output untouched.png
 expect_same car.png paint.png
 refuses_to_write '--output would overwrite .*out.png' --mesh out.obj --output out.png

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <numbers>
 #include <string>
+#include <tapestry/core/array.hpp>
 #include <tapestry/geometry/shapes.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/detail/parallel_view.hpp>
@@ -28,6 +29,7 @@ namespace raster = tapestry::raster;
 namespace test = tapestry::test;
 using geometry::Vector3;
 using raster::PlacedBody;
+using tapestry::Array;
 
 namespace {
 
@@ -166,6 +168,47 @@ TEST_CASE("a car shades the ground and its neighbour", "[raster][scene][light]")
   CHECK(least(open) < 0.2);  // contact shadow
 }
 
+TEST_CASE("ground keeps its light but where a car hides the sun or the sky", "[raster][scene][light]") {
+  const auto car = test::tiny_car();  // x to ±2, y to ±0.9, z from 0.1 to 1.4
+  const raster::GroundShade shade(car.mesh);
+  const auto above = geometry::look_at({0, 0, 20}, {0, 0, 0}, {0, 1, 0}, 0.6, 0.6);
+  const std::size_t size = 200;
+  const auto at = [&](const Array<float, 2>& kept, double x, double y) {
+    const auto view = geometry::view_from_world(above, {x, y, 0});
+    const auto pixel = [&](double tangent, double half) {
+      return static_cast<std::size_t>((tangent / half + 1) / 2 * static_cast<double>(size));
+    };
+    return static_cast<double>(
+        kept(pixel(view[1] / view[2], above.tan_half_fov_y), pixel(view[0] / view[2], above.tan_half_fov_x)));
+  };
+  raster::OutdoorLight light;
+  light.sun = 0;
+  light.sky = raster::uniform_sky(1);
+  const auto sky = shade(light, above, size, size);
+  CHECK(at(sky, 0, 0) < 0.2);  // below the car
+  CHECK(at(sky, 5.5, 5.5) > 0.97);
+  // A wall of height h, seen at its foot, hides half of the sky; at distance d from a long one,
+  // 1 − A = ½ (1 − cos atan(h / d)), a cosine-weighted dihedral. The car's flank is 4.4 times as long as d.
+  const double d = 0.9, expected = 1 - 0.5 * (1 - std::cos(std::atan(1.4 / d)));
+  CHECK(std::abs(at(sky, 0, 0.9 + d) - expected) <= 0.05);
+
+  light.sun = 3;
+  light.sky = raster::uniform_sky(0.5);
+  light.direction = {1, 0, 1};
+  const auto sunny = shade(light, above, size, size);
+  const double lit = 3 * std::sqrt(0.5) + 0.5;
+  CHECK(at(sunny, -3.0, 0) <= 0.5 / lit + 0.01);  // the sun's shadow: what is left is at most the sky
+  CHECK(at(sunny, -3.0, 0) >= 0.25 / lit);
+  CHECK(at(sunny, 4.5, 0) > 0.98);
+  const auto from_below = geometry::look_at({0, 0, -20}, {0, 0, 0}, {0, 1, 0}, 0.6, 0.6);
+  for (const float kept : shade(light, from_below, 16, 16)) CHECK(kept == 1);
+  light.sun = 0;
+  light.sky = {};
+  for (const float kept : shade(light, above, 16, 16)) CHECK(kept == 1);  // no light to lose
+  CHECK_THROWS_AS(raster::GroundShade(geometry::Mesh{}), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::GroundShade(car.mesh, {0, 3, 1}), tapestry::DomainError);
+}
+
 TEST_CASE("a pose's gradient through a neighbour agrees with central differences",
           "[raster][scene][gradient]") {
   auto car = test::tiny_car();
@@ -217,4 +260,6 @@ TEST_CASE("a scene without bodies or with textures that do not fit each other is
   other.painted.assign(other.painted.size(), 0);
   CHECK_NOTHROW(raster::scene_of({{car}, {other}}));
   CHECK(raster::scene_of({{other}, {car}}).whole.layout.height == car.layout.height);
+  other.painted.push_back(0);
+  CHECK_THROWS_AS(raster::scene_of({{car}, {other}}), tapestry::ShapeError);
 }

@@ -253,7 +253,8 @@ class CamouflageRun {
                             exact_text(inputs_.car.description));
     write_painted(reshaped ? reshaped->car() : inputs_.car.painted, paint.colours);
     report.exported =
-        export_difference_of(reshaped ? reshaped->store() : test, usable.front(), paint.colours);
+        export_difference_of(reshaped ? reshaped->store() : test,
+                             reshaped ? reshaped->car() : inputs_.car.painted, usable.front(), paint.colours);
     write_matched_controls(textures.controls);
     if (inputs_.photo_light) write_light(test, usable);
     write_sheets(before, after);
@@ -265,8 +266,9 @@ class CamouflageRun {
   }
 
   void write_light(camouflage::ViewStore<float>& test, const std::vector<std::size_t>& usable) const {
-    write_text(path("light.json"), report_text(light_json(test, usable, inputs_.car.painted)));
-    if (auto word = word_on_registration(test, usable); !word.empty()) print_warnings({std::move(word)});
+    const PhotoLightReport report(test, usable, inputs_.car.painted);
+    write_text(path("light.json"), report_text(report.json()));
+    if (auto word = report.word_on_registration(); !word.empty()) print_warnings({std::move(word)});
   }
 
   void write_sheets(const std::vector<MarkedPicture>& before, const std::vector<MarkedPicture>& after) const {
@@ -318,17 +320,23 @@ class CamouflageRun {
   }
 
   /// Draws a view with the car of the written files, and compares it with the run's own picture.
-  /// \param store  views of the car in its final shape
-  [[nodiscard]] PictureDifference export_difference_of(camouflage::ViewStore<float>& store, std::size_t index,
+  /// \param store    views of the car in its final shape
+  /// \param own_car  that car
+  [[nodiscard]] PictureDifference export_difference_of(const camouflage::ViewStore<float>& store,
+                                                       const raster::PaintedMesh& own_car, std::size_t index,
                                                        const Array<float, 2>& colours) const {
     const auto& settings = store.settings();
-    const auto own = store.view(index);
+    auto light = settings.photo_light;
+    if (light) light->keeps_unpainted = false;  // unpainted faces were exported, too
+    const io::Frame frame = test_loaders()[index]();
+    const auto view_of = [&](const raster::PaintedMesh& car) {
+      return camouflage::make_view<float>(frame, car, settings.height, settings.width,
+                                          settings.samples_per_axis, settings.fit, light);
+    };
+    const auto own = view_of(own_car);
     const auto [car, texels] = read_exported_car(path("painted.obj"), inputs_.car.painted);
-    const auto view =
-        camouflage::make_view<float>(test_loaders()[index](), car, settings.height, settings.width,
-                                     settings.samples_per_axis, settings.fit, settings.photo_light);
-    const auto difference = difference_over_car(camouflage::picture_of(*own, colours),
-                                                camouflage::picture_of(view, texels), *own);
+    const auto difference = difference_over_car(camouflage::picture_of(own, colours),
+                                                camouflage::picture_of(view_of(car), texels), own);
     if (difference.mean > most_export_difference)
       print_warnings({path("painted.obj") + ": drawn again, the exported paint differs from the run's by " +
                       decimal_text(difference.mean) + " of 1 on average"});

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -53,15 +54,17 @@ inline ExportedCar read_exported_car(const std::string& obj, const raster::Paint
   return exported;
 }
 
-/// Compares two pictures of a view, [H, W, 3], over the pixels that show the car.
-inline PictureDifference difference_over_car(const Array<float, 3>& picture, const Array<float, 3>& other,
-                                             const camouflage::View<float>& view) {
+/// Compares two pictures of a view, [H, W, 3], over those pixels that show the car and is_counted(pixel), an
+/// index into the view's window.
+template <std::predicate<std::size_t> IsCounted>
+PictureDifference difference_over_car(const Array<float, 3>& picture, const Array<float, 3>& other,
+                                      const camouflage::View<float>& view, IsCounted is_counted) {
   const auto& coverage = view.paint_to_picture->coverage;
   PictureDifference difference;
   double count = 0;
   for (std::size_t y = 0; y < coverage.shape(0); ++y)
     for (std::size_t x = 0; x < coverage.shape(1); ++x)
-      for (std::size_t c = 0; c < 3 && coverage(y, x) > 0; ++c) {
+      for (std::size_t c = 0; c < 3 && coverage(y, x) > 0 && is_counted(y * coverage.shape(1) + x); ++c) {
         const std::size_t row = view.window.top + y, column = view.window.left + x;
         const double step = std::abs(static_cast<double>(picture(row, column, c) - other(row, column, c)));
         difference.mean += step;
@@ -70,6 +73,12 @@ inline PictureDifference difference_over_car(const Array<float, 3>& picture, con
       }
   if (count > 0) difference.mean /= count;
   return difference;
+}
+
+/// The same over all pixels that show the car.
+inline PictureDifference difference_over_car(const Array<float, 3>& picture, const Array<float, 3>& other,
+                                             const camouflage::View<float>& view) {
+  return difference_over_car(picture, other, view, [](std::size_t) { return true; });
 }
 
 }  // namespace tapestry::shell

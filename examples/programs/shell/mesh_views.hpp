@@ -4,14 +4,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/over.hpp>
 #include <tapestry/raster/clear_coat.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
 #include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/outdoor_light.hpp>
+#include <tapestry/raster/scene.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <vector>
@@ -30,10 +34,21 @@ struct PictureSettings {
 struct PaintedScene : raster::PaintedMesh {
   Array<float, 2> texels;  ///< the texture's own texels, without a pyramid
   raster::SmoothLight light;
-  std::string lighting = "flat";  ///< none, flat or smooth
-  double coat = 0;                ///< see raster::ClearCoat; 0: none
-  double roughness = 0.1;         ///< of the coat
+  std::string lighting = "flat";                                ///< one of lighting_names()
+  double coat = 0;                                              ///< see raster::ClearCoat; 0: none
+  double roughness = 0.1;                                       ///< of the coat
+  std::shared_ptr<const raster::AmbientOcclusion> occlusion{};  ///< for sun and sky
+  std::shared_ptr<const raster::GroundShade> ground{};  ///< of the ground below the mesh; null: no ground
 };
+
+/// none: colours as they are. flat, smooth: an ambient and a distant light. sky: light from all around that
+/// the mesh hides from itself. sun: a distant light with shadows, and the sky.
+inline const std::vector<std::string>& lighting_names() {
+  static const std::vector<std::string> names{"none", "flat", "smooth", "sky", "sun"};
+  return names;
+}
+
+inline bool is_outdoors(const std::string& lighting) { return lighting == "sky" || lighting == "sun"; }
 
 inline const std::vector<std::string>& mesh_view_names() {
   static const std::vector<std::string> names{"colour", "normal",   "uv",      "face",
@@ -63,6 +78,35 @@ Array<float, 3> drawn_fragments(const geometry::Mesh& mesh, const geometry::Came
   return image::over(image, raster::coverage_of(buffer), background_of(picture));
 }
 
+/// Sun and sky with the strengths of a scene's light; all of it is the sky's without a sun.
+inline raster::OutdoorLight outdoor_light(const PaintedScene& scene) {
+  constexpr std::size_t shadow_pixels = 2048;
+  const bool has_sun = scene.lighting == "sun";
+  raster::OutdoorLight light;
+  light.sun = has_sun ? scene.light.directional : 0;
+  light.direction = scene.light.direction;
+  light.sky = raster::uniform_sky(scene.light.ambient + (has_sun ? 0 : scene.light.directional));
+  light.occlusion = scene.occlusion;
+  if (has_sun)
+    light.shadow =
+        std::make_shared<const raster::ParallelView>(scene.mesh, scene.light.direction, shadow_pixels);
+  return light;
+}
+
+/// The background, with the mesh's shadow on the ground.
+inline Array<float, 3> ground_of(const PaintedScene& scene, const geometry::Camera& camera,
+                                 const PictureSettings& picture) {
+  auto background = background_of(picture);
+  if (!scene.ground) return background;
+  const auto kept =
+      (*scene.ground)(outdoor_light(scene), camera, picture.height, picture.width, picture.samples);
+  for (std::size_t i = 0; i < background.size(); ++i) {
+    float& value = background.data()[i];
+    value = image::encoded(image::linearised(value) * kept.data()[i / 3]);
+  }
+  return background;
+}
+
 inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Camera& camera,
                                    const PictureSettings& picture) {
   const auto draw = [&](const auto& light) {
@@ -70,13 +114,14 @@ inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Ca
         raster::texture_operator<float>(scene, camera, picture.height, picture.width, light, picture.samples);
     const auto image = raster::render(
         view, raster::stored_texels(scene.pyramid, image::in_space(scene.space, scene.texels)));
-    return image::over(image, view.coverage, background_of(picture), 0, 0, scene.space);
+    return image::over(image, view.coverage, ground_of(scene, camera, picture), 0, 0, scene.space);
   };
   const auto draw_coated = [&]<class Light>(const Light& light) {
     if (scene.coat == 0) return draw(light);
     return draw(raster::ClearCoat<Light>{light, scene.coat, scene.roughness});
   };
   if (scene.lighting == "none") return draw(raster::Unlit{});
+  if (is_outdoors(scene.lighting)) return draw_coated(outdoor_light(scene));
   if (scene.lighting == "smooth") return draw_coated(scene.light);
   return draw_coated(static_cast<const raster::Light&>(scene.light));
 }

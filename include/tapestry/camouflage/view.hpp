@@ -50,7 +50,7 @@ struct View {
   image::ColourSpace space =
       image::ColourSpace::encoded;  ///< space in which the car is lit and laid over the frame
   std::shared_ptr<const raster::MipPyramid> pyramid{};  ///< for a filtered atlas, else null
-  /// Light estimated from the photograph, without the shadow, occlusion and pixels it was drawn with; null
+  /// Light estimated from the photograph, without the maps that it was drawn with; null
   /// where the frame's own light was used.
   std::shared_ptr<const raster::EstimatedLight> photo_light{};
   /// IoU of the car's silhouette and the frame's mask; none without a mask, or without photo_light.

@@ -83,6 +83,7 @@ struct Photograph {
 
 /// The texels of photographs of a paint, see camouflage::texels_of(): one array for each draw where each has
 /// a print of its own, else one for all. They serve all views of a car.
+/// \throws ShapeError as camouflage::printed()
 [[nodiscard]] std::vector<Array<float, 2>> photographed_texels(const camouflage::View<float>& view,
                                                                const camouflage::Paint<float>& paint,
                                                                const Photography& photography);

@@ -96,7 +96,8 @@ struct MeshAxes {
 [[nodiscard]] Mesh turned_upright(Mesh mesh, const MeshAxes& axes);
 
 /// Appends the faces of another mesh, with its attributes, materials and groups, which keep their names.
-/// Where only one of the two has vertex colours, the other gets light grey ones.
+/// Lists that only one of the two has are filled for the other: with −1, or light grey vertex colours.
+/// \pre `other` is not `mesh`
 void append(Mesh& mesh, const Mesh& other);
 
 /// Share of a mesh's surface near one side of its box that lies at all four corners of that side, where a car

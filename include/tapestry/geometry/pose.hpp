@@ -52,6 +52,7 @@ inline void posed_adjoint(const Pose& pose, const std::vector<Vector3>& position
 
 /// The mesh at a pose: positions x ↦ exp(w)·x + t, normals n ↦ exp(w)·n; the same bits at the pose {}.
 [[nodiscard]] inline Mesh placed(Mesh mesh, const Pose& pose) {
+  if (pose.rotation == Vector3{0, 0, 0} && pose.translation == Vector3{0, 0, 0}) return mesh;
   const Matrix3 turned = exponential_map(pose.rotation);
   for (Vector3& position : mesh.positions) position = add(multiply(turned, position), pose.translation);
   for (Vector3& normal : mesh.normals) normal = multiply(turned, normal);

@@ -32,6 +32,8 @@ struct EnvironmentMap {
   /// Direction of a texel's centre.
   [[nodiscard]] geometry::Vector3 direction(std::size_t texel) const;
 
+  /// Radiance from a direction of length 1. Within half a row of z = ±1 it depends on the column alone.
+  /// \pre as taps()
   [[nodiscard]] std::array<double, 3> at(const geometry::Vector3& direction) const;
 };
 
@@ -62,6 +64,7 @@ struct PreparedPhotographedLight : PreparedOutdoorLight {
   std::shared_ptr<const EnvironmentMap> surroundings;
   std::shared_ptr<const Array<float, 3>> photograph;
 
+  /// The coat at barycentric coordinates of a face.
   [[nodiscard]] Mirror mirror(std::size_t face, const std::array<double, 3>& b) const;
 
   [[nodiscard]] double at(std::size_t face, const std::array<double, 3>& b) const {
@@ -76,9 +79,16 @@ struct PreparedPhotographedLight : PreparedOutdoorLight {
   [[nodiscard]] const float* unpainted(std::size_t pixel) const {
     return photograph ? photograph->data() + 3 * pixel : nullptr;
   }
+
+  /// \throws ShapeError unless the photograph, if there is one, is [height, width, 3]
+  void require_size(std::size_t height, std::size_t width) const {
+    if (photograph)
+      require_shape("photographed light", "photograph", *photograph, {height, width, std::size_t{3}});
+  }
 };
 
-/// \throws DomainError as for OutdoorLight, and for surroundings without texels
+/// \throws DomainError as for OutdoorLight, and for surroundings without texels; ShapeError unless those are
+///         height · width
 [[nodiscard]] PreparedPhotographedLight prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
                                                 const PhotographedLight& light);
 
@@ -114,8 +124,10 @@ struct EstimatedLight {
 /// and neighbouring texels of the surroundings are drawn together where few points mirror them. Points count
 /// by the inverse of their differences, as encoded colours; a channel at 1 is a bound, not a value.
 ///
-/// \param matt   estimated_light() of the same points
-/// \param paint  as there
+/// \param points  with colours in proportion to light, and with the channels at 1 that estimated_light() is
+///                not given
+/// \param matt    estimated_light() of the others, without paint or with this one
+/// \param paint   as there
 /// \throws DomainError as estimated_light(), and for a point without an eye
 [[nodiscard]] EstimatedLight coated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
                                           const EstimatedLight& matt,

@@ -13,6 +13,7 @@
 #include <tapestry/raster/implementation/photographed_light.hpp>
 #include <tapestry/raster/implementation/pixel_faces.hpp>
 #include <tapestry/raster/implementation/raster_kernels.hpp>
+#include <tapestry/raster/implementation/scene.hpp>
 #include <tapestry/raster/implementation/seen_edges.hpp>
 #include <tapestry/raster/implementation/texture.hpp>
 #include <tapestry/raster/implementation/texture_charts.hpp>

@@ -215,6 +215,7 @@ concept ReflectingLighting = requires(const Lighting& lighting) {
 template <class Lighting>
 concept PhotographedLighting = requires(const Lighting& lighting) {
   { lighting.unpainted(std::size_t{}) } -> std::same_as<const float*>;
+  lighting.require_size(std::size_t{}, std::size_t{});
 };
 
 }  // namespace tapestry::raster

@@ -4,9 +4,14 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/raster/mesh_pictures.hpp>
+#include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
 #include <vector>
@@ -52,10 +57,13 @@ inline void append_pictures(MeshPictures& pictures, std::size_t first_face, std:
     if (other->of_face[face] >= 0) pictures.of_face[first_face + face] = first + other->of_face[face];
 }
 
-/// Whether two textures have the same texels.
+/// Whether two textures have the same texels and lookups.
 [[nodiscard]] inline bool is_same_layout(const TextureLayout& a, const TextureLayout& b) {
-  return a.kind == b.kind && a.height == b.height && a.width == b.width && a.u_extent == b.u_extent &&
-         a.texels_per_edge == b.texels_per_edge && a.filter == b.filter && a.most_lookups == b.most_lookups;
+  if (a.kind != b.kind) return false;
+  if (a.kind == TextureKind::cube) return a.texels_per_edge == b.texels_per_edge;
+  return a.kind != TextureKind::atlas ||
+         (a.height == b.height && a.width == b.width && a.u_extent == b.u_extent && a.filter == b.filter &&
+          a.most_lookups == b.most_lookups);
 }
 
 }  // namespace detail
@@ -67,7 +75,8 @@ inline void append_pictures(MeshPictures& pictures, std::size_t first_face, std:
 /// is not painted: all its entries of `painted` are 0.
 ///
 /// \throws DomainError without bodies, for bodies in different colour spaces, or for painted bodies with
-///         textures of different layouts; as pyramid_of()
+///         textures of different layouts; ShapeError unless each has an entry of `painted` a face; as
+///         pyramid_of()
 [[nodiscard]] inline Scene scene_of(const std::vector<PlacedBody>& bodies) {
   if (bodies.empty()) throw DomainError("scene_of: expected a body");
   Scene scene{{{}, {}, bodies[0].body.layout, bodies[0].body.space}, {0}, {0}};
@@ -75,6 +84,9 @@ inline void append_pictures(MeshPictures& pictures, std::size_t first_face, std:
   MeshPictures pictures;
   bool is_painted = false;
   for (const auto& [body, pose] : bodies) {
+    if (body.painted.size() != body.mesh.faces.size())
+      throw ShapeError({"scene_of: painted is [", body.painted.size(), "], expected [",
+                        body.mesh.faces.size(), "], one entry a face"});
     if (body.space != whole.space) throw DomainError("scene_of: bodies in different colour spaces");
     if (std::ranges::any_of(body.painted, [](std::uint8_t is_shown) { return is_shown != 0; })) {
       if (is_painted && !detail::is_same_layout(body.layout, whole.layout))
@@ -93,5 +105,44 @@ inline void append_pictures(MeshPictures& pictures, std::size_t first_face, std:
   whole.pyramid = bodies.size() == 1 ? bodies[0].body.pyramid : pyramid_of(whole);
   return scene;
 }
+
+/// Level ground below bodies.
+struct Ground {
+  double height = 0;  ///< z
+  double reach = 3;  ///< half the side of the square that is computed, in lengths of the bodies' longest side
+  std::size_t cells = 96;            ///< of that square along a side, 2 to 1024
+  std::size_t directions = 256;      ///< see ambient_occlusion()
+  std::size_t shadow_pixels = 1024;  ///< of the square in the view from the sun
+};
+
+/// Shade of bodies on the ground: the contact shadow below them, where they hide the sky, and the sun's
+/// shadow.
+class GroundShade {
+ public:
+  /// Bakes the part of the sky that bodies hide from the ground.
+  /// \throws DomainError for bodies without extent, a reach that is not above 0, or numbers out of range
+  explicit GroundShade(const geometry::Mesh& bodies, const Ground& ground = {});
+
+  /// Share of its light that the ground keeps in a view,
+  ///
+  ///   (sun · L_z · V + A · E/π) / (sun · L_z + E/π),
+  ///
+  /// V and A being the visible shares of sun and sky, E the sky's irradiance from above; 1 where the ground
+  /// is not seen, or beyond its reach. A photograph of empty ground multiplied by it, in proportion to light,
+  /// shows the ground below the bodies.
+  ///
+  /// \param light  its occlusion and shadow are not read
+  /// \returns      [height, width]
+  /// \throws DomainError as prepare() of the light, and as visibility()
+  [[nodiscard]] Array<float, 2> operator()(const OutdoorLight& light, const geometry::Camera& camera,
+                                           std::size_t height, std::size_t width,
+                                           std::size_t samples_per_axis = 2) const;
+
+ private:
+  geometry::Mesh ground_;
+  geometry::Mesh whole_;  ///< ground_, then the bodies
+  std::shared_ptr<const AmbientOcclusion> occlusion_;
+  std::size_t shadow_pixels_;
+};
 
 }  // namespace tapestry::raster

@@ -71,8 +71,9 @@ std::vector<Array<float, 2>> photographed_texels(const camouflage::View<float>& 
                                                  const camouflage::Paint<float>& paint,
                                                  const Photography& photography) {
   std::vector<Array<float, 2>> texels(photography.conditions.has_print() ? photography.draws : 1);
-  for (std::size_t draw = 0; draw < texels.size(); ++draw)
+  parallel_for(texels.size(), [&](std::size_t draw) {
     texels[draw] = camouflage::texels_of(view, detail::photographed_colours(paint, photography, draw));
+  });
   return texels;
 }
 

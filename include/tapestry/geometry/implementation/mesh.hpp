@@ -1,4 +1,5 @@
 #pragma once
+#include <cassert>
 #include <map>
 #include <numbers>
 #include <tapestry/core/in_quotes.hpp>
@@ -228,13 +229,15 @@ Mesh normalise_mesh(Mesh mesh) {
 
 namespace tapestry::geometry::detail {
 
-/// Appends `more` to `list`, first filling `list` up to `size` entries.
+/// Appends `more` to `list`; where only one of the two has entries, the other's are filled in.
+/// \param sizes  how many entries each has, if it has some
 template <class Entry>
-void append_filled(std::vector<Entry>& list, std::size_t size, const Entry& fill,
-                   const std::vector<Entry>& more) {
+void append_filled(std::vector<Entry>& list, const std::vector<Entry>& more,
+                   const std::array<std::size_t, 2>& sizes, const Entry& fill) {
   if (list.empty() && more.empty()) return;
-  list.resize(size, fill);
+  list.resize(sizes[0], fill);
   list.insert(list.end(), more.begin(), more.end());
+  list.resize(sizes[0] + sizes[1], fill);
 }
 
 /// The indices of corners moved by `first`; −1, for none, stays.
@@ -256,18 +259,18 @@ void append_filled(std::vector<Entry>& list, std::size_t size, const Entry& fill
 namespace tapestry::geometry {
 
 void append(Mesh& mesh, const Mesh& other) {
+  assert(&mesh != &other);
   constexpr Corners none{-1, -1, -1};
-  const std::size_t faces = mesh.faces.size(), positions = mesh.positions.size();
-  detail::append_filled(mesh.face_uvs, faces, none, detail::shifted(other.face_uvs, mesh.uvs.size()));
-  detail::append_filled(mesh.face_normals, faces, none,
-                        detail::shifted(other.face_normals, mesh.normals.size()));
-  detail::append_filled(mesh.face_materials, faces, -1,
-                        detail::shifted(other.face_materials, mesh.materials.size()));
-  detail::append_filled(mesh.face_groups, faces, -1, detail::shifted(other.face_groups, mesh.groups.size()));
-  detail::append_filled(mesh.vertex_colours, positions, Material{}.colour, other.vertex_colours);
-  if (!mesh.vertex_colours.empty())
-    mesh.vertex_colours.resize(positions + other.positions.size(), Material{}.colour);
-  for (const Corners& face : detail::shifted(other.faces, positions)) mesh.faces.push_back(face);
+  const std::size_t positions = mesh.positions.size();
+  const std::array faces{mesh.faces.size(), other.faces.size()};
+  using detail::append_filled, detail::shifted;
+  append_filled(mesh.face_uvs, shifted(other.face_uvs, mesh.uvs.size()), faces, none);
+  append_filled(mesh.face_normals, shifted(other.face_normals, mesh.normals.size()), faces, none);
+  append_filled(mesh.face_materials, shifted(other.face_materials, mesh.materials.size()), faces, -1);
+  append_filled(mesh.face_groups, shifted(other.face_groups, mesh.groups.size()), faces, -1);
+  append_filled(mesh.vertex_colours, other.vertex_colours, {positions, other.positions.size()},
+                Material{}.colour);
+  for (const Corners& face : shifted(other.faces, positions)) mesh.faces.push_back(face);
   mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
   mesh.uvs.insert(mesh.uvs.end(), other.uvs.begin(), other.uvs.end());
   mesh.normals.insert(mesh.normals.end(), other.normals.begin(), other.normals.end());

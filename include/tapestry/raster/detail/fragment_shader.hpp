@@ -221,6 +221,7 @@ template <class Lighting>
                                   {static_cast<double>(height), static_cast<double>(width)},
                                   OwnColours(body)};
   if (is_filtered(body.layout)) shader.filter.emplace(body);
+  if constexpr (PhotographedLighting<Lighting>) lighting.require_size(height, width);
   return shader;
 }
 

@@ -113,12 +113,12 @@ class CoatedFit {
         mirrors_(mirrors_of(points)),
         surroundings_(mirrors_, shares()),
         sun_(std::move(sun_shares)),
-        matt_(points),
+        matt_(dimmed()),
+        basis_(matt_),
         counts_(points.size(), 1.0),
         shading_(points.size()),
         targets_(points.size()) {
     for (std::size_t p = 0; p < points.size(); ++p) {
-      matt_[p].open *= 1 - mirrors_[p].fresnel;
       sun_[p] *= 1 - mirrors_[p].fresnel;
       targets_[p] = points[p].colour;
     }
@@ -163,6 +163,13 @@ class CoatedFit {
     return shares;
   }
 
+  /// The points, open by (1 − F) · A.
+  [[nodiscard]] std::vector<LitPoint> dimmed() const {
+    auto points = points_;
+    for (std::size_t p = 0; p < points.size(); ++p) points[p].open *= 1 - mirrors_[p].fresnel;
+    return points;
+  }
+
   [[nodiscard]] std::array<double, 3> modelled(std::size_t p) const {
     return geometry::add(geometry::scale(colour_, shading_[p]), surroundings_.mirrored(p));
   }
@@ -170,10 +177,9 @@ class CoatedFit {
   void fit_matt() {
     for (std::size_t p = 0; p < points_.size(); ++p)
       matt_[p].colour = geometry::subtract(targets_[p], surroundings_.mirrored(p));
-    SkyBasis basis(matt_);
-    basis.weigh(counts_);
-    weights_ = non_negative_least_squares(basis.with_sun(sun_));
-    for (std::size_t p = 0; p < points_.size(); ++p) shading_[p] = basis.shading(p, weights_, sun_[p]);
+    basis_.weigh(counts_);
+    weights_ = non_negative_least_squares(basis_.with_sun(sun_));
+    for (std::size_t p = 0; p < points_.size(); ++p) shading_[p] = basis_.shading(p, weights_, sun_[p]);
     colour_ = fit_colour(matt_, shading_, counts_).colour;
     for (double& channel : colour_) channel = std::max(0.0, channel);
   }
@@ -210,6 +216,7 @@ class CoatedFit {
   SurroundingsFit surroundings_;
   std::vector<double> sun_;     ///< (1 − F) · max(0, n·L) · V
   std::vector<LitPoint> matt_;  ///< what is left for sun and sky, below the coat
+  SkyBasis basis_;              ///< of matt_
   std::vector<double> counts_, shading_;
   std::vector<std::array<double, 3>> targets_;
   LightWeights weights_{};

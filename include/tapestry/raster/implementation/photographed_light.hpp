@@ -58,8 +58,13 @@ std::array<double, 3> PreparedPhotographedLight::reflected(std::size_t face,
 
 PreparedPhotographedLight prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
                                   const PhotographedLight& light) {
-  if (light.surroundings && light.surroundings->texels.empty())
-    throw DomainError("photographed light: the surroundings have no texels");
+  if (light.surroundings) {
+    const auto& [height, width, texels] = *light.surroundings;
+    if (texels.empty()) throw DomainError("photographed light: the surroundings have no texels");
+    if (height * width != texels.size())
+      throw ShapeError({"photographed light: the surroundings have ", texels.size(), " texels, expected ",
+                        height, " x ", width});
+  }
   return {prepare(mesh, camera, static_cast<const OutdoorLight&>(light)), geometry::eye_of(camera),
           light.surroundings, light.photograph};
 }
