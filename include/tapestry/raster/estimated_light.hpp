@@ -39,14 +39,16 @@ struct EnvironmentMap {
 
 /// Light that a photograph shows, for pictures laid over it:
 ///
-///   painted    (1 − F) · (colour under OutdoorLight) + F · A · surroundings(mirrored direction of the eye)
-///   unpainted  the photograph's own pixel
+///   painted    (1 − F) · (colour under OutdoorLight + light's colour · colour · A · gloss(m)) + F · A ·
+///   surroundings(m) unpainted  the photograph's own pixel
 ///
-/// F is schlick_fresnel(), A the open share of the sky. The surroundings include the sun as the coat mirrors
-/// it, and are as blurred as its roughness makes them. Neither part depends on texels: the map from texture
-/// to picture stays linear.
+/// m is the mirrored direction of the eye, F schlick_fresnel(), A the open share of the sky. Gloss is what
+/// the paint mirrors in its own colour, as metallic paints do. The surroundings include the sun as the coat
+/// mirrors it, and are as blurred as its roughness makes them. Neither part depends on texels: the map from
+/// texture to picture stays linear.
 struct PhotographedLight : OutdoorLight {
   std::shared_ptr<const EnvironmentMap> surroundings{};  ///< null: no coat, F = 0
+  std::shared_ptr<const EnvironmentMap> gloss{};         ///< grey; null: the paint is matt below its coat
   /// Pixels that faces without paint show, [H, W, 3] of the drawn picture, in its colour space; null: they
   /// show their materials in this light.
   std::shared_ptr<const Array<float, 3>> photograph{};
@@ -61,15 +63,18 @@ struct Mirror {
 /// PhotographedLight of one view.
 struct PreparedPhotographedLight : PreparedOutdoorLight {
   geometry::Vector3 eye;  ///< in the world
-  std::shared_ptr<const EnvironmentMap> surroundings;
+  std::shared_ptr<const EnvironmentMap> surroundings, gloss;
   std::shared_ptr<const Array<float, 3>> photograph;
 
   /// The coat at barycentric coordinates of a face.
   [[nodiscard]] Mirror mirror(std::size_t face, const std::array<double, 3>& b) const;
 
   [[nodiscard]] double at(std::size_t face, const std::array<double, 3>& b) const {
-    const double matt = PreparedOutdoorLight::at(face, b);
-    return surroundings ? matt * (1 - mirror(face, b).fresnel) : matt;
+    double sum = PreparedOutdoorLight::at(face, b);
+    if (!surroundings && !gloss) return sum;
+    const auto [fresnel, mirrored] = mirror(face, b);
+    if (gloss) sum += open_share(face, b) * gloss->at(mirrored)[0];
+    return surroundings ? sum * (1 - fresnel) : sum;
   }
 
   /// Radiance that the coat adds, whatever is painted below it.
@@ -119,10 +124,11 @@ struct EstimatedLight {
                                              std::size_t shadow_pixels = 512);
 
 /// The same light under a clear coat that mirrors the surroundings: sky, ground, buildings and the sun as the
-/// paint itself shows them. Sky, sun, the observed colour and the surroundings are fitted in turn, with the
-/// sun held where `matt` has it, the surroundings from 4 × 8 to 64 × 128 texels; each is nowhere negative,
-/// and neighbouring texels of the surroundings are drawn together where few points mirror them. Points count
-/// by the inverse of their differences, as encoded colours; a channel at 1 is a bound, not a value.
+/// paint itself shows them. Sky, sun, the observed colour, gloss and the surroundings are fitted in turn,
+/// with the sun held where `matt` has it, gloss and surroundings from 4 × 8 to 64 × 128 texels. None is
+/// negative, and the surroundings are at most twice as bright as white paint. Neighbouring texels are drawn
+/// together where few points mirror them. Points count by the inverse of their differences, as encoded
+/// colours; a channel at 1 is a bound, not a value.
 ///
 /// \param points  with colours in proportion to light, and with the channels at 1 that estimated_light() is
 ///                not given

@@ -84,6 +84,7 @@ void keep_photograph(const io::Frame& frame, const raster::PaintedMesh& car, con
   estimate.light.occlusion = nullptr;
   estimate.light.photograph = nullptr;
   estimate.light.surroundings = nullptr;
+  estimate.light.gloss = nullptr;
   return std::make_shared<const raster::EstimatedLight>(std::move(estimate));
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/estimated_light.hpp>
 #include <tapestry/raster/implementation/estimated_light.hpp>
@@ -6,11 +7,20 @@
 
 namespace tapestry::raster::detail {
 
-/// Resolutions of the surroundings, each twice the one before: 4 × 8 to 64 × 128 texels. On six frames of a
-/// simulator, a fit to half of the car's painted pixels, in squares of 8, differs from the other half by .069
-/// as encoded colours, .056 from its own; without a coat by .135.
+/// Resolutions of gloss and surroundings, each twice the one before: 4 × 8 to 64 × 128 texels. On six frames
+/// of a simulator, a fit to half of the car's painted pixels, in squares of 8, differs from the other half by
+/// .076 as encoded colours, .062 from its own; without coat and gloss by .135.
 inline constexpr int environment_levels = 5;
 inline constexpr double environment_togetherness = 0.001;
+
+/// Greatest radiance of the surroundings: twice that of white paint where it is brightest. Without a bound
+/// they took the colour of a car's doors, which are seen head-on and mirror 4 %, and another paint hardly
+/// showed there.
+inline constexpr double brightest_surroundings = 2;
+
+/// Weight of gloss's own square: where gloss and surroundings explain a photograph alike, the surroundings
+/// do.
+inline constexpr double gloss_smallness = 10;
 
 /// Surroundings that points of a photograph mirror, fitted from coarse to fine.
 class SurroundingsFit {
@@ -18,9 +28,13 @@ class SurroundingsFit {
   using Colour = std::array<double, 3>;
 
   /// \param mirrors  of the points
-  /// \param shares   F · A of the points
-  SurroundingsFit(const std::vector<Mirror>& mirrors, std::vector<double> shares)
-      : mirrors_(mirrors), share_(std::move(shares)) {}
+  /// \param shares   how much of what a point mirrors it shows
+  /// \param most       greatest value of a texel
+  /// \param smallness  weight of a texel's own square, in weights of a square of a difference between
+  /// neighbours
+  SurroundingsFit(const std::vector<Mirror>& mirrors, std::vector<double> shares, double most,
+                  double smallness)
+      : mirrors_(mirrors), share_(std::move(shares)), most_(most), smallness_(smallness) {}
 
   [[nodiscard]] const EnvironmentMap& map() const { return map_; }
 
@@ -78,8 +92,8 @@ class SurroundingsFit {
   [[nodiscard]] Colour step_of(std::size_t texel, const std::vector<double>& counts,
                                const std::vector<Colour>& missing, double together) const {
     const Colour own = map_.texels[texel];
-    Colour slope{0, 0, 0};
-    double curvature = 0;
+    Colour slope = geometry::scale(own, -smallness_ * together);
+    double curvature = smallness_ * together;
     for (const auto& [p, weight] : lookups_[texel]) {
       slope = geometry::add(slope, geometry::scale(missing[p], counts[p] * weight));
       curvature += counts[p] * weight * weight;
@@ -95,23 +109,27 @@ class SurroundingsFit {
     if (row > 0) draw_to(row - 1, column);
     if (row + 1 < map_.height) draw_to(row + 1, column);
     Colour step{0, 0, 0};
-    for (std::size_t c = 0; c < 3 && curvature > 0; ++c) step[c] = std::max(-own[c], slope[c] / curvature);
+    for (std::size_t c = 0; c < 3 && curvature > 0; ++c)
+      step[c] = std::clamp(own[c] + slope[c] / curvature, 0.0, most_) - own[c];
     return step;
   }
 
   const std::vector<Mirror>& mirrors_;
   std::vector<double> share_;
+  double most_;
+  double smallness_;
   EnvironmentMap map_;
   std::vector<std::vector<Lookup>> lookups_;  ///< of each texel
 };
 
-/// Diffuse light and surroundings, each estimated given the other, in turn.
+/// Diffuse light, gloss and surroundings, each estimated given the others, in turn.
 class CoatedFit {
  public:
   CoatedFit(const std::vector<LitPoint>& points, std::vector<double> sun_shares)
       : points_(points),
         mirrors_(mirrors_of(points)),
-        surroundings_(mirrors_, shares()),
+        surroundings_(mirrors_, shares(true), brightest_surroundings, 0),
+        gloss_(mirrors_, shares(false), std::numeric_limits<double>::infinity(), gloss_smallness),
         sun_(std::move(sun_shares)),
         matt_(dimmed()),
         basis_(matt_),
@@ -127,8 +145,10 @@ class CoatedFit {
   void run() {
     for (int level = 0; level < environment_levels; ++level) {
       surroundings_.refine();
+      gloss_.refine();
       for (int round = 0; round < 4; ++round) {
         fit_matt();
+        fit_gloss();
         fit_surroundings();
         judge();
       }
@@ -138,8 +158,14 @@ class CoatedFit {
   [[nodiscard]] const LightWeights& weights() const { return weights_; }
   [[nodiscard]] const std::array<double, 3>& colour() const { return colour_; }
   [[nodiscard]] const EnvironmentMap& surroundings() const { return surroundings_.map(); }
+  [[nodiscard]] const EnvironmentMap& gloss() const { return gloss_.map(); }
+
   /// The light on each point, before its colour.
-  [[nodiscard]] const std::vector<double>& shading() const { return shading_; }
+  [[nodiscard]] std::vector<double> light() const {
+    auto light = shading_;
+    for (std::size_t p = 0; p < light.size(); ++p) light[p] += gloss_.mirrored(p)[0];
+    return light;
+  }
 
   /// Mean absolute difference of points and channels; bounds that hold differ by nothing.
   [[nodiscard]] double error() const {
@@ -156,10 +182,11 @@ class CoatedFit {
     return mirrors;
   }
 
-  /// F · A
-  [[nodiscard]] std::vector<double> shares() const {
+  /// What the coat mirrors, F · A, or lets through, (1 − F) · A.
+  [[nodiscard]] std::vector<double> shares(bool is_mirrored) const {
     std::vector<double> shares;
-    for (std::size_t p = 0; p < points_.size(); ++p) shares.push_back(points_[p].open * mirrors_[p].fresnel);
+    for (std::size_t p = 0; p < points_.size(); ++p)
+      shares.push_back(points_[p].open * (is_mirrored ? mirrors_[p].fresnel : 1 - mirrors_[p].fresnel));
     return shares;
   }
 
@@ -171,23 +198,44 @@ class CoatedFit {
   }
 
   [[nodiscard]] std::array<double, 3> modelled(std::size_t p) const {
-    return geometry::add(geometry::scale(colour_, shading_[p]), surroundings_.mirrored(p));
+    return geometry::add(geometry::scale(colour_, shading_[p] + gloss_.mirrored(p)[0]),
+                         surroundings_.mirrored(p));
   }
 
   void fit_matt() {
     for (std::size_t p = 0; p < points_.size(); ++p)
-      matt_[p].colour = geometry::subtract(targets_[p], surroundings_.mirrored(p));
+      matt_[p].colour = geometry::subtract(geometry::subtract(targets_[p], surroundings_.mirrored(p)),
+                                           geometry::scale(colour_, gloss_.mirrored(p)[0]));
     basis_.weigh(counts_);
     weights_ = non_negative_least_squares(basis_.with_sun(sun_));
-    for (std::size_t p = 0; p < points_.size(); ++p) shading_[p] = basis_.shading(p, weights_, sun_[p]);
-    colour_ = fit_colour(matt_, shading_, counts_).colour;
+    const double brightness =
+        geometry::dot(colour_, {1, 1, 1}) / 3;  // of colour_ · shading_ is what was fitted
+    if (brightness > 0)
+      for (double& weight : weights_) weight /= brightness;
+    for (std::size_t p = 0; p < points_.size(); ++p) {
+      shading_[p] = basis_.shading(p, weights_, sun_[p]);
+      matt_[p].colour = geometry::subtract(targets_[p], surroundings_.mirrored(p));
+    }
+    colour_ = fit_colour(matt_, light(), counts_).colour;
     for (double& channel : colour_) channel = std::max(0.0, channel);
+  }
+
+  void fit_gloss() {
+    const double square = geometry::dot(colour_, colour_);
+    if (!(square > 0)) return;
+    std::vector<std::array<double, 3>> targets(points_.size());
+    for (std::size_t p = 0; p < targets.size(); ++p)
+      targets[p].fill(geometry::dot(colour_, geometry::subtract(targets_[p], surroundings_.mirrored(p))) /
+                          square -
+                      shading_[p]);
+    gloss_.fit(targets, counts_);
   }
 
   void fit_surroundings() {
     auto mirrored = targets_;
     for (std::size_t p = 0; p < mirrored.size(); ++p)
-      mirrored[p] = geometry::subtract(mirrored[p], geometry::scale(colour_, shading_[p]));
+      mirrored[p] =
+          geometry::subtract(mirrored[p], geometry::scale(colour_, shading_[p] + gloss_.mirrored(p)[0]));
     surroundings_.fit(mirrored, counts_);
   }
 
@@ -213,7 +261,7 @@ class CoatedFit {
 
   const std::vector<LitPoint>& points_;
   std::vector<Mirror> mirrors_;
-  SurroundingsFit surroundings_;
+  SurroundingsFit surroundings_, gloss_;
   std::vector<double> sun_;     ///< (1 − F) · max(0, n·L) · V
   std::vector<LitPoint> matt_;  ///< what is left for sun and sky, below the coat
   SkyBasis basis_;              ///< of matt_
@@ -237,8 +285,11 @@ EstimatedLight coated_light(const geometry::Mesh& mesh, const std::vector<LitPoi
   detail::CoatedFit fit(points, detail::sun_shares(points, towards, matt.light.shadow.get()));
   fit.run();
   EstimatedLight estimate{matt.light, fit.colour(), fit.error()};
+  const double strength = detail::set_light(estimate, fit.weights(), fit.light(), paint);
+  auto gloss = fit.gloss();
+  for (auto& texel : gloss.texels) texel = geometry::scale(texel, strength);
   estimate.light.surroundings = std::make_shared<const EnvironmentMap>(fit.surroundings());
-  detail::set_light(estimate, fit.weights(), fit.shading(), paint);
+  estimate.light.gloss = std::make_shared<const EnvironmentMap>(std::move(gloss));
   return estimate;
 }
 

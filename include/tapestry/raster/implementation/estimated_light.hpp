@@ -127,8 +127,9 @@ inline void require_paint(const std::optional<std::array<double, 3>>& paint) {
 
 /// Sets sun, sky and their colour from the weights under which the points have this shading, of the observed
 /// colour `product`: for this paint, or else white, with the 99th percentile of the shading at 1.
-inline void set_light(EstimatedLight& estimate, const LightWeights& weights, std::vector<double> shading,
-                      const std::optional<std::array<double, 3>>& paint) {
+/// \returns  the factor by which the light was made weaker, and the product stronger
+inline double set_light(EstimatedLight& estimate, const LightWeights& weights, std::vector<double> shading,
+                        const std::optional<std::array<double, 3>>& paint) {
   OutdoorLight& light = estimate.light;
   light.sun = weights[lobe_count];
   light.sky = {};
@@ -138,7 +139,7 @@ inline void set_light(EstimatedLight& estimate, const LightWeights& weights, std
   }
   if (paint) {
     for (std::size_t c = 0; c < 3; ++c) light.colour[c] = estimate.product[c] / (*paint)[c];
-    return;
+    return 1;
   }
   const auto bright = shading.begin() + static_cast<std::ptrdiff_t>(99 * (shading.size() - 1) / 100);
   std::nth_element(shading.begin(), bright, shading.end());
@@ -146,6 +147,7 @@ inline void set_light(EstimatedLight& estimate, const LightWeights& weights, std
   light.sun /= brightest;
   for (double& coefficient : light.sky) coefficient /= brightest;
   estimate.product = geometry::scale(estimate.product, brightest);
+  return 1 / brightest;
 }
 
 }  // namespace tapestry::raster::detail

@@ -58,15 +58,15 @@ std::array<double, 3> PreparedPhotographedLight::reflected(std::size_t face,
 
 PreparedPhotographedLight prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
                                   const PhotographedLight& light) {
-  if (light.surroundings) {
-    const auto& [height, width, texels] = *light.surroundings;
-    if (texels.empty()) throw DomainError("photographed light: the surroundings have no texels");
-    if (height * width != texels.size())
-      throw ShapeError({"photographed light: the surroundings have ", texels.size(), " texels, expected ",
-                        height, " x ", width});
+  for (const auto& map : {light.surroundings, light.gloss}) {
+    if (!map) continue;
+    if (map->texels.empty()) throw DomainError("photographed light: the surroundings have no texels");
+    if (map->height * map->width != map->texels.size())
+      throw ShapeError({"photographed light: the surroundings have ", map->texels.size(),
+                        " texels, expected ", map->height, " x ", map->width});
   }
   return {prepare(mesh, camera, static_cast<const OutdoorLight&>(light)), geometry::eye_of(camera),
-          light.surroundings, light.photograph};
+          light.surroundings, light.gloss, light.photograph};
 }
 
 }  // namespace tapestry::raster
