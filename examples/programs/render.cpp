@@ -384,8 +384,7 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   scene.coat = o.coat;
   scene.roughness = o.roughness;
   for (std::size_t axis = 0; axis < 3; ++axis) scene.light.direction[axis] = o.light_direction[axis];
-  if (is_outdoors(o.lighting))
-    scene.occlusion = std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(scene.mesh));
+  if (is_outdoors(o.lighting)) scene.outdoors = outdoor_light(scene);
   if (o.ground)
     scene.ground = std::make_shared<const raster::GroundShade>(
         scene.mesh, raster::Ground{geometry::bounds_of(scene.mesh.positions).low[2]});
@@ -604,8 +603,8 @@ std::string write_panels(const Options& o, const PaintedScene& scene) {
 /// Writes a label at the lower left, if there is room for it.
 void write_label(const std::string& label, Bitmap& picture) {
   const long scale = std::max(1L, static_cast<long>(picture.shape(1)) / 400), margin = 2 * scale;
-  if (text_width(label, scale) + 2 * margin > static_cast<long>(picture.shape(1))) return;
   const long top = static_cast<long>(picture.shape(0)) - glyph_height * scale - margin;
+  if (top < 0 || text_width(label, scale) + 2 * margin > static_cast<long>(picture.shape(1))) return;
   const std::uint8_t* const behind =
       &picture(static_cast<std::size_t>(top), static_cast<std::size_t>(margin), 0);
   draw_text(picture, margin, top, label, scale, text_colour_on({behind[0], behind[1], behind[2]}));

@@ -53,6 +53,7 @@ expect_exit 0 "ground" "$render" --size 96 --light sun --light-direction 1 1 1 -
 cmp -s light.png ground.png && fail "the ground has no shadow" || pass
 expect_exit 0 "a full grid" "$render" --turntable 8 --size 64 --output grid.png
 [ "$(size_of grid.png)" = "276 140" ] && pass || fail "grid.png is $(size_of grid.png)"
+expect_exit 0 "views too low for a label" "$render" --turntable 3 --size 200 5 --output low.png
 expect_exit 0 "a clear coat" "$render" --size 96 --clear-coat 1 --output coated.png
 cmp -s car.png coated.png && fail "a clear coat does not show" || pass
 expect_exit 0 "a rough coat" "$render" --size 96 --clear-coat 1 --roughness 0.5 --output rough.png

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/geometry/camera.hpp>
@@ -34,10 +35,10 @@ struct PictureSettings {
 struct PaintedScene : raster::PaintedMesh {
   Array<float, 2> texels;  ///< the texture's own texels, without a pyramid
   raster::SmoothLight light;
-  std::string lighting = "flat";                                ///< one of lighting_names()
-  double coat = 0;                                              ///< see raster::ClearCoat; 0: none
-  double roughness = 0.1;                                       ///< of the coat
-  std::shared_ptr<const raster::AmbientOcclusion> occlusion{};  ///< for sun and sky
+  std::string lighting = "flat";                        ///< one of lighting_names()
+  double coat = 0;                                      ///< see raster::ClearCoat; 0: none
+  double roughness = 0.1;                               ///< of the coat
+  std::optional<raster::OutdoorLight> outdoors{};       ///< for sky and sun, see outdoor_light()
   std::shared_ptr<const raster::GroundShade> ground{};  ///< of the ground below the mesh; null: no ground
 };
 
@@ -54,6 +55,21 @@ inline const std::vector<std::string>& mesh_view_names() {
   static const std::vector<std::string> names{"colour", "normal",   "uv",      "face",
                                               "depth",  "position", "coverage"};
   return names;
+}
+
+/// Sun and sky with the strengths of a scene's light; all of it is the sky's without a sun.
+inline raster::OutdoorLight outdoor_light(const PaintedScene& scene) {
+  constexpr std::size_t shadow_pixels = 2048;
+  const bool has_sun = scene.lighting == "sun";
+  raster::OutdoorLight light;
+  light.sun = has_sun ? scene.light.directional : 0;
+  light.direction = scene.light.direction;
+  light.sky = raster::uniform_sky(scene.light.ambient + (has_sun ? 0 : scene.light.directional));
+  light.occlusion = std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(scene.mesh));
+  if (has_sun)
+    light.shadow =
+        std::make_shared<const raster::ParallelView>(scene.mesh, scene.light.direction, shadow_pixels);
+  return light;
 }
 
 namespace detail {
@@ -78,28 +94,12 @@ Array<float, 3> drawn_fragments(const geometry::Mesh& mesh, const geometry::Came
   return image::over(image, raster::coverage_of(buffer), background_of(picture));
 }
 
-/// Sun and sky with the strengths of a scene's light; all of it is the sky's without a sun.
-inline raster::OutdoorLight outdoor_light(const PaintedScene& scene) {
-  constexpr std::size_t shadow_pixels = 2048;
-  const bool has_sun = scene.lighting == "sun";
-  raster::OutdoorLight light;
-  light.sun = has_sun ? scene.light.directional : 0;
-  light.direction = scene.light.direction;
-  light.sky = raster::uniform_sky(scene.light.ambient + (has_sun ? 0 : scene.light.directional));
-  light.occlusion = scene.occlusion;
-  if (has_sun)
-    light.shadow =
-        std::make_shared<const raster::ParallelView>(scene.mesh, scene.light.direction, shadow_pixels);
-  return light;
-}
-
 /// The background, with the mesh's shadow on the ground.
 inline Array<float, 3> ground_of(const PaintedScene& scene, const geometry::Camera& camera,
                                  const PictureSettings& picture) {
   auto background = background_of(picture);
   if (!scene.ground) return background;
-  const auto kept =
-      (*scene.ground)(outdoor_light(scene), camera, picture.height, picture.width, picture.samples);
+  const auto kept = (*scene.ground)(*scene.outdoors, camera, picture.height, picture.width, picture.samples);
   for (std::size_t i = 0; i < background.size(); ++i) {
     float& value = background.data()[i];
     value = image::encoded(image::linearised(value) * kept.data()[i / 3]);
@@ -121,7 +121,7 @@ inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Ca
     return draw(raster::ClearCoat<Light>{light, scene.coat, scene.roughness});
   };
   if (scene.lighting == "none") return draw(raster::Unlit{});
-  if (is_outdoors(scene.lighting)) return draw_coated(outdoor_light(scene));
+  if (scene.outdoors) return draw_coated(*scene.outdoors);
   if (scene.lighting == "smooth") return draw_coated(scene.light);
   return draw_coated(static_cast<const raster::Light&>(scene.light));
 }

@@ -172,6 +172,19 @@ struct CoatedPoint {
   double fresnel;              ///< F
 };
 
+/// A point of a coated surface.
+/// \param normal  n, of length 1
+/// \param to_eye  v, of length 1
+[[nodiscard]] inline CoatedPoint coated_point(const geometry::Vector3& normal,
+                                              const geometry::Vector3& to_eye) {
+  CoatedPoint point{normal, to_eye, 0, {}, 0};
+  const double cosine = geometry::dot(normal, to_eye);
+  point.n_dot_v = std::clamp(std::abs(cosine), 0.001, 1.0);
+  point.mirrored = geometry::subtract(geometry::scale(normal, 2 * cosine), to_eye);
+  point.fresnel = schlick_fresnel(clear_coat_f0, point.n_dot_v);
+  return point;
+}
+
 /// ClearCoat of one view.
 template <class Base>
 struct PreparedClearCoat {
@@ -193,13 +206,8 @@ struct PreparedClearCoat {
     for (std::size_t k = 0; k < 3; ++k)
       at = geometry::add(
           at, geometry::scale(mesh->positions[static_cast<std::size_t>(mesh->faces[face][k])], b[k]));
-    CoatedPoint point{
-        lit_normal(inner, *mesh, eye, face, b), geometry::normalised(geometry::subtract(eye, at)), 0, {}, 0};
-    const double cosine = geometry::dot(point.normal, point.to_eye);
-    point.n_dot_v = std::clamp(std::abs(cosine), 0.001, 1.0);
-    point.mirrored = geometry::subtract(geometry::scale(point.normal, 2 * cosine), point.to_eye);
-    point.fresnel = schlick_fresnel(clear_coat_f0, point.n_dot_v);
-    return point;
+    return coated_point(lit_normal(inner, *mesh, eye, face, b),
+                        geometry::normalised(geometry::subtract(eye, at)));
   }
 
   /// The base's factor, reduced by the mirrored share.

@@ -39,12 +39,12 @@ struct EnvironmentMap {
 
 /// Light that a photograph shows, for pictures laid over it:
 ///
-///   painted    (1 − F) · (colour under OutdoorLight + light's colour · colour · A · gloss(m)) + F · A ·
-///   surroundings(m) unpainted  the photograph's own pixel
+///   painted    (1 − F) · colour · (OutdoorLight + A · gloss(m)) + F · A · surroundings(m)
+///   unpainted  the photograph's own pixel
 ///
 /// m is the mirrored direction of the eye, F schlick_fresnel(), A the open share of the sky. Gloss is what
 /// the paint mirrors in its own colour, as metallic paints do. The surroundings include the sun as the coat
-/// mirrors it, and are as blurred as its roughness makes them. Neither part depends on texels: the map from
+/// mirrors it, and are as blurred as its roughness makes them. None of it depends on texels: the map from
 /// texture to picture stays linear.
 struct PhotographedLight : OutdoorLight {
   std::shared_ptr<const EnvironmentMap> surroundings{};  ///< null: no coat, F = 0
@@ -54,12 +54,6 @@ struct PhotographedLight : OutdoorLight {
   std::shared_ptr<const Array<float, 3>> photograph{};
 };
 
-/// A point of a clear coat, as the eye sees it.
-struct Mirror {
-  double fresnel = 0;                    ///< F
-  geometry::Vector3 direction{0, 0, 1};  ///< where the eye's ray goes on to, of length 1
-};
-
 /// PhotographedLight of one view.
 struct PreparedPhotographedLight : PreparedOutdoorLight {
   geometry::Vector3 eye;  ///< in the world
@@ -67,14 +61,14 @@ struct PreparedPhotographedLight : PreparedOutdoorLight {
   std::shared_ptr<const Array<float, 3>> photograph;
 
   /// The coat at barycentric coordinates of a face.
-  [[nodiscard]] Mirror mirror(std::size_t face, const std::array<double, 3>& b) const;
+  [[nodiscard]] CoatedPoint coat(std::size_t face, const std::array<double, 3>& b) const;
 
   [[nodiscard]] double at(std::size_t face, const std::array<double, 3>& b) const {
     double sum = PreparedOutdoorLight::at(face, b);
     if (!surroundings && !gloss) return sum;
-    const auto [fresnel, mirrored] = mirror(face, b);
-    if (gloss) sum += open_share(face, b) * gloss->at(mirrored)[0];
-    return surroundings ? sum * (1 - fresnel) : sum;
+    const CoatedPoint seen = coat(face, b);
+    if (gloss) sum += open_share(face, b) * gloss->at(seen.mirrored)[0];
+    return surroundings ? sum * (1 - seen.fresnel) : sum;
   }
 
   /// Radiance that the coat adds, whatever is painted below it.

@@ -37,7 +37,7 @@ struct Scene {
     return static_cast<std::size_t>(after - first_face.begin()) - 1;
   }
 
-  /// Of one entry a position of `whole`, such as an adjoint, those of one body.
+  /// Entries of one body's positions, out of one entry a position of `whole`, such as an adjoint.
   template <class Entry>
   [[nodiscard]] std::span<const Entry> positions_of(std::size_t body, const std::vector<Entry>& all) const {
     return std::span(all).subspan(first_position[body], first_position[body + 1] - first_position[body]);

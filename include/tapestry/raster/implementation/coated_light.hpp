@@ -32,15 +32,15 @@ class SurroundingsFit {
   /// \param most       greatest value of a texel
   /// \param smallness  weight of a texel's own square, in weights of a square of a difference between
   /// neighbours
-  SurroundingsFit(const std::vector<Mirror>& mirrors, std::vector<double> shares, double most,
+  SurroundingsFit(const std::vector<CoatedPoint>& mirrors, std::vector<double> shares, double most,
                   double smallness)
       : mirrors_(mirrors), share_(std::move(shares)), most_(most), smallness_(smallness) {}
 
   [[nodiscard]] const EnvironmentMap& map() const { return map_; }
 
-  /// What point p mirrors.
+  /// Radiance that point p shows of the map.
   [[nodiscard]] Colour mirrored(std::size_t p) const {
-    return geometry::scale(map_.at(mirrors_[p].direction), share_[p]);
+    return geometry::scale(map_.at(mirrors_[p].mirrored), share_[p]);
   }
 
   /// Begins with 4 × 8 black texels, then doubles the resolution at each call.
@@ -52,7 +52,7 @@ class SurroundingsFit {
     map_ = std::move(finer);
     lookups_.assign(map_.texels.size(), {});
     for (std::size_t p = 0; p < share_.size(); ++p)
-      for (const Tap& tap : map_.taps(mirrors_[p].direction))
+      for (const Tap& tap : map_.taps(mirrors_[p].mirrored))
         if (tap.weight * share_[p] > 0) lookups_[tap.texel].push_back({p, tap.weight * share_[p]});
   }
 
@@ -114,7 +114,7 @@ class SurroundingsFit {
     return step;
   }
 
-  const std::vector<Mirror>& mirrors_;
+  const std::vector<CoatedPoint>& mirrors_;
   std::vector<double> share_;
   double most_;
   double smallness_;
@@ -176,13 +176,13 @@ class CoatedFit {
   }
 
  private:
-  static std::vector<Mirror> mirrors_of(const std::vector<LitPoint>& points) {
-    std::vector<Mirror> mirrors;
-    for (const LitPoint& point : points) mirrors.push_back(mirror_of(point.normal, point.to_eye));
+  static std::vector<CoatedPoint> mirrors_of(const std::vector<LitPoint>& points) {
+    std::vector<CoatedPoint> mirrors;
+    for (const LitPoint& point : points) mirrors.push_back(coated_point(point.normal, point.to_eye));
     return mirrors;
   }
 
-  /// What the coat mirrors, F · A, or lets through, (1 − F) · A.
+  /// F · A, the share that the coat mirrors, or (1 − F) · A, the share that it lets through.
   [[nodiscard]] std::vector<double> shares(bool is_mirrored) const {
     std::vector<double> shares;
     for (std::size_t p = 0; p < points_.size(); ++p)
@@ -260,7 +260,7 @@ class CoatedFit {
   }
 
   const std::vector<LitPoint>& points_;
-  std::vector<Mirror> mirrors_;
+  std::vector<CoatedPoint> mirrors_;
   SurroundingsFit surroundings_, gloss_;
   std::vector<double> sun_;     ///< (1 − F) · max(0, n·L) · V
   std::vector<LitPoint> matt_;  ///< what is left for sun and sky, below the coat

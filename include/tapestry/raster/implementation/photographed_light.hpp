@@ -1,17 +1,6 @@
 #pragma once
 #include <tapestry/raster/estimated_light.hpp>
 
-namespace tapestry::raster::detail {
-
-/// The coat at a point with the normal n, seen along v; both of length 1.
-inline Mirror mirror_of(const geometry::Vector3& normal, const geometry::Vector3& to_eye) {
-  const double cosine = geometry::dot(normal, to_eye);
-  return {schlick_fresnel(clear_coat_f0, std::clamp(std::abs(cosine), 0.001, 1.0)),
-          geometry::normalised(geometry::subtract(geometry::scale(normal, 2 * cosine), to_eye))};
-}
-
-}  // namespace tapestry::raster::detail
-
 namespace tapestry::raster {
 
 std::array<Tap, 4> EnvironmentMap::taps(const geometry::Vector3& direction) const {
@@ -45,15 +34,15 @@ std::array<double, 3> EnvironmentMap::at(const geometry::Vector3& direction) con
   return sum;
 }
 
-Mirror PreparedPhotographedLight::mirror(std::size_t face, const std::array<double, 3>& b) const {
-  return detail::mirror_of(normal(face, b), geometry::normalised(geometry::subtract(eye, point(face, b))));
+CoatedPoint PreparedPhotographedLight::coat(std::size_t face, const std::array<double, 3>& b) const {
+  return coated_point(normal(face, b), geometry::normalised(geometry::subtract(eye, point(face, b))));
 }
 
 std::array<double, 3> PreparedPhotographedLight::reflected(std::size_t face,
                                                            const std::array<double, 3>& b) const {
   if (!surroundings) return {0, 0, 0};
-  const auto [fresnel, mirrored] = mirror(face, b);
-  return geometry::scale(surroundings->at(mirrored), fresnel * open_share(face, b));
+  const CoatedPoint seen = coat(face, b);
+  return geometry::scale(surroundings->at(seen.mirrored), seen.fresnel * open_share(face, b));
 }
 
 PreparedPhotographedLight prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
