@@ -175,31 +175,43 @@ void require_consistent(const CLI::App& app, const Options& options) {
 /// The frames as the detector receives them, with the car in the shape that the runs optimised.
 struct MeasuredViews {
   MeasuredViews(const Options& options, Inputs& inputs)
-      : settings{inputs.detector.input_height(), inputs.detector.input_width(), options.scene.samples,
-                 std::size_t(4) << 30U,          inputs.detector.fit(),         inputs.photo_light},
+      : car(inputs.car.painted),
+        offsets(offsets_of(options.clean_only ? "" : options.run)),
+        other_offsets(offsets_of(options.against)),
+        settings{inputs.detector.input_height(),
+                 inputs.detector.input_width(),
+                 options.scene.samples,
+                 std::size_t(4) << 30U,
+                 inputs.detector.fit(),
+                 inputs.photo_light,
+                 false,
+                 inputs.keeps_photograph && offsets.size() == 0 && other_offsets.size() == 0},
         loaders(frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed)),
-        car(inputs.car.painted),
         store(car, settings, loaders),
         usable(views_with_car(store, inputs.warnings)),
-        reshaped(reshaped_by(options.clean_only ? "" : options.run)),
-        reshaped_by_other(reshaped_by(options.against)) {
+        reshaped(reshaped_by(offsets)),
+        reshaped_by_other(reshaped_by(other_offsets)) {
     print_warnings(inputs.warnings);
     if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
   }
 
-  std::optional<ReshapedViews> reshaped_by(const std::string& run) {
+  [[nodiscard]] Array<float, 2> offsets_of(const std::string& run) const {
+    return run.empty() ? Array<float, 2>()
+                       : camouflage::read_offsets(run + "/texture.npz", car.mesh.positions.size());
+  }
+
+  std::optional<ReshapedViews> reshaped_by(const Array<float, 2>& by) {
     std::optional<ReshapedViews> views;
-    if (run.empty()) return views;
-    const auto offsets = camouflage::read_offsets(run + "/texture.npz", car.mesh.positions.size());
-    if (offsets.size() == 0) return views;
-    views.emplace(car, offsets, settings, loaders);
+    if (by.size() == 0) return views;
+    views.emplace(car, by, settings, loaders);
     usable = views->also_with_car(usable);
     return views;
   }
 
+  const raster::PaintedMesh& car;
+  Array<float, 2> offsets, other_offsets;  ///< of positions, by the runs; empty if they move none
   camouflage::ViewStore<float>::Settings settings;
   std::vector<camouflage::ViewStore<float>::Loader> loaders;
-  const raster::PaintedMesh& car;
   camouflage::ViewStore<float> store;
   std::vector<std::size_t> usable;  ///< views that show the car in all of its shapes
   std::optional<ReshapedViews> reshaped, reshaped_by_other;
@@ -251,6 +263,7 @@ void write_folder(const Options& options, const Written& what, const raster::Pai
                   contact_sheet(pairs.above, sheet_columns(pairs.above.size())));
   write_text(options.output + "/metrics.csv", metrics_csv(what.report));
   write_text(options.output + "/views.csv", views_csv(list));
+  remark_on_unpainted(list);
   auto page = page_of(what.report, "Evaluation", options.command, std::move(list));
   if (!what.changed.empty())
     page.findings = "<p><b>Inputs have changed since the run: " + escaped(text_of(what.changed)) +

@@ -152,7 +152,7 @@ TEST_CASE("surroundings without texels and points without an eye are refused",
   light.photograph = std::make_shared<const Array<float, 3>>(tapestry::Extents<3>{side, side, 3});
   CHECK_NOTHROW(raster::texture_operator<float>(car, camera, side, side, light));
   CHECK_THROWS_WITH(raster::texture_operator<float>(car, camera, 2 * side, side, light),
-                    "photographed light: photograph is [32, 32, 3], expected [64, 32, 3]");
+                    "light: photograph is [32, 32, 3], expected [64, 32, 3]");
   raster::LitPoint point;
   CHECK_THROWS_WITH(raster::coated_light(car.mesh, {point}, {}), "coated_light: a point without an eye");
 }

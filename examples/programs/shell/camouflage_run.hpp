@@ -136,7 +136,8 @@ class CamouflageRun {
             options_.keep_mib << 20U,
             inputs_.detector.fit(),
             inputs_.photo_light,
-            moves_shape(options_.optimisation.method)};
+            moves_shape(options_.optimisation.method),
+            inputs_.keeps_photograph && !moves_shape(options_.optimisation.method)};
   }
 
   [[nodiscard]] camouflage::ViewStore<float>& test_store() {
@@ -268,7 +269,6 @@ class CamouflageRun {
   void write_light(camouflage::ViewStore<float>& test, const std::vector<std::size_t>& usable) const {
     const PhotoLightReport report(test, usable, inputs_.car.painted);
     write_text(path("light.json"), report_text(report.json()));
-    if (auto word = report.word_on_registration(); !word.empty()) print_warnings({std::move(word)});
   }
 
   void write_sheets(const std::vector<MarkedPicture>& before, const std::vector<MarkedPicture>& after) const {
@@ -284,6 +284,7 @@ class CamouflageRun {
   void write_report(const RunReport& report, ViewList list, const evaluate::SurveyedTextures& textures,
                     std::vector<MarkedPicture> before, std::vector<MarkedPicture> after) const {
     write_text(path("views.csv"), views_csv(list));
+    remark_on_unpainted(list);
     auto page = page_of(report, "Camouflage run",
                         repeating_line("camouflage", report.options, settings_json(CamouflageOptions{})),
                         std::move(list));
@@ -326,12 +327,12 @@ class CamouflageRun {
                                                        const raster::PaintedMesh& own_car, std::size_t index,
                                                        const Array<float, 2>& colours) const {
     const auto& settings = store.settings();
-    auto light = settings.photo_light;
-    if (light) light->keeps_unpainted = false;  // unpainted faces were exported, too
+    constexpr bool keeps_photograph = false;  // unpainted faces were exported, too
     const io::Frame frame = test_loaders()[index]();
     const auto view_of = [&](const raster::PaintedMesh& car) {
       return camouflage::make_view<float>(frame, car, settings.height, settings.width,
-                                          settings.samples_per_axis, settings.fit, light);
+                                          settings.samples_per_axis, settings.fit, settings.photo_light,
+                                          keeps_photograph);
     };
     const auto own = view_of(own_car);
     const auto [car, texels] = read_exported_car(path("painted.obj"), inputs_.car.painted);

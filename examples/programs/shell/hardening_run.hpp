@@ -81,8 +81,14 @@ class HardeningRun {
   }
 
   [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
-    return {undefended_.input_height(), undefended_.input_width(), options_.scene.samples,
-            options_.keep_mib << 20U,   inputs_.detector.fit(),    inputs_.photo_light};
+    return {undefended_.input_height(),
+            undefended_.input_width(),
+            options_.scene.samples,
+            options_.keep_mib << 20U,
+            inputs_.detector.fit(),
+            inputs_.photo_light,
+            false,
+            inputs_.keeps_photograph};
   }
 
   [[nodiscard]] std::string path(const std::string& name) const { return options_.output + "/" + name; }
@@ -240,6 +246,7 @@ class HardeningRun {
     write_text(path("report.md"), hardening_markdown(report));
     auto list = list_of(report, std::move(before.views));
     write_text(path("views.csv"), views_csv(list));
+    remark_on_unpainted(list);
     auto page = page_of(report, repeating_line("harden", report.options, settings_json(HardenOptions{})),
                         std::move(list), history_);
     page.pairs = {"the undefended detector under its adaptive attack", "the hardened one under its own",

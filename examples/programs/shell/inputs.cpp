@@ -229,6 +229,7 @@ Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector, const std::
     inputs.warnings.push_back(word);
   if (inputs.frames.posed)
     inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
+  inputs.keeps_photograph = scene.unpainted == "photo";
   if (scene.light == "photo")
     inputs.photo_light = camouflage::PhotoLight{
         std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(inputs.car.painted.mesh))};

@@ -76,6 +76,7 @@ struct Inputs {
   FrameLists frames;
   std::vector<std::string> warnings;
   std::optional<camouflage::PhotoLight> photo_light{};  ///< rule that estimates the light, if any
+  bool keeps_photograph = true;                         ///< see --unpainted
   std::shared_ptr<const Array<double, 2>> palette{};    ///< printable colours, if required
   MaskRule mask{};                                      ///< source of the frames' masks
 };

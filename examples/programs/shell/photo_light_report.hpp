@@ -31,8 +31,7 @@ inline Array<float, 2> observed_colours(const camouflage::View<float>& view, std
 class PhotoLightReport {
  public:
   PhotoLightReport(camouflage::ViewStore<float>& store, const std::vector<std::size_t>& views,
-                   const raster::PaintedMesh& car)
-      : views_(views.size()) {
+                   const raster::PaintedMesh& car) {
     for_each_in_order(
         views.size(), [&](std::size_t i) { return store.view(views[i]); },
         [&](std::size_t, const auto& view) { add(*view, car.layout.texel_count(car.mesh)); });
@@ -40,14 +39,6 @@ class PhotoLightReport {
 
   /// By the views' names; null if the car could not be made out, so that the frame's own light was used.
   [[nodiscard]] const Json& json() const { return json_; }
-
-  /// A word on the views whose photographs do not hold the car where the mesh is; empty if there are none.
-  [[nodiscard]] std::string word_on_registration() const {
-    if (apart_ == 0) return {};
-    return "in " + std::to_string(apart_) + " of " + std::to_string(views_) +
-           " views the mask is not the car's silhouette (IoU below 0.9; " + first_apart_ +
-           "): unpainted faces show their materials there, not the photograph";
-  }
 
  private:
   void add(const camouflage::View<float>& view, std::size_t texel_count) {
@@ -73,13 +64,9 @@ class PhotoLightReport {
     entry["mean_colour_error_of_rest"] = mean([&](std::size_t pixel) { return !is_paint(pixel); });
     entry["unpainted_faces_show"] = view.keeps_photograph ? "the photograph" : "their materials";
     if (view.registration) entry["registration"] = *view.registration;
-    if (!view.keeps_photograph && apart_++ == 0)
-      first_apart_ = view.name + ": " + decimal_text(view.registration.value_or(0));
   }
 
   Json json_ = Json::object();
-  std::size_t views_, apart_ = 0;
-  std::string first_apart_{};
 };
 
 }  // namespace tapestry::shell

@@ -40,6 +40,7 @@ struct SceneSettings {
   std::string filter = "anisotropic";
   std::string colour_space = "linear";
   std::string light = "frame";
+  std::string unpainted = "photo";
 };
 
 /// The detector and its thresholds.
@@ -114,6 +115,9 @@ void visit_settings(SceneSettings& s, Visit visit) {
   visit("light", s.light,
         "light on the car: frame, the light that the frame states, or photo, sun and sky estimated from the "
         "car in each frame's picture, which is taken to be of one colour and well exposed");
+  visit("unpainted", s.unpainted,
+        "what glass, tyres and other faces without paint show: photo, the frame's own pixels, where its mask "
+        "is the car's silhouette (by an IoU of .9), else their materials; or materials everywhere");
 }
 
 template <class Visit>
@@ -206,6 +210,7 @@ void add_options(CLI::App& app, Settings& settings, const std::vector<std::strin
 inline const char* value_when_lacking(const std::string& name) {
   if (name == "filter") return raster::name_of(raster::TextureFilter::bilinear);
   if (name == "light") return "frame";
+  if (name == "unpainted") return "materials";
   if (name == "up") return "z";
   if (name == "forward") return "x";
   if (name == "object") return "car";
@@ -246,6 +251,7 @@ inline void require_sound(const SceneSettings& s, ProblemList& list) {
   list.require_choice("--texture", s.texture, {"atlas", "cube"});
   list.require_choice("--filter", s.filter, names_of(raster::texture_filters));
   list.require_choice("--light", s.light, {"frame", "photo"});
+  list.require_choice("--unpainted", s.unpainted, {"photo", "materials"});
   list.require_choice("--colour-space", s.colour_space, names_of(image::colour_spaces));
   list.require(s.samples == 1 || s.samples == 2 || s.samples == 4 || s.samples == 8,
                "--samples is " + std::to_string(s.samples) + "; expected 1, 2, 4 or 8");

@@ -5,6 +5,8 @@
 #include <numbers>
 
 #include "csv.hpp"
+#include "report.hpp"
+#include "verbosity.hpp"
 
 namespace tapestry::shell {
 
@@ -23,19 +25,41 @@ ViewFacts facts_of(const camouflage::View<float>& view) {
           elevation_rad * deg_per_rad,
           distance,
           view.hidden_share,
-          car_share_of(view)};
+          car_share_of(view),
+          view.registration,
+          view.keeps_photograph};
+}
+
+void remark_on_unpainted(const ViewList& list) {
+  std::size_t kept = 0;
+  const ViewFacts* least = nullptr;
+  for (const ViewFacts& view : list.views) {
+    kept += view.keeps_photograph ? 1U : 0U;
+    if (view.registration && (least == nullptr || *view.registration < *least->registration)) least = &view;
+  }
+  if (kept == 0 && least == nullptr) return;
+  const std::size_t draws = list.measurements.empty() ? 1 : list.measurements.front().second->draws;
+  std::string text = "faces without paint show the photograph in " + std::to_string(kept / draws) + " of " +
+                     std::to_string(list.views.size() / draws) + " views";
+  if (least != nullptr && *least->registration < camouflage::least_registration)
+    text += "; in the others their materials, since the mask is not the car's silhouette, as in " +
+            least->name + " (IoU " + decimal_text(*least->registration) + ", needed " +
+            decimal_text(camouflage::least_registration) + ")";
+  remark(text);
 }
 
 std::string views_csv(const ViewList& list) {
   std::string text =
-      "view,azimuth_deg,elevation_deg,distance,hidden_share,car_share,picture,photograph,found,best_"
-      "confidence\n";
+      "view,azimuth_deg,elevation_deg,distance,hidden_share,car_share,registration,picture,photograph,found,"
+      "best_confidence\n";
   for (const auto& [name, measurement] : list.measurements)
     for (std::size_t i = 0; i < list.views.size(); ++i) {
       const ViewFacts& view = list.views[i];
       text += csv_line(csv_field(view.name), view.azimuth_deg, view.elevation_deg, view.distance,
-                       view.hidden_share, view.car_share, csv_field(name), i % measurement->draws + 1,
-                       measurement->found[i] ? 1 : 0, measurement->best_confidence[i]) +
+                       view.hidden_share, view.car_share,
+                       view.registration ? formatted("%.9g", *view.registration) : std::string(),
+                       csv_field(name), i % measurement->draws + 1, measurement->found[i] ? 1 : 0,
+                       measurement->best_confidence[i]) +
               "\n";
     }
   return text;

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/evaluate/measurement.hpp>
@@ -12,11 +13,13 @@ namespace tapestry::shell {
 /// Facts about a view beside its measurements.
 struct ViewFacts {
   std::string name;
-  double azimuth_deg;    ///< of the camera; 0 in front of the car, 90 at its left
-  double elevation_deg;  ///< of the camera above the middle of the car
-  double distance;       ///< of the camera from that middle, in halves of the car's length
-  double hidden_share;   ///< of the car's silhouette, by the frame's mask
-  double car_share;      ///< of the picture that the car covers
+  double azimuth_deg;                    ///< of the camera; 0 in front of the car, 90 at its left
+  double elevation_deg;                  ///< of the camera above the middle of the car
+  double distance;                       ///< of the camera from that middle, in halves of the car's length
+  double hidden_share;                   ///< of the car's silhouette, by the frame's mask
+  double car_share;                      ///< of the picture that the car covers
+  std::optional<double> registration{};  ///< see camouflage::View
+  bool keeps_photograph = false;         ///< see camouflage::View
 };
 
 /// The share of a view's picture that the car covers.
@@ -33,6 +36,10 @@ struct ViewList {
   std::vector<NamedMeasurement> measurements{};  ///< of these views; must outlive the list
   std::string sorted_by{};                       ///< the measurement that a page sorts by at first
 };
+
+/// Says in how many views faces without paint show the photograph, and which mask fits the car least, if any
+/// photograph was to be kept.
+void remark_on_unpainted(const ViewList& list);
 
 /// Results of each picture of each view, for other programs: a line for each of them and each measurement.
 std::string views_csv(const ViewList& list);

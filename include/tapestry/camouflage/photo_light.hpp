@@ -17,8 +17,7 @@ struct PhotoLight {
   std::size_t most_points = 16384;                              ///< most points of the photograph to use
   std::size_t shadow_pixels = 512;               ///< pixels of the car in the view from the sun
   std::optional<std::array<double, 3>> paint{};  ///< the photographed car's, if known, see estimated_light()
-  bool coat = true;             ///< whether the paint is taken to be lacquered, see raster::coated_light()
-  bool keeps_unpainted = true;  ///< whether faces without paint show the photograph where it holds the car
+  bool coat = true;  ///< whether the paint is taken to be lacquered, see raster::coated_light()
 };
 
 /// Points of the car's painted faces in a photograph: at most most_points, spread evenly over the pixels that

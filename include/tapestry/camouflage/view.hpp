@@ -53,7 +53,8 @@ struct View {
   /// Light estimated from the photograph, without the maps that it was drawn with; null
   /// where the frame's own light was used.
   std::shared_ptr<const raster::EstimatedLight> photo_light{};
-  /// IoU of the car's silhouette and the frame's mask; none without a mask, or without photo_light.
+  /// IoU of the car's silhouette and the frame's mask; none without a mask, or where no photograph was to be
+  /// kept.
   std::optional<double> registration{};
   bool keeps_photograph = false;            ///< whether faces without paint show the frame's own pixels
   std::shared_ptr<const Sight<T>> sight{};  ///< null where the car's shape stays
@@ -85,15 +86,17 @@ template <std::floating_point T>
 /// visible_pixels is 0 and the target an empty box.
 /// \param car    with the pyramid of its atlas if that is filtered
 /// \param photo  settings for estimating light from the frame's picture; without them, or if no point of the
-///               car can be made out in it, the light is io::frame_light(). With them, faces without paint
-///               show the frame's own pixels, if its mask, where it has one, is the car's silhouette: by an
-///               IoU of at least least_registration
+///               car can be made out in it, the light is io::frame_light()
+/// \param keeps_photograph  whether faces without paint show the frame's own pixels where the frame holds the
+///               car: where its mask is the car's silhouette by an IoU of at least least_registration, or,
+///               without a mask, where `photo` made the car out. Else they show their materials
 /// \throws ShapeError if the frame's mask has other extents than its image; DomainError for a filtered atlas
 ///         without a pyramid, and as io::camera_of()
 template <std::floating_point T>
 [[nodiscard]] View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::size_t height,
                                 std::size_t width, std::size_t samples_per_axis = 2,
-                                const image::Fit& fit = {}, const std::optional<PhotoLight>& photo = {});
+                                const image::Fit& fit = {}, const std::optional<PhotoLight>& photo = {},
+                                bool keeps_photograph = true);
 
 /// The picture that the detector sees: I_adv = m·O + (1 − m·c)·I, with O the render multiplied by its
 /// coverage c. So along the silhouette, where a pixel is partly covered, the frame shows through instead of a

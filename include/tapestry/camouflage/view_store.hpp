@@ -40,6 +40,7 @@ class ViewStore {
     image::Fit fit{};                                ///< of frames in the network's input
     std::optional<PhotoLight> photo_light{};  ///< settings of estimated light; none: the frames' own light
     bool redrawn = false;                     ///< whether views keep their Sight
+    bool keeps_photograph = true;             ///< see make_view()
   };
 
   /// \param car  must outlive the store

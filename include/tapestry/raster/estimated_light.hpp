@@ -46,19 +46,15 @@ struct EnvironmentMap {
 /// the paint mirrors in its own colour, as metallic paints do. The surroundings include the sun as the coat
 /// mirrors it, and are as blurred as its roughness makes them. None of it depends on texels: the map from
 /// texture to picture stays linear.
-struct PhotographedLight : OutdoorLight {
+struct PhotographedLight : OutdoorLight, KeptPhotograph {
   std::shared_ptr<const EnvironmentMap> surroundings{};  ///< null: no coat, F = 0
   std::shared_ptr<const EnvironmentMap> gloss{};         ///< grey; null: the paint is matt below its coat
-  /// Pixels that faces without paint show, [H, W, 3] of the drawn picture, in its colour space; null: they
-  /// show their materials in this light.
-  std::shared_ptr<const Array<float, 3>> photograph{};
 };
 
 /// PhotographedLight of one view.
-struct PreparedPhotographedLight : PreparedOutdoorLight {
+struct PreparedPhotographedLight : PreparedOutdoorLight, KeptPhotograph {
   geometry::Vector3 eye;  ///< in the world
   std::shared_ptr<const EnvironmentMap> surroundings, gloss;
-  std::shared_ptr<const Array<float, 3>> photograph;
 
   /// The coat at barycentric coordinates of a face.
   [[nodiscard]] CoatedPoint coat(std::size_t face, const std::array<double, 3>& b) const;
@@ -73,17 +69,6 @@ struct PreparedPhotographedLight : PreparedOutdoorLight {
 
   /// Radiance that the coat adds, whatever is painted below it.
   [[nodiscard]] std::array<double, 3> reflected(std::size_t face, const std::array<double, 3>& b) const;
-
-  /// The photograph's pixel, if faces without paint show it.
-  [[nodiscard]] const float* unpainted(std::size_t pixel) const {
-    return photograph ? photograph->data() + 3 * pixel : nullptr;
-  }
-
-  /// \throws ShapeError unless the photograph, if there is one, is [height, width, 3]
-  void require_size(std::size_t height, std::size_t width) const {
-    if (photograph)
-      require_shape("photographed light", "photograph", *photograph, {height, width, std::size_t{3}});
-  }
 };
 
 /// \throws DomainError as for OutdoorLight, and for surroundings without texels; ShapeError unless those are

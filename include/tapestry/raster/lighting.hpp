@@ -5,7 +5,9 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <numbers>
+#include <tapestry/core/array.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
@@ -74,6 +76,25 @@ struct Unlit {};
 /// mean of the normals of the faces around its position, weighted by area.
 struct SmoothLight : Light {};
 
+/// What faces without paint show in pictures that are laid over a photograph.
+struct KeptPhotograph {
+  /// [H, W, 3], of the drawn picture and in its colour space; null: faces without paint show their materials.
+  std::shared_ptr<const Array<float, 3>> photograph{};
+
+  /// The photograph's pixel, if faces without paint show it.
+  [[nodiscard]] const float* unpainted(std::size_t pixel) const {
+    return photograph ? photograph->data() + 3 * pixel : nullptr;
+  }
+
+  /// \throws ShapeError unless the photograph, if there is one, is [height, width, 3]
+  void require_size(std::size_t height, std::size_t width) const {
+    if (photograph) require_shape("light", "photograph", *photograph, {height, width, std::size_t{3}});
+  }
+};
+
+/// Light on paint; faces without paint show the photograph that the picture is laid over.
+struct LightOverPhotograph : Light, KeptPhotograph {};
+
 /// A light prepared for one view. at(face, barycentric) is the factor of a colour, before light_colour;
 /// slope() its derivative with respect to the barycentric coordinates; agrees() whether two faces are known
 /// to have the same light along an edge of both.
@@ -96,6 +117,9 @@ struct PreparedLight {
   }
   [[nodiscard]] bool agrees(std::size_t a, std::size_t b) const { return face[a] == face[b]; }
 };
+
+/// LightOverPhotograph of one view.
+struct PreparedLightOverPhotograph : PreparedLight, KeptPhotograph {};
 
 /// SmoothLight of one view, computed once for every corner.
 struct PreparedSmoothLight {
@@ -174,6 +198,12 @@ struct PreparedSmoothLight {
 
 /// Normals are turned to the side of the face that is seen, as face_light() does.
 /// \throws DomainError as face_light()
+[[nodiscard]] inline PreparedLightOverPhotograph prepare(const geometry::Mesh& mesh,
+                                                         const geometry::Camera& camera,
+                                                         const LightOverPhotograph& light) {
+  return {prepare(mesh, camera, static_cast<const Light&>(light)), light};
+}
+
 [[nodiscard]] inline PreparedSmoothLight prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
                                                  const SmoothLight& light) {
   require_light("smooth light", light);
@@ -211,7 +241,7 @@ concept ReflectingLighting = requires(const Lighting& lighting) {
   { lighting.reflected(std::size_t{}, std::array<double, 3>{}) } -> std::same_as<std::array<double, 3>>;
 };
 
-/// A prepared light that knows what faces without paint show in a pixel, or null: see PhotographedLight.
+/// A prepared light that knows what faces without paint show in a pixel, or null: see KeptPhotograph.
 template <class Lighting>
 concept PhotographedLighting = requires(const Lighting& lighting) {
   { lighting.unpainted(std::size_t{}) } -> std::same_as<const float*>;

@@ -43,6 +43,7 @@ struct ProtocolInputs {
   bool posed = false;                                   ///< of the photographs, see FrameLists
   std::vector<std::string> photographs{};               ///< paths; none if only the car is rendered
   std::optional<camouflage::PhotoLight> photo_light{};  ///< rule that estimates the light, if any
+  bool keeps_photograph = true;                         ///< see --unpainted
   MaskRule mask{};                                      ///< of the photographs
   std::vector<ChangedInput> changed{};                  ///< since the run, and accepted
 };
@@ -95,6 +96,7 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
     inputs.car = std::move(loaded.car);
     inputs.posed = loaded.frames.posed;
     inputs.photo_light = std::move(loaded.photo_light);
+    inputs.keeps_photograph = loaded.keeps_photograph;
     inputs.mask = std::move(loaded.mask);
     inputs.detectors.push_back({std::move(loaded.detector), loaded.class_index});
     std::vector<std::string> warnings;

@@ -51,7 +51,7 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
   add_json(options, request.scene);
   options.erase("scenes");
   if (!on_photographs)
-    for (const char* unused : {"frames", "mask", "segmenter", "light"}) options.erase(unused);
+    for (const char* unused : {"frames", "mask", "segmenter", "light", "unpainted"}) options.erase(unused);
   add_json(options, request.detector);
   if (request.settings.protocol == "attention") options["heat-map-kind"] = request.settings.heat_map_kind;
   if (on_photographs)

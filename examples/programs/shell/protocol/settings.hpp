@@ -58,7 +58,7 @@ inline void require_protocol_options(const CLI::App& app, const ProtocolSettings
   if (!s.protocol.empty() && !before_plain_background)
     refuse({"--background"}, " has no part in --protocol " + s.protocol);
   if (!s.protocol.empty() && !on_photographs)
-    refuse({"--frames", "--mask", "--segmenter", "--light", "--further-weights"},
+    refuse({"--frames", "--mask", "--segmenter", "--light", "--unpainted", "--further-weights"},
            " has no part in --protocol " + s.protocol);
   if (clean_only) refuse({"--controls", "--noise-draws"}, " has no part in --clean-only");
 }

@@ -52,7 +52,8 @@ inline std::function<FrameViews(std::size_t frame)> views_source(const Protocol&
           load_frame(inputs.photographs[frame % inputs.photographs.size()], inputs.mask, inputs.posed);
       return views_of_shapes(inputs, [&](const raster::PaintedMesh& car) {
         return camouflage::make_view<float>(photograph, car, detector.input_height(), detector.input_width(),
-                                            samples, detector.fit(), inputs.photo_light);
+                                            samples, detector.fit(), inputs.photo_light,
+                                            inputs.keeps_photograph && !inputs.reshaped);
       });
     };
   const auto& detector = inputs.detectors.front().detector;

@@ -65,16 +65,14 @@ inline double registration_of(const io::Frame& frame, const geometry::Mesh& car)
   return either > 0 ? static_cast<double>(both) / static_cast<double>(either) : 0;
 }
 
-/// Lets faces without paint show the frame's pixels, where the frame holds the car; see make_view().
+/// Pixels of the frame for faces without paint, if it holds the car; else null. See make_view().
 template <std::floating_point T>
-void keep_photograph(const io::Frame& frame, const raster::PaintedMesh& car, const PhotoLight& settings,
-                     View<T>& view, raster::PhotographedLight& light) {
-  if (frame.mask) view.registration = registration_of(frame, car.mesh);
-  view.keeps_photograph = settings.keeps_unpainted && view.registration.value_or(1) >= least_registration;
-  if (!view.keeps_photograph) return;
-  auto pixels = std::make_shared<Array<float, 3>>(view.background.shape());
-  std::copy(view.background.begin(), view.background.end(), pixels->begin());
-  light.photograph = std::make_shared<const Array<float, 3>>(image::in_space(car.space, *pixels));
+std::shared_ptr<const Array<float, 3>> kept_photograph(const View<T>& view, bool is_lit_by_photograph) {
+  const bool holds_car = view.registration ? *view.registration >= least_registration : is_lit_by_photograph;
+  if (!holds_car) return nullptr;
+  Array<float, 3> pixels(view.background.shape());
+  std::copy(view.background.begin(), view.background.end(), pixels.begin());
+  return std::make_shared<const Array<float, 3>>(image::in_space(view.space, pixels));
 }
 
 /// An estimate without what it was drawn with, since many views are kept.
@@ -109,7 +107,7 @@ Sight<T> sight_of(const io::Frame& frame, image::ColourSpace space, std::size_t 
 template <std::floating_point T>
 View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::size_t height,
                   std::size_t width, std::size_t samples_per_axis, const image::Fit& fit,
-                  const std::optional<PhotoLight>& photo) {
+                  const std::optional<PhotoLight>& photo, bool keeps_photograph) {
   if (frame.mask)
     require_shape("make_view", "mask", *frame.mask, {frame.image.shape(0), frame.image.shape(1)});
   if (raster::is_filtered(car.layout) != (car.pyramid != nullptr))
@@ -124,13 +122,18 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
     silhouette = detail::covered_in(bare.coverage, place);
     return raster::masked(std::move(bare), sight.mask);
   };
+  view.space = car.space;
+  if (frame.mask && keeps_photograph) view.registration = detail::registration_of(frame, car.mesh);
   auto estimate = photo ? photo_light(frame, car, *photo) : std::nullopt;
-  if (estimate) detail::keep_photograph(frame, car, *photo, view, estimate->light);
-  const auto whole = estimate ? lit(estimate->light) : lit(sight.light);
+  raster::KeptPhotograph kept;
+  if (keeps_photograph) kept.photograph = detail::kept_photograph(view, estimate.has_value());
+  view.keeps_photograph = kept.photograph != nullptr;
+  if (estimate) static_cast<raster::KeptPhotograph&>(estimate->light) = kept;
+  const auto whole =
+      estimate ? lit(estimate->light) : lit(raster::LightOverPhotograph{sight.light, std::move(kept)});
   const double shown = detail::covered_in(whole.coverage, place);
   if (estimate) view.photo_light = detail::small_copy(*estimate);
   view.name = frame.name;
-  view.space = car.space;
   view.pyramid = car.pyramid;
   view.window = raster::covered_window(whole.coverage);
   view.paint_to_picture =
@@ -180,9 +183,9 @@ typename ViewStore<T>::ViewPointer ViewStore<T>::view(std::size_t index) {
 
 template <std::floating_point T>
 typename ViewStore<T>::ViewPointer ViewStore<T>::make(std::size_t index) const {
-  const auto& [height, width, samples, keep_bytes, fit, photo_light, redrawn] = settings_;
+  const auto& [height, width, samples, keep_bytes, fit, photo_light, redrawn, keeps_photograph] = settings_;
   const io::Frame frame = loaders_[index]();
-  auto view = make_view<T>(frame, car_, height, width, samples, fit, photo_light);
+  auto view = make_view<T>(frame, car_, height, width, samples, fit, photo_light, keeps_photograph);
   if (redrawn)
     view.sight =
         std::make_shared<const Sight<T>>(sight_of<T>(frame, car_.space, height, width, samples, fit.kind));

@@ -54,8 +54,8 @@ PreparedPhotographedLight prepare(const geometry::Mesh& mesh, const geometry::Ca
       throw ShapeError({"photographed light: the surroundings have ", map->texels.size(),
                         " texels, expected ", map->height, " x ", map->width});
   }
-  return {prepare(mesh, camera, static_cast<const OutdoorLight&>(light)), geometry::eye_of(camera),
-          light.surroundings, light.gloss, light.photograph};
+  return {prepare(mesh, camera, static_cast<const OutdoorLight&>(light)), light, geometry::eye_of(camera),
+          light.surroundings, light.gloss};
 }
 
 }  // namespace tapestry::raster
