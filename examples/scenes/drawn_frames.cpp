@@ -63,16 +63,27 @@ io::Frame frame_of(const Scene& scene, const Picture& picture, const Array<float
   frame.label = {box->class_index, detect::box_from_corners(box->left, box->top, box->right, box->bottom)};
   return frame;
 }
+
+/// The scene, its main car's faces without extent.
+Scene without_car(Scene scene) {
+  const SceneObject& car = scene.objects[scene.car_object];
+  for (std::size_t face = car.face_begin; face < car.face_end; ++face)
+    scene.mesh.faces[face].fill(scene.mesh.faces[face][0]);
+  return scene;
+}
 }  // namespace
 
 io::Frame make_frame(Random& random, const std::function<Scene(Random&)>& make, double least, double most,
-                     std::size_t height, std::size_t width) {
+                     std::size_t height, std::size_t width, bool shows_car) {
   for (int attempt = 0; attempt < 1000; ++attempt) {
     const Scene scene = make(random);
     const Picture picture = draw_scene(scene, height, width);
     const auto alone = raster::coverage_of(raster::visibility(scene.car, scene.camera, height, width, 2));
     const double share = share_in_view(scene, picture, alone);
-    if (share >= least && share < most) return frame_of(scene, picture, alone);
+    if (share < least || share >= most) continue;
+    io::Frame frame = frame_of(scene, picture, alone);
+    if (!shows_car) frame.image = image::to_bytes(draw_scene(without_car(scene), height, width).image);
+    return frame;
   }
   throw DomainError("of a thousand views the car lies in none as a whole; let the camera stand farther away");
 }

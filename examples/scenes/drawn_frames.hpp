@@ -12,9 +12,10 @@ namespace tapestry::scenes {
 /// Draws scenes until the car is in the picture and enough of it shows.
 /// \param make   gives a scene for random numbers
 /// \param least, most  share of the car's samples that nothing hides, from least to below most
+/// \param shows_car  whether the picture shows the car; if not, what lies behind it, with its shadow
 /// \throws DomainError if of a thousand scenes none will do
 [[nodiscard]] io::Frame make_frame(Random& random, const std::function<Scene(Random&)>& make, double least,
-                                   double most, std::size_t height, std::size_t width);
+                                   double most, std::size_t height, std::size_t width, bool shows_car = true);
 
 /// Draws street scenes until the car is in the picture and at least 60 % of it shows, 97 % in scenes without
 /// occluders.

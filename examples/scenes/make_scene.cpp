@@ -98,6 +98,18 @@ void add_main_car(SceneBuilder& builder, Scene& scene, const SceneOptions& optio
   cast_shadows(builder, shadow_solid(car_shape(car.style), car.stretch), {}, 0.6);
 }
 
+void place_vehicle(SceneBuilder& builder, const Pose& pose, Random& random) {
+  CarOptions car;
+  car.style = any_style(random, 0.35);
+  car.spacing = 0.26;
+  const geometry::Mesh mesh = make_car(car);
+  const PaintKind kind = random.chance(0.7) ? PaintKind::realistic : any_paint(random);
+  const std::size_t first = builder.add(mesh, paint_faces(random, mesh, kind), pose);
+  builder.label(car.style == BodyStyle::van ? class_van : class_car, first);
+  cast_shadows(builder, shadow_solid(car_shape(car.style), car.stretch), pose, 0.6);
+  builder.take(pose.x, pose.y, 2.4);
+}
+
 /// Other vehicles, along the lanes or, in a car park, across.
 void add_vehicles(SceneBuilder& builder, const StreetPlan& plan, const SceneOptions& options,
                   Random& random) {
@@ -111,16 +123,7 @@ void add_vehicles(SceneBuilder& builder, const StreetPlan& plan, const SceneOpti
       if (random.chance(0.5)) heading += std::numbers::pi;
       if (plan.half_width > 8 && random.chance(0.5)) heading += std::numbers::pi / 2;
       if (!builder.in_view(place[0], place[1], 0) || !builder.is_free(place[0], place[1], 2.4)) continue;
-      const Pose pose{place[0], place[1], plan.pose.yaw_rad + heading};
-      CarOptions car;
-      car.style = any_style(random, 0.35);
-      car.spacing = 0.26;
-      const geometry::Mesh mesh = make_car(car);
-      const PaintKind kind = random.chance(0.7) ? PaintKind::realistic : any_paint(random);
-      const std::size_t first = builder.add(mesh, paint_faces(random, mesh, kind), pose);
-      builder.label(car.style == BodyStyle::van ? class_van : class_car, first);
-      cast_shadows(builder, shadow_solid(car_shape(car.style), car.stretch), pose, 0.6);
-      builder.take(place[0], place[1], 2.4);
+      place_vehicle(builder, {place[0], place[1], plan.pose.yaw_rad + heading}, random);
       break;
     }
 }
@@ -172,6 +175,23 @@ void add_occluder(SceneBuilder& builder, Random& random) {
   }
 }
 
+/// A vehicle between the camera and the car, as if in the next lane or parking bay.
+void add_blocker(SceneBuilder& builder, Random& random) {
+  constexpr double length_m = 4.6, width_m = 2, gap_m = 0.5;
+  const Point eye = builder.eye();
+  const double away = std::hypot(eye[0], eye[1]);
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    const double range = random.uniform(width_m, std::max(width_m, away - 3));
+    const double side = random.uniform(-1, 1) * length_m * (1 - range / away);
+    const Pose pose{(eye[0] * range - eye[1] * side) / away, (eye[1] * range + eye[0] * side) / away,
+                    std::numbers::pi * (random.chance(0.5) ? 1 : 0) + 0.06 * random.normal()};
+    const bool is_beside = std::abs(pose.x) > length_m + gap_m || std::abs(pose.y) > width_m + gap_m;
+    const Point seen = pose.inverse(eye);
+    const bool is_clear = std::abs(seen[0]) > length_m / 2 + gap_m || std::abs(seen[1]) > width_m / 2 + gap_m;
+    if (is_beside && is_clear) return place_vehicle(builder, pose, random);
+  }
+}
+
 void set_sky(Scene& scene, Random& random) {
   const double level = (scene.light.ambient + scene.light.directional) * 0.85;
   const bool overcast = random.chance(0.4);
@@ -206,6 +226,7 @@ Scene make_scene(Random& random, const SceneOptions& options) {
   const StreetPlan plan = make_street(random);
   add_ground(builder, plan, random, scene.ground_begin, scene.ground_end);
   add_vehicles(builder, plan, options, random);
+  if (options.has_blocker) add_blocker(builder, random);
   if (random.chance(options.occluder_chance)) add_occluder(builder, random);
   add_props(builder, plan, options, random);
   if (random.chance(0.8)) add_buildings(builder, plan, random);

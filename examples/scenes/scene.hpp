@@ -43,6 +43,7 @@ struct SceneOptions {
   double aim_jitter = 0.1;                              ///< of the picture's half width
   double occluder_chance = 0.3;                         ///< of something in front of the main car
   std::size_t most_vehicles = 3;                        ///< beside the main car
+  bool has_blocker = false;       ///< whether another vehicle stands between the camera and the main car
   std::size_t most_props = 10;    ///< cones, crates, bins, poles, signs, trees, walls, billboards
   double ground_contrast = 0.08;  ///< of the ground's grain, relative
   double sensor_noise = 0.01;     ///< standard deviation

@@ -48,17 +48,26 @@ kill_until_measured killed --protocol occlusion "${small[@]}" # (F01)
 expect_exit 0 "occlusion at one go" "$evaluate" --protocol occlusion "${small[@]}" --output whole
 expect_same_report occlusion killed whole
 grep -q 'overlap with that of the whole car' whole/occlusion.md && pass || fail "no word on the target box"
-awk -F , 'NR > 1 && $1 != "all" { share = $6; group = $1 }
+hidden_shares='NR > 1 && $1 != "all" { share = $6; group = $1 }
   group ~ /^small/ && !(share >= 0.05 && share <= 0.3) { exit 1 }
   group ~ /^middle/ && !(share > 0.3 && share < 0.7) { exit 1 }
   group ~ /^large/ && !(share >= 0.7 && share <= 0.95) { exit 1 }
-  END { exit NR != 66 }' whole/occlusion.csv && pass || fail "the hidden shares do not fit their groups"
+  END { exit NR != 66 }'
+awk -F , "$hidden_shares" whole/occlusion.csv && pass || fail "the hidden shares do not fit their groups"
 for table in two/views.csv whole/occlusion.csv; do
   [ -z "$(head -n 1 "$table" | tr , '\n' | sort | uniq -d)" ] && pass || fail "two columns of $table have one name"
 done
 # Without a car there is something to find at most among rectangles, and nothing to hide.
 awk -F , '$3 == "no car" { rows++; if ($13 != "" || $14 != "") exit 1 } $1 == "all" { found[$3] = $7 }
   END { exit !(rows == 13 && found["no car"] < found["clean"]) }' whole/occlusion.csv && pass || fail "the rows without a car"
+# Behind other vehicles the same table, and without the car nothing but those.
+expect_exit 0 "behind other vehicles" "$evaluate" --protocol traffic --run run --quick --controls matched --size 128 --output traffic
+awk -F , "$hidden_shares" traffic/traffic.csv && pass || fail "the shares hidden by vehicles do not fit their groups"
+awk -F , '$1 == "all" { found[$3] = $7 } END { exit !(found["no car"] < found["clean"]) }' traffic/traffic.csv && pass ||
+  fail "vehicles are found as often as the car"
+expect_exit 0 "behind other vehicles, one thread" "$evaluate" --protocol traffic --run run --quick --controls matched --size 128 \
+  --threads 1 --output traffic1
+expect_same_report traffic traffic1 traffic
 grep -q ',no car,' two/views.csv && fail "views without a car" || pass
 cp whole/occlusion.csv before.csv
 expect_exit 0 "again, with nothing left to do" "$evaluate" --protocol occlusion "${small[@]}" --output whole
@@ -218,7 +227,7 @@ expect_error_line 'damaged/settings.json: not the settings of a measurement'
 
 # Options that make no sense.
 expect_exit 2 "an unknown protocol" "$evaluate" --protocol sideways --clean-only
-expect_error_line "--protocol is 'sideways'; expected one of digital, physical, attention, views, occlusion"
+expect_error_line "--protocol is 'sideways'; expected one of digital, physical, attention, views, occlusion, traffic"
 expect_exit 2 "an unknown set of controls" "$evaluate" --protocol views --run run --controls some
 expect_exit 2 "a colour that is none" "$evaluate" --protocol views --clean-only --background 2 0 0
 expect_error_line '^error: --background takes numbers from 0 to 1'

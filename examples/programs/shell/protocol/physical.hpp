@@ -2,7 +2,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 #include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/measurement.hpp>
@@ -11,32 +10,20 @@
 #include <utility>
 #include <vector>
 
-#include "../../../scenes/car.hpp"
 #include "../../../scenes/drawn_frames.hpp"
 #include "../../../scenes/make_scene.hpp"
 #include "bars.hpp"
 #include "protocol.hpp"
 #include "settings.hpp"
+#include "street.hpp"
 
 namespace tapestry::shell {
-
-/// Car length in the protocol's streets, which are in metres; half of it is the unit of distances.
-inline constexpr double street_car_length_m = 4.6;
 
 /// The street of a frame: the same light, sky, road and verges in all frames of a surrounding, and nothing
 /// else but buildings and hills. A scene that hides part of the car is drawn again.
 inline io::Frame physical_street(const scenes::Vehicle& vehicle, const evaluate::ProtocolFrame& frame,
                                  const Random& place, std::size_t size_px) {
-  constexpr double rad_per_deg = std::numbers::pi / 180;
-  const auto just = [](double value) { return std::pair(value, value); };
-  scenes::SceneOptions options;
-  options.vehicle = &vehicle;
-  options.colour = scenes::CarOptions{}.colour;
-  options.azimuth_rad = just(frame.azimuth_deg * rad_per_deg);
-  options.elevation_deg = just(frame.elevation_deg);
-  options.fov_deg = just(2 * evaluate::protocol_half_fov_deg);
-  options.distance_m = just(frame.distance * street_car_length_m / 2);
-  options.aim_jitter = options.occluder_chance = options.sensor_noise = 0;
+  scenes::SceneOptions options = street_options(vehicle, frame);
   options.most_vehicles = options.most_props = 0;
   std::uint64_t attempt = 0;
   const auto make = [&](Random&) {
@@ -45,8 +32,7 @@ inline io::Frame physical_street(const scenes::Vehicle& vehicle, const evaluate:
   };
   Random unused(0);
   auto street = scenes::make_frame(unused, make, 0.97, 2, size_px, size_px);
-  const auto number = evaluate::detail::short_number;
-  street.name = "distance " + number(frame.distance) + ", azimuth " + number(frame.azimuth_deg);
+  street.name = name_of_view(frame);
   return street;
 }
 

@@ -11,6 +11,7 @@
 #include "physical.hpp"
 #include "protocol.hpp"
 #include "settings.hpp"
+#include "traffic.hpp"
 #include "views.hpp"
 
 namespace tapestry::shell {
@@ -37,7 +38,9 @@ inline const std::vector<ProtocolEntry>& protocols() {
        attention_protocol, Surroundings::photographs},
       {"views", "4,320 views from all around, by azimuth and distance (table 3)", views_protocol},
       {"occlusion", "1,080 views of a partly hidden car, by hidden share and distance (table 4)",
-       occlusion_protocol}};
+       occlusion_protocol},
+      {"traffic", "324 views in drawn streets of a car behind other vehicles, by hidden share and distance",
+       traffic_protocol, Surroundings::streets}};
   return entries;
 }
 

@@ -65,7 +65,9 @@ inline std::function<FrameViews(std::size_t frame)> views_source(const Protocol&
       auto street = protocol.street(vehicle, frame, std::max(height, width));
       street.camera = scenes::camera_of_mesh(vehicle, *street.camera);
       return views_of_shapes(inputs, [&](const raster::PaintedMesh& car) {
-        return camouflage::make_view<float>(street, car, height, width, samples, detector.fit());
+        constexpr bool keeps_photograph = false;  // the street may show no car
+        return camouflage::make_view<float>(street, car, height, width, samples, detector.fit(), {},
+                                            keeps_photograph);
       });
     };
   return [&](std::size_t frame) {
