@@ -25,6 +25,7 @@
 #include "shell/run_manifest.hpp"
 #include "shell/run_page.hpp"
 #include "shell/settings.hpp"
+#include "shell/side_by_side.hpp"
 #include "shell/survey_watch.hpp"
 
 namespace {
@@ -256,7 +257,7 @@ struct Written {
 };
 
 void write_folder(const Options& options, const Written& what, const raster::PaintedMesh& own_car,
-                  PicturePairs pairs, ViewList list) {
+                  PicturePairs pairs, Bitmap side_by_side, ViewList list) {
   const char* const shown = options.clean_only ? "clean" : "adversarial";
   const std::string sheet = std::string(shown) + ".png";
   io::write_image(options.output + "/" + sheet,
@@ -268,13 +269,15 @@ void write_folder(const Options& options, const Written& what, const raster::Pai
   if (!what.changed.empty())
     page.findings = "<p><b>Inputs have changed since the run: " + escaped(text_of(what.changed)) +
                     ".</b></p>\n" + page.findings;
+  io::write_image(options.output + "/side_by_side.png", side_by_side);
   page.pairs = std::move(pairs);
+  page.side_by_side = std::move(side_by_side);
   const auto& paint = what.textures.adversarial ? *what.textures.adversarial : what.textures.clean;
   const auto atlas = camouflage::atlas_of<float>(own_car, paint.colours);
   page.atlases = {{shown, image::to_bytes(atlas)}};
   io::write_painted_glb(options.output + "/painted.glb", what.car, atlas);
   page.glb = io::read_text_file(options.output + "/painted.glb");
-  page.files = {"painted.glb", sheet, "metrics.csv", "views.csv", "metrics.json"};
+  page.files = {"painted.glb", sheet, "side_by_side.png", "metrics.csv", "views.csv", "metrics.json"};
   write_text(options.output + "/report.html", page_html(page));
   write_text(options.output + "/metrics.json", report_text(what.metrics));
   remark("report: " + options.output + "/report.html");
@@ -303,6 +306,7 @@ int survey_frames(Options& options) {
                     std::max(inputs.detector.input_height(), inputs.detector.input_width()));
   watch.collect(options.clean_only ? "photo" : "clean", pairs.below, pictures);
   watch.collect(options.clean_only ? "clean" : "adversarial", pairs.above, pictures);
+  const SideBySide side_by_side(watch, pictures);
   RunReport report;
   report.survey = evaluate::survey(meter, views.store, views.usable, textures, watch, photography);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -315,7 +319,7 @@ int survey_frames(Options& options) {
   print_sweep(options.sweep, report, metrics);
   if (!options.output.empty())
     write_folder(options, {report, metrics, changed, textures, views.reshaped ? views.reshaped->car() : car},
-                 car, std::move(pairs), list_of(report, watch.views()));
+                 car, std::move(pairs), side_by_side.sheet(watch.views()), list_of(report, watch.views()));
   return 0;
 }
 

@@ -30,6 +30,7 @@
 #include "run_folder.hpp"
 #include "run_manifest.hpp"
 #include "run_page.hpp"
+#include "side_by_side.hpp"
 #include "step_log.hpp"
 #include "stop_signal.hpp"
 #include "survey_watch.hpp"
@@ -248,6 +249,7 @@ class CamouflageRun {
                       std::max(inputs_.detector.input_height(), inputs_.detector.input_width()));
     watch.collect("clean", before, usable.size());
     watch.collect("adversarial", after, usable.size());
+    const SideBySide side_by_side(watch, usable.size());
     RunReport report;
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
     camouflage::write_paint(path("texture.npz"), training.parameter(), paint, offsets,
@@ -263,7 +265,9 @@ class CamouflageRun {
     report.held_out = inputs_.frames.held_out;
     report.history = training.history();
     report.options = settings_json(options_);
-    write_report(report, list_of(report, watch.views()), textures, std::move(before), std::move(after));
+    write_report(report, list_of(report, watch.views()), textures,
+                 {"the car in its own colours", "the camouflage", std::move(before), std::move(after)},
+                 side_by_side.sheet(watch.views()));
   }
 
   void write_light(camouflage::ViewStore<float>& test, const std::vector<std::size_t>& usable) const {
@@ -282,13 +286,15 @@ class CamouflageRun {
   }
 
   void write_report(const RunReport& report, ViewList list, const evaluate::SurveyedTextures& textures,
-                    std::vector<MarkedPicture> before, std::vector<MarkedPicture> after) const {
+                    PicturePairs pairs, Bitmap side_by_side) const {
+    io::write_image(path("side_by_side.png"), side_by_side);
     write_text(path("views.csv"), views_csv(list));
     remark_on_unpainted(list);
     auto page = page_of(report, "Camouflage run",
                         repeating_line("camouflage", report.options, settings_json(CamouflageOptions{})),
                         std::move(list));
-    page.pairs = {"the car in its own colours", "the camouflage", std::move(before), std::move(after)};
+    page.pairs = std::move(pairs);
+    page.side_by_side = std::move(side_by_side);
     add_paint(page, textures);
     write_text(path("report.html"), page_html(page));
     write_text(path("metrics.csv"), metrics_csv(report));
@@ -307,9 +313,9 @@ class CamouflageRun {
     for (const auto& [name, paint] : textures.controls)
       if (name == evaluate::matched_noise_name || name == evaluate::shuffled_patches_name) atlas(name, paint);
     page.glb = io::read_text_file(path("painted.glb"));
-    page.files = {"painted.glb",  "painted.obj", "texture.npz",  "texture.png", "texture.json",
-                  "result.png",   "before.png",  "after.png",    "metrics.csv", "views.csv",
-                  "metrics.json", "history.csv", "manifest.json"};
+    page.files = {"painted.glb",      "painted.obj",  "texture.npz", "texture.png",  "texture.json",
+                  "side_by_side.png", "result.png",   "before.png",  "after.png",    "metrics.csv",
+                  "views.csv",        "metrics.json", "history.csv", "manifest.json"};
   }
 
   /// \param car in its final shape

@@ -39,10 +39,12 @@ inline MarkedPicture fitted_within(MarkedPicture marked, std::size_t side) {
 class PictureSheet {
  public:
   /// \param pictures  how many there are; of more than 160, evenly spread ones are shown
-  explicit PictureSheet(std::size_t pictures)
+  /// \param columns   0: as many as fit the pictures
+  explicit PictureSheet(std::size_t pictures, std::size_t columns = 0)
       : pictures_(pictures),
         shown_(std::min(pictures, most_)),
-        side_(sheet_columns(shown_) > 3 ? 320 : 640) {}
+        columns_(columns > 0 ? columns : sheet_columns(shown_)),
+        side_(columns_ > 3 ? 320 : 640) {}
 
   [[nodiscard]] bool shows(std::size_t index) const {
     return shown_ > 0 && is_shown(index, shown_, pictures_);
@@ -57,7 +59,7 @@ class PictureSheet {
 
   /// White where there is no picture; rows are as high as their highest.
   [[nodiscard]] Bitmap bitmap() const {
-    const std::size_t columns = std::max<std::size_t>(1, std::min(sheet_columns(shown_), cells_.size()));
+    const std::size_t columns = std::max<std::size_t>(1, std::min(columns_, cells_.size()));
     std::size_t width = 1, height = gap_;
     for (const auto& [name, marked] : cells_) width = std::max(width, marked.picture.shape(1));
     for (std::size_t row = 0; row * columns < cells_.size(); ++row) height += row_height(row, columns);
@@ -95,7 +97,7 @@ class PictureSheet {
 
   static constexpr std::size_t gap_ = 4, name_height_ = glyph_height + 4;
   static constexpr std::size_t most_ = 160;
-  std::size_t pictures_, shown_, side_;
+  std::size_t pictures_, shown_, columns_, side_;
   std::vector<Cell> cells_;
 };
 

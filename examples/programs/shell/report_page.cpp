@@ -164,6 +164,13 @@ std::string pairs_html(const PicturePairs& pairs) {
          "aria-label=\"how far the line is to the right\">\n";
 }
 
+std::string side_by_side_html(const Bitmap& sheet) {
+  if (sheet.size() == 0) return {};
+  return "<h2>Side by side</h2>\n<img class=\"sheet\" alt=\"views in several paints side by side\" "
+         "src=\"data:image/jpeg;base64," +
+         base64(io::jpeg_file("report.html", sheet, 85)) + "\">\n";
+}
+
 std::string atlases_html(const ReportPage& page) {
   if (page.atlases.empty()) return {};
   std::string html = "<h2>Paint</h2>\n<div class=\"atlases\">\n";
@@ -180,8 +187,8 @@ std::string page_html(const ReportPage& page) {
                      escaped(computed_by_text()) + ", seed " + std::to_string(page.seed) + ", " +
                      std::to_string(static_cast<long>(page.seconds + 0.5)) + " s. Repeated by:</p>\n<pre>" +
                      escaped(page.command) + "</pre>\n" + page.findings;
-  html += pairs_html(page.pairs) + list_html(page.list, ", a row shows its pictures") + car_html(page) +
-          atlases_html(page);
+  html += side_by_side_html(page.side_by_side) + pairs_html(page.pairs) +
+          list_html(page.list, ", a row shows its pictures") + car_html(page) + atlases_html(page);
   std::string curves;
   for (const Curve& curve : page.curves) curves += curve_svg(curve);
   if (!curves.empty()) html += "<h2>Loss</h2>\n<div class=\"curves\">\n" + curves + "</div>\n";

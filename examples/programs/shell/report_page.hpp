@@ -34,6 +34,7 @@ struct ReportPage {
   std::string findings{};  ///< HTML
   ViewList list{};
   PicturePairs pairs{};
+  Bitmap side_by_side{};  ///< a sheet of some views in several paints; or empty
   std::vector<std::pair<std::string, Array<std::uint8_t, 3>>> atlases{};  ///< each with its words
   std::string glb{};                                                      ///< the bytes of a painted.glb
   std::vector<Curve> curves{};

@@ -25,7 +25,7 @@ inline constexpr const char* list_style =
 /// Style of a run's page, after page_style and list_style.
 inline constexpr const char* report_style =
     R"(
-.atlases { display: flex; flex-wrap: wrap; gap: 1em } .atlases figure { margin: 0; width: 15em }
+.sheet { max-width: 100% } .atlases { display: flex; flex-wrap: wrap; gap: 1em } .atlases figure { margin: 0; width: 15em }
 .atlases img { image-rendering: pixelated; width: 100% }
 .curves { display: flex; flex-wrap: wrap; gap: 1em } .curves svg { max-width: 100%; height: auto }
 svg text { font: 11px sans-serif; fill: var(--ink) } svg .curve { fill: none; stroke: var(--mark) }
@@ -113,6 +113,41 @@ function readGlb(letters) {
     return new Blob([bytes.subarray(from, from + size)], {type: gltf.images[i].mimeType}); }};
 }
 
+// Draws the ground below a car: its footprint, blurred, as the shadow of an even sky. `turn` makes y the height.
+function groundOf(gl, program, turn, meshes) {
+  const n = 96, low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity], points = [];
+  for (const mesh of meshes)
+    for (let i = 0; i < mesh.length; i += 3) {
+      const q = [0, 1, 2].map(r => turn[r] * mesh[i] + turn[3 + r] * mesh[i + 1] + turn[6 + r] * mesh[i + 2]);
+      q.forEach((v, k) => { low[k] = Math.min(low[k], v); high[k] = Math.max(high[k], v); });
+      points.push(q);
+    }
+  const middle = low.map((v, k) => (v + high[k]) / 2), reach = 0.75 * Math.max(high[0] - low[0], high[2] - low[2]);
+  const cell = (q, k) => Math.floor(((q[k] - middle[k]) / reach + 1) * n / 2);
+  const first = Array(n).fill(n), last = Array(n).fill(-1);
+  for (const q of points)
+    for (let row = cell(q, 2) - 2; row <= cell(q, 2) + 2; ++row) {
+      first[row] = Math.min(first[row], cell(q, 0)); last[row] = Math.max(last[row], cell(q, 0));
+    }
+  let dark = Float32Array.from({length: n * n}, (_, i) => i % n >= first[i / n | 0] && i % n <= last[i / n | 0] ? 1 : 0);
+  for (let pass = 0; pass < 6; ++pass) {  // three each along rows and columns
+    const step = pass % 2 ? n : 1, from = dark;
+    dark = from.map((_, i) => { let sum = 0; for (let k = -3; k <= 3; ++k) sum += from[i + k * step] ?? 0; return sum / 7; });
+  }
+  const texture = gl.createTexture(), array = gl.createVertexArray();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, n, n, 0, gl.RED, gl.UNSIGNED_BYTE, Uint8Array.from(dark, v => 255 * v));
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+  return (view, projection) => {
+    gl.useProgram(program); gl.bindVertexArray(array); gl.bindTexture(gl.TEXTURE_2D, texture);
+    const place = name => gl.getUniformLocation(program, name);
+    gl.uniformMatrix4fv(place('view'), false, view); gl.uniformMatrix4fv(place('projection'), false, projection);
+    gl.uniformMatrix3fv(place('turn'), false, turn); gl.uniform1f(place('reach'), reach);
+    gl.uniform3f(place('middle'), middle[0], low[1], middle[2]);
+    gl.depthMask(false); gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4); gl.depthMask(true);
+  };
+}
+
 async function showCar() {
   const canvas = document.getElementById('car');
   const gl = canvas.getContext('webgl2', {preserveDrawingBuffer: true});
@@ -124,18 +159,27 @@ async function showCar() {
     if (!gl.getShaderParameter(s, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(s));
     return s;
   };
-  const program = gl.createProgram();
-  gl.attachShader(program, shader(gl.VERTEX_SHADER, `#version 300 es
+  const linked = (vertex, fragment) => {
+    const program = gl.createProgram();
+    gl.attachShader(program, shader(gl.VERTEX_SHADER, vertex)); gl.attachShader(program, shader(gl.FRAGMENT_SHADER, fragment));
+    gl.linkProgram(program);
+    return program;
+  };
+  const program = linked(`#version 300 es
     in vec3 position; in vec3 normal; in vec2 uv; uniform mat4 view, projection; out vec3 n, p; out vec2 at;
     void main() { vec4 e = view * vec4(position, 1.0); p = e.xyz; n = mat3(view) * normal; at = uv;
-      gl_Position = projection * e; }`));
-  gl.attachShader(program, shader(gl.FRAGMENT_SHADER, `#version 300 es
+      gl_Position = projection * e; }`, `#version 300 es
     precision highp float; in vec3 n, p; in vec2 at; uniform sampler2D paint; uniform vec4 colour; uniform bool painted;
     out vec4 result;
     void main() { vec3 base = painted ? texture(paint, at).rgb : pow(colour.rgb, vec3(1.0 / 2.2));
       float facing = length(n) > 0.0 ? abs(dot(normalize(n), normalize(p))) : 1.0;
-      result = vec4(base * (0.45 + 0.55 * facing), 1.0); }`));
-  gl.linkProgram(program); gl.useProgram(program);
+      result = vec4(base * (0.45 + 0.55 * facing), 1.0); }`);
+  const below = linked(`#version 300 es
+    uniform mat4 view, projection; uniform mat3 turn; uniform vec3 middle; uniform float reach; out vec2 at;
+    void main() { at = vec2(gl_VertexID & 1, gl_VertexID >> 1); vec2 by = reach * (2.0 * at - 1.0);
+      gl_Position = projection * view * vec4(transpose(turn) * (middle + vec3(by.x, 0.0, by.y)), 1.0); }`, `#version 300 es
+    precision highp float; in vec2 at; uniform sampler2D dark; out vec4 result;
+    void main() { result = vec4(0.0, 0.0, 0.0, 0.6 * texture(dark, at).r); }`);
   const place = name => gl.getUniformLocation(program, name);
   let low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   const parts = gltf.meshes[0].primitives.map(part => {
@@ -161,9 +205,10 @@ async function showCar() {
             type: indices instanceof Uint32Array ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT,
             colour: surface.baseColorFactor ?? [1, 1, 1, 1]};
   });
+  const paint = gl.createTexture();
   if (gltf.images) {
     const bitmap = await createImageBitmap(picture(0));
-    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+    gl.bindTexture(gl.TEXTURE_2D, paint);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, bitmap);
     gl.generateMipmap(gl.TEXTURE_2D);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
@@ -172,6 +217,7 @@ async function showCar() {
   const turn = [1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qz * qw), 2 * (qx * qz - qy * qw),
                 2 * (qx * qy - qz * qw), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz + qx * qw),
                 2 * (qx * qz + qy * qw), 2 * (qy * qz - qx * qw), 1 - 2 * (qx * qx + qy * qy)];
+  const ground = groundOf(gl, below, turn, gltf.meshes[0].primitives.map(part => read(part.attributes.POSITION)));
   const middle = low.map((v, i) => (v + high[i]) / 2), radius = Math.hypot(...low.map((v, i) => high[i] - v)) / 2;
   let azimuth = 0.7, elevation = 0.35, distance = 2.1;
   function draw() {
@@ -187,9 +233,11 @@ async function showCar() {
     for (let r = 0; r < 3; ++r) m[12 + r] = -(m[r] * middle[0] + m[4 + r] * middle[1] + m[8 + r] * middle[2]);
     m[14] -= distance; m[15] = 1;
     const f = 1.8, near = 0.05, far = 20, wide = canvas.height / canvas.width;
-    gl.uniformMatrix4fv(place('view'), false, m);
-    gl.uniformMatrix4fv(place('projection'), false, new Float32Array([f * wide, 0, 0, 0, 0, f, 0, 0, 0, 0,
-      (far + near) / (near - far), -1, 0, 0, 2 * far * near / (near - far), 0]));
+    const projection = [f * wide, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0,
+      2 * far * near / (near - far), 0];
+    ground(m, projection);
+    gl.useProgram(program); gl.bindTexture(gl.TEXTURE_2D, paint);
+    gl.uniformMatrix4fv(place('view'), false, m); gl.uniformMatrix4fv(place('projection'), false, projection);
     for (const part of parts) {
       gl.bindVertexArray(part.array);
       gl.uniform1i(place('painted'), part.painted ? 1 : 0); gl.uniform4fv(place('colour'), part.colour);
@@ -207,7 +255,7 @@ async function showCar() {
   const pixels = new Uint8Array(4 * canvas.width * canvas.height);
   gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
   let drawn = 0;
-  for (let i = 3; i < pixels.length; i += 4) drawn += pixels[i] > 0;
+  for (let i = 3; i < pixels.length; i += 4) drawn += pixels[i] === 255;
   canvas.dataset.drawn = drawn;  // pixels of the car, for those who test the page
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <string>
 #include <tapestry/camouflage/view_store.hpp>
@@ -49,9 +50,10 @@ class SurveyWatch {
       : meter_(meter), progress_(pictures), side_(side) {}
 
   /// From now on adds the pictures of a texture, of which there will be `pictures`, to a sheet, which must
-  /// outlive the watch; of many those that are evenly spread.
-  void collect(const std::string& texture, std::vector<MarkedPicture>& sheet, std::size_t pictures) {
-    sheets_[texture] = {&sheet, pictures, std::min(pictures, most_on_a_sheet(side_)), 0};
+  /// outlive the watch; of more than `most`, or than a sheet holds, those that are evenly spread.
+  void collect(const std::string& texture, std::vector<MarkedPicture>& sheet, std::size_t pictures,
+               std::size_t most = std::numeric_limits<std::size_t>::max()) {
+    sheets_.insert({texture, {&sheet, pictures, std::min({pictures, most, most_on_a_sheet(side_)}), 0}});
   }
 
   /// Facts of the views so far, in the order of the survey; one entry a picture.
@@ -60,9 +62,9 @@ class SurveyWatch {
   void operator()(const evaluate::MeasuredPicture& measured) {
     StopSignal::throw_if_arrived();
     if (measured.texture == "clean") views_.push_back(facts_of(measured.view));
-    const auto found = sheets_.find(measured.texture);
-    if (found != sheets_.end() && found->second.takes_next())
-      found->second.sheet->push_back(annotated(measured, meter_));
+    const auto [begin, end] = sheets_.equal_range(measured.texture);
+    for (auto sheet = begin; sheet != end; ++sheet)
+      if (sheet->second.takes_next()) sheet->second.sheet->push_back(annotated(measured, meter_));
     progress_.count(measured.texture);
   }
 
@@ -80,7 +82,7 @@ class SurveyWatch {
   std::vector<ViewFacts> views_;
   MeasuringProgress progress_;
   std::size_t side_;
-  std::map<std::string, Collected> sheets_;
+  std::multimap<std::string, Collected> sheets_;
 };
 
 }  // namespace tapestry::shell
