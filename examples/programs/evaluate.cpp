@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "shell/camouflage_source.hpp"
 #include "shell/dataset_evaluation.hpp"
 #include "shell/inputs.hpp"
 #include "shell/program.hpp"
@@ -33,7 +34,7 @@ using namespace tapestry;
 using namespace tapestry::shell;
 
 struct Options {
-  std::string run;
+  CamouflageSource camouflage;
   std::string against;
   SceneSettings scene;
   DetectorSettings detector;
@@ -54,8 +55,14 @@ struct Options {
 void describe(CLI::App& app, Options& options) {
   app.option_defaults()->group("Measurement");
   auto* const run = app.add_option(
-      "--run", options.run,
-      "run folder of camouflage, needed without --clean-only; its settings apply where none are given");
+      "--run", options.camouflage.run,
+      "run folder of camouflage, needed without --paint or --clean-only; its settings apply where none are "
+      "given");
+  app.add_option(
+         "--paint", options.camouflage.picture,
+         "picture of anyone's camouflage instead, on the painted faces by their uv; --texels: its rows, "
+         "at most 1024, when left out")
+      ->excludes(run);
   app.add_flag("--accept-changed-inputs", options.accept_changed_inputs,
                "measure although mesh, weights or frames of the run, or of that of --against, have changed, "
                "which is refused otherwise; the changes are written into the metrics")
@@ -86,8 +93,8 @@ void describe(CLI::App& app, Options& options) {
 /// Takes settings that were not given from the run. A detector given here, as a cfg or a single file,
 /// replaces the run's altogether. Darknet weights alone replace only the weights for the run's cfg.
 void adopt_run(const CLI::App& app, Options& options) {
-  const std::string manifest = manifest_path(options.run);
-  const Json saved = read_manifest(options.run);
+  const std::string manifest = manifest_path(options.camouflage.run);
+  const Json saved = read_manifest(options.camouflage.run);
   std::vector<std::string> differing;
   adopt_saved(app, saved["options"], manifest, options.scene, differing);
   if (options.scene.mask != "u2net" && app.get_option("--segmenter")->count() == 0)
@@ -121,6 +128,8 @@ void require_sound(const CLI::App& app, const Options& options) {
   list.require(!options.conditions.empty() || app.get_option("--draws")->count() == 0,
                "--draws needs --conditions");
   list.require(options.draws >= 1 && options.draws <= 1000, "--draws must be 1 to 1000");
+  list.require(options.camouflage.picture.empty() || options.scene.texture == "atlas",
+               "--paint needs --texture atlas");
   for (const double threshold : options.sweep)
     list.require(threshold >= 0 && threshold <= 1, "--sweep thresholds lie in 0 to 1");
   list.throw_first();
@@ -154,7 +163,7 @@ void print_sweep(const std::vector<double>& sweep, const RunReport& report, Json
 std::vector<ChangedInput> changed_since_runs(const Options& options, Inputs& inputs) {
   note_frames(inputs.frames.test, inputs.mask);
   std::vector<ChangedInput> changed;
-  for (const std::string& run : {options.run, options.against})
+  for (const std::string& run : {options.camouflage.run, options.against})
     for (const ChangedInput& input : require_run_inputs({run, options.accept_changed_inputs}, options.scene,
                                                         inputs.car, inputs.frames.test, inputs.warnings))
       if (std::ranges::find(changed, input) == changed.end()) changed.push_back(input);
@@ -167,8 +176,8 @@ void require_consistent(const CLI::App& app, const Options& options) {
        {"--images", "--dataset-names", "--most-detections", "--results", "--csv", "--json"})
     if (app.get_option(option)->count() > 0)
       throw Error(ErrorKind::usage, std::string(option) + " needs --dataset");
-  if (options.run.empty() && !options.clean_only)
-    throw Error(ErrorKind::usage, "give --run, the folder of a camouflage run, or --clean-only");
+  if (!options.camouflage.is_given() && !options.clean_only)
+    throw Error(ErrorKind::usage, "give --run, the folder of a camouflage run, --paint, or --clean-only");
   if (!options.against.empty() && options.clean_only)
     throw Error(ErrorKind::usage, "--against needs --run, which it is compared with");
 }
@@ -177,8 +186,8 @@ void require_consistent(const CLI::App& app, const Options& options) {
 struct MeasuredViews {
   MeasuredViews(const Options& options, Inputs& inputs)
       : car(inputs.car.painted),
-        offsets(offsets_of(options.clean_only ? "" : options.run)),
-        other_offsets(offsets_of(options.against)),
+        offsets(options.clean_only ? Array<float, 2>() : read_offsets_of(options.camouflage, car)),
+        other_offsets(read_offsets_of({options.against, ""}, car)),
         settings{inputs.detector.input_height(),
                  inputs.detector.input_width(),
                  options.scene.samples,
@@ -194,11 +203,6 @@ struct MeasuredViews {
         reshaped_by_other(reshaped_by(other_offsets)) {
     print_warnings(inputs.warnings);
     if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
-  }
-
-  [[nodiscard]] Array<float, 2> offsets_of(const std::string& run) const {
-    return run.empty() ? Array<float, 2>()
-                       : camouflage::read_offsets(run + "/texture.npz", car.mesh.positions.size());
   }
 
   std::optional<ReshapedViews> reshaped_by(const Array<float, 2>& by) {
@@ -222,17 +226,13 @@ struct MeasuredViews {
 evaluate::SurveyedTextures surveyed_textures(const Options& options, const Car& loaded,
                                              MeasuredViews& views) {
   const auto& car = loaded.painted;
-  const auto paint_of = [&](const std::string& run) {
-    return read_fitting_paint(run + "/texture.npz", car, loaded.description);
-  };
   evaluate::SurveyedTextures textures{camouflage::without_paint(camouflage::own_colours<float>(car)), {}, {}};
   const std::size_t texel_count = textures.clean.colours.shape(0);
-  const io::InputLedger::Role role(camouflage_role);
-  if (!options.clean_only) textures.adversarial = paint_of(options.run);
+  if (!options.clean_only) textures.adversarial = read_camouflage(options.camouflage, loaded);
   textures.controls = textures.adversarial ? evaluate::make_controls(car, *textures.adversarial, options.seed)
                                            : evaluate::plain_controls(texel_count, options.seed);
   if (!options.against.empty())
-    textures.controls.push_back({evaluate::other_run_name, paint_of(options.against)});
+    textures.controls.push_back({evaluate::other_run_name, read_camouflage({options.against, ""}, loaded)});
   if (views.reshaped) textures.reshaped = &views.reshaped->store();
   if (views.reshaped_by_other) textures.reshaped_by_other = &views.reshaped_by_other->store();
   return textures;
@@ -241,6 +241,7 @@ evaluate::SurveyedTextures surveyed_textures(const Options& options, const Car& 
 void add_options_of(const Options& options, RunReport& report) {
   add_json(report.options, options.scene);
   add_json(report.options, options.detector);
+  if (!options.camouflage.picture.empty()) report.options["paint"] = options.camouflage.picture;
   report.options["seed"] = options.seed;
   if (options.conditions.empty()) return;
   report.options["conditions"] = options.conditions;
@@ -310,7 +311,7 @@ int survey_frames(Options& options) {
   RunReport report;
   report.survey = evaluate::survey(meter, views.store, views.usable, textures, watch, photography);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  report.held_out = inputs.frames.held_out || options.other_frames || options.clean_only;
+  report.held_out = inputs.frames.held_out || options.other_frames || options.camouflage.run.empty();
   add_options_of(options, report);
   std::cout << summary_text(report);
   Json metrics = metrics_json(report);
@@ -331,17 +332,19 @@ int run(const CLI::App& app, Options& options) {
   require_consistent(app, options);
   io::InputLedger ledger;
   ledger.leave_out(options.output);
-  if (!options.run.empty()) adopt_run(app, options);
+  if (!options.camouflage.run.empty()) adopt_run(app, options);
+  if (!options.camouflage.picture.empty() && options.scene.texels == 0)
+    options.scene.texels = rows_for_picture(options.camouflage.picture);
   require_sound(app, options);
   if (options.threads > 0) limit_threads(options.threads);
   if (options.protocol.protocol.empty()) return survey_frames(options);
   return evaluate_protocol({options.protocol,
                             options.scene,
                             options.detector,
-                            options.clean_only ? "" : options.run,
+                            options.clean_only ? CamouflageSource() : options.camouflage,
                             options.seed,
                             options.output,
-                            {options.run, options.accept_changed_inputs}});
+                            {options.camouflage.run, options.accept_changed_inputs}});
 }
 }  // namespace
 

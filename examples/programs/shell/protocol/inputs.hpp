@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "../camouflage_source.hpp"
 #include "../inputs.hpp"
 #include "../program.hpp"
 #include "../run_folder.hpp"
@@ -28,7 +29,7 @@ struct ProtocolRequest {
   ProtocolSettings settings;
   SceneSettings scene;
   DetectorSettings detector;
-  std::string run;  ///< folder of the camouflage; empty: only the plain car
+  CamouflageSource camouflage;
   std::uint64_t seed = 1;
   std::string output;          ///< folder; nothing is written when empty
   RunInputs run_inputs{};      ///< files that must equal those of the run
@@ -124,9 +125,8 @@ inline std::vector<evaluate::Control> textures_of(const Car& loaded, const Proto
   const auto& car = loaded.painted;
   std::vector<evaluate::Control> textures{
       {"clean", camouflage::without_paint(camouflage::own_colours<float>(car))}};
-  if (request.run.empty()) return textures;
-  const io::InputLedger::Role role(camouflage_role);
-  auto paint = read_fitting_paint(request.run + "/texture.npz", car, loaded.description);
+  if (!request.camouflage.is_given()) return textures;
+  auto paint = read_camouflage(request.camouflage, loaded);
   const std::size_t draws = request.settings.noise_draws;
   auto controls = request.settings.controls == "all"
                       ? evaluate::make_controls(car, paint, request.seed, draws)
@@ -141,8 +141,7 @@ inline std::vector<evaluate::Control> textures_of(const Car& loaded, const Proto
 /// normalised again.
 inline std::optional<raster::PaintedMesh> reshaped_car(const raster::PaintedMesh& car,
                                                        const ProtocolRequest& request) {
-  if (request.run.empty()) return std::nullopt;
-  const auto offsets = camouflage::read_offsets(request.run + "/texture.npz", car.mesh.positions.size());
+  const auto offsets = read_offsets_of(request.camouflage, car);
   if (offsets.size() == 0) return std::nullopt;
   return camouflage::reshaped(car, offsets);
 }

@@ -28,9 +28,11 @@
 namespace tapestry::shell {
 
 /// The run of a camouflage: its folder, seed and class, and the files of the detectors that it was optimised
-/// against.
-inline Json run_json(const std::string& run) {
-  const Json manifest = read_manifest(run);
+/// against; of a picture only the path.
+inline Json run_json(const CamouflageSource& source) {
+  if (source.run.empty())
+    return {{"folder", source.picture}, {"seed", Json()}, {"class", Json()}, {"detectors", Json::array()}};
+  const Json manifest = read_manifest(source.run);
   Json detectors = Json::array();
   for (const Json& input : manifest["inputs"])
     for (const Json& role : input.value("read_as", Json::array()))
@@ -38,7 +40,7 @@ inline Json run_json(const std::string& run) {
         detectors.push_back({{"path", input["path"]}, {"sha256", input["sha256"]}});
         break;
       }
-  return {{"folder", run},
+  return {{"folder", source.run},
           {"seed", manifest.value("seed", Json())},
           {"class", manifest["options"].value("class", Json())},
           {"detectors", detectors}};
@@ -59,8 +61,8 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
   else if (is_before_plain_background(request.settings.protocol))
     options["background"] = request.settings.background;
   options["quick"] = request.settings.quick;
-  options["clean-only"] = request.run.empty();
-  if (!request.run.empty()) {
+  options["clean-only"] = !request.camouflage.is_given();
+  if (request.camouflage.is_given()) {
     options["controls"] = request.settings.controls;
     options["noise-draws"] = request.settings.noise_draws;
   }
@@ -70,7 +72,7 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
                 {"protocol", request.settings.protocol},
                 {"options", options},
                 {"inputs", recorded_inputs()}};
-  if (!request.run.empty()) settings["run"] = run_json(request.run);
+  if (request.camouflage.is_given()) settings["run"] = run_json(request.camouflage);
   if (!inputs.changed.empty()) settings["changed_inputs"] = json_of(inputs.changed);
   return settings;
 }
@@ -250,8 +252,8 @@ inline int evaluate_protocol(ProtocolRequest request) {
   auto meters = meters_of(inputs, request);
   const Json settings = settings_of(request, inputs);
   Ranks::all().require_same("settings and inputs", io::sha256(exact_text(settings)));
-  if (protocol.on_photographs && !request.run.empty())
-    request.trained_on = trained_on(request.run, inputs.photographs, settings["inputs"]);
+  if (protocol.on_photographs && !request.camouflage.run.empty())
+    request.trained_on = trained_on(request.camouflage.run, inputs.photographs, settings["inputs"]);
   const bool is_first = Ranks::all().is_first();
   const std::string folder = is_first ? request.output : "";
   ProtocolFolder run(folder, settings, protocol.frames.size(), textures);
@@ -259,7 +261,8 @@ inline int evaluate_protocol(ProtocolRequest request) {
   ProtocolMeasurement measurement(protocol, textures, run.outcomes_path(), std::move(run.outcomes));
   if (!has_measured(measurement, source, protocol, folder)) return StopSignal::exit_code();
   if (!is_first) return 0;
-  ProtocolResult result = result_of(protocol, textures, !request.run.empty(), measurement.outcomes());
+  ProtocolResult result =
+      result_of(protocol, textures, request.camouflage.is_given(), measurement.outcomes());
   for (const auto& meter : meters) result.class_names.push_back(meter.detector().names());
   if (protocol.on_photographs && result.sections.front().cell.measured == 0)
     throw Error(ErrorKind::mismatch, request.scene.frames + ": no frame shows the car");

@@ -1,0 +1,95 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <tapestry/camouflage/paint.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/image/colour_space.hpp>
+#include <tapestry/io/image_file.hpp>
+#include <tapestry/io/input_ledger.hpp>
+#include <tapestry/raster/painted_mesh.hpp>
+#include <utility>
+#include <vector>
+
+#include "inputs.hpp"
+#include "program.hpp"
+#include "texture_description.hpp"
+
+namespace tapestry::shell {
+
+/// A measured camouflage: that of a run's folder, or a picture that lies on the mesh by its uv, whoever made
+/// it. With neither only the plain car is measured.
+struct CamouflageSource {
+  std::string run{}, picture{};
+
+  [[nodiscard]] bool is_given() const { return !run.empty() || !picture.empty(); }
+};
+
+/// Rows of an atlas that shows a picture texel for texel, but for very large ones.
+inline std::size_t rows_for_picture(const std::string& path) {
+  constexpr std::size_t most = 1024;
+  return std::min(most, io::read_image(path).shape(0));
+}
+
+/// Means of a picture along an axis over `count` equal parts of a stretch of it; beyond its end it repeats.
+/// \param stretch  in lengths of the picture's axis
+inline Array<float, 3> means_along(const Array<float, 3>& picture, std::size_t axis, std::size_t count,
+                                   double stretch) {
+  auto extents = picture.shape();
+  const auto length = static_cast<double>(extents[axis]);
+  extents[axis] = count;
+  auto means = zeros<float, 3>(extents);
+  for (std::size_t part = 0; part < count; ++part) {
+    const double begin = length * stretch * static_cast<double>(part) / static_cast<double>(count);
+    const double end = length * stretch * static_cast<double>(part + 1) / static_cast<double>(count);
+    for (double at = std::floor(begin); at < end; ++at) {
+      const auto weight = static_cast<float>((std::min(end, at + 1) - std::max(begin, at)) / (end - begin));
+      const auto source = static_cast<std::size_t>(std::fmod(at, length));
+      for (std::size_t other = 0; other < picture.shape(1 - axis); ++other)
+        for (std::size_t c = 0; c < 3; ++c)
+          if (axis == 0)
+            means(part, other, c) += weight * picture(source, other, c);
+          else
+            means(other, part, c) += weight * picture(other, source, c);
+    }
+  }
+  return means;
+}
+
+/// A picture as the paint of a car with an atlas, each texel the mean, in the car's colour space, of what it
+/// covers of the picture. Where u leaves the picture, it repeats.
+/// \throws FileError as io::read_image() and read_texture_description()
+inline camouflage::Paint<float> picture_paint(const std::string& path, const raster::PaintedMesh& car) {
+  std::vector<std::string> warnings;
+  const auto picture = io::read_image(path, &warnings);
+  const auto description = read_texture_description(path, {picture.shape(0), picture.shape(1)});
+  if (!description) remark(path + ": no description beside it; assumed: its width is 1 in u");
+  print_warnings(warnings);
+  const auto& layout = car.layout;
+  const double width = description ? (*description)["u_extent"].get<double>() : 1;
+  const auto light = image::in_space(car.space, image::from_bytes<float>(picture));
+  const auto texels =
+      means_along(means_along(light, 0, layout.height, 1), 1, layout.width, layout.u_extent / width);
+  camouflage::Paint<float> paint{Array<float, 2>(Extents<2>{layout.height * layout.width, 3})};
+  const auto encoded = car.space == image::ColourSpace::linear ? image::encoded(texels) : texels;
+  std::copy(encoded.begin(), encoded.end(), paint.colours.begin());
+  return paint;
+}
+
+/// Reads a camouflage for a car.
+/// \pre source.is_given()
+/// \throws FileError as read_fitting_paint() or picture_paint()
+inline camouflage::Paint<float> read_camouflage(const CamouflageSource& source, const Car& car) {
+  const io::InputLedger::Role role(camouflage_role);
+  if (!source.picture.empty()) return picture_paint(source.picture, car.painted);
+  return read_fitting_paint(source.run + "/texture.npz", car.painted, car.description);
+}
+
+/// Offsets of the car's positions by a run that has optimised its shape; else empty.
+inline Array<float, 2> read_offsets_of(const CamouflageSource& source, const raster::PaintedMesh& car) {
+  if (source.run.empty()) return {};
+  return camouflage::read_offsets(source.run + "/texture.npz", car.mesh.positions.size());
+}
+
+}  // namespace tapestry::shell
