@@ -15,6 +15,8 @@
 
 #include "shell/camouflage_source.hpp"
 #include "shell/dataset_evaluation.hpp"
+#include "shell/exported_pictures.hpp"
+#include "shell/foreign_detections.hpp"
 #include "shell/inputs.hpp"
 #include "shell/program.hpp"
 #include "shell/protocol/run.hpp"
@@ -43,6 +45,8 @@ struct Options {
   std::vector<double> sweep{0.05, 0.1, 0.25, 0.5, 0.75};
   std::vector<std::string> conditions;
   std::size_t draws = 4;
+  std::string pictures;
+  std::string detections;
   std::string output;
   std::uint64_t seed = 1;
   int threads = 0;
@@ -80,6 +84,15 @@ void describe(CLI::App& app, Options& options) {
                  "conditions under which the views are photographed: camera, light, blur, noise, contrast, "
                  "jpeg, print, or physical for all; left out, they are measured as they are");
   app.add_option("--draws", options.draws, "photographs of each view under --conditions");
+  auto* const pictures = app.add_option(
+      "--pictures", options.pictures,
+      "folder to write every measured picture to, as PNG, with COCO's labels (instances.json), for detectors "
+      "of other programs; the pictures are then measured as these files hold them");
+  app.add_option(
+         "--detections", options.detections,
+         "COCO results (.json) of any program over the pictures that are in --pictures already: their "
+         "tables, without a detector of our own")
+      ->needs(pictures);
   app.add_option(
       "--output", options.output,
       "folder for report.html, metrics.json, metrics.csv, views.csv and a contact sheet, or for the files of "
@@ -138,8 +151,13 @@ void require_sound(const CLI::App& app, const Options& options) {
 
 /// The conditions under which the views are photographed.
 evaluate::Photography photography_of(const Options& options) {
-  if (options.conditions.empty()) return {};
-  return {image::conditions_by_names(options.conditions), options.draws, options.seed};
+  evaluate::Photography photography;
+  photography.in_bytes = !options.pictures.empty();
+  if (options.conditions.empty()) return photography;
+  photography.conditions = image::conditions_by_names(options.conditions);
+  photography.draws = options.draws;
+  photography.seed = options.seed;
+  return photography;
 }
 
 /// Prints how often the car was found at each threshold of the sweep, and adds it to the metrics.
@@ -303,19 +321,33 @@ int survey_frames(Options& options) {
   const auto start = std::chrono::steady_clock::now();
   const auto photography = photography_of(options);
   const std::size_t pictures = views.usable.size() * photography.draws;
+  const auto& names = inputs.detector.names();
+  if (!options.pictures.empty() && names.empty())
+    throw Error(ErrorKind::usage, "--pictures needs the names of the detector's classes, see --names");
+  std::optional<RunFolder> picture_folder;
+  if (!options.pictures.empty())
+    picture_folder.emplace(options.pictures, !is_there(options.pictures, ErrorKind::write));
+  PictureExport exported(options.pictures);
   SurveyWatch watch(meter, textures.pictures_a_view() * pictures,
                     std::max(inputs.detector.input_height(), inputs.detector.input_width()));
   watch.collect(options.clean_only ? "photo" : "clean", pairs.below, pictures);
   watch.collect(options.clean_only ? "clean" : "adversarial", pairs.above, pictures);
   const SideBySide side_by_side(watch, pictures);
   RunReport report;
-  report.survey = evaluate::survey(meter, views.store, views.usable, textures, watch, photography);
+  const auto visit = [&](const evaluate::MeasuredPicture& measured) {
+    watch(measured);
+    exported.add(measured);
+  };
+  report.survey = evaluate::survey(meter, views.store, views.usable, textures, visit, photography);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   report.held_out = inputs.frames.held_out || options.other_frames || options.camouflage.run.empty();
   add_options_of(options, report);
   std::cout << summary_text(report);
   Json metrics = metrics_json(report);
   metrics["inputs"] = recorded_inputs();
+  exported.finish(
+      names, inputs.class_index, photography.draws,
+      {{"held_out", report.held_out}, {"options", report.options}, {"inputs", metrics["inputs"]}});
   if (!changed.empty()) metrics["changed_inputs"] = json_of(changed);
   print_sweep(options.sweep, report, metrics);
   if (!options.output.empty())
@@ -324,11 +356,44 @@ int survey_frames(Options& options) {
   return 0;
 }
 
+/// Writes tables of the detections of another program, as survey_frames() does of its own.
+int survey_detections(const CLI::App& app, const Options& options) {
+  for (const auto* option : app.get_options()) {
+    const std::vector<std::string> known{"--pictures", "--detections", "--confidence", "--sweep", "--output"};
+    if (option->count() > 0 && option->get_configurable() &&
+        std::ranges::find(known, option->get_name()) == known.end())
+      throw Error(ErrorKind::usage, option->get_name() + " has no part in --detections");
+  }
+  const io::InputLedger ledger;
+  auto exported = read_exported_pictures(options.pictures);
+  read_detections(options.detections, exported);
+  RunReport report = report_of(exported, {options.detector.confidence, options.detector.nms, options.sweep});
+  report.options["confidence"] = options.detector.confidence;
+  report.options["detections"] = options.detections;
+  std::cout << summary_text(report);
+  Json metrics = metrics_json(report);
+  metrics["inputs"] = recorded_inputs();
+  print_sweep(options.sweep, report, metrics);
+  if (options.output.empty()) return 0;
+  const RunFolder folder(options.output, !is_there(options.output, ErrorKind::write));
+  require_no_run(options);
+  auto list = list_of(exported, report);
+  write_text(options.output + "/metrics.csv", metrics_csv(report));
+  write_text(options.output + "/views.csv", views_csv(list));
+  auto page = page_of(report, "Evaluation of another program's detections", options.command, std::move(list));
+  page.files = {"metrics.csv", "views.csv", "metrics.json"};
+  write_text(options.output + "/report.html", page_html(page));
+  write_text(options.output + "/metrics.json", report_text(metrics));
+  remark("report: " + options.output + "/report.html");
+  return 0;
+}
+
 int run(const CLI::App& app, Options& options) {
   if (Ranks::all().count() > 1 && options.protocol.protocol.empty())
     throw Error(ErrorKind::usage, "several ranks of mpirun can share the work of --protocol only");
   if (!options.dataset.dataset.empty())
     return evaluate_dataset(app, options.dataset, options.detector, options.threads);
+  if (!options.detections.empty()) return survey_detections(app, options);
   require_consistent(app, options);
   io::InputLedger ledger;
   ledger.leave_out(options.output);

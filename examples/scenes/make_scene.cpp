@@ -175,20 +175,25 @@ void add_occluder(SceneBuilder& builder, Random& random) {
   }
 }
 
-/// A vehicle between the camera and the car, as if in the next lane or parking bay.
+/// A vehicle between the camera and the car, along it or across.
 void add_blocker(SceneBuilder& builder, Random& random) {
-  constexpr double length_m = 4.6, width_m = 2, gap_m = 0.5;
+  constexpr double half_length_m = 2.3, half_width_m = 1, gap_m = 0.4;
   const Point eye = builder.eye();
   const double away = std::hypot(eye[0], eye[1]);
   for (int attempt = 0; attempt < 100; ++attempt) {
-    const double range = random.uniform(width_m, std::max(width_m, away - 3));
-    const double side = random.uniform(-1, 1) * length_m * (1 - range / away);
+    const double range = random.uniform(2 * half_width_m, away - half_width_m);
+    const double side = random.uniform(-2, 2) * half_length_m * (1 - range / away);
+    const std::size_t quarter = random.index(4);
     const Pose pose{(eye[0] * range - eye[1] * side) / away, (eye[1] * range + eye[0] * side) / away,
-                    std::numbers::pi * (random.chance(0.5) ? 1 : 0) + 0.06 * random.normal()};
-    const bool is_beside = std::abs(pose.x) > length_m + gap_m || std::abs(pose.y) > width_m + gap_m;
+                    std::numbers::pi / 2 * static_cast<double>(quarter) + 0.06 * random.normal()};
+    const bool is_along = quarter % 2 == 0;
+    const double apart_x = half_length_m + (is_along ? half_length_m : half_width_m) + gap_m;
+    const double apart_y = half_width_m + (is_along ? half_width_m : half_length_m) + gap_m;
     const Point seen = pose.inverse(eye);
-    const bool is_clear = std::abs(seen[0]) > length_m / 2 + gap_m || std::abs(seen[1]) > width_m / 2 + gap_m;
-    if (is_beside && is_clear) return place_vehicle(builder, pose, random);
+    const bool is_clear =
+        std::abs(seen[0]) > half_length_m + gap_m || std::abs(seen[1]) > half_width_m + gap_m;
+    if (is_clear && (std::abs(pose.x) > apart_x || std::abs(pose.y) > apart_y))
+      return place_vehicle(builder, pose, random);
   }
 }
 

@@ -42,6 +42,7 @@ struct Photography {
   image::Conditions conditions{};
   std::size_t draws = 1;  ///< photographs of each view
   std::uint64_t seed = 1;
+  bool in_bytes = false;  ///< whether pictures are measured as files of 8 bits a channel hold them
 };
 
 /// Results of one texture over a set of views.
@@ -226,6 +227,32 @@ struct Survey {
   std::optional<Effect> effect_beyond_other_run;  ///< where that is among the controls
 };
 
+/// The survey of measurements in the same views.
+/// \param controls  their names
+/// \param measured  called as measured(name, control), in the order of Survey's members, `control` being the
+///                  index of a control and none for the others; returns a Measurement
+template <class Measured>
+[[nodiscard]] Survey survey_of(bool has_adversarial, const std::vector<std::string>& controls,
+                               Measured measured) {
+  Survey survey;
+  survey.photo = measured("photo", std::nullopt);
+  survey.clean = measured("clean", std::nullopt);
+  if (has_adversarial) {
+    survey.adversarial = measured("adversarial", std::nullopt);
+    survey.asr =
+        attack_success_rate(survey.clean.found, survey.adversarial->found, survey.adversarial->draws);
+  }
+  for (std::size_t i = 0; i < controls.size(); ++i) {
+    survey.controls.push_back(measured(controls[i], std::optional(i)));
+    if (!survey.adversarial) continue;
+    if (controls[i] == matched_noise_name)
+      survey.effect = effect_beyond(survey.controls.back(), *survey.adversarial);
+    if (controls[i] == other_run_name)
+      survey.effect_beyond_other_run = effect_beyond(survey.controls.back(), *survey.adversarial);
+  }
+  return survey;
+}
+
 /// Measures the untouched frames as "photo", the car in its own colours as "clean", the camouflage as
 /// "adversarial", if there is one, and the controls by their names, in this order; parameters as measure().
 /// If the camouflage moves the shape, too, its controls have that shape, so that an effect beyond them
@@ -234,28 +261,21 @@ template <std::invocable<const MeasuredPicture&> Visit>
 [[nodiscard]] Survey survey(Meter& meter, camouflage::ViewStore<float>& store,
                             const std::vector<std::size_t>& views, const SurveyedTextures& textures,
                             Visit&& visit, const Photography& photography = {}) {
-  const auto measured = [&](const std::string& name, const camouflage::Paint<float>* paint,
-                            camouflage::ViewStore<float>* shape = nullptr) {
+  std::vector<std::string> controls;
+  for (const Control& control : textures.controls) controls.push_back(control.name);
+  const auto measured = [&](const std::string& name, const std::optional<std::size_t>& control) {
+    const camouflage::Paint<float>* paint = name == "clean" ? &textures.clean : nullptr;
+    camouflage::ViewStore<float>* shape = nullptr;
+    if (control) {
+      paint = &textures.controls[*control].paint;
+      shape = name == other_run_name ? textures.reshaped_by_other : textures.reshaped;
+    } else if (name == "adversarial") {
+      paint = &*textures.adversarial;
+      shape = textures.reshaped;
+    }
     return measure(name, meter, shape != nullptr ? *shape : store, views, paint, visit, photography);
   };
-  Survey survey;
-  survey.photo = measured("photo", nullptr);
-  survey.clean = measured("clean", &textures.clean);
-  if (textures.adversarial) {
-    survey.adversarial = measured("adversarial", &*textures.adversarial, textures.reshaped);
-    survey.asr = attack_success_rate(survey.clean.found, survey.adversarial->found, photography.draws);
-  }
-  for (const Control& control : textures.controls) {
-    survey.controls.push_back(
-        measured(control.name, &control.paint,
-                 control.name == other_run_name ? textures.reshaped_by_other : textures.reshaped));
-    if (!survey.adversarial) continue;
-    if (control.name == matched_noise_name)
-      survey.effect = effect_beyond(survey.controls.back(), *survey.adversarial);
-    if (control.name == other_run_name)
-      survey.effect_beyond_other_run = effect_beyond(survey.controls.back(), *survey.adversarial);
-  }
-  return survey;
+  return survey_of(textures.adversarial.has_value(), controls, measured);
 }
 
 }  // namespace tapestry::evaluate

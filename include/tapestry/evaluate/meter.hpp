@@ -36,6 +36,16 @@ struct ViewResult {
   double best_confidence = 0;   ///< of the car, whatever the thresholds; see best_confidence()
 };
 
+/// The result of a picture, from the detections of any detector.
+///
+/// \param kept             after suppression, most confident first; those above the least threshold suffice
+/// \param best_confidence  see ViewResult
+/// \param target           the car
+/// \param related          classes that count as like its own, see related_classes()
+[[nodiscard]] ViewResult view_result(const std::vector<detect::Detection>& kept, double best_confidence,
+                                     const loss::Target& target, const std::vector<std::size_t>& related,
+                                     const MeterSettings& settings);
+
 /// Measures pictures of views with one detector, at its confidence threshold and at those of a sweep.
 ///
 /// The network runs once a picture, and so does suppression: going down in confidence, the kept detections
@@ -75,10 +85,6 @@ class Meter {
   [[nodiscard]] const detect::Detector<float>& detector() const { return detector_; }
 
  private:
-  /// The detections above a threshold, of a list in order of confidence.
-  static std::vector<detect::Detection> above(double threshold,
-                                              const std::vector<detect::Detection>& detections);
-
   const detect::Detector<float>& detector_;
   std::size_t class_index_;
   std::vector<std::size_t> related_;  ///< classes

@@ -16,8 +16,17 @@
 
 namespace tapestry::shell {
 
+/// A frame of which nothing shows, so that it is left out.
+inline io::Frame hidden_frame(const evaluate::ProtocolFrame& frame, std::size_t size_px) {
+  io::Frame hidden;
+  hidden.image = zeros<std::uint8_t, 3>({size_px, size_px, 3});
+  hidden.mask = zeros<std::uint8_t, 2>({size_px, size_px});
+  hidden.camera = evaluate::protocol_camera(frame);
+  return hidden;
+}
+
 /// The street of a frame without its car, and the mask of what other vehicles leave to be seen of it. Scenes
-/// are drawn until that is a share of the frame's group.
+/// are drawn until that is a share of the frame's group; hidden_frame() if none of a thousand will do.
 inline io::Frame traffic_street(const scenes::Vehicle& vehicle, const evaluate::ProtocolFrame& frame,
                                 std::size_t size_px, Random random) {
   constexpr std::array<std::array<double, 2>, 3> hidden{{{0.05, 0.3}, {0.3, 0.7}, {0.7, 0.95}}};
@@ -25,15 +34,20 @@ inline io::Frame traffic_street(const scenes::Vehicle& vehicle, const evaluate::
   options.has_blocker = true;
   const auto make = [&](Random& numbers) { return scenes::make_scene(numbers, options); };
   const auto [least_hidden, most_hidden] = hidden.at(frame.row);
-  auto street = scenes::make_frame(random, make, 1 - most_hidden, 1 - least_hidden, size_px, size_px, false);
-  street.name = name_of_view(frame) + ", " + evaluate::occlusion_group_names.at(frame.row);
-  return street;
+  try {
+    auto street =
+        scenes::make_frame(random, make, 1 - most_hidden, 1 - least_hidden, size_px, size_px, false);
+    street.name = name_of_view(frame) + ", " + evaluate::occlusion_group_names.at(frame.row);
+    return street;
+  } catch (const DomainError&) {
+    return hidden_frame(frame, size_px);
+  }
 }
 
 /// Cars in drawn streets behind other vehicles: table 4 with things that really stand before a car.
 inline Protocol traffic_protocol(const ProtocolSettings& settings, std::uint64_t seed,
                                  const ProtocolSubject&) {
-  evaluate::ViewGrid grid{{3, 4.5, 6}, {4, 12}, settings.quick ? 60U : 20U};
+  evaluate::ViewGrid grid{{4, 5.5, 7}, {4, 12}, settings.quick ? 60U : 20U};
   Protocol protocol{"traffic", "Behind other vehicles", evaluate::occlusion_table(grid),
                     evaluate::occlusion_frames(grid)};
   protocol.bare_name = "no car";

@@ -82,11 +82,15 @@ Photograph photograph_of_texels(const camouflage::View<float>& view, std::size_t
                                 std::size_t draw) {
   Array<float, 3> picture =
       texels != nullptr ? camouflage::picture_of_texels(view, *texels) : view.background;
-  const image::Conditions& conditions = photography.conditions;
-  if (conditions == image::Conditions{}) return {std::move(picture), view.target};
-  const auto shot = camouflage::draw_shot(
-      view, conditions, Random(photography.seed).fork(1).fork(draw).fork(view_index), false);
-  return {image::transformed(std::move(picture), shot.chain), shot.target};
+  detect::Box target = view.target;
+  if (const image::Conditions& conditions = photography.conditions; conditions != image::Conditions{}) {
+    const auto shot = camouflage::draw_shot(
+        view, conditions, Random(photography.seed).fork(1).fork(draw).fork(view_index), false);
+    picture = image::transformed(std::move(picture), shot.chain);
+    target = shot.target;
+  }
+  if (photography.in_bytes) picture = image::from_bytes<float>(image::to_bytes(picture));
+  return {std::move(picture), target};
 }
 
 Photograph photograph_of(const camouflage::View<float>& view, std::size_t view_index,
@@ -105,6 +109,22 @@ Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
           rate_difference(control.found, adversarial.found, control.draws)};
 }
 
+ViewResult view_result(const std::vector<detect::Detection>& kept, double best_confidence,
+                       const loss::Target& target, const std::vector<std::size_t>& related,
+                       const MeterSettings& settings) {
+  ViewResult result;
+  const auto is_above = [&](const detect::Detection& one) { return one.confidence > settings.confidence; };
+  result.detections.assign(kept.begin(), std::partition_point(kept.begin(), kept.end(), is_above));
+  result.outcome = outcome_of(result.detections, target, related);
+  const auto surest = std::ranges::find_if(kept, [&](const auto& one) { return is_found({one}, target); });
+  if (surest != kept.end()) result.found_confidence = surest->confidence;
+  result.found = result.found_confidence > settings.confidence;
+  for (const double threshold : settings.sweep)
+    result.found_in_sweep.push_back(result.found_confidence > threshold);
+  result.best_confidence = best_confidence;
+  return result;
+}
+
 ViewResult Meter::examine(const Array<float, 3>& picture, const std::string& name,
                           const detect::Box& target) {
   const auto pass = passes_.take();
@@ -113,28 +133,12 @@ ViewResult Meter::examine(const Array<float, 3>& picture, const std::string& nam
   detect::require_finite_logits(logits, name);
   double least = settings_.confidence;
   for (const double threshold : settings_.sweep) least = std::min(least, threshold);
-  const auto kept = detect::suppress(
-      detect::decode(detector_.heads(), logits, 0, least, detector_.input_height(), detector_.input_width()),
-      settings_.nms, true, detector_.suppression_measure());
-  ViewResult result;
-  result.detections = above(settings_.confidence, kept);
-  result.outcome = outcome_of(result.detections, {class_index_, target}, related_);
-  const auto surest =
-      std::ranges::find_if(kept, [&](const auto& detection) { return shows_car({detection}, target); });
-  if (surest != kept.end()) result.found_confidence = surest->confidence;
-  result.found = result.found_confidence > settings_.confidence;
-  for (const double threshold : settings_.sweep)
-    result.found_in_sweep.push_back(result.found_confidence > threshold);
-  result.best_confidence = best_confidence(
-      {detector_.heads(), loss::to_read(logits), 0, detector_.input_height(), detector_.input_width()},
-      {class_index_, target});
-  return result;
-}
-
-std::vector<detect::Detection> Meter::above(double threshold,
-                                            const std::vector<detect::Detection>& detections) {
-  const auto is_above = [=](const detect::Detection& detection) { return detection.confidence > threshold; };
-  return {detections.begin(), std::partition_point(detections.begin(), detections.end(), is_above)};
+  const std::size_t height = detector_.input_height(), width = detector_.input_width();
+  const auto kept = detect::suppress(detect::decode(detector_.heads(), logits, 0, least, height, width),
+                                     settings_.nms, true, detector_.suppression_measure());
+  const double best =
+      best_confidence({detector_.heads(), loss::to_read(logits), 0, height, width}, {class_index_, target});
+  return view_result(kept, best, {class_index_, target}, related_, settings_);
 }
 
 ProtocolTable physical_table(const PhysicalGrid& grid) {

@@ -1,0 +1,168 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <iostream>
+#include <map>
+#include <optional>
+#include <string>
+#include <tapestry/core/error.hpp>
+#include <tapestry/detect/box_overlap.hpp>
+#include <tapestry/evaluate/measurement.hpp>
+#include <utility>
+#include <vector>
+
+#include "exported_pictures.hpp"
+#include "report.hpp"
+#include "run_page.hpp"
+
+namespace tapestry::shell {
+
+/// A picture that PictureExport has written.
+struct ExportedPicture {
+  std::string texture;
+  ViewFacts view;
+  detect::Box target;
+  std::vector<detect::Detection> detections{};  ///< of another program, most confident first
+};
+
+/// The pictures of a folder.
+struct ExportedPictures {
+  Json about;
+  std::vector<std::string> class_names{};
+  std::size_t class_index = 0;              ///< of the car
+  std::size_t draws = 1;                    ///< pictures of a view
+  std::vector<std::string> textures{};      ///< in the order of the survey
+  std::vector<ExportedPicture> pictures{};  ///< texture by texture, all of the same views
+};
+
+namespace detail {
+inline ViewFacts view_facts(const Json& json) {
+  ViewFacts facts{json.at("name"),     json.at("azimuth_deg"),  json.at("elevation_deg"),
+                  json.at("distance"), json.at("hidden_share"), json.at("car_share")};
+  if (!json.at("registration").is_null()) facts.registration = json.at("registration").get<double>();
+  facts.keeps_photograph = json.at("keeps_photograph");
+  return facts;
+}
+
+inline detect::Box box_of(const Json& bbox) {
+  const auto [left, top, width, height] = bbox.get<std::array<double, 4>>();
+  return detect::box_from_corners(left, top, left + width, top + height);
+}
+
+/// \throws Json::exception for members that are missing or of another type
+inline ExportedPictures exported_pictures(const Json& json) {
+  ExportedPictures all{json.at("info")};
+  if (all.about.at("format") != pictures_format) throw DomainError("not " + std::string(pictures_format));
+  all.draws = all.about.at("draws");
+  for (const Json& category : json.at("categories")) all.class_names.push_back(category.at("name"));
+  const Json& annotations = json.at("annotations");
+  all.class_index = annotations.at(0).at("category_id").get<std::size_t>() - 1;
+  for (std::size_t i = 0; i < json.at("images").size(); ++i) {
+    const Json& image = json["images"][i];
+    const std::string texture = image.at("texture");
+    if (all.textures.empty() || all.textures.back() != texture) all.textures.push_back(texture);
+    all.pictures.push_back({texture, view_facts(image.at("view")), box_of(annotations.at(i).at("bbox"))});
+  }
+  const std::size_t views = all.pictures.size() / std::max<std::size_t>(1, all.textures.size());
+  for (std::size_t i = 0; i < all.pictures.size(); ++i)
+    if (all.pictures[i].texture != all.textures.at(i / views)) throw DomainError("textures of other views");
+  if (all.textures.size() < 2 || all.textures[0] != "photo" || all.textures[1] != "clean" ||
+      all.class_index >= all.class_names.size() || all.draws == 0 || views % all.draws != 0)
+    throw DomainError("not the pictures of a survey");
+  return all;
+}
+}  // namespace detail
+
+/// Reads what PictureExport has written to a folder.
+/// \throws FileError: unreadable, or malformed
+inline ExportedPictures read_exported_pictures(const std::string& folder) {
+  const std::string path = instances_path(folder);
+  const auto refuse = [&](const std::string& what) -> FileError {
+    return FileError(ErrorKind::malformed, {path, "", "not the pictures of evaluate --pictures: " + what});
+  };
+  try {
+    return detail::exported_pictures(io::read_json(io::read_text_file(path), path).value);
+  } catch (const Json::exception& error) {
+    throw refuse(error.what());
+  } catch (const DomainError& error) {
+    throw refuse(error.what());
+  }
+}
+
+/// Reads COCO's results of any program: a list of image_id, category_id, bbox (left, top, width, height in
+/// pixels) and score. Pictures without an entry have no detections.
+/// \throws FileError naming the first entry that is malformed, or of a picture or category that there is not
+inline void read_detections(const std::string& path, ExportedPictures& all) {
+  const Json results = io::read_json(io::read_text_file(path), path).value;
+  const auto refuse = [&](std::size_t entry, ErrorKind kind, const std::string& what,
+                          const std::string& expected = {}) {
+    throw FileError(kind, {path, "entry " + std::to_string(entry + 1), what, expected, ""});
+  };
+  if (!results.is_array())
+    throw FileError(ErrorKind::malformed, {path, "", "not COCO's results", "a list of detections", ""});
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    try {
+      const auto image = results[i].at("image_id").get<std::size_t>();
+      const auto category = results[i].at("category_id").get<std::size_t>();
+      const auto score = results[i].at("score").get<double>();
+      const auto box = detail::box_of(results[i].at("bbox"));
+      if (image == 0 || image > all.pictures.size())
+        refuse(i, ErrorKind::mismatch, "there is no picture " + std::to_string(image),
+               "image_id 1 to " + std::to_string(all.pictures.size()));
+      if (category == 0 || category > all.class_names.size())
+        refuse(i, ErrorKind::mismatch, "there is no category " + std::to_string(category),
+               "category_id 1 to " + std::to_string(all.class_names.size()) + ", as in instances.json");
+      if (!(score >= 0 && score <= 1) || !(box.w >= 0) || !(box.h >= 0))
+        refuse(i, ErrorKind::malformed, "score or bbox out of range", "score in 0 to 1, sides not below 0");
+      all.pictures[image - 1].detections.push_back({category - 1, score, score, box});
+    } catch (const Json::exception& error) {
+      refuse(i, ErrorKind::malformed, error.what());
+    }
+  }
+  for (auto& picture : all.pictures)
+    std::ranges::stable_sort(picture.detections, std::greater{}, &detect::Detection::confidence);
+}
+
+/// The survey of exported pictures by the detections in them.
+inline evaluate::Survey survey_of(const ExportedPictures& all, const evaluate::MeterSettings& settings) {
+  const auto related = evaluate::related_classes(all.class_names, all.class_index);
+  const std::size_t views = all.pictures.size() / all.textures.size();
+  const auto measured = [&](const std::string& name, const auto&) {
+    const auto place = static_cast<std::size_t>(std::ranges::find(all.textures, name) - all.textures.begin());
+    evaluate::Measurement measurement{name, all.draws};
+    measurement.class_names = all.class_names;
+    std::vector<std::vector<bool>> found_in_sweep(settings.sweep.size());
+    for (std::size_t i = place * views; i < (place + 1) * views; ++i) {
+      const auto& [texture, view, box, detections] = all.pictures[i];
+      const loss::Target target{all.class_index, box};
+      const auto surest = std::ranges::find_if(
+          detections, [&](const auto& one) { return evaluate::is_found({one}, target); });
+      const double best = surest == detections.end() ? 0 : surest->confidence;
+      evaluate::detail::add_result(evaluate::view_result(detections, best, target, related, settings),
+                                   measurement, found_in_sweep);
+    }
+    evaluate::detail::summarise(measurement, found_in_sweep, all.draws);
+    return measurement;
+  };
+  const bool has_adversarial = all.textures.size() > 2 && all.textures[2] == "adversarial";
+  return evaluate::survey_of(
+      has_adversarial, {all.textures.begin() + (has_adversarial ? 3 : 2), all.textures.end()}, measured);
+}
+
+inline RunReport report_of(const ExportedPictures& all, const evaluate::MeterSettings& settings) {
+  RunReport report;
+  report.survey = survey_of(all, settings);
+  report.held_out = all.about.value("held_out", false);
+  report.options = all.about.value("options", Json::object());
+  return report;
+}
+
+/// The views of exported pictures with their measurements, for views.csv and the page.
+inline ViewList list_of(const ExportedPictures& all, const RunReport& report) {
+  std::vector<ViewFacts> views;
+  for (std::size_t i = 0; i < all.pictures.size() / all.textures.size(); ++i)
+    views.push_back(all.pictures[i].view);
+  return list_of(report, std::move(views));
+}
+
+}  // namespace tapestry::shell

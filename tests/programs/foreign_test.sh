@@ -1,0 +1,59 @@
+#!/usr/bin/env bash
+# Paints and detectors of others: evaluate --paint, --pictures and --detections.
+source "$(dirname "$0")/support.sh"
+evaluate=$programs/evaluate
+assets=$sources/examples/assets
+[ -x "$evaluate" ] && [ -x "$programs/camouflage" ] && [ -e "$assets/detector.weights" ] || exit 77
+
+mkdir frames && cp "$assets"/frames/test/00[0-7].npz frames
+expect_exit 0 "a camouflage" "$programs/camouflage" --frames frames --texels 32 --epochs 20 --output run
+expect_exit 0 "its measurement" "$evaluate" --run run --seed 1 --output own
+
+# The texture as a picture is the same paint, but for 8 bits a channel.
+same='NR == FNR { found[$1] = $3; best[$1] = $7; next }
+  FNR > 1 && (!($1 in found) || $3 != found[$1] || ($7 - best[$1]) ^ 2 > 0.02 ^ 2) { exit 1 }
+  END { exit !(FNR > 10) }'
+measured=(--frames frames --texels 32 --seed 1)
+expect_exit 0 "the texture as a picture" "$evaluate" --paint run/texture.png "${measured[@]}" --output picture
+awk -F , "$same" own/metrics.csv picture/metrics.csv && pass || fail "the picture of a paint is another paint"
+grep -q '"paint": "run/texture.png"' picture/metrics.json && pass || fail "the metrics do not name the picture"
+expect_exit 0 "a protocol on a picture" "$evaluate" --paint run/texture.png --texels 32 --protocol traffic --quick --controls matched \
+  --size 128 --output traffic
+grep -q '^all,all,adversarial,' traffic/traffic.csv && pass || fail "no row of the paint"
+# Without a description the picture spans u from 0 to 1 and repeats: twice itself, side by side, is the same.
+mkdir plain && cp run/texture.png plain/once.png
+expect_exit 0 "without a description" "$evaluate" --paint plain/once.png "${measured[@]}"
+grep -q 'plain/once.png: no description beside it; assumed: its width is 1 in u' command.out command.err && pass || fail "assumed in silence"
+expect_exit 2 "two camouflages" "$evaluate" --paint run/texture.png --run run
+expect_exit 2 "a picture on a cube" "$evaluate" --paint run/texture.png --texture cube --frames frames
+expect_error_line '^error: --paint needs --texture atlas'
+expect_exit 3 "no picture" "$evaluate" --paint nothing.png --frames frames
+
+# Pictures out, detections of the same detector in: the same table, but for what suppression takes from mean confidences.
+expect_exit 0 "pictures" "$evaluate" --run run --seed 1 --pictures pictures --output exported
+[ "$(find pictures -name '*.png' | wc -l)" -eq 96 ] && pass || fail "not 8 views in 12 paints"
+expect_exit 0 "another program" "$evaluate" --dataset pictures/instances.json --results results.json
+expect_exit 0 "its table" "$evaluate" --pictures pictures --detections results.json --output foreign
+awk -F , 'NR == FNR { line[FNR] = $1 FS $2 FS $3 FS $4 FS $5 FS $6 FS $8 FS $9 FS $10 FS $11 FS $12; best[FNR] = $7; next }
+  FNR > 1 && ($1 FS $2 FS $3 FS $4 FS $5 FS $6 FS $8 FS $9 FS $10 FS $11 FS $12 != line[FNR] || $7 > best[FNR] + 1e-6 ||
+    $7 < best[FNR] - 0.1) { exit 1 } END { exit !(FNR == 13) }' exported/metrics.csv foreign/metrics.csv && pass ||
+  fail "the same detections give another table"
+cut -d , -f 1-9 exported/views.csv >own_views && cut -d , -f 1-9 foreign/views.csv >foreign_views
+expect_same own_views foreign_views
+expect_file foreign/report.html
+expect_exit 7 "a folder that holds pictures" "$evaluate" --run run --pictures pictures
+echo '[]' >none.json
+expect_exit 0 "a blind detector" "$evaluate" --pictures pictures --detections none.json
+grep -q 'clean *found in *0 of *8 ' command.out && pass || fail "found without a detection"
+for entry in '{"image_id": 97, "category_id": 1, "bbox": [1, 2, 3, 4], "score": 0.5}' \
+  '{"image_id": 1, "category_id": 4, "bbox": [1, 2, 3, 4], "score": 0.5}'; do
+  echo "[$entry]" >wrong.json
+  expect_exit 4 "an entry of nothing" "$evaluate" --pictures pictures --detections wrong.json
+  expect_error_line '^error: wrong.json:entry 1: there is no (picture 97|category 4)'
+done
+echo '[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3], "score": 0.5}]' >wrong.json
+expect_exit 3 "a box of three numbers" "$evaluate" --pictures pictures --detections wrong.json
+expect_exit 3 "no pictures" "$evaluate" --pictures frames --detections results.json
+expect_exit 2 "detections with a run" "$evaluate" --run run --pictures pictures --detections results.json
+expect_error_line '^error: --run has no part in --detections'
+finish
