@@ -16,6 +16,8 @@ namespace tapestry::shell {
 /// Settings of the hardening, and of the paints that are optimised against the detector.
 struct HardenSettings {
   static constexpr const char* group = "Hardening";
+  std::string paint = "optimised";
+  std::string attacks = "measured";
   std::size_t rounds = 16;
   std::size_t attack_steps = 100;
   std::size_t steps = 120;
@@ -34,6 +36,13 @@ struct HardenSettings {
 
 template <class Visit>
 void visit_settings(HardenSettings& s, Visit visit) {
+  visit("paint", s.paint,
+        "what the painted pictures show: optimised, paints against the detector itself and noise made from "
+        "them; none, the car in ordinary colours: fine-tuning without an attack, the control of hardening, "
+        "and a way to a sound detector");
+  visit("attacks", s.attacks,
+        "measured: both detectors under a paint made for the undefended one and a fresh one on each; none: "
+        "only without attacks");
   visit("rounds", s.rounds, "rounds, each with a paint of its own");
   visit("attack-steps", s.attack_steps,
         "steps of a round's paint before the weights move; later it takes one with each of theirs");
@@ -83,6 +92,8 @@ inline Json settings_json(const HardenOptions& options) {
 }
 
 inline void require_sound(const HardenSettings& s, ProblemList& list) {
+  list.require_choice("--paint", s.paint, {"optimised", "none"});
+  list.require_choice("--attacks", s.attacks, {"measured", "none"});
   list.require(s.rounds >= 1 && s.rounds <= 1000, "--rounds must be 1 to 1000");
   list.require(s.steps >= 1 && s.steps <= 1000000, "--steps must be 1 to 1000000");
   list.require(s.attack_steps <= 1000000, "--attack-steps must be at most 1000000");

@@ -35,7 +35,8 @@ struct HardeningScene {
 /// Adversarial training of a detector against car paint, in rounds. A round begins with a fresh paint, which
 /// camouflage::Training optimises while the detector is fixed. Then the weights learn from clean pictures and
 /// from views with this and other paints, see draw_paint(). With each step of the weights the paint takes a
-/// step, too, so that it stays optimised against the current detector.
+/// step, too, so that it stays optimised against the current detector. With `paint` none the weights learn
+/// from cars of ordinary colours, and no paint is optimised.
 ///
 /// Source: Madry et al., "Towards deep learning models resistant to adversarial attacks" (ICLR 2018). Their
 /// inner maximum is over small perturbations of each picture; here it is over one texture that all views
@@ -57,6 +58,8 @@ class Hardening {
         objective_(detector.detector(), objective_options(settings, scene.class_index)),
         adam_(detector.weights().size(), {settings.weight_rate}),
         batch_(scene.store, scene.usable, scene.clean, settings.pictures, settings.painted) {
+    pool_.is_ordinary = settings.paint == "none";
+    if (pool_.is_ordinary) settings_.attack_steps = 0;
     state_.parameters = detector.weights();
     state_.adam = adam_.state();
     begin_round();
@@ -87,7 +90,7 @@ class Hardening {
     if (state.done > step_count())
       throw FileError(ErrorKind::mismatch, {path, "", "more steps taken than the run has",
                                             std::to_string(step_count()), std::to_string(state.done)});
-    detail::require_size(path, "paints", round, state.paints.size());
+    detail::require_size(path, "paints", pool_.is_ordinary ? 0 : round, state.paints.size());
     const std::uint64_t learnt = within > settings_.attack_steps ? within - settings_.attack_steps : 0;
     detail::require_size(path, "history", round * settings_.steps + learnt, state.history.size());
     detail::require_size(path, "adam_step", state.history.size(), state.adam.step);
@@ -97,7 +100,7 @@ class Hardening {
     state_ = std::move(state);
     count_images();
     begin_round();
-    if (within > 0) {
+    if (within > 0 && !pool_.is_ordinary) {
       detail::require_size(path, "attack_step", within, state_.attack.step);
       training_->restore({state_.paint, state_.attack, within, {}});
     }
@@ -107,12 +110,14 @@ class Hardening {
   /// \throws NumericError if a loss or a gradient is not finite
   void step() {
     const std::uint64_t within = state_.done % (settings_.attack_steps + settings_.steps);
-    training_->step();
+    if (!pool_.is_ordinary) training_->step();
     if (within >= settings_.attack_steps) learn();
     ++state_.done;
     if (within + 1 < settings_.attack_steps + settings_.steps) return;
-    state_.paints.push_back(camouflage::texture_colours(training_->parameter()));
-    pool_.add(scene_.car, state_.paints.back(), settings_.seed);
+    if (!pool_.is_ordinary) {
+      state_.paints.push_back(camouflage::texture_colours(training_->parameter()));
+      pool_.add(scene_.car, state_.paints.back(), settings_.seed);
+    }
     if (!finished()) begin_round();
   }
 

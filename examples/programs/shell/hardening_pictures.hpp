@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "../../scenes/labelled_scene.hpp"
+#include "../../scenes/paint.hpp"
 #include "stop_signal.hpp"
 
 namespace tapestry::shell {
@@ -54,6 +55,7 @@ inline loss::Truths view_truths(const detect::Detector<float>& undefended, std::
 
 /// Paints to train against, and noise made from them.
 struct PaintPool {
+  bool is_ordinary = false;             ///< whether cars wear plain colours instead, as cars in streets do
   std::vector<Array<float, 2>> paints;  ///< of finished rounds, [texel, 3]
   std::vector<Array<float, 2>> noises;  ///< matched noise and shuffled patches of each
 
@@ -66,13 +68,19 @@ struct PaintPool {
 
 /// Draws the paint of a training picture. Half of them show the round's own paint, a quarter those of earlier
 /// rounds, and a quarter paints that were not optimised: matched noise, shuffled patches, random noise, solid
-/// colours. Otherwise the detector would only learn one paint.
+/// colours. Otherwise the detector would only learn one paint. Of an ordinary pool, a car's colour.
 inline Array<float, 2> draw_paint(Random& random, const Array<float, 2>& current, const PaintPool& pool) {
+  const std::size_t texels = current.shape(0);
+  if (pool.is_ordinary) {
+    const auto colour = scenes::car_colour(random);
+    return camouflage::solid_colours<float>(
+        texels,
+        {static_cast<double>(colour[0]), static_cast<double>(colour[1]), static_cast<double>(colour[2])});
+  }
   const double kind = random.uniform();
   if (kind < 0.5 || (kind < 0.75 && pool.paints.empty())) return current;
   if (kind < 0.75) return pool.paints[random.index(pool.paints.size())];
   if (kind < 0.9 && !pool.noises.empty()) return pool.noises[random.index(pool.noises.size())];
-  const std::size_t texels = current.shape(0);
   if (random.chance(0.5)) return camouflage::random_colours<float>(texels, random);
   const std::array<double, 3> colour{random.uniform(0.02, 0.98), random.uniform(0.02, 0.98),
                                      random.uniform(0.02, 0.98)};

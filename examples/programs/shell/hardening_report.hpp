@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -14,6 +15,7 @@
 #include "hardening_state.hpp"
 #include "report.hpp"
 #include "report_page.hpp"
+#include "scene_precision.hpp"
 #include "verbosity.hpp"
 #include "word_table.hpp"
 
@@ -21,9 +23,9 @@ namespace tapestry::shell {
 
 /// One detector in the same held-out views.
 struct DetectorFindings {
-  std::string name;                         ///< undefended or hardened
-  std::vector<evaluate::Measurement> rows;  ///< by picture, see hardening_rows()
-  std::optional<double> ap50{};             ///< AP at IoU ≥ 0.5 on clean drawn scenes, mean over classes
+  std::string name;                           ///< undefended or hardened
+  std::vector<evaluate::Measurement> rows;    ///< by picture, see hardening_rows()
+  std::optional<ScenePrecision> precision{};  ///< on clean drawn scenes
 };
 
 /// Results of a hardening.
@@ -49,6 +51,16 @@ inline const std::vector<std::pair<std::string, std::string>>& hardening_rows() 
   return rows;
 }
 
+/// The rows that were measured.
+inline std::vector<std::pair<std::string, std::string>> rows_of(const HardeningReport& report) {
+  auto rows = hardening_rows();
+  std::erase_if(rows, [&](const auto& row) {
+    return std::ranges::find(report.hardened.rows, row.first, &evaluate::Measurement::name) ==
+           report.hardened.rows.end();
+  });
+  return rows;
+}
+
 inline const evaluate::Measurement& row_of(const DetectorFindings& detector, const std::string& name) {
   for (const auto& row : detector.rows)
     if (row.name == name) return row;
@@ -58,30 +70,40 @@ inline const evaluate::Measurement& row_of(const DetectorFindings& detector, con
 /// Points of P@0.5 that the hardened detector finds more under its adaptive attack than the undefended one
 /// under its own, and the same of clean renders; intervals of the views, see evaluate::effect_beyond().
 struct HardeningGain {
-  evaluate::Effect adaptive, clean;
+  std::optional<evaluate::Effect> adaptive;  ///< if attacks were measured
+  evaluate::Effect clean;
 };
 
 inline HardeningGain gain_of(const HardeningReport& report) {
   const auto gain = [&](const char* row) {
     return evaluate::effect_beyond(row_of(report.hardened, row), row_of(report.undefended, row));
   };
-  return {gain("adaptive"), gain("clean")};
+  HardeningGain both{std::nullopt, gain("clean")};
+  for (const auto& row : report.hardened.rows)
+    if (row.name == "adaptive") both.adaptive = gain("adaptive");
+  return both;
 }
 
 inline std::string gain_text(const HardeningReport& report) {
+  const auto text = [](const evaluate::Effect& effect) {
+    const auto& points = effect.p_at_50;
+    return formatted("%+.1f points [%.1f, %.1f]", 100 * points.mean, 100 * points.interval[0],
+                     100 * points.interval[1]);
+  };
   const HardeningGain gain = gain_of(report);
-  return formatted(
-      "hardened minus undefended: P@0.5 under the adaptive attack %+.1f points [%.1f, %.1f], clean "
-      "%+.1f points [%.1f, %.1f]",
-      100 * gain.adaptive.p_at_50.mean, 100 * gain.adaptive.p_at_50.interval[0],
-      100 * gain.adaptive.p_at_50.interval[1], 100 * gain.clean.p_at_50.mean,
-      100 * gain.clean.p_at_50.interval[0], 100 * gain.clean.p_at_50.interval[1]);
+  return "hardened minus undefended: P@0.5 " +
+         (gain.adaptive ? "under the adaptive attack " + text(*gain.adaptive) + ", " : std::string()) +
+         "clean " + text(gain.clean);
 }
 
 inline std::string precision_text(const HardeningReport& report) {
-  if (!report.undefended.ap50 || !report.hardened.ap50) return {};
-  return formatted("AP at IoU 0.5 on %zu clean drawn scenes: undefended %.3f, hardened %.3f",
-                   report.test_scenes, *report.undefended.ap50, *report.hardened.ap50);
+  const auto &before = report.undefended.precision, &after = report.hardened.precision;
+  if (!before || !after) return {};
+  std::string text = formatted("on %zu clean drawn scenes: ", report.test_scenes);
+  if (before->ap50 && after->ap50)
+    text += formatted("AP at IoU 0.5 undefended %.3f, hardened %.3f; ", *before->ap50, *after->ap50);
+  return text + formatted("false alarms a picture undefended %.2f, hardened %.2f", before->false_alarms,
+                          after->false_alarms);
 }
 
 inline std::string views_text(const HardeningReport& report) {
@@ -94,7 +116,7 @@ inline std::string hardening_text(const HardeningReport& report) {
   std::string text = views_text(report) + "; P@0.5 (95 %), mean best confidence\n";
   const char* const line = "  %-15s %-32s %s\n";
   text += formatted(line, "", "undefended", "hardened");
-  for (const auto& named : hardening_rows()) {
+  for (const auto& named : rows_of(report)) {
     const auto cell = [&](const DetectorFindings& detector) {
       const auto& row = row_of(detector, named.first);
       return formatted("%5.1f %% (%.1f to %.1f)  %.3f", 100 * row.rate.p_at_50, 100 * row.rate.interval[0],
@@ -112,7 +134,7 @@ inline std::string hardening_text(const HardeningReport& report) {
 inline WordTable hardening_table(const HardeningReport& report) {
   WordTable table{"P@0.5 with its 95 % interval (Wilson), and the mean best confidence",
                   {"picture", "undefended", "confidence", "hardened", "confidence"}};
-  for (const auto& [name, what] : hardening_rows()) {
+  for (const auto& [name, what] : rows_of(report)) {
     std::vector<std::string> words{name + ": " + what};
     for (const auto* detector : {&report.undefended, &report.hardened}) {
       const auto& row = row_of(*detector, name);
@@ -183,7 +205,11 @@ inline std::string hardening_csv(const HardeningReport& report) {
 inline Json json_of(const DetectorFindings& detector) {
   Json rows = Json::object();
   for (const auto& row : detector.rows) rows[row.name] = json_of(row);
-  return {{"pictures", rows}, {"ap50", detector.ap50 ? Json(*detector.ap50) : Json()}};
+  Json json{{"pictures", rows}, {"ap50", nullptr}, {"false_alarms_a_picture", nullptr}};
+  if (!detector.precision) return json;
+  if (detector.precision->ap50) json["ap50"] = *detector.precision->ap50;
+  json["false_alarms_a_picture"] = detector.precision->false_alarms;
+  return json;
 }
 
 inline Json hardening_json(const HardeningReport& report) {
@@ -193,15 +219,16 @@ inline Json hardening_json(const HardeningReport& report) {
     differences.erase("beyond");
     return differences;
   };
-  return {{"undefended", json_of(report.undefended)},
-          {"hardened", json_of(report.hardened)},
-          {"gain", {{"adaptive", json(gain.adaptive)}, {"clean", json(gain.clean)}}},
-          {"held_out", report.held_out},
-          {"test_scenes", report.test_scenes},
-          {"seconds", report.seconds},
-          {"peak_mib", peak_mib()},
-          {"computed_by", computed_by_json()},
-          {"options", report.options}};
+  return {
+      {"undefended", json_of(report.undefended)},
+      {"hardened", json_of(report.hardened)},
+      {"gain", {{"adaptive", gain.adaptive ? json(*gain.adaptive) : Json()}, {"clean", json(gain.clean)}}},
+      {"held_out", report.held_out},
+      {"test_scenes", report.test_scenes},
+      {"seconds", report.seconds},
+      {"peak_mib", peak_mib()},
+      {"computed_by", computed_by_json()},
+      {"options", report.options}};
 }
 
 }  // namespace tapestry::shell

@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <iostream>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
@@ -59,6 +61,11 @@ class HardeningRun {
   using Clock = std::chrono::steady_clock;
   using Colours = Array<float, 2>;
 
+  /// Colours of the paints that are measured.
+  struct Attacks {
+    Colours transfer, on_undefended, on_hardened;
+  };
+
   void run() {
     const auto start = Clock::now();
     print_warnings(inputs_.warnings);
@@ -72,12 +79,14 @@ class HardeningRun {
       options_.harden.epochs = default_epochs(usable_train_.size(), inputs_.frames.drawn > 0);
     open_folder();
     harden();
+    if (options_.harden.attacks == "none") return report(std::nullopt, start);
     Random seeds = Random(options_.harden.seed).fork(0x61747461636BULL);
     const std::uint64_t transfer_seed = seeds.bits(), fresh_seed = seeds.bits();
-    const Colours transfer = attack("transfer", "undefended", undefended_, transfer_seed);
-    const Colours on_undefended = attack("adaptive_undefended", "undefended", undefended_, fresh_seed);
-    const Colours on_hardened = attack("adaptive_hardened", "hardened", hardened_->detector(), fresh_seed);
-    report(transfer, on_undefended, on_hardened, start);
+    Attacks attacks;
+    attacks.transfer = attack("transfer", "undefended", undefended_, transfer_seed);
+    attacks.on_undefended = attack("adaptive_undefended", "undefended", undefended_, fresh_seed);
+    attacks.on_hardened = attack("adaptive_hardened", "hardened", hardened_->detector(), fresh_seed);
+    report(attacks, start);
   }
 
   [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
@@ -107,19 +116,21 @@ class HardeningRun {
     write_text(manifest_path(options_.output), exact_text(manifest) + "\n");
   }
 
-  /// Drawn scenes have labels for these classes only.
+  /// Whether the detector has the classes that drawn scenes are labelled with, and no others.
   [[nodiscard]] bool knows_scenes() const {
-    return inputs_.detector.names() == std::vector<std::string>{"car", "van", "clutter"} &&
-           undefended_.input_height() == undefended_.input_width();
+    return inputs_.detector.names() == std::vector<std::string>{"car", "van", "clutter"};
+  }
+  [[nodiscard]] SceneClasses scene_classes() const {
+    return knows_scenes() ? SceneClasses{0, 1, 2} : SceneClasses{inputs_.class_index};
   }
 
   [[nodiscard]] std::vector<scenes::LabelledScene> scenes_of(std::uint64_t stream, std::size_t count) const {
-    if (!knows_scenes()) return {};
+    if (undefended_.input_height() != undefended_.input_width()) return {};
     return draw_scenes(Random(options_.harden.seed).fork(stream), count, undefended_.input_width());
   }
 
   void harden() {
-    const CleanSource clean{scenes_of(0x636C65616EULL, options_.harden.clean_scenes),
+    const CleanSource clean{scenes_of(0x636C65616EULL, knows_scenes() ? options_.harden.clean_scenes : 0),
                             camouflage::own_colours<float>(inputs_.car.painted),
                             view_truths(undefended_, inputs_.class_index, train_, usable_train_,
                                         options_.detector.confidence, options_.detector.nms)};
@@ -197,43 +208,61 @@ class HardeningRun {
     std::vector<MarkedPicture> attacked;
   };
 
+  /// \param attacks   null: none are measured
+  /// \param adaptive  of the attacks, that on this detector
   [[nodiscard]] Examined examined(const std::string& name, const detect::Detector<float>& detector,
-                                  const Colours& transfer, const Colours& adaptive,
+                                  const std::optional<Attacks>& attacks, Colours Attacks::*adaptive,
                                   const std::vector<scenes::LabelledScene>& test_scenes) {
     auto& store = inputs_.frames.held_out ? test_ : train_;
     const auto& car = inputs_.car.painted;
     const std::uint64_t seed = options_.harden.seed;
     using Paint = camouflage::Paint<float>;
     const Paint clean = camouflage::without_paint(camouflage::own_colours<float>(car));
-    const Paint by_transfer{transfer}, by_adaptation{adaptive};
-    const auto noise_of = [&](const Paint& paint) {
-      return evaluate::matched_controls(car, paint, seed).front().paint;
-    };
-    const Paint transfer_noise = noise_of(by_transfer), adaptive_noise = noise_of(by_adaptation);
     const Paint random = evaluate::plain_controls(clean.colours.shape(0), seed).front().paint;
-    const std::vector<const Paint*> shown{nullptr,        &clean,          &by_transfer, &transfer_noise,
-                                          &by_adaptation, &adaptive_noise, &random};
+    std::map<std::string, Paint> paints{{"clean", clean}, {"random", random}};
+    const auto add_attack = [&](const std::string& row, const Colours& colours) {
+      paints[row] = {colours};
+      paints[row + " noise"] = evaluate::matched_controls(car, {colours}, seed).front().paint;
+    };
+    if (attacks) add_attack("transfer", attacks->transfer);
+    if (attacks) add_attack("adaptive", (*attacks).*adaptive);
     evaluate::Meter meter(detector, inputs_.class_index,
                           {options_.detector.confidence, options_.detector.nms});
-    SurveyWatch watch(meter, shown.size() * usable_test_.size(),
+    SurveyWatch watch(meter, (1 + paints.size()) * usable_test_.size(),
                       std::max(detector.input_height(), detector.input_width()));
     Examined result{{name, {}, {}}, {}, {}};
     watch.collect("adaptive", result.attacked, usable_test_.size());
-    for (std::size_t i = 0; i < shown.size(); ++i)
-      result.found.rows.push_back(
-          evaluate::measure(hardening_rows()[i].first, meter, store, usable_test_, shown[i], watch));
+    for (const auto& [row, what] : hardening_rows()) {
+      const auto paint = paints.find(row);
+      if (paint == paints.end() && row != "photo") continue;
+      result.found.rows.push_back(evaluate::measure(row, meter, store, usable_test_,
+                                                    paint == paints.end() ? nullptr : &paint->second, watch));
+    }
     if (!test_scenes.empty())
-      result.found.ap50 = scene_precision(detector, options_.detector.nms, test_scenes);
+      result.found.precision = scene_precision(detector, options_.detector.nms, options_.detector.confidence,
+                                               scene_classes(), test_scenes);
     result.views = watch.views();
     return result;
   }
 
-  void report(const Colours& transfer, const Colours& on_undefended, const Colours& on_hardened,
-              Clock::time_point start) {
+  void add_attacks(ReportPage& page, const Attacks& attacks, std::vector<MarkedPicture> before,
+                   std::vector<MarkedPicture> after) const {
+    page.pairs = {"the undefended detector under its adaptive attack", "the hardened one under its own",
+                  std::move(before), std::move(after)};
+    const auto hardened = atlas_of(attacks.on_hardened);
+    page.atlases = {{"transfer", image::to_bytes(atlas_of(attacks.transfer))},
+                    {"adaptive, undefended", image::to_bytes(atlas_of(attacks.on_undefended))},
+                    {"adaptive, hardened", image::to_bytes(hardened)}};
+    io::write_painted_glb(path("adaptive_hardened.glb"), inputs_.car.painted, hardened);
+    page.glb = io::read_text_file(path("adaptive_hardened.glb"));
+    page.files.insert(page.files.begin() + 1, "adaptive_hardened.glb");
+  }
+
+  void report(const std::optional<Attacks>& attacks, Clock::time_point start) {
     const auto test_scenes = scenes_of(0x74657374ULL, options_.harden.test_scenes);
     HardeningReport report;
-    auto before = examined("undefended", undefended_, transfer, on_undefended, test_scenes);
-    auto after = examined("hardened", hardened_->detector(), transfer, on_hardened, test_scenes);
+    auto before = examined("undefended", undefended_, attacks, &Attacks::on_undefended, test_scenes);
+    auto after = examined("hardened", hardened_->detector(), attacks, &Attacks::on_hardened, test_scenes);
     report.undefended = std::move(before.found);
     report.hardened = std::move(after.found);
     report.views = usable_test_.size();
@@ -249,15 +278,7 @@ class HardeningRun {
     remark_on_unpainted(list);
     auto page = page_of(report, repeating_line("harden", report.options, settings_json(HardenOptions{})),
                         std::move(list), history_);
-    page.pairs = {"the undefended detector under its adaptive attack", "the hardened one under its own",
-                  std::move(before.attacked), std::move(after.attacked)};
-    page.atlases = {{"transfer", image::to_bytes(atlas_of(transfer))},
-                    {"adaptive, undefended", image::to_bytes(atlas_of(on_undefended))},
-                    {"adaptive, hardened", image::to_bytes(atlas_of(on_hardened))}};
-    io::write_painted_glb(path("adaptive_hardened.glb"), inputs_.car.painted, atlas_of(on_hardened));
-    page.glb = io::read_text_file(path("adaptive_hardened.glb"));
     page.files = {hardened_path().substr(options_.output.size() + 1),
-                  "adaptive_hardened.glb",
                   "report.md",
                   "report.txt",
                   "metrics.csv",
@@ -265,6 +286,7 @@ class HardeningRun {
                   "metrics.json",
                   "history.csv",
                   "manifest.json"};
+    if (attacks) add_attacks(page, *attacks, std::move(before.attacked), std::move(after.attacked));
     write_text(path("report.html"), page_html(page));
     write_text(path("metrics.csv"), hardening_csv(report));
     write_text(path("metrics.json"), report_text(hardening_json(report)));

@@ -211,6 +211,8 @@ inline const char* value_when_lacking(const std::string& name) {
   if (name == "filter") return raster::name_of(raster::TextureFilter::bilinear);
   if (name == "light") return "frame";
   if (name == "unpainted") return "materials";
+  if (name == "paint") return "optimised";
+  if (name == "attacks") return "measured";
   if (name == "up") return "z";
   if (name == "forward") return "x";
   if (name == "object") return "car";
