@@ -62,10 +62,9 @@ declare -A options=([fca]="" [mesh_adv]="--method mesh_adv --filter bilinear" [c
   [das]="--method das --smoothness-weight 0" [das_full]="--method das_full --smoothness-weight 0" [coarse]="${coarse[*]}" [planar_patch]="--method planar_patch"
   [random]="--method random" [solid]="--method solid" [rauca]="--method rauca --light photo"
   [conditions]="--conditions physical"
-  [cls]="--loss paper --iou-weight 0 --objectness-weight 0 --smoothness-weight 0"
-  [obj]="--loss paper --iou-weight 0 --class-weight 0 --smoothness-weight 0"
-  [iou]="--loss paper --objectness-weight 0 --class-weight 0 --smoothness-weight 0"
-  [cls+obj]="--loss paper --iou-weight 0 --smoothness-weight 0" [all]="--loss paper --smoothness-weight 0"
+  [cls]="--loss paper --iou-weight 0 --objectness-weight 0" [obj]="--loss paper --iou-weight 0 --class-weight 0"
+  [iou]="--loss paper --objectness-weight 0 --class-weight 0" [cls+obj]="--loss paper --iou-weight 0"
+  [all]="--loss paper --smoothness-weight 0"
   [all+smooth]="--loss paper" [vanish]="--loss vanish" [random_start]="--start random" [own_start]="--start own")
 for texels in 8 16 32 64 128; do options[rows_$texels]="--texels $texels"; done
 

@@ -339,6 +339,7 @@ int survey_frames(Options& options) {
     exported.add(measured);
   };
   report.survey = evaluate::survey(meter, views.store, views.usable, textures, visit, photography);
+  report.noise_in_place = evaluate::noise_in_place(textures.controls);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   report.held_out = inputs.frames.held_out || options.other_frames || options.camouflage.run.empty();
   add_options_of(options, report);

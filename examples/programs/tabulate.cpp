@@ -67,14 +67,15 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
   for (const auto& row : comparison.rows)
     for (const auto& cell : row.cells)
       if (cell) seeds = std::max(seeds, cell->seeds), draws = std::max(draws, cell->draws);
-  return {"A row is one camouflage, optimised with up to " + std::to_string(seeds) +
-              (seeds == 1 ? " seed" : " seeds") +
-              "; its matched noise has its colours and its spectrum, in " + std::to_string(draws) +
-              (draws == 1 ? " draw" : " draws") +
-              " for each seed. Counts are over all pictures of all seeds and draws.",
-          "Effect: matched noise minus camouflage, in the same views. Its interval is over views and, where "
-          "there are several, seeds, else draws (two levels); that of P@0.5 is over views alone, by "
-          "Newcombe's method for paired shares. Intervals of shares: Wilson, a view counted once."};
+  return {
+      "A row is one camouflage, optimised with up to " + std::to_string(seeds) +
+          (seeds == 1 ? " seed" : " seeds") + "; its matched noise has its colours and its spectrum, in " +
+          std::to_string(draws) + (draws == 1 ? " draw" : " draws") +
+          " for each seed. Counts are over all pictures of all seeds and draws.",
+      "Effect: matched noise minus camouflage, in the same views; odds: those of being found with matched "
+      "noise over those with the camouflage. Their intervals are over views and, where there are several, "
+      "seeds, else draws (two levels); of one seed and draw those of P@0.5 are by Newcombe's method for "
+      "paired shares. Intervals of shares: Wilson, a view counted once."};
 }
 
 int run(Options options) {
@@ -89,6 +90,7 @@ int run(Options options) {
     add_row(comparison, row.substr(0, equals), folders);
   }
   for (const auto& note : notes_of(comparison)) options.words.notes.push_back(note);
+  for (const auto& sentence : contradictions(comparison)) options.words.notes.push_back(sentence);
   const auto tables = comparison_tables(comparison);
   for (const auto& table : tables) std::cout << text_of(table) << '\n';
   write_comparison(options.output, comparison, tables, options.words);

@@ -252,6 +252,7 @@ class CamouflageRun {
     const SideBySide side_by_side(watch, usable.size());
     RunReport report;
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
+    report.noise_in_place = evaluate::noise_in_place(textures.controls);
     camouflage::write_paint(path("texture.npz"), training.parameter(), paint, offsets,
                             exact_text(inputs_.car.description));
     write_painted(reshaped ? reshaped->car() : inputs_.car.painted, paint.colours);
@@ -310,7 +311,7 @@ class CamouflageRun {
           words, image::to_bytes(camouflage::atlas_of<float>(inputs_.car.painted, paint.colours)));
     };
     atlas("optimised", *textures.adversarial);
-    for (const auto& [name, paint] : textures.controls)
+    for (const auto& [name, paint, share] : textures.controls)
       if (name == evaluate::matched_noise_name || name == evaluate::shuffled_patches_name) atlas(name, paint);
     page.glb = io::read_text_file(path("painted.glb"));
     page.files = {"painted.glb",      "painted.obj",  "texture.npz", "texture.png",  "texture.json",
@@ -354,7 +355,7 @@ class CamouflageRun {
   void write_matched_controls(const std::vector<evaluate::Control>& controls) const {
     const auto& car = inputs_.car;
     const auto write = [&](const char* control, const char* name) {
-      for (const auto& [control_name, paint] : controls)
+      for (const auto& [control_name, paint, share] : controls)
         if (control_name == control)
           write_described_texture(path(name), camouflage::atlas_of<float>(car.painted, paint.colours),
                                   exported_description(car.painted, car.description));

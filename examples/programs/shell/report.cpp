@@ -55,7 +55,9 @@ Json json_of(const evaluate::Effect& effect) {
   Json all = {{"beyond", effect.control},
               {"views", effect.best_confidence.pairs},
               {"mean_best_confidence", json(effect.best_confidence)},
-              {"p_at_50", json(effect.p_at_50)}};
+              {"p_at_50", json(effect.p_at_50)},
+              {"odds_ratio", effect.odds_ratio.ratio},
+              {"odds_ratio_interval", effect.odds_ratio.interval}};
   if (effect.draws > 1) {
     all["draws"] = effect.draws;
     all["draws_at_most"] = effect.draws_at_most;
@@ -79,6 +81,7 @@ Json metrics_json(const RunReport& report) {
           {"effect", report.survey.effect ? json_of(*report.survey.effect) : Json()},
           {"effect_beyond_other_run",
            report.survey.effect_beyond_other_run ? json_of(*report.survey.effect_beyond_other_run) : Json()},
+          {"noise_in_place", report.noise_in_place ? Json(*report.noise_in_place) : Json()},
           {"exported_paint", exported},
           {"held_out", report.held_out},
           {"seconds", report.seconds},
@@ -110,12 +113,21 @@ std::string metrics_csv(const RunReport& report) {
   return text;
 }
 
+std::string odds_text(const evaluate::PairedRatio& odds) {
+  return formatted("%.3g times [%.3g, %.3g]", odds.ratio, odds.interval[0], odds.interval[1]);
+}
+
 std::string effect_text(const evaluate::Effect& effect) {
   const auto& confidence = effect.best_confidence;
   const auto& rate = effect.p_at_50;
   return formatted("effect beyond %s: mean best confidence %.3f [%.3f, %.3f], P@0.5 %.1f points [%.1f, %.1f]",
                    effect.control.c_str(), confidence.mean, confidence.interval[0], confidence.interval[1],
-                   100 * rate.mean, 100 * rate.interval[0], 100 * rate.interval[1]);
+                   100 * rate.mean, 100 * rate.interval[0], 100 * rate.interval[1]) +
+         ", odds of being found " + odds_text(effect.odds_ratio);
+}
+
+std::string in_place_text(double share) {
+  return "of the matched noise's values " + percent_text(share) + " are the camouflage's own at their places";
 }
 
 std::string effect_note(const evaluate::Effect& effect) {
@@ -162,6 +174,7 @@ std::string summary_text(const RunReport& report) {
     text += "  attack success is not defined: no view is found in clean\n";
   for (const auto& effect : {report.survey.effect, report.survey.effect_beyond_other_run})
     if (effect) text += "  " + effect_text(*effect) + "\n  (" + effect_note(*effect) + ")\n";
+  if (report.noise_in_place) text += "  " + in_place_text(*report.noise_in_place) + "\n";
   return text;
 }
 

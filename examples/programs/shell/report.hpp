@@ -22,6 +22,7 @@ struct RunReport {
   std::vector<camouflage::ObjectiveTerms> history;
   Json options;
   std::optional<PictureDifference> exported{};  ///< of the paint in the exported files, if any
+  std::optional<double> noise_in_place{};       ///< see evaluate::noise_in_place()
 };
 
 Json json_of(const evaluate::Measurement& measurement);
@@ -46,8 +47,14 @@ std::vector<const evaluate::Measurement*> rows_of(const RunReport& report);
 /// The rows of the table for other programs: shares and confidences in 0 to 1.
 std::string metrics_csv(const RunReport& report);
 
+/// "3.1 times [1.9, 5.2]".
+std::string odds_text(const evaluate::PairedRatio& odds);
+
 /// Effect of the camouflage beyond a control, for the table and the page.
 std::string effect_text(const evaluate::Effect& effect);
+
+/// How much of the camouflage its control still holds. \param share  see evaluate::noise_in_place()
+std::string in_place_text(double share);
 
 /// Explanation of the brackets in effect_text().
 std::string effect_note(const evaluate::Effect& effect);

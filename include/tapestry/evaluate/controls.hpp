@@ -1,11 +1,13 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
+#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/used_texels.hpp>
@@ -89,6 +91,9 @@ struct PatchExtents {
 struct Control {
   std::string name;
   camouflage::Paint<float> paint{};
+  /// Of a matched control: share of the values that it draws anew which are the camouflage's own at the same
+  /// place. Where a colour is common, chance gives it back.
+  double share_in_place = 0;
 };
 
 /// The control that an attack's effect is stated against.
@@ -98,17 +103,34 @@ inline constexpr const char* shuffled_patches_name = "shuffled";
 /// Another camouflage, measured among the controls.
 inline constexpr const char* other_run_name = "other run";
 
+/// Faces of a mesh that a camera around it sees, from the horizon to 60 degrees above it: 1 for each. All, if
+/// it sees none.
+[[nodiscard]] std::vector<std::uint8_t> faces_seen_around(const geometry::Mesh& mesh);
+
+/// Charts as one. Those of an atlas lie where the atlas has them, so that distances in the chart are those in
+/// uv; of other kinds below each other.
+/// \param charts  no texel in two of them
+[[nodiscard]] raster::TextureChart joined_chart(const std::vector<raster::TextureChart>& charts,
+                                                const raster::TextureLayout& layout);
+
 /// The matched controls of a camouflage: "matched noise" has its colours and its spectrum, "shuffled" its
-/// parts; neither has its design. See matched_noise() and shuffled_patches(). Texels that no view has shown
-/// to the optimisation have kept their first colour, and are moved like others. If a camouflage covers parts
-/// of the car, so do its controls: each connected piece of a part is a chart of its own, and the rest stays
-/// the car's own. Where a texture repeats a picture, the noise differs at each copy. Seeds fix the results.
+/// parts; neither has its design. See matched_noise() and shuffled_patches().
+///
+/// Noise is drawn over the whole car, see joined_chart(): a chart of a coarse atlas has few texels, so that
+/// values drawn within it often stay where they were, and the control would hold part of the design. Patches
+/// change places within charts. Both take place among the texels that cameras around the car can see, see
+/// faces_seen_around(); below the car no view has optimised anything, and its first colour would dilute the
+/// noise. If a camouflage covers parts of the car, so do its controls, and the rest stays the car's own.
+/// Where a texture repeats a picture, the noise differs at each copy. Seeds fix the results.
 ///
 /// \param noise_draws  of matched noise, under one name, one after another; the first does not depend on it
 /// \throws ShapeError unless the paint is of the car's texels; as raster::texture_charts(), matched_noise()
 [[nodiscard]] std::vector<Control> matched_controls(const raster::PaintedMesh& car,
                                                     const camouflage::Paint<float>& paint, std::uint64_t seed,
                                                     std::size_t noise_draws = 1);
+
+/// Control::share_in_place of matched noise, the mean over its draws; none without it.
+[[nodiscard]] std::optional<double> noise_in_place(const std::vector<Control>& controls);
 
 /// Controls that do not depend on a camouflage: random noise and six solid colours all over the car; the same
 /// for the same seed.

@@ -182,6 +182,7 @@ struct Effect {
   PairedDifference p_at_50{};          ///< of the shares of views in which the car is found
   std::size_t draws = 1;               ///< of the control, measured in the same views
   std::size_t draws_at_most = 0;       ///< those that leave no more confidence than the camouflage
+  PairedRatio odds_ratio{1, {0, std::numeric_limits<double>::infinity()}};  ///< see evaluate::odds_ratio()
 };
 
 namespace detail {

@@ -121,24 +121,46 @@ template <std::predicate<std::size_t> Belongs>
                           view_means(outcomes, outcomes.attention, texture, belongs));
 }
 
-/// Differences of best confidence between the draws of a control and a texture, [draw, view], over the
-/// measured frames for which belongs(index) holds.
+/// Values of the pictures of a texture, [draw, view], each the mean over a view's pictures, over the measured
+/// frames for which belongs(index) holds.
 ///
-/// \param control, texture  their numbers in the outcomes; the texture's own draws are averaged
+/// \param values   [frame, column], of the outcomes, such as best_confidence or found
+/// \param texture  its number there
 /// \throws ShapeError as view_means()
-template <std::predicate<std::size_t> Belongs>
-[[nodiscard]] Array<double, 2> confidence_differences(const ProtocolOutcomes& outcomes, std::size_t control,
-                                                      std::size_t texture, Belongs belongs,
-                                                      std::size_t pictures_a_view = 1) {
-  const auto means = view_means(outcomes, outcomes.best_confidence, texture, belongs, pictures_a_view);
-  const auto pictures = measured_values(outcomes, outcomes.best_confidence, control, belongs);
-  const std::size_t draws = outcomes.draws_of(control);
-  auto differences = zeros<double, 2>({draws, means.size()});
+template <class Values, std::predicate<std::size_t> Belongs>
+[[nodiscard]] Array<double, 2> draw_means(const ProtocolOutcomes& outcomes, const Values& values,
+                                          std::size_t texture, Belongs belongs,
+                                          std::size_t pictures_a_view = 1) {
+  const std::size_t views = view_means(outcomes, values, texture, belongs, pictures_a_view).size();
+  const auto pictures = measured_values(outcomes, values, texture, belongs);
+  const std::size_t draws = outcomes.draws_of(texture);
+  auto means = zeros<double, 2>({draws, views});
   for (std::size_t i = 0; i < pictures.size(); ++i)
-    differences(i % draws, i / (draws * pictures_a_view)) +=
-        pictures[i] / static_cast<double>(pictures_a_view);
+    means(i % draws, i / (draws * pictures_a_view)) +=
+        static_cast<double>(pictures[i]) / static_cast<double>(pictures_a_view);
+  return means;
+}
+
+/// The rows' mean, as often as there are draws.
+[[nodiscard]] inline Array<double, 2> mean_for_draws(const Array<double, 2>& values, std::size_t draws) {
+  auto means = zeros<double, 2>({draws, values.shape(1)});
   for (std::size_t draw = 0; draw < draws; ++draw)
-    for (std::size_t view = 0; view < means.size(); ++view) differences(draw, view) -= means[view];
+    for (std::size_t row = 0; row < values.shape(0); ++row)
+      for (std::size_t view = 0; view < values.shape(1); ++view)
+        means(draw, view) += values(row, view) / static_cast<double>(values.shape(0));
+  return means;
+}
+
+/// Differences between the draws of a control and a texture, whose own draws are averaged, [draw, view];
+/// parameters as for draw_means().
+template <class Values, std::predicate<std::size_t> Belongs>
+[[nodiscard]] Array<double, 2> draw_differences(const ProtocolOutcomes& outcomes, const Values& values,
+                                                std::size_t control, std::size_t texture, Belongs belongs,
+                                                std::size_t pictures_a_view = 1) {
+  auto differences = draw_means(outcomes, values, control, belongs, pictures_a_view);
+  const auto means =
+      mean_for_draws(draw_means(outcomes, values, texture, belongs, pictures_a_view), differences.shape(0));
+  for (std::size_t i = 0; i < differences.size(); ++i) differences.data()[i] -= means.data()[i];
   return differences;
 }
 
@@ -150,13 +172,19 @@ template <std::predicate<std::size_t> Belongs>
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] Effect effect_of(const ProtocolOutcomes& outcomes, const std::string& name, std::size_t control,
                                std::size_t texture, Belongs belongs, std::size_t pictures_a_view = 1) {
-  const auto differences = confidence_differences(outcomes, control, texture, belongs, pictures_a_view);
+  const auto differences =
+      draw_differences(outcomes, outcomes.best_confidence, control, texture, belongs, pictures_a_view);
   const std::size_t draws = differences.shape(0), views = differences.shape(1);
   if (outcomes.draws_of(texture) != 1) throw ShapeError("effect_of: a texture of several draws");
   Effect effect{
       name, two_level_difference(differences, {}, 1),
-      rate_difference(detail::found_in(outcomes, control, belongs),
-                      detail::found_in(outcomes, texture, belongs, draws), pictures_a_view * draws)};
+      two_level_rate_difference(
+          draw_differences(outcomes, outcomes.found, control, texture, belongs, pictures_a_view),
+          rate_difference(detail::found_in(outcomes, control, belongs),
+                          detail::found_in(outcomes, texture, belongs, draws), pictures_a_view * draws))};
+  const auto found = draw_means(outcomes, outcomes.found, control, belongs, pictures_a_view);
+  effect.odds_ratio = odds_ratio(
+      found, mean_for_draws(draw_means(outcomes, outcomes.found, texture, belongs, pictures_a_view), draws));
   effect.draws = draws;
   for (std::size_t draw = 0; draw < draws; ++draw) {
     double sum = 0;

@@ -5,15 +5,6 @@
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 
 namespace tapestry::evaluate {
-namespace detail {
-
-/// The quantile of Student's t distribution, by Simpson's rule and Newton's method, to nine digits.
-/// \param p        in [½, 1)
-/// \param degrees  of freedom, ν, at least 1
-[[nodiscard]] double student_quantile(double p, double degrees);
-
-}  // namespace detail
-
 /// The mean difference over draws and views, with an interval for other draws and other views. A draw is one
 /// noise of a control, or one seed of an optimisation; each is measured in the same views.
 ///
@@ -41,12 +32,37 @@ namespace detail {
 /// \param differences  [draw, view]
 /// \param most  no difference can be larger, such as 1 of shares: the interval stays within ± most, where the
 ///              mean of all views and draws is
-/// \returns  pairs counts views; with one draw exactly paired_bootstrap()'s result, without f and t; with
+/// \returns  pairs counts views; with one draw paired_bootstrap()'s result; with
 ///           fewer than two views an interval from −∞ to ∞
 /// \throws ShapeError without a draw; NumericError for a number that is not finite, or whose square is not;
 ///         DomainError for no resamples or a level not in (0, 1)
 [[nodiscard]] PairedDifference two_level_difference(const Array<double, 2>& differences,
                                                     const BootstrapSettings& settings = {},
                                                     double most = std::numeric_limits<double>::infinity());
+
+/// The same for shares of pictures in which the car is found: the differences of these are −1, 0 and 1, or
+/// means of such.
+/// \param differences  [draw, view]
+/// \param of_views     rate_difference() of all pictures: the result with one draw, and its interval where
+/// all
+///                     differences are the same, for which a bootstrap has none
+/// \throws as two_level_difference()
+[[nodiscard]] PairedDifference two_level_rate_difference(const Array<double, 2>& differences,
+                                                         const PairedDifference& of_views);
+
+/// Odds of finding the car under a control over those under a camouflage,
+///
+///     OR = (p₁ / (1 − p₁)) / (p₂ / (1 − p₂)),   p = (x + ½) / (R + 1),
+///
+/// for x of R views found on average over draws; the halves keep it finite (Haldane, Annals of Human Genetics
+/// 20, 1956). Unlike a difference of shares it does not shrink because a detector finds nearly all or nearly
+/// none. Its logarithm has the interval of the sum of both shares' linear terms, (found − mean) / (p·(1 −
+/// p)), over draws and views by two_level_difference(); with one draw, or where that has no width, ± t(R − 1)
+/// · √(1/(R p₁ q₁) + 1/(R p₂ q₂) − 2 s₁₂ / (R p₁ q₁ p₂ q₂)), s₁₂ the covariance over views.
+///
+/// \param control, camouflage  share of each view's pictures in which the car is found, [draw, view]
+/// \returns  with fewer than two views an interval from 0 to ∞
+/// \throws ShapeError unless both have the same extents; as two_level_difference()
+[[nodiscard]] PairedRatio odds_ratio(const Array<double, 2>& control, const Array<double, 2>& camouflage);
 
 }  // namespace tapestry::evaluate

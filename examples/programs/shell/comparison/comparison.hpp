@@ -135,18 +135,43 @@ Array<double, 2> seed_rows(const ColumnMeasurements& column, OfSeed of_seed) {
   return rows;
 }
 
-/// Differences of best confidence between matched noise and the camouflage, [draw, view].
-inline Array<double, 2> seed_differences(const MeasuredFolder& folder, const MeasuredPart& part) {
-  return evaluate::confidence_differences(folder.outcomes, 2, 1, part.belongs, part.pictures_a_view);
+/// Differences between matched noise and the camouflage in a column: of one seed [draw, view], of several
+/// [seed, view], each the mean over its draws.
+/// \param values  member of the outcomes, best_confidence or found
+template <class Values>
+Array<double, 2> compared_differences(const ColumnMeasurements& column, Values values) {
+  const auto of_seed = [&](const MeasuredFolder& folder, const MeasuredPart& part) {
+    return evaluate::draw_differences(folder.outcomes, folder.outcomes.*values, 2, 1, part.belongs,
+                                      part.pictures_a_view);
+  };
+  if (column.seeds.size() == 1) return of_seed(*column.seeds.front().first, column.seeds.front().second);
+  return seed_rows(column, [&](const MeasuredFolder& folder, const MeasuredPart& part) {
+    return column_means(of_seed(folder, part));
+  });
 }
 
-/// The same of a column: of one seed [draw, view], of several [seed, view], each the mean over its draws.
 inline Array<double, 2> compared_differences(const ColumnMeasurements& column) {
-  if (column.seeds.size() == 1)
-    return seed_differences(*column.seeds.front().first, column.seeds.front().second);
-  return seed_rows(column, [](const MeasuredFolder& folder, const MeasuredPart& part) {
-    return column_means(seed_differences(folder, part));
-  });
+  return compared_differences(column, &evaluate::ProtocolOutcomes::best_confidence);
+}
+
+/// Odds of being found with matched noise over those with the camouflage: of one seed over its draws, of
+/// several over seeds.
+inline evaluate::PairedRatio compared_odds(const ColumnMeasurements& column) {
+  const auto found = [](const MeasuredFolder& folder, const MeasuredPart& part, std::size_t texture) {
+    return evaluate::draw_means(folder.outcomes, folder.outcomes.found, texture, part.belongs,
+                                part.pictures_a_view);
+  };
+  if (column.seeds.size() == 1) {
+    const auto& [folder, part] = column.seeds.front();
+    const auto noise = found(*folder, part, 2);
+    return evaluate::odds_ratio(noise, evaluate::mean_for_draws(found(*folder, part, 1), noise.shape(0)));
+  }
+  const auto of_seeds = [&](std::size_t texture) {
+    return seed_rows(column, [&](const MeasuredFolder& folder, const MeasuredPart& part) {
+      return column_means(found(folder, part, texture));
+    });
+  };
+  return evaluate::odds_ratio(of_seeds(2), of_seeds(1));
 }
 
 /// The effect in the column's part as a share of that in the whole, see evaluate::share_kept().
@@ -183,7 +208,10 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
   const auto differences = compared_differences(column);
   cell.views = differences.shape(1);
   cell.effect = {evaluate::matched_noise_name, evaluate::two_level_difference(differences, {}, 1),
-                 evaluate::rate_difference(noise, painted_by_draw, pictures * cell.draws)};
+                 evaluate::two_level_rate_difference(
+                     compared_differences(column, &evaluate::ProtocolOutcomes::found),
+                     evaluate::rate_difference(noise, painted_by_draw, pictures * cell.draws))};
+  cell.effect.odds_ratio = compared_odds(column);
   cell.kept = compared_kept(column, differences);
   cell.confidence = seed_rows(column, [](const MeasuredFolder& folder, const MeasuredPart& part) {
     return evaluate::view_means(folder.outcomes, folder.outcomes.best_confidence, 1, part.belongs,

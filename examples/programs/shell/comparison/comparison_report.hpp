@@ -89,6 +89,11 @@ inline std::vector<WordTable> effect_tables(const Comparison& comparison) {
       comparison_table(comparison, "effect beyond matched noise, P@0.5 in points, 95 %", {},
                        [](const auto& cell) {
                          return percent_text(cell.effect.p_at_50.mean, cell.effect.p_at_50.interval);
+                       }),
+      comparison_table(comparison, "odds of being found, matched noise over camouflage, times, 95 %", {},
+                       [](const auto& cell) {
+                         const auto& [ratio, interval] = cell.effect.odds_ratio;
+                         return formatted("%.3g [%.3g, %.3g]", ratio, interval[0], interval[1]);
                        })};
   const auto has_kept = [](const ComparedRow& row) {
     return std::ranges::any_of(row.cells, [](const auto& cell) { return cell && cell->kept; });
@@ -171,7 +176,7 @@ inline std::string csv_fields(const ComparedTexture& texture) {
 
 inline std::string csv_fields(const ComparedCell& cell) {
   std::array<char, 400> numbers{};
-  const auto& [control, confidence, rate, draws, draws_at_most] = cell.effect;
+  const auto& [control, confidence, rate, draws, draws_at_most, odds] = cell.effect;
   std::snprintf(numbers.data(), numbers.size(), ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%zu,%zu,%.9g,%.9g,%.9g",
                 confidence.mean, confidence.interval[0], confidence.interval[1], rate.mean, rate.interval[0],
                 rate.interval[1], cell.success.views, cell.success.hidden, cell.success.rate,
@@ -185,6 +190,7 @@ inline std::string csv_fields(const ComparedCell& cell) {
   const auto beyond_first = cell.beyond_first.value_or(evaluate::PairedDifference{});
   add(cell.kept.has_value(), kept.ratio, kept.interval);
   add(cell.beyond_first.has_value(), beyond_first.mean, beyond_first.interval);
+  add(true, odds.ratio, odds.interval);
   return text;
 }
 
@@ -197,15 +203,46 @@ inline std::string csv_header() {
   return header +
          ",attention,effect,effect_low,effect_high,effect_p_at_50,effect_p_at_50_low,effect_p_at_50_high,"
          "detected_in_clean,hidden,asr,asr_low,asr_high,kept,kept_low,kept_high,first_minus,first_minus_low,"
-         "first_minus_high\n";
+         "first_minus_high,odds_ratio,odds_ratio_low,odds_ratio_high\n";
 }
 
 }  // namespace detail
 
+/// The order of the rows by four measures of their effect, in each column where these do not put the same row
+/// first.
+inline std::vector<std::string> contradictions(const Comparison& comparison) {
+  using Measure = double (*)(const ComparedCell&);
+  const std::array<std::pair<const char*, Measure>, 4> measures{
+      {{"effect on mean best confidence", [](const auto& cell) { return cell.effect.best_confidence.mean; }},
+       {"effect on P@0.5", [](const auto& cell) { return cell.effect.p_at_50.mean; }},
+       {"odds", [](const auto& cell) { return cell.effect.odds_ratio.ratio; }},
+       {"attack success", [](const auto& cell) { return cell.success.rate; }}}};
+  std::vector<std::string> sentences;
+  for (std::size_t column = 0; column < comparison.columns.size(); ++column) {
+    std::vector<const ComparedRow*> rows;
+    for (const auto& row : comparison.rows)
+      if (column < row.cells.size() && row.cells[column]) rows.push_back(&row);
+    std::vector<std::string> firsts;
+    std::string text;
+    for (const auto& [name, measure] : measures) {
+      std::ranges::stable_sort(rows, std::greater{},
+                               [&](const ComparedRow* row) { return measure(*row->cells[column]); });
+      std::string order;
+      for (const ComparedRow* row : rows) order += (order.empty() ? "" : ", ") + row->name;
+      if (!rows.empty()) firsts.push_back(rows.front()->name);
+      text += std::string(text.empty() ? "" : "; ") + "by " + name + " " + order;
+    }
+    if (std::ranges::adjacent_find(firsts, std::not_equal_to{}) != firsts.end())
+      sentences.push_back(comparison.columns[column] + ": the measures rank different rows first; " + text +
+                          ".");
+  }
+  return sentences;
+}
+
 /// A line for each row, detector and texture: untouched, clean, the camouflage and its matched noise. Effects
 /// stand in the camouflage's.
 inline std::string comparison_csv(const Comparison& comparison) {
-  const std::string none(17, ',');
+  const std::string none(20, ',');
   std::string text = detail::csv_header();
   const auto begin = [&](const std::string& row, std::size_t column, const std::string& texture,
                          std::size_t seeds, std::size_t draws) {

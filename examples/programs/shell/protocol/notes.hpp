@@ -72,17 +72,21 @@ inline std::vector<std::string> notes_on_effects(const ProtocolResult& result,
       "Effect: the same frames with matched noise and with the camouflage; brackets: 95 % by paired "
       "bootstrap (BCa, " +
       std::to_string(evaluate::BootstrapSettings{}.resamples) +
-      " resamples) over frames, those of P@0.5 by Newcombe's method for paired shares."};
+      " resamples) over frames, those of P@0.5 by Newcombe's method for paired shares; odds: those of being "
+      "found with matched noise over those with the camouflage."};
+  if (result.noise_in_place)
+    notes.push_back("Matched noise is drawn over the whole car; " + in_place_text(*result.noise_in_place) +
+                    ".");
   if (request.settings.noise_draws > 1)
     notes.push_back("Matched noise: " + std::to_string(request.settings.noise_draws) +
                     " draws, each measured in every frame. Its rows count the frames of all draws, a frame "
-                    "once in their intervals. Intervals of effects on best confidence are over frames and "
-                    "draws, the draws' part by Student's t; those of P@0.5 are over frames alone.");
+                    "once in their intervals. Intervals of effects are over frames and "
+                    "draws, the draws' part by Student's t.");
   const auto has_few = [](const auto& section) {
-    return section.cell.measured > 0 && section.cell.measured < 20;
+    return section.cell.measured > 0 && section.cell.measured < 6;
   };
   if (std::ranges::any_of(result.sections, has_few))
-    notes.push_back("Intervals by bootstrap of fewer than 20 frames are too narrow.");
+    notes.push_back("Intervals of fewer than 6 frames are too narrow.");
   return notes;
 }
 

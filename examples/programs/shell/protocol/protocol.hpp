@@ -50,8 +50,9 @@ struct ProtocolSection {
 struct ProtocolResult {
   std::vector<std::string> textures;  ///< names; the clean one first, then the camouflage, if there is one
   bool has_camouflage = false;
-  bool has_bare = false;              ///< whether the last texture is unpainted, see Protocol::bare_name
-  std::vector<evaluate::Cell> cells;  ///< of the table, row by row
+  std::optional<double> noise_in_place{};  ///< see evaluate::noise_in_place()
+  bool has_bare = false;                   ///< whether the last texture is unpainted, see Protocol::bare_name
+  std::vector<evaluate::Cell> cells;       ///< of the table, row by row
   std::vector<ProtocolSection> sections;
   std::vector<std::vector<std::string>> class_names{};  ///< of each detector, empty where it has none
   /// The effect of the first section as a share of that of the second, see Protocol::parts.

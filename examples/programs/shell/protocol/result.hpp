@@ -88,6 +88,7 @@ inline ProtocolResult result_of(const Protocol& protocol, const std::vector<eval
     if (result.textures.empty() || result.textures.back() != texture.name)
       result.textures.push_back(texture.name);
   result.has_camouflage = has_camouflage;
+  result.noise_in_place = evaluate::noise_in_place(textures);
   result.has_bare = !protocol.bare_name.empty();
   result.cells = evaluate::cells_of(protocol.table, protocol.frames, outcomes);
   const auto parts = measured_parts(protocol);

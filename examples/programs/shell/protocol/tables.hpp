@@ -105,17 +105,19 @@ inline WordTable fates_table(const ProtocolResult& result, std::size_t section) 
 
 /// Effect of the camouflage beyond the noise matched to it, section by section.
 inline WordTable effect_table(const ProtocolResult& result) {
-  WordTable table{"effect beyond matched noise (its figure minus the camouflage's)",
-                  {"", "mean best confidence", "95 %", "P@0.5, points", "95 %"}};
+  WordTable table{
+      "effect beyond matched noise (its figure minus the camouflage's)",
+      {"", "mean best confidence", "95 %", "P@0.5, points", "95 %", "odds of being found, times", "95 %"}};
   const auto has_draws = [](const auto& section) { return section.effect && section.effect->draws > 1; };
   const bool with_rank = std::ranges::any_of(result.sections, has_draws);
   if (with_rank) table.header.emplace_back("draws that leave no more");
   for (const auto& section : result.sections) {
     if (!section.effect || section.effect->best_confidence.pairs == 0) continue;
-    const auto& [control, confidence, rate, draws, draws_at_most] = *section.effect;
+    const auto& [control, confidence, rate, draws, draws_at_most, odds] = *section.effect;
     table.rows.push_back({section.name, detail::fixed(confidence.mean, 3),
                           interval_text(confidence.interval, 1, 3), detail::fixed(100 * rate.mean, 1),
-                          interval_text(rate.interval)});
+                          interval_text(rate.interval), formatted("%.3g", odds.ratio),
+                          formatted("[%.3g, %.3g]", odds.interval[0], odds.interval[1])});
     if (with_rank)
       table.rows.back().push_back(std::to_string(draws_at_most) + " of " + std::to_string(draws));
   }

@@ -1,5 +1,9 @@
 #pragma once
+#include <array>
+#include <numbers>
 #include <tapestry/evaluate/controls.hpp>
+#include <tapestry/geometry/camera.hpp>
+#include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::evaluate::detail {
 
@@ -111,23 +115,94 @@ Array<float, 2> shuffled_patches(const Array<float, 2>& colours,
   return shuffled;
 }
 
+std::vector<std::uint8_t> faces_seen_around(const geometry::Mesh& mesh) {
+  constexpr std::array<double, 4> elevations_deg{0, 15, 35, 60};
+  constexpr std::size_t azimuths = 16, side = 256;
+  constexpr double rad_per_deg = std::numbers::pi / 180, fov_rad = std::numbers::pi / 6;
+  const auto bounds = geometry::bounds_of(mesh.positions);
+  const double distance = 8 * bounds.half_length();
+  std::vector<std::uint8_t> is_seen(mesh.faces.size(), 0);
+  if (!(distance > 0)) return std::vector<std::uint8_t>(mesh.faces.size(), 1);
+  for (std::size_t i = 0; i < elevations_deg.size() * azimuths; ++i) {
+    const double azimuth = 2 * std::numbers::pi * static_cast<double>(i % azimuths) / azimuths;
+    const auto camera = geometry::orbit_camera(azimuth, elevations_deg[i / azimuths] * rad_per_deg, distance,
+                                               bounds.middle(), fov_rad);
+    for (const std::int32_t face : raster::visibility(mesh, camera, side, side, 2).face)
+      if (face >= 0) is_seen[static_cast<std::size_t>(face)] = 1;
+  }
+  if (std::ranges::find(is_seen, 1) == is_seen.end()) std::ranges::fill(is_seen, std::uint8_t{1});
+  return is_seen;
+}
+
+raster::TextureChart joined_chart(const std::vector<raster::TextureChart>& charts,
+                                  const raster::TextureLayout& layout) {
+  raster::TextureChart joined;
+  const bool is_atlas = layout.kind == raster::TextureKind::atlas;
+  if (is_atlas) {
+    joined.height = layout.height;
+    joined.width = layout.width;
+  }
+  for (const raster::TextureChart& chart : charts) {
+    for (const raster::ChartTexel& texel : chart.texels)
+      joined.texels.push_back(
+          is_atlas ? raster::ChartTexel{texel.texel / layout.width, texel.texel % layout.width, texel.texel}
+                   : raster::ChartTexel{joined.height + texel.row, texel.column, texel.texel});
+    if (is_atlas) continue;
+    joined.height += chart.height;
+    joined.width = std::max(joined.width, chart.width);
+  }
+  std::ranges::sort(joined.texels, {},
+                    [](const raster::ChartTexel& texel) { return std::pair(texel.row, texel.column); });
+  return joined;
+}
+
+namespace detail {
+
+/// Share of the values of some texels that two paints have alike.
+inline double share_in_place(const Array<float, 2>& a, const Array<float, 2>& b,
+                             const raster::TextureChart& chart) {
+  std::size_t same = 0;
+  for (const raster::ChartTexel& texel : chart.texels)
+    for (std::size_t c = 0; c < 3; ++c) same += a(texel.texel, c) == b(texel.texel, c) ? 1U : 0U;
+  return chart.texels.empty() ? 0 : static_cast<double>(same) / static_cast<double>(3 * chart.texels.size());
+}
+
+}  // namespace detail
+
 std::vector<Control> matched_controls(const raster::PaintedMesh& car, const camouflage::Paint<float>& paint,
                                       std::uint64_t seed, std::size_t noise_draws) {
   const auto& [colours, painted] = paint;
   camouflage::require_sound("matched_controls", paint);
   require_shape("matched_controls", "colours", colours, {car.layout.texel_count(car.mesh), 3});
-  const auto charts = raster::painted_charts(raster::texture_charts(car), painted);
+  raster::PaintedMesh seen = car;
+  const auto is_seen = faces_seen_around(car.mesh);
+  for (std::size_t face = 0; face < is_seen.size(); ++face)
+    if (is_seen[face] == 0) seen.painted[face] = 0;
+  const auto charts = raster::painted_charts(raster::texture_charts(seen), painted);
+  const auto whole = joined_chart(charts, car.layout);
   const Random of_noise = Random(seed).fork(0x6D617463686564ULL);
   std::vector<Control> controls;
+  const auto add = [&](const char* name, Array<float, 2> drawn) {
+    const double share = detail::share_in_place(drawn, colours, whole);
+    controls.push_back({name, {std::move(drawn), painted}, share});
+  };
   for (std::size_t draw = 0; draw < noise_draws; ++draw)
-    controls.push_back(
-        {matched_noise_name,
-         {matched_noise(colours, charts, draw == 0 ? of_noise : of_noise.fork(0x64726177ULL + draw)),
-          painted}});
-  auto shuffled =
-      shuffled_patches(colours, charts, patch_extents(car.layout), Random(seed).fork(0x73687566666C65ULL));
-  controls.push_back({shuffled_patches_name, {std::move(shuffled), painted}});
+    add(matched_noise_name,
+        matched_noise(colours, {whole}, draw == 0 ? of_noise : of_noise.fork(0x64726177ULL + draw)));
+  add(shuffled_patches_name,
+      shuffled_patches(colours, charts, patch_extents(car.layout), Random(seed).fork(0x73687566666C65ULL)));
   return controls;
+}
+
+std::optional<double> noise_in_place(const std::vector<Control>& controls) {
+  double sum = 0;
+  std::size_t draws = 0;
+  for (const Control& control : controls)
+    if (control.name == matched_noise_name) {
+      sum += control.share_in_place;
+      ++draws;
+    }
+  return draws > 0 ? std::optional(sum / static_cast<double>(draws)) : std::nullopt;
 }
 
 std::vector<Control> plain_controls(std::size_t texel_count, std::uint64_t seed) {

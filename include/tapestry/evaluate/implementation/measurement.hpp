@@ -2,6 +2,7 @@
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/detect/heat_map.hpp>
 #include <tapestry/evaluate/measurement.hpp>
+#include <tapestry/evaluate/two_level_difference.hpp>
 #include <tapestry/image/batch.hpp>
 
 namespace tapestry::evaluate {
@@ -103,10 +104,19 @@ Photograph photograph_of(const camouflage::View<float>& view, std::size_t view_i
 
 Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
                      const BootstrapSettings& settings) {
-  return {control.name,
-          paired_bootstrap(detail::means_of_views(control.best_confidence, control.draws),
-                           detail::means_of_views(adversarial.best_confidence, adversarial.draws), settings),
-          rate_difference(control.found, adversarial.found, control.draws)};
+  Effect effect{
+      control.name,
+      paired_bootstrap(detail::means_of_views(control.best_confidence, control.draws),
+                       detail::means_of_views(adversarial.best_confidence, adversarial.draws), settings),
+      rate_difference(control.found, adversarial.found, control.draws)};
+  const auto found = [](const Measurement& measured) {
+    const auto views = detail::means_of_views(measured.found, measured.draws);
+    Array<double, 2> row(Extents<2>{1, views.size()});
+    std::copy(views.begin(), views.end(), row.begin());
+    return row;
+  };
+  effect.odds_ratio = odds_ratio(found(control), found(adversarial));
+  return effect;
 }
 
 ViewResult view_result(const std::vector<detect::Detection>& kept, double best_confidence,

@@ -4,32 +4,6 @@
 
 namespace tapestry::evaluate::detail {
 
-/// With t² = ν·(exp(s²/ν) − 1), the density of t becomes one of s that is bell shaped for every ν ≥ 1:
-///
-///     dP(T ≤ t) ∝ exp(−s²·(ν − 1) / (2ν)) · √(q / (exp(q) − 1)) ds,   q = s²/ν,
-///
-/// and above s = 9 less than 10⁻¹⁶ remains.
-double student_quantile(double p, double degrees) {
-  const auto density = [&](double s) {
-    const double q = s * s / degrees;
-    return q > 0 ? std::exp(-q * (degrees - 1) / 2) * std::sqrt(q / std::expm1(q)) : 1.0;
-  };
-  const auto integral = [&](double end) {  // of the density from 0, by Simpson's rule
-    const int steps = 200;
-    double sum = density(0) + density(end);
-    for (int i = 1; i < steps; ++i) sum += (i % 2 == 0 ? 2 : 4) * density(end * i / steps);
-    return sum * end / (3 * steps);
-  };
-  const double wanted = (2 * p - 1) * integral(9);
-  double s = 0;  // Newton's method comes from the left, since the integral is concave
-  for (int step = 0; step < 100; ++step) {
-    const double further = (wanted - integral(s)) / density(s);
-    s = std::min(s + further, 9.0);
-    if (std::abs(further) < 1e-13) break;
-  }
-  return std::sqrt(degrees * std::expm1(s * s / degrees));
-}
-
 /// Estimated parts of the variance of the mean over crossed draws and views, see two_level_difference().
 struct TwoLevelVariance {
   double views = 0;  ///< a, with the interaction
@@ -106,10 +80,74 @@ PairedDifference two_level_difference(const Array<double, 2>& differences, const
   if (draw_count == 1 || view_count < 2)
     return paired_bootstrap(view_means, std::vector<double>(view_count), settings);
   const auto variance = detail::two_level_variance(differences);  // refuses what overflows
-  PairedDifference result = paired_bootstrap(view_means, std::vector<double>(view_count), settings);
+  auto result = detail::bca_difference(view_means, std::vector<double>(view_count), settings);
   for (std::size_t end = 0;
        const double value : detail::widened(result, variance, draw_count, settings.level))
     result.interval[end++] = std::clamp(value, -most, most);
+  return result;
+}
+
+PairedDifference two_level_rate_difference(const Array<double, 2>& differences,
+                                           const PairedDifference& of_views) {
+  if (differences.shape(0) < 2 || differences.shape(1) < 2) return of_views;
+  auto result = two_level_difference(differences, {}, 1);
+  if (result.interval[0] == result.interval[1]) result.interval = of_views.interval;
+  return result;
+}
+
+namespace detail {
+
+/// Mean found share and the smoothed one.
+struct FoundShare {
+  double mean = 0, smoothed = 0;
+
+  [[nodiscard]] double slope() const { return 1 / (smoothed * (1 - smoothed)); }  ///< of the log odds
+};
+
+inline FoundShare found_share(const Array<double, 2>& found) {
+  double sum = 0;
+  for (const double share : found) sum += share / static_cast<double>(found.shape(0));
+  const auto views = static_cast<double>(found.shape(1));
+  return {sum / views, (sum + 0.5) / (views + 1)};
+}
+
+/// Half the length of the interval of a log odds ratio by binomial variances.
+inline double binomial_reach(const Array<double, 2>& first, const Array<double, 2>& second,
+                             const FoundShare& of_first, const FoundShare& of_second) {
+  const auto views = static_cast<double>(first.shape(1)), cells = static_cast<double>(first.size());
+  double covariance = 0;
+  for (std::size_t i = 0; i < first.size(); ++i)
+    covariance += (first.data()[i] - of_first.mean) * (second.data()[i] - of_second.mean) / cells;
+  const double variance =
+      (of_first.slope() + of_second.slope() - 2 * covariance * of_first.slope() * of_second.slope()) / views;
+  return student_quantile(0.975, views - 1) * std::sqrt(std::max(0.0, variance));
+}
+
+}  // namespace detail
+
+PairedRatio odds_ratio(const Array<double, 2>& control, const Array<double, 2>& camouflage) {
+  require_shape("odds_ratio", "camouflage", camouflage, {control.shape(0), control.shape(1)});
+  if (control.shape(0) == 0) throw ShapeError("odds_ratio: no draws");
+  PairedRatio result{1, {0, std::numeric_limits<double>::infinity()}};
+  if (control.shape(1) == 0) return result;
+  const auto first = detail::found_share(control), second = detail::found_share(camouflage);
+  const auto log_odds = [](double p) { return std::log(p / (1 - p)); };
+  const double logarithm = log_odds(first.smoothed) - log_odds(second.smoothed);
+  result.ratio = std::exp(logarithm);
+  if (control.shape(1) < 2) return result;
+  std::array<double, 2> reach{};
+  if (control.shape(0) > 1) {
+    Array<double, 2> terms(control.shape());
+    for (std::size_t i = 0; i < terms.size(); ++i)
+      terms.data()[i] = (control.data()[i] - first.mean) * first.slope() -
+                        (camouflage.data()[i] - second.mean) * second.slope();
+    reach = two_level_difference(terms).interval;
+  }
+  if (!(reach[1] - reach[0] > 0)) {
+    reach[1] = detail::binomial_reach(control, camouflage, first, second);
+    reach[0] = -reach[1];
+  }
+  result.interval = {std::exp(logarithm + reach[0]), std::exp(logarithm + reach[1])};
   return result;
 }
 
