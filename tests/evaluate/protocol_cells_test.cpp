@@ -162,7 +162,7 @@ TEST_CASE("draws of a control are further pictures of a view", "[evaluate][cells
   CHECK(cell.textures[2].success.hidden == 2);
   CHECK(cell.textures[2].success.views == 6);
   CHECK(cell.textures[2].fates.of(evaluate::Fate::lost) == 2);
-  const auto differences = evaluate::confidence_differences(outcomes, 2, 1, all);
+  const auto differences = evaluate::draw_differences(outcomes, outcomes.best_confidence, 2, 1, all);
   const double expected[3][2] = {{0.1, 0.2}, {0.2, 0.4}, {0, -0.1}};
   for (std::size_t draw = 0; draw < 3; ++draw)
     for (std::size_t view = 0; view < 2; ++view)

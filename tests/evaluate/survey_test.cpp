@@ -66,13 +66,22 @@ TEST_CASE("the controls of a camouflage are matched noise and shuffled patches o
     CHECK(controls[i].paint == again[i].paint);
     CHECK((controls[i].paint.colours != other[i].paint.colours));
   }
-  for (const std::size_t i : {0U, 1U})  // other places, the same values
-    for (std::size_t c = 0; c < 3; ++c) {
-      CHECK((controls[i].paint.colours != colours));
-      for (const auto& chart : tapestry::raster::texture_charts(car))
-        CHECK(test::sorted_values(controls[i].paint.colours, chart, c) ==
-              test::sorted_values(colours, chart, c));
-    }
+  auto seen = car;  // from around it, all but its bottom
+  const auto is_seen = evaluate::faces_seen_around(car.mesh);
+  CHECK(std::ranges::count(is_seen, 1) == 10);
+  for (std::size_t face = 0; face < is_seen.size(); ++face) seen.painted[face] &= is_seen[face];
+  const auto charts = tapestry::raster::texture_charts(seen);
+  const auto whole = evaluate::joined_chart(charts, car.layout);
+  for (std::size_t c = 0; c < 3;
+       ++c) {  // other places, the same values: of the whole car, and chart by chart
+    CHECK(test::sorted_values(controls[0].paint.colours, whole, c) == test::sorted_values(colours, whole, c));
+    for (const auto& chart : charts)
+      CHECK(test::sorted_values(controls[1].paint.colours, chart, c) ==
+            test::sorted_values(colours, chart, c));
+  }
+  CHECK((controls[0].paint.colours != colours));
+  CHECK((controls[1].paint.colours != colours));
+  CHECK(controls[0].share_in_place < 0.03);
   CHECK_THROWS_AS(evaluate::matched_controls(car, {test::random_array<float>({texels - 1, 3}, 9)}, 3),
                   tapestry::ShapeError);
   const auto drawn = evaluate::matched_controls(car, paint, 3, 3);  // three draws, and the patches
@@ -82,9 +91,38 @@ TEST_CASE("the controls of a camouflage are matched noise and shuffled patches o
   for (const std::size_t i : {1U, 2U}) {
     CHECK(drawn[i].name == "matched noise");
     CHECK((drawn[i].paint.colours != drawn[i - 1].paint.colours));
-    for (const auto& chart : tapestry::raster::texture_charts(car))
-      CHECK(test::sorted_values(drawn[i].paint.colours, chart, 0) == test::sorted_values(colours, chart, 0));
+    CHECK(test::sorted_values(drawn[i].paint.colours, whole, 0) == test::sorted_values(colours, whole, 0));
   }
+}
+
+TEST_CASE("charts joined keep their places in an atlas, and lie below each other elsewhere",
+          "[evaluate][controls]") {
+  const tapestry::raster::TextureLayout atlas{tapestry::raster::TextureKind::atlas, 4, 6};
+  const std::vector<tapestry::raster::TextureChart> charts{{1, 2, {{0, 0, 8}, {0, 1, 9}}},
+                                                           {1, 1, {{0, 0, 3}}}};
+  const auto joined = evaluate::joined_chart(charts, atlas);
+  CHECK(joined.height == 4);
+  CHECK(joined.width == 6);
+  REQUIRE(joined.texels.size() == 3);
+  CHECK(joined.texels[0].texel == 3);  // row by row
+  CHECK((joined.texels[0].row == 0 && joined.texels[0].column == 3));
+  CHECK((joined.texels[1].row == 1 && joined.texels[1].column == 2));
+  const auto stacked = evaluate::joined_chart(charts, {tapestry::raster::TextureKind::vertex});
+  CHECK(stacked.height == 2);
+  CHECK(stacked.width == 2);
+  CHECK((stacked.texels[2].row == 1 && stacked.texels[2].column == 0 && stacked.texels[2].texel == 3));
+}
+
+TEST_CASE("noise at eight rows has next to nothing of the paint at its place", "[evaluate][controls]") {
+  // Within charts of a coarse atlas values have few places to go: a third and more stayed.
+  const auto car = test::tiny_car(8);
+  const camouflage::Paint<float> paint{test::random_array<float>({car.layout.texel_count(car.mesh), 3}, 9)};
+  const auto controls = evaluate::matched_controls(car, paint, 3, 20);
+  double mean = 0;
+  for (std::size_t draw = 0; draw < 20; ++draw) mean += controls[draw].share_in_place / 20;
+  CHECK(mean <= 0.03);  // chance: one in each of some hundred values
+  CHECK(evaluate::noise_in_place(controls).value() == Approx(mean));
+  CHECK_FALSE(evaluate::noise_in_place(evaluate::plain_controls(3, 1)));
 }
 
 TEST_CASE("controls of a camouflage of parts cover these parts, each piece for itself",
@@ -113,9 +151,9 @@ TEST_CASE("controls of a camouflage of parts cover these parts, each piece for i
     for (std::size_t texel = 0; texel < colours.shape(0); ++texel)
       if (paint.painted[texel] == 0)
         for (std::size_t c = 0; c < 3; ++c) REQUIRE(colours(texel, c) == paint.colours(texel, c));
-    for (const auto& piece : pieces)
-      for (std::size_t c = 0; c < 3; ++c)
-        CHECK(test::sorted_values(colours, piece, c) == test::sorted_values(paint.colours, piece, c));
+    const auto whole = evaluate::joined_chart(pieces, car.layout);
+    for (std::size_t c = 0; c < 3; ++c)
+      CHECK(test::sorted_values(colours, whole, c) == test::sorted_values(paint.colours, whole, c));
   }
 }
 

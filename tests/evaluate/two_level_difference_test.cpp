@@ -185,6 +185,102 @@ TEST_CASE("a two-level interval holds the true mean about as often as it states"
   }
 }
 
+namespace {
+/// Pictures in which a car is found or not, by a logistic model of views and draws.
+struct FoundPictures {
+  Array<double, 2> control, camouflage;
+  std::vector<bool> of_control{}, of_camouflage{};
+
+  FoundPictures(std::size_t draws, std::size_t views, double draw_sd, Random random)
+      : control({draws, views}), camouflage({draws, views}) {
+    std::vector<double> view_logits(views);
+    for (double& logit : view_logits) logit = 1.5 * random.normal();
+    for (std::size_t d = 0; d < draws; ++d) {
+      const double of_draw = draw_sd * random.normal();
+      for (std::size_t v = 0; v < views; ++v) {
+        const auto is_found = [&](double logit) { return random.uniform() < 1 / (1 + std::exp(-logit)); };
+        of_control.push_back(is_found(view_logits[v] + 1));
+        of_camouflage.push_back(is_found(view_logits[v] - 0.5 + of_draw));
+        control(d, v) = of_control.back() ? 1 : 0;
+        camouflage(d, v) = of_camouflage.back() ? 1 : 0;
+      }
+    }
+  }
+
+  [[nodiscard]] evaluate::PairedDifference difference() const {
+    Array<double, 2> differences(control.shape());
+    for (std::size_t i = 0; i < differences.size(); ++i)
+      differences.data()[i] = control.data()[i] - camouflage.data()[i];
+    return evaluate::two_level_rate_difference(
+        differences, evaluate::rate_difference(of_control, of_camouflage, control.shape(0)));
+  }
+};
+}  // namespace
+
+TEST_CASE("intervals of shares over draws hold the truth about as often as they state",
+          "[evaluate][two_level]") {
+  struct Layout {
+    std::size_t draws, views;
+    double draw_sd;
+  };
+  const std::size_t trials = 200;
+  for (const auto& [draws, views, draw_sd] : {Layout{1, 6, 0}, Layout{3, 6, 0}, Layout{3, 20, 1},
+                                              Layout{3, 80, 1}, Layout{5, 80, 0.3}, Layout{3, 400, 1}}) {
+    const FoundPictures many(400, 2000, draw_sd, Random(1));  // the truth, to 0.005 and 0.03
+    const auto mean = [](const Array<double, 2>& found) {
+      double sum = 0;
+      for (const double share : found) sum += share / static_cast<double>(found.size());
+      return sum;
+    };
+    const double p = mean(many.control), q = mean(many.camouflage);
+    const double odds = p / (1 - p) * (1 - q) / q;
+    std::size_t covered = 0, covered_odds = 0;
+    for (std::size_t trial = 0; trial < trials; ++trial) {
+      const FoundPictures found(draws, views, draw_sd, Random(8).fork(trial));
+      const auto [low, high] = found.difference().interval;
+      covered += low <= p - q && p - q <= high ? 1U : 0U;
+      const auto ratio = evaluate::odds_ratio(found.control, found.camouflage).interval;
+      covered_odds += ratio[0] <= odds && odds <= ratio[1] ? 1U : 0U;
+    }
+    CAPTURE(draws, views, draw_sd);
+    // Newcombe's over views alone held it in 0.45 of 3 draws that differ by a logit in 400 views.
+    CHECK(static_cast<double>(covered) / static_cast<double>(trials) >= 0.88);
+    CHECK(static_cast<double>(covered_odds) / static_cast<double>(trials) >= 0.88);
+  }
+}
+
+TEST_CASE("shares that are the same in all pictures keep an interval", "[evaluate][two_level]") {
+  const Array<double, 2> none({3, 20}, 0.0);
+  const std::vector<bool> found(60, true);
+  const auto of_views = evaluate::rate_difference(found, found, 3);
+  const auto of_draws = evaluate::two_level_rate_difference(none, of_views);
+  CHECK(of_draws.interval == of_views.interval);
+  CHECK(of_draws.interval[1] > 0.05);
+  const Array<double, 2> one({1, 20}, 0.0);
+  CHECK(evaluate::two_level_rate_difference(one, of_views).interval == of_views.interval);
+}
+
+TEST_CASE("an odds ratio and its interval equal hand values", "[evaluate][two_level]") {
+  // Found in 3 of 4 views and in 1 of them: smoothed 3.5/5 and 1.5/5, so (7/3)/(3/7); slopes 1/0.21. The mean
+  // products of (¼, ¼, ¼, −¾) and (¾, −¼, −¼, −¼) are 1/16: s₁₂ = 1/16.
+  const auto found = evaluate::odds_ratio({{1, 1, 1, 0}}, {{1, 0, 0, 0}});
+  CHECK(found.ratio == Approx(49.0 / 9));
+  const double error = std::sqrt((2 / 0.21 - 2.0 / 16 / (0.21 * 0.21)) / 4);
+  CHECK(found.interval[0] == Approx(49.0 / 9 * std::exp(-3.182446 * error)).epsilon(1e-5));
+  CHECK(found.interval[1] == Approx(49.0 / 9 * std::exp(3.182446 * error)).epsilon(1e-5));
+  // All and none of them: 4.5/5 against 0.5/5.
+  CHECK(evaluate::odds_ratio({{1, 1, 1, 1}}, {{0, 0, 0, 0}}).ratio == Approx(81));
+  CHECK(evaluate::odds_ratio({{1}}, {{0}}).interval == std::array{0.0, infinity});
+  CHECK_THROWS_AS(evaluate::odds_ratio({{1, 0}}, {{1}}), tapestry::ShapeError);
+  // Draws that differ widen it.
+  const auto same = evaluate::odds_ratio({{1, 1, 1, 0}, {1, 1, 0, 1}, {0, 1, 1, 1}},
+                                         {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}});
+  const auto apart = evaluate::odds_ratio({{1, 1, 1, 0}, {1, 1, 0, 1}, {0, 1, 1, 1}},
+                                          {{1, 1, 1, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}});
+  CHECK(same.ratio == Approx(apart.ratio));
+  CHECK(apart.interval[1] > same.interval[1]);
+}
+
 TEST_CASE("a two-level difference refuses what does not fit", "[evaluate][two_level][error]") {
   CHECK_THROWS_AS(evaluate::two_level_difference(Array<double, 2>({0, 5})), tapestry::ShapeError);
   CHECK_THROWS_WITH(evaluate::two_level_difference(Array<double, 2>({0, 5})),

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <ranges>
 #include <string>
 #include <tapestry/evaluate/controls.hpp>
 #include <utility>
@@ -29,12 +28,14 @@ class SideBySide {
 
   /// \param views  facts of each picture
   [[nodiscard]] Bitmap sheet(const std::vector<ViewFacts>& views) const {
-    const auto is_measured = [&](const Column& column) { return column.second.size() == places_.size(); };
-    const auto count = static_cast<std::size_t>(std::ranges::count_if(columns_, is_measured));
-    PictureSheet sheet(count * places_.size(), count);
+    std::vector<const Column*> measured;
+    for (const Column& column : columns_)
+      if (column.second.size() == places_.size()) measured.push_back(&column);
+    PictureSheet sheet(measured.size() * places_.size(), measured.size());
     for (std::size_t row = 0; row < places_.size(); ++row)
-      for (const auto& [texture, pictures] : columns_ | std::views::filter(is_measured))
-        sheet.add(views.at(places_[row]).name + ": " + texture, fitted_within(pictures[row], most_pixels));
+      for (const Column* column : measured)
+        sheet.add(views.at(places_[row]).name + ": " + column->first,
+                  fitted_within(column->second[row], most_pixels));
     return sheet.bitmap();
   }
 

@@ -43,9 +43,8 @@ namespace tapestry::evaluate {
 /// The same for shares of pictures in which the car is found: the differences of these are −1, 0 and 1, or
 /// means of such.
 /// \param differences  [draw, view]
-/// \param of_views     rate_difference() of all pictures: the result with one draw, and its interval where
-/// all
-///                     differences are the same, for which a bootstrap has none
+/// \param of_views     rate_difference() of all pictures: the result where draws do not differ, and its
+///                     interval where a bootstrap's has no width
 /// \throws as two_level_difference()
 [[nodiscard]] PairedDifference two_level_rate_difference(const Array<double, 2>& differences,
                                                          const PairedDifference& of_views);
@@ -56,9 +55,12 @@ namespace tapestry::evaluate {
 ///
 /// for x of R views found on average over draws; the halves keep it finite (Haldane, Annals of Human Genetics
 /// 20, 1956). Unlike a difference of shares it does not shrink because a detector finds nearly all or nearly
-/// none. Its logarithm has the interval of the sum of both shares' linear terms, (found − mean) / (p·(1 −
-/// p)), over draws and views by two_level_difference(); with one draw, or where that has no width, ± t(R − 1)
-/// · √(1/(R p₁ q₁) + 1/(R p₂ q₂) − 2 s₁₂ / (R p₁ q₁ p₂ q₂)), s₁₂ the covariance over views.
+/// none. Its logarithm has the interval of both shares' linear terms, (found − mean) / (p·q) with q = 1 − p,
+/// over draws and views by two_level_difference(). Where draws do not differ, or that has no width, it is
+///
+///     ± t(R − 1) · √(1/(R p₁ q₁) + 1/(R p₂ q₂) − 2 s / (R p₁ q₁ p₂ q₂)),
+///
+/// s being the covariance of both over views.
 ///
 /// \param control, camouflage  share of each view's pictures in which the car is found, [draw, view]
 /// \returns  with fewer than two views an interval from 0 to ∞

@@ -225,8 +225,9 @@ inline std::vector<std::string> contradictions(const Comparison& comparison) {
     std::vector<std::string> firsts;
     std::string text;
     for (const auto& [name, measure] : measures) {
+      const Measure of_cell = measure;  // clang 14 captures no structured binding
       std::ranges::stable_sort(rows, std::greater{},
-                               [&](const ComparedRow* row) { return measure(*row->cells[column]); });
+                               [&](const ComparedRow* row) { return of_cell(*row->cells[column]); });
       std::string order;
       for (const ComparedRow* row : rows) order += (order.empty() ? "" : ", ") + row->name;
       if (!rows.empty()) firsts.push_back(rows.front()->name);

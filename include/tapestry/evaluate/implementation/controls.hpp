@@ -117,7 +117,7 @@ Array<float, 2> shuffled_patches(const Array<float, 2>& colours,
 
 std::vector<std::uint8_t> faces_seen_around(const geometry::Mesh& mesh) {
   constexpr std::array<double, 4> elevations_deg{0, 15, 35, 60};
-  constexpr std::size_t azimuths = 16, side = 256;
+  constexpr std::size_t azimuths = 16, side = 512;
   constexpr double rad_per_deg = std::numbers::pi / 180, fov_rad = std::numbers::pi / 6;
   const auto bounds = geometry::bounds_of(mesh.positions);
   const double distance = 8 * bounds.half_length();
@@ -127,8 +127,10 @@ std::vector<std::uint8_t> faces_seen_around(const geometry::Mesh& mesh) {
     const double azimuth = 2 * std::numbers::pi * static_cast<double>(i % azimuths) / azimuths;
     const auto camera = geometry::orbit_camera(azimuth, elevations_deg[i / azimuths] * rad_per_deg, distance,
                                                bounds.middle(), fov_rad);
+    std::vector<std::uint8_t> samples(mesh.faces.size(), 0);  // one alone may be an edge's, by rounding
     for (const std::int32_t face : raster::visibility(mesh, camera, side, side, 2).face)
-      if (face >= 0) is_seen[static_cast<std::size_t>(face)] = 1;
+      if (face >= 0 && ++samples[static_cast<std::size_t>(face)] == 2)
+        is_seen[static_cast<std::size_t>(face)] = 1;
   }
   if (std::ranges::find(is_seen, 1) == is_seen.end()) std::ranges::fill(is_seen, std::uint8_t{1});
   return is_seen;
@@ -171,20 +173,20 @@ inline double share_in_place(const Array<float, 2>& a, const Array<float, 2>& b,
 
 std::vector<Control> matched_controls(const raster::PaintedMesh& car, const camouflage::Paint<float>& paint,
                                       std::uint64_t seed, std::size_t noise_draws) {
-  const auto& [colours, painted] = paint;
+  const auto& colours = paint.colours;
   camouflage::require_sound("matched_controls", paint);
   require_shape("matched_controls", "colours", colours, {car.layout.texel_count(car.mesh), 3});
   raster::PaintedMesh seen = car;
   const auto is_seen = faces_seen_around(car.mesh);
   for (std::size_t face = 0; face < is_seen.size(); ++face)
     if (is_seen[face] == 0) seen.painted[face] = 0;
-  const auto charts = raster::painted_charts(raster::texture_charts(seen), painted);
+  const auto charts = raster::painted_charts(raster::texture_charts(seen), paint.painted);
   const auto whole = joined_chart(charts, car.layout);
   const Random of_noise = Random(seed).fork(0x6D617463686564ULL);
   std::vector<Control> controls;
   const auto add = [&](const char* name, Array<float, 2> drawn) {
     const double share = detail::share_in_place(drawn, colours, whole);
-    controls.push_back({name, {std::move(drawn), painted}, share});
+    controls.push_back({name, {std::move(drawn), paint.painted}, share});
   };
   for (std::size_t draw = 0; draw < noise_draws; ++draw)
     add(matched_noise_name,

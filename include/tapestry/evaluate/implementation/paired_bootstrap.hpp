@@ -96,6 +96,16 @@ double student_quantile(double p, double degrees) {
   return std::sqrt(degrees * std::expm1(s * s / degrees));
 }
 
+/// A bootstrap's interval of few pairs, see paired_bootstrap().
+inline std::array<double, 2> widened_for_few(const std::array<double, 2>& interval, double middle,
+                                             std::size_t pair_count, double level) {
+  const auto pairs = static_cast<double>(pair_count);
+  const double p = (1 + level) / 2, z = normal_quantile(p);
+  const double factor = std::sqrt(pairs / (pairs - 1)) * (z > 0 ? student_quantile(p, pairs - 1) / z : 1);
+  return {middle - factor * std::max(0.0, middle - interval[0]),
+          middle + factor * std::max(0.0, interval[1] - middle)};
+}
+
 /// The mean difference of pairs with its interval by a bootstrap, BCa, as it is.
 inline PairedDifference bca_difference(const std::vector<double>& first, const std::vector<double>& second,
                                        const BootstrapSettings& settings) {
@@ -126,14 +136,8 @@ PairedDifference paired_bootstrap(const std::vector<double>& first, const std::v
                                   const BootstrapSettings& settings) {
   detail::require_pairs("paired_bootstrap", first, second, settings);
   PairedDifference result = detail::bca_difference(first, second, settings);
-  if (result.pairs < 2) return result;
-  const auto pairs = static_cast<double>(result.pairs);
-  const double p = (1 + settings.level) / 2, z = detail::normal_quantile(p);
-  const double factor =
-      std::sqrt(pairs / (pairs - 1)) * (z > 0 ? detail::student_quantile(p, pairs - 1) / z : 1);
-  const auto& [low, high] = result.interval;
-  result.interval = {result.mean - factor * std::max(0.0, result.mean - low),
-                     result.mean + factor * std::max(0.0, high - result.mean)};
+  if (result.pairs > 1)
+    result.interval = detail::widened_for_few(result.interval, result.mean, result.pairs, settings.level);
   return result;
 }
 
@@ -154,8 +158,10 @@ PairedRatio paired_ratio(const std::vector<double>& first, const std::vector<dou
   if (first.size() < 2) return result;
   std::vector<double> influences(first.size());
   for (const std::size_t i : all) influences[i] = first[i] - result.ratio * second[i];
-  result.interval = detail::bca_interval(detail::resampled(first.size(), settings, ratio_of), result.ratio,
-                                         detail::acceleration(influences, 0), settings.level);
+  const auto interval =
+      detail::bca_interval(detail::resampled(first.size(), settings, ratio_of), result.ratio,
+                           detail::acceleration(influences, 0), settings.level);
+  result.interval = detail::widened_for_few(interval, result.ratio, first.size(), settings.level);
   return result;
 }
 

@@ -87,9 +87,18 @@ PairedDifference two_level_difference(const Array<double, 2>& differences, const
   return result;
 }
 
+namespace detail {
+inline bool are_rows_equal(const Array<double, 2>& values) {
+  for (std::size_t row = 1; row < values.shape(0); ++row)
+    for (std::size_t column = 0; column < values.shape(1); ++column)
+      if (values(row, column) != values(0, column)) return false;
+  return true;
+}
+}  // namespace detail
+
 PairedDifference two_level_rate_difference(const Array<double, 2>& differences,
                                            const PairedDifference& of_views) {
-  if (differences.shape(0) < 2 || differences.shape(1) < 2) return of_views;
+  if (differences.shape(1) < 2 || detail::are_rows_equal(differences)) return of_views;
   auto result = two_level_difference(differences, {}, 1);
   if (result.interval[0] == result.interval[1]) result.interval = of_views.interval;
   return result;
@@ -136,7 +145,7 @@ PairedRatio odds_ratio(const Array<double, 2>& control, const Array<double, 2>& 
   result.ratio = std::exp(logarithm);
   if (control.shape(1) < 2) return result;
   std::array<double, 2> reach{};
-  if (control.shape(0) > 1) {
+  if (!detail::are_rows_equal(control) || !detail::are_rows_equal(camouflage)) {
     Array<double, 2> terms(control.shape());
     for (std::size_t i = 0; i < terms.size(); ++i)
       terms.data()[i] = (control.data()[i] - first.mean) * first.slope() -

@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# Sound detectors: fine-tunes each on drawn streets with cars of ordinary colours, without any attack, until a paint has
+# something to hide. Says how often each finds the clean car before and after, its average precision and its false alarms.
+#
+#   sound.sh OUTPUT [OPTIONS OF harden...] -- DETECTOR...
+#
+# OUTPUT    folder for everything: OUTPUT/NAME holds the run of a detector with hardened.onnx or hardened.safetensors
+# DETECTOR  .onnx models, or files of convert_weights
+# Paths must have no spaces. In the environment: NAMES, the file of the classes' names, for detectors without them.
+set -euo pipefail
+[ $# -ge 3 ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
+programs=${PROGRAMS:-$(dirname "$0")/../../build/release/examples}
+output=$1 options=() names=()
+[ -z "${NAMES:-}" ] || names=(--names "$NAMES")
+shift
+while [ $# -gt 0 ] && [ "$1" != -- ]; do options+=("$1"); shift; done
+[ $# -ge 2 ] || { echo "sound.sh: expected -- and detectors" >&2; exit 2; }
+shift
+mkdir -p "$output"
+for detector in "$@"; do
+  folder=$output/$(basename "${detector%.*}") resume=()
+  if [ ! -e "$folder/metrics.json" ]; then
+    [ ! -e "$folder/manifest.json" ] || resume=(--resume)
+    "$programs/harden" "${resume[@]}" --weights "$detector" "${names[@]}" --paint none --attacks none --rounds 1 --steps 120 \
+      --weight-rate 0.0003 --scenes 300 --test-scenes 100 "${options[@]}" --output "$folder"
+  fi
+  echo "$folder"
+  sed -n '/^ *\(photo\|clean\) /p;/drawn scenes/p' "$folder/report.txt"
+done
