@@ -56,6 +56,18 @@ struct Options {
   std::string command{};      ///< the command line
 };
 
+void describe_other_detectors(CLI::App& app, Options& options) {
+  auto* const pictures = app.add_option(
+      "--pictures", options.pictures,
+      "folder to write every measured picture to, as PNG, with COCO's labels (instances.json), for detectors "
+      "of other programs; the pictures are then measured as these files hold them");
+  app.add_option(
+         "--detections", options.detections,
+         "COCO results (.json) of any program over the pictures that are in --pictures already: their "
+         "tables, without a detector of our own")
+      ->needs(pictures);
+}
+
 void describe(CLI::App& app, Options& options) {
   app.option_defaults()->group("Measurement");
   auto* const run = app.add_option(
@@ -84,15 +96,7 @@ void describe(CLI::App& app, Options& options) {
                  "conditions under which the views are photographed: camera, light, blur, noise, contrast, "
                  "jpeg, print, or physical for all; left out, they are measured as they are");
   app.add_option("--draws", options.draws, "photographs of each view under --conditions");
-  auto* const pictures = app.add_option(
-      "--pictures", options.pictures,
-      "folder to write every measured picture to, as PNG, with COCO's labels (instances.json), for detectors "
-      "of other programs; the pictures are then measured as these files hold them");
-  app.add_option(
-         "--detections", options.detections,
-         "COCO results (.json) of any program over the pictures that are in --pictures already: their "
-         "tables, without a detector of our own")
-      ->needs(pictures);
+  describe_other_detectors(app, options);
   app.add_option(
       "--output", options.output,
       "folder for report.html, metrics.json, metrics.csv, views.csv and a contact sheet, or for the files of "
@@ -256,7 +260,11 @@ evaluate::SurveyedTextures surveyed_textures(const Options& options, const Car& 
   return textures;
 }
 
-void add_options_of(const Options& options, RunReport& report) {
+/// Adds what the pictures are of.
+void add_facts(const Options& options, const Inputs& inputs, const evaluate::SurveyedTextures& textures,
+               RunReport& report) {
+  report.noise_in_place = evaluate::noise_in_place(textures.controls);
+  report.held_out = inputs.frames.held_out || options.other_frames || options.camouflage.run.empty();
   add_json(report.options, options.scene);
   add_json(report.options, options.detector);
   if (!options.camouflage.picture.empty()) report.options["paint"] = options.camouflage.picture;
@@ -302,6 +310,20 @@ void write_folder(const Options& options, const Written& what, const raster::Pai
   remark("report: " + options.output + "/report.html");
 }
 
+/// Facts for the labels of --pictures.
+Json about(const RunReport& report, const Json& metrics) {
+  return {{"held_out", report.held_out},
+          {"noise_in_place", metrics["noise_in_place"]},
+          {"options", report.options},
+          {"inputs", metrics["inputs"]}};
+}
+
+/// Pairs of pictures for the page, still empty.
+PicturePairs shown_pairs(const Options& options) {
+  if (options.clean_only) return {"the untouched frame", "the car in its own colours"};
+  return {"the car in its own colours", "the camouflage"};
+}
+
 /// Measures the frames and writes the results to the folder of --output.
 int survey_frames(Options& options) {
   Inputs inputs = load_inputs(options.scene, options.detector);
@@ -316,39 +338,28 @@ int survey_frames(Options& options) {
   }
   evaluate::Meter meter(inputs.detector, inputs.class_index,
                         {options.detector.confidence, options.detector.nms, options.sweep});
-  PicturePairs pairs = options.clean_only ? PicturePairs{"the untouched frame", "the car in its own colours"}
-                                          : PicturePairs{"the car in its own colours", "the camouflage"};
+  PicturePairs pairs = shown_pairs(options);
   const auto start = std::chrono::steady_clock::now();
   const auto photography = photography_of(options);
   const std::size_t pictures = views.usable.size() * photography.draws;
-  const auto& names = inputs.detector.names();
-  if (!options.pictures.empty() && names.empty())
-    throw Error(ErrorKind::usage, "--pictures needs the names of the detector's classes, see --names");
-  std::optional<RunFolder> picture_folder;
-  if (!options.pictures.empty())
-    picture_folder.emplace(options.pictures, !is_there(options.pictures, ErrorKind::write));
-  PictureExport exported(options.pictures);
+  PictureExport exported(options.pictures, inputs.detector.names(), inputs.class_index);
   SurveyWatch watch(meter, textures.pictures_a_view() * pictures,
                     std::max(inputs.detector.input_height(), inputs.detector.input_width()));
   watch.collect(options.clean_only ? "photo" : "clean", pairs.below, pictures);
   watch.collect(options.clean_only ? "clean" : "adversarial", pairs.above, pictures);
   const SideBySide side_by_side(watch, pictures);
-  RunReport report;
   const auto visit = [&](const evaluate::MeasuredPicture& measured) {
     watch(measured);
     exported.add(measured);
   };
+  RunReport report;
   report.survey = evaluate::survey(meter, views.store, views.usable, textures, visit, photography);
-  report.noise_in_place = evaluate::noise_in_place(textures.controls);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  report.held_out = inputs.frames.held_out || options.other_frames || options.camouflage.run.empty();
-  add_options_of(options, report);
+  add_facts(options, inputs, textures, report);
   std::cout << summary_text(report);
   Json metrics = metrics_json(report);
   metrics["inputs"] = recorded_inputs();
-  exported.finish(
-      names, inputs.class_index, photography.draws,
-      {{"held_out", report.held_out}, {"options", report.options}, {"inputs", metrics["inputs"]}});
+  exported.finish(photography.draws, about(report, metrics));
   if (!changed.empty()) metrics["changed_inputs"] = json_of(changed);
   print_sweep(options.sweep, report, metrics);
   if (!options.output.empty())

@@ -243,8 +243,7 @@ class CamouflageRun {
     }
     evaluate::Meter meter(inputs_.detector, inputs_.class_index,
                           {options_.detector.confidence, options_.detector.nms});
-    std::vector<MarkedPicture> before;
-    std::vector<MarkedPicture> after;
+    std::vector<MarkedPicture> before, after;
     SurveyWatch watch(meter, textures.pictures_a_view() * usable.size(),
                       std::max(inputs_.detector.input_height(), inputs_.detector.input_width()));
     watch.collect("clean", before, usable.size());
@@ -252,23 +251,33 @@ class CamouflageRun {
     const SideBySide side_by_side(watch, usable.size());
     RunReport report;
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
-    report.noise_in_place = evaluate::noise_in_place(textures.controls);
-    camouflage::write_paint(path("texture.npz"), training.parameter(), paint, offsets,
-                            exact_text(inputs_.car.description));
-    write_painted(reshaped ? reshaped->car() : inputs_.car.painted, paint.colours);
+    write_paint_files(training, paint, offsets, textures);
+    const auto& car = reshaped ? reshaped->car() : inputs_.car.painted;
+    write_painted(car, paint.colours);
     report.exported =
-        export_difference_of(reshaped ? reshaped->store() : test,
-                             reshaped ? reshaped->car() : inputs_.car.painted, usable.front(), paint.colours);
-    write_matched_controls(textures.controls);
+        export_difference_of(reshaped ? reshaped->store() : test, car, usable.front(), paint.colours);
     if (inputs_.photo_light) write_light(test, usable);
     write_sheets(before, after);
     report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    report.held_out = inputs_.frames.held_out;
     report.history = training.history();
-    report.options = settings_json(options_);
+    add_facts(textures, report);
     write_report(report, list_of(report, watch.views()), textures,
                  {"the car in its own colours", "the camouflage", std::move(before), std::move(after)},
                  side_by_side.sheet(watch.views()));
+  }
+
+  void add_facts(const evaluate::SurveyedTextures& textures, RunReport& report) const {
+    report.held_out = inputs_.frames.held_out;
+    report.noise_in_place = evaluate::noise_in_place(textures.controls);
+    report.options = settings_json(options_);
+  }
+
+  /// \param offsets  of the car's positions; empty if they stay
+  void write_paint_files(const camouflage::Training<float>& training, const camouflage::Paint<float>& paint,
+                         const Array<float, 2>& offsets, const evaluate::SurveyedTextures& textures) const {
+    camouflage::write_paint(path("texture.npz"), training.parameter(), paint, offsets,
+                            exact_text(inputs_.car.description));
+    write_matched_controls(textures.controls);
   }
 
   void write_light(camouflage::ViewStore<float>& test, const std::vector<std::size_t>& usable) const {

@@ -26,10 +26,17 @@ inline std::string instances_path(const std::string& folder) { return folder + "
 /// Writes the pictures of a survey.
 class PictureExport {
  public:
-  /// \param folder  that is there and holds no pictures; empty: nothing is written
-  /// \throws Error (in_use) if it holds an instances.json
-  explicit PictureExport(std::string folder) : folder_(std::move(folder)) {
-    if (!folder_.empty() && is_there(instances_path(folder_), ErrorKind::write))
+  /// \param folder       empty: nothing is written
+  /// \param class_names  of the detector
+  /// \param class_index  of the car
+  /// \throws Error: in_use if the folder holds an instances.json, usage without names
+  PictureExport(std::string folder, std::vector<std::string> class_names, std::size_t class_index)
+      : folder_(std::move(folder)), class_names_(std::move(class_names)), class_index_(class_index) {
+    if (folder_.empty()) return;
+    if (class_names_.empty())
+      throw Error(ErrorKind::usage, "--pictures needs the names of the detector's classes, see --names");
+    claim_.emplace(folder_, !is_there(folder_, ErrorKind::write));
+    if (is_there(instances_path(folder_), ErrorKind::write))
       throw Error(ErrorKind::in_use, folder_ + " holds pictures; give another --pictures");
   }
 
@@ -49,22 +56,19 @@ class PictureExport {
                        {"sha256", io::sha256(file)}});
     annotations_.push_back({{"id", id},
                             {"image_id", id},
-                            {"category_id", 0},
+                            {"category_id", class_index_ + 1},
                             {"bbox", {box.left(), box.top(), box.w, box.h}},
                             {"area", box.w * box.h},
                             {"iscrowd", 0}});
   }
 
   /// Writes the labels. Until then the folder holds no set of pictures.
-  /// \param class_index  of the car
-  /// \param about        what the pictures are of
-  void finish(const std::vector<std::string>& class_names, std::size_t class_index, std::size_t draws,
-              Json about) {
+  /// \param about  what the pictures are of
+  void finish(std::size_t draws, Json about) {
     if (folder_.empty()) return;
     Json categories = Json::array();
-    for (std::size_t k = 0; k < class_names.size(); ++k)
-      categories.push_back({{"id", k + 1}, {"name", class_names[k]}});
-    for (Json& annotation : annotations_) annotation["category_id"] = class_index + 1;
+    for (std::size_t k = 0; k < class_names_.size(); ++k)
+      categories.push_back({{"id", k + 1}, {"name", class_names_[k]}});
     about["format"] = pictures_format;
     about["draws"] = draws;
     write_text(instances_path(folder_), exact_text({{"info", std::move(about)},
@@ -87,6 +91,9 @@ class PictureExport {
   }
 
   std::string folder_;
+  std::vector<std::string> class_names_;
+  std::size_t class_index_;
+  std::optional<RunFolder> claim_;
   Json images_ = Json::array(), annotations_ = Json::array();
 };
 

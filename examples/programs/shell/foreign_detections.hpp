@@ -153,6 +153,8 @@ inline RunReport report_of(const ExportedPictures& all, const evaluate::MeterSet
   RunReport report;
   report.survey = survey_of(all, settings);
   report.held_out = all.about.value("held_out", false);
+  if (const Json share = all.about.value("noise_in_place", Json()); share.is_number())
+    report.noise_in_place = share.get<double>();
   report.options = all.about.value("options", Json::object());
   return report;
 }

@@ -52,7 +52,8 @@ inline void require_protocol_options(const CLI::App& app, const ProtocolSettings
     refuse({"--controls", "--noise-draws", "--background", "--quick", "--further-weights", "--heat-map-kind"},
            " needs --protocol");
   else
-    refuse({"--scenes", "--sweep", "--conditions", "--draws", "--against"}, " has no part in --protocol");
+    refuse({"--scenes", "--sweep", "--conditions", "--draws", "--against", "--pictures"},
+           " has no part in --protocol");
   if (!s.protocol.empty() && s.protocol != "attention")
     refuse({"--heat-map-kind"}, " has no part in --protocol " + s.protocol);
   if (!s.protocol.empty() && !before_plain_background)
