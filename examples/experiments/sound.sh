@@ -16,6 +16,8 @@ shift
 while [ $# -gt 0 ] && [ "$1" != -- ]; do options+=("$1"); shift; done
 [ $# -ge 2 ] || { echo "sound.sh: expected -- and detectors" >&2; exit 2; }
 shift
+twice=$(for detector in "$@"; do basename "${detector%.*}"; done | sort | uniq -d)
+[ -z "$twice" ] || { echo "sound.sh: two detectors are called $twice, and so would be their folders" >&2; exit 2; }
 mkdir -p "$output"
 for detector in "$@"; do
   folder=$output/$(basename "${detector%.*}") resume=()

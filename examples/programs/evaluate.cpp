@@ -131,6 +131,11 @@ void require_no_run(const Options& options) {
                 options.output + " holds a run, whose metrics would be lost; give another --output");
 }
 
+void require_sound_sweep(const Options& options, ProblemList& list) {
+  for (const double threshold : options.sweep)
+    list.require(threshold >= 0 && threshold <= 1, "--sweep thresholds lie in 0 to 1");
+}
+
 /// Checks the options after the run's settings are adopted.
 void require_sound(const CLI::App& app, const Options& options) {
   ProblemList list;
@@ -147,8 +152,9 @@ void require_sound(const CLI::App& app, const Options& options) {
   list.require(options.draws >= 1 && options.draws <= 1000, "--draws must be 1 to 1000");
   list.require(options.camouflage.picture.empty() || options.scene.texture == "atlas",
                "--paint needs --texture atlas");
-  for (const double threshold : options.sweep)
-    list.require(threshold >= 0 && threshold <= 1, "--sweep thresholds lie in 0 to 1");
+  require_sound_sweep(options, list);
+  list.require(options.pictures.empty() || options.pictures != options.output,
+               "--pictures and --output are the same folder");
   list.throw_first();
   require_no_run(options);
 }
@@ -217,7 +223,7 @@ struct MeasuredViews {
                  inputs.detector.fit(),
                  inputs.photo_light,
                  false,
-                 inputs.keeps_photograph && offsets.size() == 0 && other_offsets.size() == 0},
+                 inputs.keeps_photograph && offsets.size() == 0},
         loaders(frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed)),
         store(car, settings, loaders),
         usable(views_with_car(store, inputs.warnings)),
@@ -230,7 +236,9 @@ struct MeasuredViews {
   std::optional<ReshapedViews> reshaped_by(const Array<float, 2>& by) {
     std::optional<ReshapedViews> views;
     if (by.size() == 0) return views;
-    views.emplace(car, by, settings, loaders);
+    auto of_shape = settings;
+    of_shape.keeps_photograph = false;  // which shows the car in its own shape
+    views.emplace(car, by, of_shape, loaders);
     usable = views->also_with_car(usable);
     return views;
   }
@@ -376,6 +384,10 @@ int survey_detections(const CLI::App& app, const Options& options) {
         std::ranges::find(known, option->get_name()) == known.end())
       throw Error(ErrorKind::usage, option->get_name() + " has no part in --detections");
   }
+  ProblemList problems;
+  require_sound(options.detector, problems);
+  require_sound_sweep(options, problems);
+  problems.throw_first();
   const io::InputLedger ledger;
   auto exported = read_exported_pictures(options.pictures);
   read_detections(options.detections, exported);

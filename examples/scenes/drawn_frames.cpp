@@ -73,9 +73,10 @@ Scene without_car(Scene scene) {
 }
 }  // namespace
 
-io::Frame make_frame(Random& random, const std::function<Scene(Random&)>& make, double least, double most,
-                     std::size_t height, std::size_t width, bool shows_car) {
-  for (int attempt = 0; attempt < 1000; ++attempt) {
+std::optional<io::Frame> find_frame(Random& random, const std::function<Scene(Random&)>& make, double least,
+                                    double most, std::size_t height, std::size_t width, bool shows_car,
+                                    std::size_t attempts) {
+  for (std::size_t attempt = 0; attempt < attempts; ++attempt) {
     const Scene scene = make(random);
     const Picture picture = draw_scene(scene, height, width);
     const auto alone = raster::coverage_of(raster::visibility(scene.car, scene.camera, height, width, 2));
@@ -85,6 +86,12 @@ io::Frame make_frame(Random& random, const std::function<Scene(Random&)>& make, 
     if (!shows_car) frame.image = image::to_bytes(draw_scene(without_car(scene), height, width).image);
     return frame;
   }
+  return std::nullopt;
+}
+
+io::Frame make_frame(Random& random, const std::function<Scene(Random&)>& make, double least, double most,
+                     std::size_t height, std::size_t width) {
+  if (auto frame = find_frame(random, make, least, most, height, width, true, 1000)) return std::move(*frame);
   throw DomainError("of a thousand views the car lies in none as a whole; let the camera stand farther away");
 }
 

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <tapestry/core/random.hpp>
 #include <tapestry/io/frame_file.hpp>
 
@@ -12,10 +13,15 @@ namespace tapestry::scenes {
 /// Draws scenes until the car is in the picture and enough of it shows.
 /// \param make   gives a scene for random numbers
 /// \param least, most  share of the car's samples that nothing hides, from least to below most
-/// \param shows_car  whether the picture shows the car; if not, what lies behind it, with its shadow
 /// \throws DomainError if of a thousand scenes none will do
 [[nodiscard]] io::Frame make_frame(Random& random, const std::function<Scene(Random&)>& make, double least,
-                                   double most, std::size_t height, std::size_t width, bool shows_car = true);
+                                   double most, std::size_t height, std::size_t width);
+
+/// The same of so many scenes at most; nothing if none will do.
+/// \param shows_car  whether the picture shows the car; if not, what lies behind it, with its shadow
+[[nodiscard]] std::optional<io::Frame> find_frame(Random& random, const std::function<Scene(Random&)>& make,
+                                                  double least, double most, std::size_t height,
+                                                  std::size_t width, bool shows_car, std::size_t attempts);
 
 /// Draws street scenes until the car is in the picture and at least 60 % of it shows, 97 % in scenes without
 /// occluders.

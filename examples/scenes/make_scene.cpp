@@ -176,8 +176,9 @@ void add_occluder(SceneBuilder& builder, Random& random) {
 }
 
 /// A vehicle between the camera and the car, along it or across.
-void add_blocker(SceneBuilder& builder, Random& random) {
-  constexpr double half_length_m = 2.3, half_width_m = 1, gap_m = 0.4;
+void add_blocker(SceneBuilder& builder, const geometry::Mesh& car, Random& random) {
+  constexpr double half_length_m = 2.3, half_width_m = 1, gap_m = 0.4;  // of the blocker
+  const auto bounds = geometry::bounds_of(car.positions);
   const Point eye = builder.eye();
   const double away = std::hypot(eye[0], eye[1]);
   for (int attempt = 0; attempt < 100; ++attempt) {
@@ -187,8 +188,8 @@ void add_blocker(SceneBuilder& builder, Random& random) {
     const Pose pose{(eye[0] * range - eye[1] * side) / away, (eye[1] * range + eye[0] * side) / away,
                     std::numbers::pi / 2 * static_cast<double>(quarter) + 0.06 * random.normal()};
     const bool is_along = quarter % 2 == 0;
-    const double apart_x = half_length_m + (is_along ? half_length_m : half_width_m) + gap_m;
-    const double apart_y = half_width_m + (is_along ? half_width_m : half_length_m) + gap_m;
+    const double apart_x = bounds.high[0] + (is_along ? half_length_m : half_width_m) + gap_m;
+    const double apart_y = bounds.high[1] + (is_along ? half_width_m : half_length_m) + gap_m;
     const Point seen = pose.inverse(eye);
     const bool is_clear =
         std::abs(seen[0]) > half_length_m + gap_m || std::abs(seen[1]) > half_width_m + gap_m;
@@ -230,8 +231,8 @@ Scene make_scene(Random& random, const SceneOptions& options) {
     add_main_car(builder, scene, options, car, random);
   const StreetPlan plan = make_street(random);
   add_ground(builder, plan, random, scene.ground_begin, scene.ground_end);
+  if (options.has_blocker) add_blocker(builder, scene.car, random);
   add_vehicles(builder, plan, options, random);
-  if (options.has_blocker) add_blocker(builder, random);
   if (random.chance(options.occluder_chance)) add_occluder(builder, random);
   add_props(builder, plan, options, random);
   if (random.chance(0.8)) add_buildings(builder, plan, random);

@@ -221,11 +221,12 @@ TEST_CASE("intervals of shares over draws hold the truth about as often as they 
           "[evaluate][two_level]") {
   struct Layout {
     std::size_t draws, views;
-    double draw_sd;
+    double draw_sd, most_width;  // twice what a normal interval of the true variance has, or less
   };
   const std::size_t trials = 200;
-  for (const auto& [draws, views, draw_sd] : {Layout{1, 6, 0}, Layout{3, 6, 0}, Layout{3, 20, 1},
-                                              Layout{3, 80, 1}, Layout{5, 80, 0.3}, Layout{3, 400, 1}}) {
+  for (const auto& [draws, views, draw_sd, most_width] :
+       {Layout{1, 6, 0, 1.1}, Layout{3, 6, 0, 1.4}, Layout{3, 20, 1, 1.2}, Layout{3, 80, 1, 1},
+        Layout{5, 80, 0.3, 0.3}, Layout{3, 400, 1, 0.95}}) {
     const FoundPictures many(400, 2000, draw_sd, Random(1));  // the truth, to 0.005 and 0.03
     const auto mean = [](const Array<double, 2>& found) {
       double sum = 0;
@@ -235,10 +236,12 @@ TEST_CASE("intervals of shares over draws hold the truth about as often as they 
     const double p = mean(many.control), q = mean(many.camouflage);
     const double odds = p / (1 - p) * (1 - q) / q;
     std::size_t covered = 0, covered_odds = 0;
+    double width = 0;
     for (std::size_t trial = 0; trial < trials; ++trial) {
       const FoundPictures found(draws, views, draw_sd, Random(8).fork(trial));
       const auto [low, high] = found.difference().interval;
       covered += low <= p - q && p - q <= high ? 1U : 0U;
+      width += (high - low) / static_cast<double>(trials);
       const auto ratio = evaluate::odds_ratio(found.control, found.camouflage).interval;
       covered_odds += ratio[0] <= odds && odds <= ratio[1] ? 1U : 0U;
     }
@@ -246,6 +249,7 @@ TEST_CASE("intervals of shares over draws hold the truth about as often as they 
     // Newcombe's over views alone held it in 0.45 of 3 draws that differ by a logit in 400 views.
     CHECK(static_cast<double>(covered) / static_cast<double>(trials) >= 0.88);
     CHECK(static_cast<double>(covered_odds) / static_cast<double>(trials) >= 0.88);
+    CHECK(width <= most_width);
   }
 }
 
@@ -272,6 +276,12 @@ TEST_CASE("an odds ratio and its interval equal hand values", "[evaluate][two_le
   CHECK(evaluate::odds_ratio({{1, 1, 1, 1}}, {{0, 0, 0, 0}}).ratio == Approx(81));
   CHECK(evaluate::odds_ratio({{1}}, {{0}}).interval == std::array{0.0, infinity});
   CHECK_THROWS_AS(evaluate::odds_ratio({{1, 0}}, {{1}}), tapestry::ShapeError);
+  // A share of all pictures keeps its own uncertainty where the other's draws differ.
+  Array<double, 2> all({3, 20}, 1.0), half({3, 20}, 0.0);
+  for (std::size_t d = 0; d < 3; ++d)
+    for (std::size_t v = 0; v < 10 + d; ++v) half(d, v) = 1;
+  const auto saturated = evaluate::odds_ratio(all, half).interval;
+  CHECK(std::log(saturated[1] / saturated[0]) / 2 >= 2.093024 * std::sqrt(1 / (20 * 20.5 * 0.5 / 441)));
   // Draws that differ widen it.
   const auto same = evaluate::odds_ratio({{1, 1, 1, 0}, {1, 1, 0, 1}, {0, 1, 1, 1}},
                                          {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}});

@@ -20,6 +20,8 @@ grep -q '"paint": "run/texture.png"' picture/metrics.json && pass || fail "the m
 expect_exit 0 "a protocol on a picture" "$evaluate" --paint run/texture.png --texels 32 --protocol traffic --quick --controls matched \
   --size 128 --output traffic
 grep -q '^all,all,adversarial,' traffic/traffic.csv && pass || fail "no row of the paint"
+expect_exit 0 "its table" "$programs/tabulate" --output tables --name paints theirs=traffic
+grep -q '^theirs,' tables/paints.csv && pass || fail "no row of another's paint"
 # Without a description the picture spans u from 0 to 1 and repeats: twice itself, side by side, is the same.
 mkdir plain && cp run/texture.png plain/once.png
 expect_exit 0 "without a description" "$evaluate" --paint plain/once.png "${measured[@]}"
@@ -53,6 +55,10 @@ for entry in '{"image_id": 97, "category_id": 1, "bbox": [1, 2, 3, 4], "score": 
 done
 echo '[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3], "score": 0.5}]' >wrong.json
 expect_exit 3 "a box of three numbers" "$evaluate" --pictures pictures --detections wrong.json
+sed 's/"image_id": 3,/"image_id": 4,/' pictures/instances.json >moved && mkdir moved_pictures && mv moved moved_pictures/instances.json
+expect_exit 3 "labels in another order" "$evaluate" --pictures moved_pictures --detections results.json
+expect_error_line 'not the pictures of evaluate --pictures: image 3 in another place'
+expect_exit 2 "a threshold of 7" "$evaluate" --pictures pictures --detections results.json --sweep 7
 expect_exit 3 "no pictures" "$evaluate" --pictures frames --detections results.json
 expect_exit 2 "detections with a run" "$evaluate" --run run --pictures pictures --detections results.json
 expect_error_line '^error: --run has no part in --detections'

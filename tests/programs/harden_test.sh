@@ -54,6 +54,18 @@ wait "$process"
 grep -q -- '--resume --output stopped' stopped.err && pass || fail "no word on how to resume"
 expect_file stopped/checkpoint.npz
 
+# Without an attack: a control of hardening, with the same bits after any death, and its false alarms.
+plain=("${budget[@]}" --rounds 2 --paint none --attacks none)
+expect_exit 0 "fine-tuned without a paint" "$harden" "${plain[@]}" --threads 1 --output plain
+[ "$(sed -n "s/^hardened,\([a-z ]*\),4,.*/\1/p" plain/metrics.csv | tr ' ' _ | listed)" = "photo clean random" ] && pass ||
+  fail "the rows without an attack"
+grep -q 'false alarms a picture undefended' plain/report.txt && pass || fail "no word on false alarms"
+grep -q '"false_alarms_a_picture": [0-9]' plain/metrics.json && pass || fail "no false alarms in metrics.json"
+[ "$(wc -l <plain/history.csv)" -eq 11 ] && [ ! -e plain/transfer.png ] && pass || fail "a paint was optimised"
+cmp -s plain/hardened.safetensors two/hardened.safetensors && fail "the paint changes nothing" || pass
+kill_until_done plain_killed 4 1 "$harden" "${plain[@]}"
+for file in hardened.safetensors metrics.csv report.txt; do expect_same "plain_killed/$file" "plain/$file"; done
+
 # What comes out is a detector like others.
 expect_exit 0 "evaluate with the hardened detector" "$programs/evaluate" --clean-only --frames frames \
   --weights two/hardened.safetensors --names "$assets/detector.names"

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <tapestry/evaluate/measurement.hpp>
@@ -44,7 +45,7 @@ class PictureExport {
     if (folder_.empty()) return;
     const std::size_t id = images_.size() + 1;
     const auto& [texture, picture, view, box, result] = measured;
-    const std::string name = formatted("%06zu.png", id), path = folder_ + "/" + name;
+    const std::string path = path_of(id), name = path.substr(folder_.size() + 1);
     const std::string file = io::png_file(path, image::to_bytes(picture));
     write_text(path, file);
     images_.push_back({{"id", id},
@@ -66,6 +67,8 @@ class PictureExport {
   /// \param about  what the pictures are of
   void finish(std::size_t draws, Json about) {
     if (folder_.empty()) return;
+    for (std::size_t id = images_.size() + 1; std::filesystem::remove(path_of(id)); ++id) {
+    }  // of a longer export that was interrupted
     Json categories = Json::array();
     for (std::size_t k = 0; k < class_names_.size(); ++k)
       categories.push_back({{"id", k + 1}, {"name", class_names_[k]}});
@@ -79,6 +82,8 @@ class PictureExport {
   }
 
  private:
+  [[nodiscard]] std::string path_of(std::size_t id) const { return folder_ + formatted("/%06zu.png", id); }
+
   static Json json_of(const ViewFacts& facts) {
     return {{"name", facts.name},
             {"azimuth_deg", facts.azimuth_deg},

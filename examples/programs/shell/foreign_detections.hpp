@@ -59,13 +59,16 @@ inline ExportedPictures exported_pictures(const Json& json) {
   all.class_index = annotations.at(0).at("category_id").get<std::size_t>() - 1;
   for (std::size_t i = 0; i < json.at("images").size(); ++i) {
     const Json& image = json["images"][i];
+    if (image.at("id") != i + 1 || annotations.at(i).at("image_id") != i + 1)
+      throw DomainError("image " + std::to_string(i + 1) + " in another place");
     const std::string texture = image.at("texture");
     if (all.textures.empty() || all.textures.back() != texture) all.textures.push_back(texture);
     all.pictures.push_back({texture, view_facts(image.at("view")), box_of(annotations.at(i).at("bbox"))});
   }
   const std::size_t views = all.pictures.size() / std::max<std::size_t>(1, all.textures.size());
+  if (views * all.textures.size() != all.pictures.size()) throw DomainError("textures of other views");
   for (std::size_t i = 0; i < all.pictures.size(); ++i)
-    if (all.pictures[i].texture != all.textures.at(i / views)) throw DomainError("textures of other views");
+    if (all.pictures[i].texture != all.textures[i / views]) throw DomainError("textures of other views");
   if (all.textures.size() < 2 || all.textures[0] != "photo" || all.textures[1] != "clean" ||
       all.class_index >= all.class_names.size() || all.draws == 0 || views % all.draws != 0)
     throw DomainError("not the pictures of a survey");

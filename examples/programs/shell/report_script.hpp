@@ -113,15 +113,16 @@ function readGlb(letters) {
     return new Blob([bytes.subarray(from, from + size)], {type: gltf.images[i].mimeType}); }};
 }
 
-// Draws the ground below a car: its footprint, blurred, as the shadow of an even sky. `turn` makes y the height.
+// Draws the ground below a car: its outline seen from above, blurred, as the shadow of an even sky. `turn` makes y the height.
 function groundOf(gl, program, turn, meshes) {
   const n = 96, low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity], points = [];
   for (const mesh of meshes)
-    for (let i = 0; i < mesh.length; i += 3) {
-      const q = [0, 1, 2].map(r => turn[r] * mesh[i] + turn[3 + r] * mesh[i + 1] + turn[6 + r] * mesh[i + 2]);
-      q.forEach((v, k) => { low[k] = Math.min(low[k], v); high[k] = Math.max(high[k], v); });
-      points.push(q);
-    }
+    for (const [a, b] of mesh)
+      for (let t = 0; t < 1; t += 1 / 16) {
+        const p = a.map((v, k) => v + t * (b[k] - v)), q = [0, 1, 2].map(r => turn[r] * p[0] + turn[3 + r] * p[1] + turn[6 + r] * p[2]);
+        q.forEach((v, k) => { low[k] = Math.min(low[k], v); high[k] = Math.max(high[k], v); });
+        points.push(q);
+      }
   const middle = low.map((v, k) => (v + high[k]) / 2), reach = 0.75 * Math.max(high[0] - low[0], high[2] - low[2]);
   const cell = (q, k) => Math.floor(((q[k] - middle[k]) / reach + 1) * n / 2);
   const first = Array(n).fill(n), last = Array(n).fill(-1);
@@ -217,7 +218,12 @@ async function showCar() {
   const turn = [1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qz * qw), 2 * (qx * qz - qy * qw),
                 2 * (qx * qy - qz * qw), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz + qx * qw),
                 2 * (qx * qz + qy * qw), 2 * (qy * qz - qx * qw), 1 - 2 * (qx * qx + qy * qy)];
-  const ground = groundOf(gl, below, turn, gltf.meshes[0].primitives.map(part => read(part.attributes.POSITION)));
+  const ground = groundOf(gl, below, turn, gltf.meshes[0].primitives.map(part => {
+    const positions = read(part.attributes.POSITION), indices = read(part.indices), edges = [];
+    const at = i => positions.subarray(3 * indices[i], 3 * indices[i] + 3);
+    indices.forEach((_, i) => edges.push([[...at(i)], at(i % 3 === 2 ? i - 2 : i + 1)]));
+    return edges;
+  }));
   const middle = low.map((v, i) => (v + high[i]) / 2), radius = Math.hypot(...low.map((v, i) => high[i] - v)) / 2;
   let azimuth = 0.7, elevation = 0.35, distance = 2.1;
   function draw() {

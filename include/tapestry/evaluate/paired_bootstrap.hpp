@@ -99,6 +99,14 @@ double corrected_probability(double z, double bias, double acceleration);
                                                 const std::vector<double>& second,
                                                 const BootstrapSettings& settings = {});
 
+/// The same difference where none can be larger than `most`, such as 1 of shares and confidences: the
+/// interval stays within ± most. An infinite interval stays as it is.
+[[nodiscard]] inline PairedDifference within(PairedDifference difference, double most) {
+  for (double& end : difference.interval)
+    if (std::isfinite(end)) end = std::clamp(end, -most, most);
+  return difference;
+}
+
 /// The difference of two shares of the same views, with its 95 % interval by Newcombe's method 10: the Wilson
 /// intervals of both, put together by the correlation φ of what happens in the same view,
 ///

@@ -117,8 +117,9 @@ template <class Values, std::predicate<std::size_t> Belongs>
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] PairedDifference attention_lost(const ProtocolOutcomes& outcomes, std::size_t texture,
                                               Belongs belongs) {
-  return paired_bootstrap(view_means(outcomes, outcomes.attention, 0, belongs),
-                          view_means(outcomes, outcomes.attention, texture, belongs));
+  return within(paired_bootstrap(view_means(outcomes, outcomes.attention, 0, belongs),
+                                 view_means(outcomes, outcomes.attention, texture, belongs)),
+                1);
 }
 
 /// Values of the pictures of a texture, [draw, view], each the mean over a view's pictures, over the measured

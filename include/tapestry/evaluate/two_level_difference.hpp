@@ -60,7 +60,8 @@ namespace tapestry::evaluate {
 ///
 ///     ± t(R − 1) · √(1/(R p₁ q₁) + 1/(R p₂ q₂) − 2 s / (R p₁ q₁ p₂ q₂)),
 ///
-/// s being the covariance of both over views.
+/// s being the covariance of both over views. A share of 0 or 1, whose terms vanish, adds t²/(R p q) to the
+/// square of the reach.
 ///
 /// \param control, camouflage  share of each view's pictures in which the car is found, [draw, view]
 /// \returns  with fewer than two views an interval from 0 to ∞

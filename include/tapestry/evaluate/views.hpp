@@ -126,6 +126,9 @@ enum class OcclusionGroup : std::uint8_t { small, middle, large };
 /// Names of the groups, in the order of OcclusionGroup.
 inline constexpr std::array<const char*, 3> occlusion_group_names{"small", "middle", "large"};
 
+/// Least and largest hidden share of the pictures that are drawn for each group.
+inline constexpr std::array<std::array<double, 2>, 3> hidden_shares{{{0.05, 0.3}, {0.3, 0.7}, {0.7, 0.95}}};
+
 /// Small: at most 30 %. Large: at least 70 %. Middle: between them.
 /// \param hidden_share  of the car's silhouette, in [0, 1]
 [[nodiscard]] constexpr OcclusionGroup occlusion_group(double hidden_share) {

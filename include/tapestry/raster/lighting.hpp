@@ -196,14 +196,14 @@ struct PreparedSmoothLight {
   return {light.colour, face_light(mesh, camera, light)};
 }
 
-/// Normals are turned to the side of the face that is seen, as face_light() does.
-/// \throws DomainError as face_light()
 [[nodiscard]] inline PreparedLightOverPhotograph prepare(const geometry::Mesh& mesh,
                                                          const geometry::Camera& camera,
                                                          const LightOverPhotograph& light) {
   return {prepare(mesh, camera, static_cast<const Light&>(light)), light};
 }
 
+/// Normals are turned to the side of the face that is seen, as face_light() does.
+/// \throws DomainError as face_light()
 [[nodiscard]] inline PreparedSmoothLight prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
                                                  const SmoothLight& light) {
   require_light("smooth light", light);

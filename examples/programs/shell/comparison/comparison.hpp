@@ -294,7 +294,7 @@ inline void add_row(Comparison& comparison, const std::string& name,
     if (!folder.has_camouflage())
       throw Error(ErrorKind::mismatch, folder.path + ": a measurement without a camouflage");
     row.folders.push_back(folder.path);
-    if (std::ranges::count(row.runs, folder.run) == 0) row.runs.push_back(folder.run);
+    if (!folder.run.empty() && std::ranges::count(row.runs, folder.run) == 0) row.runs.push_back(folder.run);
     comparison.maps_attention = comparison.maps_attention || folder.protocol.maps_attention;
   }
   for (const auto& column : detail::columns_of(folders)) {

@@ -222,20 +222,22 @@ inline std::vector<std::string> contradictions(const Comparison& comparison) {
     std::vector<const ComparedRow*> rows;
     for (const auto& row : comparison.rows)
       if (column < row.cells.size() && row.cells[column]) rows.push_back(&row);
-    std::vector<std::string> firsts;
+    std::vector<std::size_t> times_first(rows.size(), 0);  // equals are first together
     std::string text;
     for (const auto& [name, measure] : measures) {
       const Measure of_cell = measure;  // clang 14 captures no structured binding
-      std::ranges::stable_sort(rows, std::greater{},
-                               [&](const ComparedRow* row) { return of_cell(*row->cells[column]); });
+      const auto value = [&](const ComparedRow* row) { return of_cell(*row->cells[column]); };
+      auto sorted = rows;
+      std::ranges::stable_sort(sorted, std::greater{}, value);
       std::string order;
-      for (const ComparedRow* row : rows) order += (order.empty() ? "" : ", ") + row->name;
-      if (!rows.empty()) firsts.push_back(rows.front()->name);
+      for (const ComparedRow* row : sorted) order += (order.empty() ? "" : ", ") + row->name;
+      for (std::size_t i = 0; i < rows.size(); ++i)
+        times_first[i] += value(rows[i]) == value(sorted.front()) ? 1U : 0U;
       text += std::string(text.empty() ? "" : "; ") + "by " + name + " " + order;
     }
-    if (std::ranges::adjacent_find(firsts, std::not_equal_to{}) != firsts.end())
+    if (!rows.empty() && std::ranges::find(times_first, measures.size()) == times_first.end())
       sentences.push_back(comparison.columns[column] + ": the measures rank different rows first; " + text +
-                          ".");
+                          ". Rows whose intervals overlap have no order.");
   }
   return sentences;
 }

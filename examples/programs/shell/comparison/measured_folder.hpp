@@ -103,9 +103,9 @@ inline std::vector<MeasuredContent> contents_of(const Json& json, const SavedMea
     const auto run = member_of<Json>(json, "run", path);
     shared.attacked = by_content(files_of(member_of<Json>(run, "detectors", path), path));
     shared.picture["class of the run"] = run.value("class", Json());
-    for (const auto& texture : read_as(camouflage_role)) shared.camouflage += texture.sha256;
-    shared.camouflage += run.value("seed", Json()).dump();
+    shared.camouflage = run.value("seed", Json()).dump();
   }
+  for (const auto& texture : read_as(camouflage_role)) shared.camouflage += texture.sha256;
   const auto require_any = [&](const ReadFiles& files, const std::string& role) {
     if (files.empty())
       throw FileError(ErrorKind::malformed,

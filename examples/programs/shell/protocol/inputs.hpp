@@ -57,9 +57,12 @@ inline std::vector<std::string> thinned(const std::vector<std::string>& paths, s
   return some;
 }
 
-/// The file's name in a form that fits a table.
+/// The file's name in a form that fits a table; of what harden has written that of its run's folder.
 inline std::string detector_name(const std::string& weights) {
-  std::string name = fs::path(weights).stem().string();
+  const fs::path path(weights);
+  std::string name = path.stem().string();
+  if (name == "hardened" && path.has_parent_path())
+    name = path.parent_path().filename().string() + " hardened";
   std::ranges::replace_if(
       name, [](char c) { return c == ',' || c == '|' || c == '"'; }, '_');
   return name;

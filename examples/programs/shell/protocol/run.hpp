@@ -28,11 +28,9 @@
 namespace tapestry::shell {
 
 /// The run of a camouflage: its folder, seed and class, and the files of the detectors that it was optimised
-/// against; of a picture only the path.
-inline Json run_json(const CamouflageSource& source) {
-  if (source.run.empty())
-    return {{"folder", source.picture}, {"seed", Json()}, {"class", Json()}, {"detectors", Json::array()}};
-  const Json manifest = read_manifest(source.run);
+/// against.
+inline Json run_json(const std::string& run) {
+  const Json manifest = read_manifest(run);
   Json detectors = Json::array();
   for (const Json& input : manifest["inputs"])
     for (const Json& role : input.value("read_as", Json::array()))
@@ -40,7 +38,7 @@ inline Json run_json(const CamouflageSource& source) {
         detectors.push_back({{"path", input["path"]}, {"sha256", input["sha256"]}});
         break;
       }
-  return {{"folder", source.run},
+  return {{"folder", run},
           {"seed", manifest.value("seed", Json())},
           {"class", manifest["options"].value("class", Json())},
           {"detectors", detectors}};
@@ -72,7 +70,8 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
                 {"protocol", request.settings.protocol},
                 {"options", options},
                 {"inputs", recorded_inputs()}};
-  if (request.camouflage.is_given()) settings["run"] = run_json(request.camouflage);
+  if (!request.camouflage.run.empty()) settings["run"] = run_json(request.camouflage.run);
+  if (!request.camouflage.picture.empty()) settings["paint"] = request.camouflage.picture;
   if (!inputs.changed.empty()) settings["changed_inputs"] = json_of(inputs.changed);
   return settings;
 }

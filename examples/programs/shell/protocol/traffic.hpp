@@ -26,22 +26,19 @@ inline io::Frame hidden_frame(const evaluate::ProtocolFrame& frame, std::size_t 
 }
 
 /// The street of a frame without its car, and the mask of what other vehicles leave to be seen of it. Scenes
-/// are drawn until that is a share of the frame's group; hidden_frame() if none of a thousand will do.
+/// are drawn until that is a share of the frame's group; hidden_frame() if none of some hundred will do.
 inline io::Frame traffic_street(const scenes::Vehicle& vehicle, const evaluate::ProtocolFrame& frame,
                                 std::size_t size_px, Random random) {
-  constexpr std::array<std::array<double, 2>, 3> hidden{{{0.05, 0.3}, {0.3, 0.7}, {0.7, 0.95}}};
+  constexpr std::size_t attempts = 300;
   scenes::SceneOptions options = street_options(vehicle, frame);
   options.has_blocker = true;
   const auto make = [&](Random& numbers) { return scenes::make_scene(numbers, options); };
-  const auto [least_hidden, most_hidden] = hidden.at(frame.row);
-  try {
-    auto street =
-        scenes::make_frame(random, make, 1 - most_hidden, 1 - least_hidden, size_px, size_px, false);
-    street.name = name_of_view(frame) + ", " + evaluate::occlusion_group_names.at(frame.row);
-    return street;
-  } catch (const DomainError&) {
-    return hidden_frame(frame, size_px);
-  }
+  const auto [least_hidden, most_hidden] = evaluate::hidden_shares.at(frame.row);
+  auto street =
+      scenes::find_frame(random, make, 1 - most_hidden, 1 - least_hidden, size_px, size_px, false, attempts);
+  if (!street) return hidden_frame(frame, size_px);
+  street->name = name_of_view(frame) + ", " + evaluate::occlusion_group_names.at(frame.row);
+  return std::move(*street);
 }
 
 /// Cars in drawn streets behind other vehicles: table 4 with things that really stand before a car.

@@ -117,12 +117,15 @@ Array<float, 2> shuffled_patches(const Array<float, 2>& colours,
 
 std::vector<std::uint8_t> faces_seen_around(const geometry::Mesh& mesh) {
   constexpr std::array<double, 4> elevations_deg{0, 15, 35, 60};
-  constexpr std::size_t azimuths = 16, side = 512;
-  constexpr double rad_per_deg = std::numbers::pi / 180, fov_rad = std::numbers::pi / 6;
+  constexpr std::size_t azimuths = 16;
+  constexpr double rad_per_deg = std::numbers::pi / 180;
   const auto bounds = geometry::bounds_of(mesh.positions);
-  const double distance = 8 * bounds.half_length();
+  const double radius = geometry::length(geometry::subtract(bounds.high, bounds.low)) / 2;
+  if (!(radius > 0)) return std::vector<std::uint8_t>(mesh.faces.size(), 1);
+  const double distance = 6 * radius, fov_rad = 2.1 * std::asin(radius / distance);
+  const double fineness = std::sqrt(static_cast<double>(mesh.faces.size()) / 20000);  // of faces in a picture
+  const auto side = static_cast<std::size_t>(512 * std::clamp(fineness, 1.0, 4.0));
   std::vector<std::uint8_t> is_seen(mesh.faces.size(), 0);
-  if (!(distance > 0)) return std::vector<std::uint8_t>(mesh.faces.size(), 1);
   for (std::size_t i = 0; i < elevations_deg.size() * azimuths; ++i) {
     const double azimuth = 2 * std::numbers::pi * static_cast<double>(i % azimuths) / azimuths;
     const auto camera = geometry::orbit_camera(azimuth, elevations_deg[i / azimuths] * rad_per_deg, distance,

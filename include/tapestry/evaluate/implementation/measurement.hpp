@@ -104,11 +104,12 @@ Photograph photograph_of(const camouflage::View<float>& view, std::size_t view_i
 
 Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
                      const BootstrapSettings& settings) {
-  Effect effect{
-      control.name,
-      paired_bootstrap(detail::means_of_views(control.best_confidence, control.draws),
-                       detail::means_of_views(adversarial.best_confidence, adversarial.draws), settings),
-      rate_difference(control.found, adversarial.found, control.draws)};
+  Effect effect{control.name,
+                within(paired_bootstrap(
+                           detail::means_of_views(control.best_confidence, control.draws),
+                           detail::means_of_views(adversarial.best_confidence, adversarial.draws), settings),
+                       1),
+                rate_difference(control.found, adversarial.found, control.draws)};
   const auto found = [](const Measurement& measured) {
     const auto views = detail::means_of_views(measured.found, measured.draws);
     Array<double, 2> row(Extents<2>{1, views.size()});

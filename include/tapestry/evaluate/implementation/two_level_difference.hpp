@@ -78,7 +78,7 @@ PairedDifference two_level_difference(const Array<double, 2>& differences, const
       view_means[v] += differences(d, v) / static_cast<double>(draw_count);
     }
   if (draw_count == 1 || view_count < 2)
-    return paired_bootstrap(view_means, std::vector<double>(view_count), settings);
+    return within(paired_bootstrap(view_means, std::vector<double>(view_count), settings), most);
   const auto variance = detail::two_level_variance(differences);  // refuses what overflows
   auto result = detail::bca_difference(view_means, std::vector<double>(view_count), settings);
   for (std::size_t end = 0;
@@ -132,6 +132,17 @@ inline double binomial_reach(const Array<double, 2>& first, const Array<double, 
   return student_quantile(0.975, views - 1) * std::sqrt(std::max(0.0, variance));
 }
 
+/// Square of what a share adds to the reach of a log odds ratio where its linear terms are 0, since the car
+/// is found in all pictures or in none; else 0.
+inline double saturated_reach(const FoundShare& share, const Array<double, 2>& found) {
+  const bool is_one = std::ranges::all_of(found, [](double one) { return one == 1; });
+  const bool is_none = std::ranges::all_of(found, [](double one) { return one == 0; });
+  if (!is_one && !is_none) return 0;
+  const auto views = static_cast<double>(found.shape(1));
+  const double t = student_quantile(0.975, views - 1);
+  return t * t * share.slope() / views;
+}
+
 }  // namespace detail
 
 PairedRatio odds_ratio(const Array<double, 2>& control, const Array<double, 2>& camouflage) {
@@ -151,6 +162,9 @@ PairedRatio odds_ratio(const Array<double, 2>& control, const Array<double, 2>& 
       terms.data()[i] = (control.data()[i] - first.mean) * first.slope() -
                         (camouflage.data()[i] - second.mean) * second.slope();
     reach = two_level_difference(terms).interval;
+    const double saturated =
+        detail::saturated_reach(first, control) + detail::saturated_reach(second, camouflage);
+    reach = {-std::sqrt(reach[0] * reach[0] + saturated), std::sqrt(reach[1] * reach[1] + saturated)};
   }
   if (!(reach[1] - reach[0] > 0)) {
     reach[1] = detail::binomial_reach(control, camouflage, first, second);

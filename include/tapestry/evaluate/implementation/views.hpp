@@ -127,8 +127,7 @@ std::optional<Occlusion> draw_occlusion(const Array<float, 2>& coverage, const i
                                         Random random) {
   image::require_window("draw_occlusion", place, height, width);
   HiddenPixels hidden(coverage, place);
-  constexpr std::array<std::array<double, 2>, 3> ranges{{{0.05, 0.3}, {0.3, 0.7}, {0.7, 0.95}}};
-  const auto [low, high] = ranges[static_cast<std::size_t>(group)];
+  const auto [low, high] = hidden_shares[static_cast<std::size_t>(group)];
   const double wanted = random.uniform(low, high);
   double scale = std::sqrt(wanted);
   Occlusion occlusion;
