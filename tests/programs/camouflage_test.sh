@@ -83,9 +83,9 @@ expect_exit 3 "an ensemble that is not there" "$camouflage" --ensemble none.onnx
 
 expect_exit 0 "cubes have matched controls, too" "$camouflage" --scenes 20 --texture cube --texels 3 --epochs 1 --output cubes
 grep -q '^matched noise,80,' cubes/metrics.csv && pass || fail "no matched noise of cubes"
-# A page of all 80 views, each with two pictures.
+# A page of all 80 views, each with two pictures, and a sheet.
 [ "$(wc -c <cubes/report.html)" -le 4000000 ] && pass || fail "the page of 80 views has $(wc -c <cubes/report.html) bytes"
-[ "$(grep -o '/9j/4AAQ' cubes/report.html | wc -l)" -eq 160 ] && pass || fail "not two JPEGs a view in the page"
+[ "$(grep -o '/9j/4AAQ' cubes/report.html | wc -l)" -eq 161 ] && pass || fail "not two JPEGs a view in the page"
 expect_exit 0 "evaluate draws the run's scenes again" "$programs/evaluate" --run cubes --threads 1 --output cubes_again
 expect_same cubes_again/metrics.csv cubes/metrics.csv
 expect_same cubes_again/views.csv cubes/views.csv

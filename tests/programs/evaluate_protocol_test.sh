@@ -24,7 +24,7 @@ grep -q 'prefers-color-scheme: dark' two/views.svg && pass || fail "no colours f
 
 # A line each for 432 frames and 4 textures, which give the cells' figures again.
 [ "$(wc -l <two/frames.csv)" -eq 1729 ] && pass || fail "frames.csv has $(wc -l <two/frames.csv) lines"
-awk -F , 'NR == FNR { if (FNR > 1) { cell = substr($1, 2) "," substr($2, 2, length($2) - 2); found[cell "," $8] += $10; frames[cell "," $8]++ } next }
+awk -F , 'NR == FNR { if (FNR > 1) { cell = substr($1, 2) "," substr($2, 2, length($2) - 2); found[cell "," $9] += $11; frames[cell "," $9]++ } next }
   $1 != "all" && FNR > 1 { if (found[$1 "," $2 "," $3] != $7 || frames[$1 "," $2 "," $3] != 9) exit 1; cells++ }
   END { exit cells != 192 }' two/frames.csv two/views.csv && pass || fail "frames.csv has other figures than views.csv"
 
@@ -52,8 +52,8 @@ hidden_shares='NR > 1 && $1 != "all" { share = $6; group = $1 }
   group ~ /^small/ && !(share >= 0.05 && share <= 0.3) { exit 1 }
   group ~ /^middle/ && !(share > 0.3 && share < 0.7) { exit 1 }
   group ~ /^large/ && !(share >= 0.7 && share <= 0.95) { exit 1 }
-  END { exit NR != 66 }'
-awk -F , "$hidden_shares" whole/occlusion.csv && pass || fail "the hidden shares do not fit their groups"
+  END { exit NR != lines }'
+awk -F , -v lines=66 "$hidden_shares" whole/occlusion.csv && pass || fail "the hidden shares do not fit their groups"
 for table in two/views.csv whole/occlusion.csv; do
   [ -z "$(head -n 1 "$table" | tr , '\n' | sort | uniq -d)" ] && pass || fail "two columns of $table have one name"
 done
@@ -62,7 +62,7 @@ awk -F , '$3 == "no car" { rows++; if ($13 != "" || $14 != "") exit 1 } $1 == "a
   END { exit !(rows == 13 && found["no car"] < found["clean"]) }' whole/occlusion.csv && pass || fail "the rows without a car"
 # Behind other vehicles the same table, and without the car nothing but those.
 expect_exit 0 "behind other vehicles" "$evaluate" --protocol traffic --run run --quick --controls matched --size 128 --output traffic
-awk -F , "$hidden_shares" traffic/traffic.csv && pass || fail "the shares hidden by vehicles do not fit their groups"
+awk -F , -v lines=51 "$hidden_shares" traffic/traffic.csv && pass || fail "the shares hidden by vehicles do not fit their groups"
 awk -F , '$1 == "all" { found[$3] = $7 } END { exit !(found["no car"] < found["clean"]) }' traffic/traffic.csv && pass ||
   fail "vehicles are found as often as the car"
 expect_exit 0 "behind other vehicles, one thread" "$evaluate" --protocol traffic --run run --quick --controls matched --size 128 \

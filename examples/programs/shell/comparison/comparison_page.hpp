@@ -86,7 +86,8 @@ inline Json comparison_json(const std::string& folder, const Comparison& compari
       {"program", "tabulate"}, {"title", words.title}, {"notes", words.notes}, {"command", words.command}};
   for (const auto& table : tables) json["tables"].push_back(detail::json_of(table));
   for (const auto& row : comparison.rows) {
-    Json entry = {{"name", row.name}};
+    Json entry = {
+        {"name", row.name}, {"measured", Json::array()}, {"runs", Json::array()}};  // runs: none of a picture
     for (const auto& measured : row.folders) {
       const std::string path = detail::path_from(folder, measured);
       entry["measured"].push_back({{"name", path}, {"page", path}});

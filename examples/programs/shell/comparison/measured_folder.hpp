@@ -24,11 +24,13 @@ struct MeasuredFolder {
   Protocol protocol;
   evaluate::ProtocolOutcomes outcomes;
   std::vector<std::string> textures;        ///< names, as in ProtocolResult
-  std::string run;                          ///< folder of the camouflage; empty without one
+  std::string run;                          ///< folder of the camouflage's run; empty without one
   std::string detector{};                   ///< name of the first
   std::vector<MeasuredContent> contents{};  ///< by detector
 
-  [[nodiscard]] bool has_camouflage() const { return !run.empty(); }
+  [[nodiscard]] bool has_camouflage() const {
+    return std::ranges::find(textures, "adversarial") != textures.end();
+  }
 };
 
 namespace detail {
