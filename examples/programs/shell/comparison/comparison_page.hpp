@@ -51,6 +51,7 @@ inline std::string row_html(const Json& row) {
   std::string html = "<li>" + escaped(row.at("name").get<std::string>()) + ": measured in";
   for (const auto& folder : row.at("measured"))
     html += " " + link_to(folder.at("page").get<std::string>(), folder.at("name").get<std::string>());
+  if (row.at("runs").empty()) return html + "; a paint of others</li>\n";
   html += "; optimised in";
   for (const auto& run : row.at("runs"))
     html += " " + link_to(run.at("page").get<std::string>(), run.at("name").get<std::string>());
