@@ -214,8 +214,6 @@ void require_consistent(const CLI::App& app, const Options& options) {
 struct MeasuredViews {
   MeasuredViews(const Options& options, Inputs& inputs)
       : car(inputs.car.painted),
-        offsets(options.clean_only ? Array<float, 2>() : read_offsets_of(options.camouflage, car)),
-        other_offsets(read_offsets_of({options.against, ""}, car)),
         settings{inputs.detector.input_height(),
                  inputs.detector.input_width(),
                  options.scene.samples,
@@ -223,28 +221,26 @@ struct MeasuredViews {
                  inputs.detector.fit(),
                  inputs.photo_light,
                  false,
-                 inputs.keeps_photograph && offsets.size() == 0},
+                 inputs.keeps_photograph},
         loaders(frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed)),
         store(car, settings, loaders),
         usable(views_with_car(store, inputs.warnings)),
-        reshaped(reshaped_by(offsets)),
-        reshaped_by_other(reshaped_by(other_offsets)) {
+        reshaped(reshaped_by(options.clean_only ? CamouflageSource() : options.camouflage)),
+        reshaped_by_other(reshaped_by({options.against, ""})) {
     print_warnings(inputs.warnings);
     if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
   }
 
-  std::optional<ReshapedViews> reshaped_by(const Array<float, 2>& by) {
+  std::optional<ReshapedViews> reshaped_by(const CamouflageSource& source) {
     std::optional<ReshapedViews> views;
-    if (by.size() == 0) return views;
-    auto of_shape = settings;
-    of_shape.keeps_photograph = false;  // which shows the car in its own shape
-    views.emplace(car, by, of_shape, loaders);
+    const auto offsets = read_offsets_of(source, car);
+    if (offsets.size() == 0) return views;
+    views.emplace(car, offsets, settings, loaders);
     usable = views->also_with_car(usable);
     return views;
   }
 
   const raster::PaintedMesh& car;
-  Array<float, 2> offsets, other_offsets;  ///< of positions, by the runs; empty if they move none
   camouflage::ViewStore<float>::Settings settings;
   std::vector<camouflage::ViewStore<float>::Loader> loaders;
   camouflage::ViewStore<float> store;

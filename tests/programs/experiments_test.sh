@@ -25,7 +25,9 @@ done
 grep -q '^| fca | [0-9.]* \[[0-9.]*, [0-9.]*\] | [0-9.]* \[[0-9.]*, [0-9.]*\] |$' $tables/1-methods.md && pass || fail "$(head -n 12 $tables/1-methods.md)"
 grep -q '^fca & .* \\\\$' $tables/1-methods.tex && grep -q 'toprule' $tables/1-methods.tex && grep -q 'found, \\% (P@0.5)' $tables/1-methods.tex &&
   pass || fail "$(head -n 9 $tables/1-methods.tex)"
-grep -q 'effect kept when photographed' $tables/2-physical.md && pass || fail "no share that is kept"
+# The share that is kept stands where an effect differs from none, which is a matter of luck in runs as short as these.
+kept=$(awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next } $at["kept"] != "" { n++ } END { print n + 0 }' $tables/2-physical.csv)
+[ "$(grep -c 'effect kept when photographed' $tables/2-physical.md)" = "$((kept > 0))" ] && pass || fail "a table of the share that is kept"
 grep -q '^| fca | [0-9.]* / [0-9.]* |' $tables/9-attention.md && pass || fail "no attention"
 [ "$(grep -cE '^(8|16|32|64|128),detector,adversarial,1,' $tables/8-resolution.csv)" = 5 ] && pass || fail "the rows of resolutions"
 # The two files hold the same detector: each figure twice.

@@ -138,7 +138,7 @@ class CamouflageRun {
             inputs_.detector.fit(),
             inputs_.photo_light,
             moves_shape(options_.optimisation.method),
-            inputs_.keeps_photograph && !moves_shape(options_.optimisation.method)};
+            inputs_.keeps_photograph};
   }
 
   [[nodiscard]] camouflage::ViewStore<float>& test_store() {

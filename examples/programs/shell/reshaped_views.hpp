@@ -17,13 +17,15 @@ namespace tapestry::shell {
 /// Views of a car in the shape that a run has optimised.
 class ReshapedViews {
  public:
-  /// \param loaders of the views of the original car
+  /// \param settings  of the views of the original car; here unpainted faces show their materials, since a
+  ///                  photograph shows the car in its own shape
+  /// \param loaders   of these views
   ReshapedViews(const raster::PaintedMesh& car, const Array<float, 2>& offsets,
                 camouflage::ViewStore<float>::Settings settings,
                 std::vector<camouflage::ViewStore<float>::Loader> loaders)
       : car_(std::make_unique<const raster::PaintedMesh>(camouflage::reshaped(car, offsets))),
-        store_(
-            std::make_unique<camouflage::ViewStore<float>>(*car_, std::move(settings), std::move(loaders))) {}
+        store_(std::make_unique<camouflage::ViewStore<float>>(*car_, in_materials(std::move(settings)),
+                                                              std::move(loaders))) {}
 
   [[nodiscard]] const raster::PaintedMesh& car() const { return *car_; }
   [[nodiscard]] camouflage::ViewStore<float>& store() { return *store_; }
@@ -39,6 +41,12 @@ class ReshapedViews {
   }
 
  private:
+  static camouflage::ViewStore<float>::Settings in_materials(
+      camouflage::ViewStore<float>::Settings settings) {
+    settings.keeps_photograph = false;
+    return settings;
+  }
+
   std::unique_ptr<const raster::PaintedMesh> car_;  // which the store refers to
   std::unique_ptr<camouflage::ViewStore<float>> store_;
 };

@@ -53,7 +53,7 @@ inline std::function<FrameViews(std::size_t frame)> views_source(const Protocol&
       return views_of_shapes(inputs, [&](const raster::PaintedMesh& car) {
         return camouflage::make_view<float>(photograph, car, detector.input_height(), detector.input_width(),
                                             samples, detector.fit(), inputs.photo_light,
-                                            inputs.keeps_photograph && !inputs.reshaped);
+                                            inputs.keeps_photograph && &car == &inputs.car.painted);
       });
     };
   const auto& detector = inputs.detectors.front().detector;
