@@ -196,6 +196,7 @@ struct PreparedSmoothLight {
   return {light.colour, face_light(mesh, camera, light)};
 }
 
+/// \throws DomainError as face_light()
 [[nodiscard]] inline PreparedLightOverPhotograph prepare(const geometry::Mesh& mesh,
                                                          const geometry::Camera& camera,
                                                          const LightOverPhotograph& light) {
