@@ -113,8 +113,8 @@ std::string metrics_csv(const RunReport& report) {
   return text;
 }
 
-std::string odds_text(const evaluate::PairedRatio& odds) {
-  return formatted("%.3g times [%.3g, %.3g]", odds.ratio, odds.interval[0], odds.interval[1]);
+std::string odds_text(const evaluate::PairedRatio& odds, const std::string& unit) {
+  return formatted("%.3g%s [%.3g, %.3g]", odds.ratio, unit.c_str(), odds.interval[0], odds.interval[1]);
 }
 
 std::string effect_text(const evaluate::Effect& effect) {
@@ -123,7 +123,7 @@ std::string effect_text(const evaluate::Effect& effect) {
   return formatted("effect beyond %s: mean best confidence %.3f [%.3f, %.3f], P@0.5 %.1f points [%.1f, %.1f]",
                    effect.control.c_str(), confidence.mean, confidence.interval[0], confidence.interval[1],
                    100 * rate.mean, 100 * rate.interval[0], 100 * rate.interval[1]) +
-         ", odds of being found " + odds_text(effect.odds_ratio);
+         ", odds of being found " + odds_text(effect.odds_ratio, " times");
 }
 
 std::string in_place_text(double share) {

@@ -47,8 +47,8 @@ std::vector<const evaluate::Measurement*> rows_of(const RunReport& report);
 /// The rows of the table for other programs: shares and confidences in 0 to 1.
 std::string metrics_csv(const RunReport& report);
 
-/// "3.1 times [1.9, 5.2]".
-std::string odds_text(const evaluate::PairedRatio& odds);
+/// "3.1 [1.9, 5.2]", with a unit behind the first number.
+std::string odds_text(const evaluate::PairedRatio& odds, const std::string& unit = "");
 
 /// Effect of the camouflage beyond a control, for the table and the page.
 std::string effect_text(const evaluate::Effect& effect);

@@ -91,8 +91,8 @@ struct PatchExtents {
 struct Control {
   std::string name;
   camouflage::Paint<float> paint{};
-  /// Of a matched control: share of the values that it draws anew which are the camouflage's own at the same
-  /// place. Where a colour is common, chance gives it back.
+  /// Share of a matched control's values that equal the camouflage's at the same place; chance leaves some
+  /// where a value is common. 0 for other controls.
   double share_in_place = 0;
 };
 

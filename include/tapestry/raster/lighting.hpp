@@ -76,7 +76,7 @@ struct Unlit {};
 /// mean of the normals of the faces around its position, weighted by area.
 struct SmoothLight : Light {};
 
-/// What faces without paint show in pictures that are laid over a photograph.
+/// Photograph shown by faces without paint.
 struct KeptPhotograph {
   /// [H, W, 3], of the drawn picture and in its colour space; null: faces without paint show their materials.
   std::shared_ptr<const Array<float, 3>> photograph{};

@@ -135,18 +135,23 @@ Array<double, 2> seed_rows(const ColumnMeasurements& column, OfSeed of_seed) {
   return rows;
 }
 
-/// Differences between matched noise and the camouflage in a column: of one seed [draw, view], of several
-/// [seed, view], each the mean over its draws.
-/// \param values  member of the outcomes, best_confidence or found
-template <class Values>
-Array<double, 2> compared_differences(const ColumnMeasurements& column, Values values) {
-  const auto of_seed = [&](const MeasuredFolder& folder, const MeasuredPart& part) {
-    return evaluate::draw_differences(folder.outcomes, folder.outcomes.*values, 2, 1, part.belongs,
-                                      part.pictures_a_view);
-  };
+/// Values of a column: of one seed [draw, view], of several [seed, view], each the mean over its draws.
+/// \param of_seed  returns [draw, view] of a folder's part
+template <class OfSeed>
+Array<double, 2> rows_of_draws_or_seeds(const ColumnMeasurements& column, OfSeed of_seed) {
   if (column.seeds.size() == 1) return of_seed(*column.seeds.front().first, column.seeds.front().second);
   return seed_rows(column, [&](const MeasuredFolder& folder, const MeasuredPart& part) {
     return column_means(of_seed(folder, part));
+  });
+}
+
+/// Differences between matched noise and the camouflage.
+/// \param values  member of the outcomes, best_confidence or found
+template <class Values>
+Array<double, 2> compared_differences(const ColumnMeasurements& column, Values values) {
+  return rows_of_draws_or_seeds(column, [&](const MeasuredFolder& folder, const MeasuredPart& part) {
+    return evaluate::draw_differences(folder.outcomes, folder.outcomes.*values, 2, 1, part.belongs,
+                                      part.pictures_a_view);
   });
 }
 
@@ -154,24 +159,18 @@ inline Array<double, 2> compared_differences(const ColumnMeasurements& column) {
   return compared_differences(column, &evaluate::ProtocolOutcomes::best_confidence);
 }
 
-/// Odds of being found with matched noise over those with the camouflage: of one seed over its draws, of
-/// several over seeds.
+/// Odds of being found with matched noise over those with the camouflage.
 inline evaluate::PairedRatio compared_odds(const ColumnMeasurements& column) {
-  const auto found = [](const MeasuredFolder& folder, const MeasuredPart& part, std::size_t texture) {
-    return evaluate::draw_means(folder.outcomes, folder.outcomes.found, texture, part.belongs,
-                                part.pictures_a_view);
-  };
-  if (column.seeds.size() == 1) {
-    const auto& [folder, part] = column.seeds.front();
-    const auto noise = found(*folder, part, 2);
-    return evaluate::odds_ratio(noise, evaluate::mean_for_draws(found(*folder, part, 1), noise.shape(0)));
-  }
-  const auto of_seeds = [&](std::size_t texture) {
-    return seed_rows(column, [&](const MeasuredFolder& folder, const MeasuredPart& part) {
-      return column_means(found(folder, part, texture));
+  const auto found = [&](std::size_t texture) {
+    return rows_of_draws_or_seeds(column, [&](const MeasuredFolder& folder, const MeasuredPart& part) {
+      return evaluate::draw_means(folder.outcomes, folder.outcomes.found, texture, part.belongs,
+                                  part.pictures_a_view);
     });
   };
-  return evaluate::odds_ratio(of_seeds(2), of_seeds(1));
+  const auto noise = found(2), camouflage = found(1);
+  const bool is_of_draws = column.seeds.size() == 1;
+  return evaluate::odds_ratio(
+      noise, is_of_draws ? evaluate::mean_for_draws(camouflage, noise.shape(0)) : camouflage);
 }
 
 /// The effect in the column's part as a share of that in the whole, see evaluate::share_kept().

@@ -91,10 +91,7 @@ inline std::vector<WordTable> effect_tables(const Comparison& comparison) {
                          return percent_text(cell.effect.p_at_50.mean, cell.effect.p_at_50.interval);
                        }),
       comparison_table(comparison, "odds of being found, matched noise over camouflage, times, 95 %", {},
-                       [](const auto& cell) {
-                         const auto& [ratio, interval] = cell.effect.odds_ratio;
-                         return formatted("%.3g [%.3g, %.3g]", ratio, interval[0], interval[1]);
-                       })};
+                       [](const auto& cell) { return odds_text(cell.effect.odds_ratio); })};
   const auto has_kept = [](const ComparedRow& row) {
     return std::ranges::any_of(row.cells, [](const auto& cell) { return cell && cell->kept; });
   };
