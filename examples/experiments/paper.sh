@@ -12,7 +12,10 @@
 # Paths must have no spaces, quotes or backslashes; give relative ones from the folder where the first command was started. In
 # the environment: COMMON (options of camouflage: mesh, detector), FRAMES (folder with train and test; else streets are
 # drawn with the mesh, of LENGTH metres), FURTHER (weights of further detectors that measure, too), COARSE (options of the
-# row coarse), SEEDS ("1 2 3"), DRAWS of matched noise (20), EPOCHS, LAUNCH ("mpirun -n 4 --bind-to none").
+# row coarse), SEEDS ("1 2 3"), DRAWS of matched noise (20), EPOCHS, VALIDATION (views on which the best epoch is chosen),
+# TUNE (learning rates and weights of smoothness of which each method gets its best, such as "0.03/1 0.1/1 0.1/0"; needs
+# VALIDATION), HARD_FOR (detectors of table 5; all), VIEWS=quick (fewer of them in tables 2 to 4), LAUNCH ("mpirun -n 4
+# --bind-to none").
 set -euo pipefail
 [ $# -ge 1 ] && [ "${1:0:1}" != - ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 output=$1 quick=() tables="1 2 3 4 5 6 7 8 attention"
@@ -35,9 +38,10 @@ read -ra common <<<"${COMMON:-}"
 read -ra further <<<"${FURTHER:-}"
 read -ra coarse <<<"${COARSE:---texels 16 --conditions camera}"
 read -ra seeds <<<"${SEEDS:-$seeds_default}"
-draws=${DRAWS:-$draws}
+draws=${DRAWS:-$draws} plain_of=fca
 source "$(dirname "$0")/steps.sh"
-settle "$(printf '%s; ' "${quick[*]}" "${COMMON:-}" "${FRAMES:-}" "${LENGTH:-}" "${FURTHER:-}" "${coarse[*]}" "${EPOCHS:-$epochs} passes, $draws draws")"
+settle "$(printf '%s; ' "${quick[*]}" "${COMMON:-}" "${FRAMES:-}" "${LENGTH:-}" "${FURTHER:-}" "${coarse[*]}" "${EPOCHS:-$epochs} passes, $draws draws" \
+  "${VALIDATION:-0} views of validation" "tuned: ${TUNE:-no}" "${VIEWS:-}")"
 
 # Options of COMMON that say which mesh stands in the streets, and those that further detectors share.
 mesh=() shared=()
@@ -53,7 +57,7 @@ if [ -z "${FRAMES:-}" ] && [ ! -e "$output/frames.done" ]; then
     --seed 1 --output "$frames"
   touch "$output/frames.done"
 fi
-common+=(--epochs "${EPOCHS:-$epochs}")
+common+=(--epochs "${EPOCHS:-$epochs}" --validation "${VALIDATION:-0}")
 filter=(--filter anisotropic) # of every measurement, though mesh_adv is optimised with another
 [[ " ${COMMON:-} " != *" --filter "* ]] || filter=()
 as_photographed=(--light frame "${filter[@]}") # though rauca is optimised in another light
@@ -62,16 +66,45 @@ declare -A options=([fca]="" [mesh_adv]="--method mesh_adv --filter bilinear" [c
   [das]="--method das --smoothness-weight 0" [das_full]="--method das_full --smoothness-weight 0" [coarse]="${coarse[*]}" [planar_patch]="--method planar_patch"
   [random]="--method random" [solid]="--method solid" [rauca]="--method rauca --light photo"
   [conditions]="--conditions physical"
-  [cls]="--loss paper --iou-weight 0 --objectness-weight 0" [obj]="--loss paper --iou-weight 0 --class-weight 0"
-  [iou]="--loss paper --objectness-weight 0 --class-weight 0" [cls+obj]="--loss paper --iou-weight 0"
+  [cls]="--loss paper --iou-weight 0 --objectness-weight 0 --smoothness-weight 1"
+  [obj]="--loss paper --iou-weight 0 --class-weight 0 --smoothness-weight 1"
+  [iou]="--loss paper --objectness-weight 0 --class-weight 0 --smoothness-weight 1"
+  [cls+obj]="--loss paper --iou-weight 0 --smoothness-weight 1"
   [all]="--loss paper --smoothness-weight 0"
-  [all+smooth]="--loss paper" [vanish]="--loss vanish" [random_start]="--start random" [own_start]="--start own")
+  [all+smooth]="--loss paper --smoothness-weight 1" [vanish]="--loss vanish" [random_start]="--start random" [own_start]="--start own")
+[ -z "${TUNE:-}" ] || options[das]="--method das" options[das_full]="--method das_full"
 for texels in 8 16 32 64 128; do options[rows_$texels]="--texels $texels"; done
+
+# Words of a setting RATE/WEIGHT of TUNE, but for a weight that a camouflage's own options state.
+words_of() { # SETTING OWN...
+  echo "--learning-rate ${1%/*}"
+  [[ " ${*:2} " == *" --smoothness-weight "* ]] || echo "--smoothness-weight ${1#*/}"
+}
+# What a camouflage takes its setting from: a method from its own trials, all else from those of fca.
+tuned_as() { # NAME
+  case $1 in mesh_adv | camou | upc | das | das_full | planar_patch | solid | rauca) echo "$1" ;; *) echo fca ;; esac
+}
+# Tries the settings with the first seed, at half of the passes. The best has the least term max_score on the views of
+# validation.
+best_setting() { # NAME
+  local setting trial score least= own seeds=("${seeds[0]}")
+  best=
+  read -ra own <<<"${options[$1]}"
+  for setting in ${TUNE:-}; do
+    trial=$1-${setting/\//-}
+    optimise "$trial" --frames "$frames" "${own[@]}" $(words_of "$setting" "${own[@]}") --epochs $(((${EPOCHS:-$epochs} + 1) / 2))
+    score=$(sed -nE 's/^ *"best_max_score": ([-+.0-9e]+),?$/\1/p' "$output/runs/$trial-${seeds[0]}/metrics.json")
+    [ -n "$score" ] || fail 2 "TUNE needs VALIDATION"
+    if [ -z "$least" ] || awk "BEGIN { exit !($score < $least) }"; then least=$score best=$setting; fi
+  done
+}
 
 # Optimises a camouflage of the list above.
 paint() { # [LABEL:]NAME
-  local name=${1##*:} own
+  local name=${1##*:} own best=
   read -ra own <<<"${options[$name]}"
+  [ "$name" = random ] || best_setting "$(tuned_as "$name")"
+  [ -z "$best" ] || own+=($(words_of "$best" "${own[@]}"))
   optimise "$name" --frames "$frames" "${own[@]}"
 }
 table_of_photographs() { # NAME TITLE PROTOCOL ROW...
@@ -88,10 +121,11 @@ table_of_photographs() { # NAME TITLE PROTOCOL ROW...
 measure_renders() { # NAME PROTOCOL
   local seed weights background=(--background 0.5 0.5 0.5)
   [ "$2" != physical ] || background=()
+  [ "${VIEWS:-}" != quick ] || background+=(--quick)
   for seed in "${seeds[@]}"; do
-    measure "$2" "$1-$seed" "$output/runs/$1-$seed" --controls matched "${background[@]}" "${filter[@]}"
+    measure "$2" "$1-$seed" "$output/runs/$1-$seed" "${background[@]}" "${filter[@]}"
     for weights in "${further[@]}"; do
-      measure "$2" "$1-$seed-$(basename "${weights%.*}")" "$output/runs/$1-$seed" --controls matched "${background[@]}" "${filter[@]}" \
+      measure "$2" "$1-$seed-$(basename "${weights%.*}")" "$output/runs/$1-$seed" "${background[@]}" "${filter[@]}" \
         --weights "$weights" "${shared[@]}"
     done
   done
@@ -114,9 +148,12 @@ table_4() { table_of_renders 4-occlusion "Table 4: partly hidden" occlusion fca 
 table_6() { table_of_photographs 6-losses "Table 6: terms of the loss" digital cls obj iou cls+obj all all+smooth max_score:fca vanish; }
 table_7() { table_of_photographs 7-starts "Table 7: first textures" digital "the car's own:own_start" random:random_start "zero (grey):fca"; }
 table_8() {
-  local default=fca # has 64 rows
-  [[ " ${COMMON:-} " != *" --texels "* ]] || default=rows_64
-  table_of_photographs 8-resolution "Table 8: effect against resolution, rows of the atlas" digital 8:rows_8 16:rows_16 32:rows_32 64:$default 128:rows_128
+  local rows=() texels default=64 # rows of fca
+  [[ ! " ${COMMON:-} " =~ " --texels "([0-9]+) ]] || default=${BASH_REMATCH[1]}
+  for texels in 8 16 32 64 128; do
+    [ "$texels" = "$default" ] && rows+=("$texels:fca") || rows+=("$texels:rows_$texels")
+  done
+  table_of_photographs 8-resolution "Table 8: effect against resolution, rows of the atlas" digital "${rows[@]}"
 }
 table_attention() { table_of_photographs 9-attention "What detectors look at" attention fca das_full coarse; }
 
@@ -127,11 +164,11 @@ table_5() {
   paint fca
   measure_photographs fca digital "${as_photographed[@]}"
   for seed in "${seeds[@]}"; do
-    measure digital "fca-$seed-train" "$output/runs/fca-$seed" --controls matched ${further[@]:+--further-weights "${further[@]}"} \
+    measure digital "fca-$seed-train" "$output/runs/fca-$seed" ${further[@]:+--further-weights "${further[@]}"} \
       "${as_photographed[@]}" --frames "$frames/train"
   done
   detectors=$(awk -F , 'NR > 1 && !seen[$1]++ { print $1 }' "$output/measured/digital-fca-${seeds[0]}-train/photographs.csv")
-  for detector in $detectors; do
+  for detector in ${HARD_FOR:-$detectors}; do
     for seed in "${seeds[@]}"; do
       further_frames "$detector" "$seed"
       if [ ! -s "$output/frames-hard_$detector-$seed/list.txt" ] || [ ! -s "$output/frames-others_$detector-$seed/list.txt" ]; then
@@ -173,7 +210,7 @@ further_frames() { # DETECTOR SEED
 }
 further_run() { # NAME SEED
   local seeds=("$2")
-  optimise "$1" --frames "$output/frames-$1-$2" --start "$output/runs/fca-$2/texture.npz"
+  optimise "$1" --validation 0 --frames "$output/frames-$1-$2" --start "$output/runs/fca-$2/texture.npz"
 }
 
 for table in $tables; do

@@ -4,7 +4,7 @@
 #
 #   sound.sh OUTPUT [OPTIONS OF harden...] -- DETECTOR...
 #
-# OUTPUT    folder for everything: OUTPUT/NAME holds the run of a detector with hardened.onnx or hardened.safetensors
+# OUTPUT    folder for everything: OUTPUT/NAME-sound.onnx or .safetensors is a detector, OUTPUT/NAME its run
 # DETECTOR  .onnx models, or files of convert_weights
 # Paths must have no spaces. In the environment: NAMES, the file of the classes' names, for detectors without them.
 set -euo pipefail
@@ -26,6 +26,9 @@ for detector in "$@"; do
     "$programs/harden" "${resume[@]}" --weights "$detector" "${names[@]}" --paint none --attacks none --rounds 1 --steps 120 \
       --weight-rate 0.0003 --scenes 300 --test-scenes 100 "${options[@]}" --output "$folder"
   fi
-  echo "$folder"
+  extension=${detector##*.}
+  [ -e "$folder-sound.$extension" ] || ln "$folder/hardened.$extension" "$folder-sound.$extension" ||
+    cp "$folder/hardened.$extension" "$folder-sound.$extension"
+  echo "$folder-sound.$extension"
   sed -n '/^ *\(photo\|clean\) /p;/drawn scenes/p' "$folder/report.txt"
 done

@@ -5,6 +5,7 @@
 #   seeds    array: seeds of every camouflage
 #   draws    draws of matched noise
 #   quick    array: (--quick) or ()
+#   plain_of  the camouflage beside which random and plain colours are measured
 #   command_line  words that make the tables again, shown with them
 # In the environment: LAUNCH, words before camouflage and evaluate, such as "mpirun -n 4 --bind-to none".
 export LC_ALL=C  # numbers with points
@@ -105,13 +106,15 @@ optimise() { # NAME OPTIONS...
   done
 }
 
-# Measures a run by a protocol, in $output/measured/PROTOCOL-NAME.
+# Measures a run by a protocol, in $output/measured/PROTOCOL-NAME. Random and plain colours are measured with the first seed
+# of one camouflage alone, $plain_of, since they are the same beside all.
 measure() { # PROTOCOL NAME RUN OPTIONS...
-  local folder=$output/measured/$1-$2
+  local folder=$output/measured/$1-$2 controls=matched
+  [[ "$3" != "$output/runs/$plain_of-${seeds[0]}" || "$2" == *-train ]] || controls=all
   [ ! -e "$folder/cost.json" ] || return 0
   mkdir -p "$output/measured"
-  run "$folder.txt" "${launch[@]}" "$programs/evaluate" --run "$3" --protocol "$1" --noise-draws "$draws" "${quick[@]}" "${@:4}" \
-    --output "$folder"
+  run "$folder.txt" "${launch[@]}" "$programs/evaluate" --run "$3" --protocol "$1" --noise-draws "$draws" --controls $controls "${quick[@]}" \
+    "${@:4}" --output "$folder"
   require_one_ledger
 }
 
@@ -119,7 +122,7 @@ measure() { # PROTOCOL NAME RUN OPTIONS...
 measure_photographs() { # NAME PROTOCOL OPTIONS...
   local seed
   for seed in "${seeds[@]}"; do
-    measure "$2" "$1-$seed" "$output/runs/$1-$seed" --controls matched ${further[@]:+--further-weights "${further[@]}"} "${@:3}"
+    measure "$2" "$1-$seed" "$output/runs/$1-$seed" ${further[@]:+--further-weights "${further[@]}"} "${@:3}"
   done
 }
 

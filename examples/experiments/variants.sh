@@ -23,7 +23,7 @@ draws=${DRAWS:-20} quick=()
 shift 2
 source "$(dirname "$0")/steps.sh"
 settle "${common[*]}; further ${further[*]}; measured ${PROTOCOL:-digital} ${measured_with[*]} ${quick[*]}, $draws draws"
-rows=()
+rows=() plain_of=${1%%=*}
 for variant in "$@"; do
   name=${variant%%=*}
   read -ra own <<<"${variant#*=}"

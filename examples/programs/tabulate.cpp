@@ -67,6 +67,8 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
   for (const auto& row : comparison.rows)
     for (const auto& cell : row.cells)
       if (cell) seeds = std::max(seeds, cell->seeds), draws = std::max(draws, cell->draws);
+  std::string commits;
+  for (const auto& commit : comparison.commits) commits += (commits.empty() ? "" : ", ") + commit;
   return {
       "A row is one camouflage, optimised with up to " + std::to_string(seeds) +
           (seeds == 1 ? " seed" : " seeds") + "; its matched noise has its colours and its spectrum, in " +
@@ -75,7 +77,10 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
       "Effect: matched noise minus camouflage, in the same views; odds: those of being found with matched "
       "noise over those with the camouflage. Their intervals are over views and, where there are several, "
       "seeds, else draws (two levels); of one seed and draw those of P@0.5 are by Newcombe's method for "
-      "paired shares. Intervals of shares: Wilson, a view counted once."};
+      "paired shares. Intervals of shares: Wilson, a view counted once.",
+      commits.empty()
+          ? std::string("Which commits made it is not known.")
+          : "Made by commit" + std::string(comparison.commits.size() == 1 ? " " : "s ") + commits + "."};
 }
 
 int run(Options options) {

@@ -33,7 +33,7 @@ void check_same_values(const Array<float, 2>& a, const Array<float, 2>& b,
 
 TEST_CASE("matched noise of a full box has its values exactly, and its spectrum nearly",
           "[evaluate][matched_noise]") {
-  for (const std::array<std::size_t, 2> extent : {std::array<std::size_t, 2>{24, 40}, {23, 37}, {1, 400}})
+  for (const std::array<std::size_t, 2> extent : {std::array<std::size_t, 2>{24, 40}, {21, 35}, {1, 400}})
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
       const auto chart = test::rectangle_chart(extent[0], extent[1]);
       CAPTURE(extent[0], extent[1], seed);

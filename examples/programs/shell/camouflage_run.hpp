@@ -36,6 +36,7 @@
 #include "survey_watch.hpp"
 #include "texture_description.hpp"
 #include "texture_training.hpp"
+#include "validation.hpp"
 
 namespace tapestry::shell {
 
@@ -81,12 +82,13 @@ class CamouflageRun {
     print_warnings(inputs_.warnings);
     inputs_.warnings.clear();
     std::optional<ScopedWorkTimer> work(preparing_);
-    const auto usable_train = prepared(train_);
+    auto usable_train = prepared(train_);
     auto& test = test_store();
-    const auto usable_test = inputs_.frames.held_out ? prepared(test) : usable_train;
+    const auto usable_test = inputs_.frames.held_out ? prepared(test) : usable_train;  // all of them
     print_warnings(inputs_.warnings);
     if (usable_train.empty() || usable_test.empty())
       throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car");
+    validation_.emplace(usable_train, options_.optimisation.validation, path("best.npz"));
     auto& epochs = options_.optimisation.epochs;
     if (epochs == 0) epochs = default_epochs(usable_train.size(), inputs_.frames.drawn > 0);
     auto start_parameter = camouflage::first_parameter(
@@ -179,6 +181,7 @@ class CamouflageRun {
 
   void restore(camouflage::Training<float>& training) {
     restore_training(path("checkpoint.npz"), settings_, training);
+    validation_->restore(training);
     saved_steps_ = training.steps_taken();
   }
 
@@ -203,6 +206,7 @@ class CamouflageRun {
     while (!training.finished()) {
       try {
         images += training.step();
+        if (ranks_.is_first()) validation_->follow(training, objective_, train_);
       } catch (const NumericError&) {
         save(training);  // the state before the step: the last good one
         throw;
@@ -226,7 +230,8 @@ class CamouflageRun {
   void report(const camouflage::Training<float>& training, camouflage::ViewStore<float>& test,
               std::vector<std::size_t> usable, Clock::time_point start) {
     const auto& method = objective_.method();
-    const camouflage::Paint<float> paint{camouflage::method_colours(method, training.parameter()),
+    const auto& parameter = validation_->chosen(training);
+    const camouflage::Paint<float> paint{camouflage::method_colours(method, parameter),
                                          camouflage::painted_texels(method)};
     evaluate::SurveyedTextures textures{
         camouflage::without_paint(camouflage::own_colours<float>(inputs_.car.painted)), paint,
@@ -234,7 +239,7 @@ class CamouflageRun {
     Array<float, 2> offsets;
     std::optional<ReshapedViews> reshaped;
     if (const auto& shape = method.shape) {
-      offsets = camouflage::shape_offsets(*shape, training.parameter());
+      offsets = camouflage::shape_offsets(*shape, parameter);
       reshaped.emplace(inputs_.car.painted, offsets, store_settings(), test_loaders());
       usable = reshaped->also_with_car(usable);
       if (usable.empty())
@@ -251,7 +256,7 @@ class CamouflageRun {
     const SideBySide side_by_side(watch, usable.size());
     RunReport report;
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
-    write_paint_files(training, paint, offsets, textures);
+    write_paint_files(parameter, paint, offsets, textures);
     const auto& car = reshaped ? reshaped->car() : inputs_.car.painted;
     write_painted(car, paint.colours);
     report.exported =
@@ -270,12 +275,14 @@ class CamouflageRun {
     report.held_out = inputs_.frames.held_out;
     report.noise_in_place = evaluate::noise_in_place(textures.controls);
     report.options = settings_json(options_);
+    report.validation = validation_->json();
+    if (const auto text = validation_->text(); !text.empty()) remark(text);
   }
 
   /// \param offsets  of the car's positions; empty if they stay
-  void write_paint_files(const camouflage::Training<float>& training, const camouflage::Paint<float>& paint,
+  void write_paint_files(const Array<float, 2>& parameter, const camouflage::Paint<float>& paint,
                          const Array<float, 2>& offsets, const evaluate::SurveyedTextures& textures) const {
-    camouflage::write_paint(path("texture.npz"), training.parameter(), paint, offsets,
+    camouflage::write_paint(path("texture.npz"), parameter, paint, offsets,
                             exact_text(inputs_.car.description));
     write_matched_controls(textures.controls);
   }
@@ -381,6 +388,7 @@ class CamouflageRun {
   camouflage::ViewStore<float> train_;
   camouflage::ViewStore<float> test_;
   camouflage::Objective<float> objective_;
+  std::optional<Validation> validation_{};
   std::string settings_;
   std::uint64_t saved_steps_ = 0;
 };

@@ -83,6 +83,7 @@ Json metrics_json(const RunReport& report) {
            report.survey.effect_beyond_other_run ? json_of(*report.survey.effect_beyond_other_run) : Json()},
           {"noise_in_place", report.noise_in_place ? Json(*report.noise_in_place) : Json()},
           {"exported_paint", exported},
+          {"validation", report.validation},
           {"held_out", report.held_out},
           {"seconds", report.seconds},
           {"peak_mib", peak_mib()},

@@ -23,6 +23,7 @@ struct RunReport {
   Json options;
   std::optional<PictureDifference> exported{};  ///< of the paint in the exported files, if any
   std::optional<double> noise_in_place{};       ///< see evaluate::noise_in_place()
+  Json validation{};                            ///< see Validation; null without
 };
 
 Json json_of(const evaluate::Measurement& measurement);

@@ -74,6 +74,7 @@ struct OptimisationSettings {
   std::string smooth_over = "picture";
   std::string start = "zero";
   std::size_t epochs = 0;
+  std::size_t validation = 0;
   std::size_t batch = 8;
   double worst_views = 1;
   double learning_rate = 0.1;
@@ -180,6 +181,8 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("epochs", s.epochs,
         "passes over the training views; 0: 20 over drawn scenes; over frames, as many as give 2400 views, "
         "at least 5");
+  visit("validation", s.validation,
+        "training views to try each epoch's paint on instead; the best is kept. 0: the last epoch's is");
   visit("batch", s.batch, "views a step");
   visit("worst-views", s.worst_views,
         "share of each step's views to learn from, those of the largest losses (conditional value at risk); "
@@ -218,6 +221,7 @@ inline const char* value_when_lacking(const std::string& name) {
   if (name == "object") return "car";
   if (name == "method") return "fca";
   if (name == "precision") return "float";
+  if (name == "validation") return "0";
   if (name == "colour-space") return image::name_of(image::ColourSpace::encoded);
   const bool is_open = name == "segmenter" || name == "decode" || name == "fit" || name == "detector" ||
                        name == "ensemble" || name == "conditions" || name == "palette";

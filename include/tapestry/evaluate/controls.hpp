@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <tapestry/camouflage/paint.hpp>
+#include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
@@ -26,6 +27,9 @@ namespace tapestry::evaluate {
 
 /// Rounds in which matched_noise() alternates between values and spectrum; later rounds change little.
 inline constexpr std::size_t matched_noise_rounds = 30;
+/// The same of picture_with_noise(), which draws noise for every picture: of a car's outline the spectrum is
+/// as close after one round as after thirty, to a hundredth.
+inline constexpr std::size_t picture_noise_rounds = 1;
 
 /// The control for an optimised texture: noise with its colours and its spectrum, but without its design. In
 /// each chart the Fourier phases are drawn anew, the same shift α(k) for the three channels, so that their
@@ -39,13 +43,12 @@ inline constexpr std::size_t matched_noise_rounds = 30;
 ///
 /// The values are exact: each channel of each chart has the same values as before, each as often. The power
 /// spectrum is approximate, since the last step imposes the values. It is closer for evenly spread colours
-/// and for charts that fill their bounding boxes. Texels outside a chart count as its mean colour, and the
-/// spectrum is corrected for them. The noise fills the whole box before the chart is cut out of it. The
-/// texels outside are not reset to the mean in between: the amplitudes of a spectrum and a known border
-/// determine a picture (Fienup, Applied Optics 21, 1982), and where more than half of a box was border, the
-/// rounds ended at the optimised texture itself. Joint distributions of channels keep only their second
-/// moments.
-/// Texels of no chart stay as they are.
+/// and for charts that fill their boxes, whose extents are those of image::fourier_extent(). Texels outside a
+/// chart count as its mean colour, and the spectrum is corrected for them. The noise fills the whole box
+/// before the chart is cut out of it. The texels outside are not reset to the mean in between: the amplitudes
+/// of a spectrum and a known border determine a picture (Fienup, Applied Optics 21, 1982), and where more
+/// than half of a box was border, the rounds ended at the optimised texture itself. Joint distributions of
+/// channels keep only their second moments. Texels of no chart stay as they are.
 ///
 /// Sources: the iterated amplitude adjusted Fourier transform of Schreiber and Schmitz, "Improved surrogate
 /// data for nonlinearity tests" (Physical Review Letters 77, 1996); for several channels the same authors,
@@ -54,12 +57,13 @@ inline constexpr std::size_t matched_noise_rounds = 30;
 /// \param colours  [texel, 3]
 /// \param charts   of the texture, see raster::texture_charts(); no texel in two of them
 /// \param random   not advanced; the same noise for the same state, for any number of threads
+/// \param rounds   as many as matched_noise_rounds
 /// \returns        [texel, 3]
 /// \throws ShapeError unless colours are [texel, 3] with the charts' texels; NumericError for a colour in a
 ///         chart that is not finite
 [[nodiscard]] Array<float, 2> matched_noise(const Array<float, 2>& colours,
                                             const std::vector<raster::TextureChart>& charts,
-                                            const Random& random);
+                                            const Random& random, std::size_t rounds = matched_noise_rounds);
 
 /// Extents of the patches that shuffled_patches() moves, in texels of a chart.
 struct PatchExtents {
@@ -98,6 +102,8 @@ struct Control {
 
 /// The control that an attack's effect is stated against.
 inline constexpr const char* matched_noise_name = "matched noise";
+/// The control of noise that is drawn in each picture, see picture_with_noise().
+inline constexpr const char* picture_noise_name = "picture noise";
 /// The control of patches in other places.
 inline constexpr const char* shuffled_patches_name = "shuffled";
 /// Another camouflage, measured among the controls.
@@ -131,6 +137,19 @@ inline constexpr const char* other_run_name = "other run";
 
 /// Control::share_in_place of matched noise, the mean over its draws; none without it.
 [[nodiscard]] std::optional<double> noise_in_place(const std::vector<Control>& controls);
+
+/// The picture of a view with noise in place of its paint, drawn in the picture and not on the car: matched
+/// noise of what the paint looks like there, in the same light. Each pixel's paint and light are told apart
+/// by the same picture with black and with grey paint. So the noise has the colours and the spectrum that the
+/// paint shows to this camera, whatever its texture has at other scales, and no design; but no texture looks
+/// like it from two sides.
+///
+/// \param paint   colours and, where it covers parts of the car, which these are
+/// \param random  not advanced; see matched_noise()
+/// \returns       [H, W, 3]; camouflage::picture_of() where the paint does not show
+/// \throws ShapeError as camouflage::picture_of(), camouflage::require_sound()
+[[nodiscard]] Array<float, 3> picture_with_noise(const camouflage::View<float>& view,
+                                                 const camouflage::Paint<float>& paint, const Random& random);
 
 /// Controls that do not depend on a camouflage: random noise and six solid colours all over the car; the same
 /// for the same seed.

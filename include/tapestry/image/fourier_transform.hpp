@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <complex>
 #include <cstddef>
 #include <numbers>
@@ -9,12 +10,31 @@
 
 namespace tapestry::image {
 
+namespace detail {
+
+/// Complex numbers side by side, one of each of some transforms.
+struct FourierLanes {
+  static constexpr std::size_t count = 8;
+  std::array<double, count> real{}, imaginary{};
+
+  void set(std::size_t lane, const std::complex<double>& value) {
+    real[lane] = value.real();
+    imaginary[lane] = value.imag();
+  }
+  [[nodiscard]] std::complex<double> at(std::size_t lane) const { return {real[lane], imaginary[lane]}; }
+};
+
+}  // namespace detail
+
 /// The discrete Fourier transform of n numbers, F[k] = Σ f[x] · exp(−2πi k·x/n), in n·p steps for each prime
-/// factor p of n; two factors 2 are one step. It is our own because compilers take seconds for Eigen's.
+/// factor p of n; two factors 2 are one step. It transforms several rows of numbers at once, so that a
+/// processor's vectors are full whatever the factors. It is our own because compilers take seconds for
+/// Eigen's.
 /// Source: Cooley and Tukey, "An algorithm for the machine calculation of complex Fourier series" (1965).
 class FourierAxis {
  public:
   using Complex = std::complex<double>;
+  using Lanes = detail::FourierLanes;
 
   explicit FourierAxis(std::size_t n) : roots_(n), terms_(n) {
     for (std::size_t k = 0; k < n; ++k)
@@ -26,18 +46,23 @@ class FourierAxis {
   }
 
   /// \param to  n values, elsewhere than `from`
-  void forward(const Complex* from, Complex* to) { part(from, to, roots_.size(), 0); }
+  void forward(const Lanes* from, Lanes* to) { part(from, to, roots_.size(), 0); }
   /// f[x] = 1/n Σ F[k] · exp(2πi k·x/n)
-  void inverse(const Complex* from, Complex* to) {
+  void inverse(const Lanes* from, Lanes* to) {
     const std::size_t n = roots_.size();
     forward(from, to);
     std::reverse(to + 1, to + n);
-    for (std::size_t x = 0; x < n; ++x) to[x] /= static_cast<double>(n);
+    const auto share = static_cast<double>(n);
+    for (std::size_t x = 0; x < n; ++x)
+      for (std::size_t i = 0; i < Lanes::count; ++i) {
+        to[x].real[i] /= share;
+        to[x].imaginary[i] /= share;
+      }
   }
 
  private:
   /// The transform of n values, every (whole/n)-th from `from` on, by the factors from `depth` on.
-  void part(const Complex* from, Complex* to, std::size_t n, std::size_t depth) {
+  void part(const Lanes* from, Lanes* to, std::size_t n, std::size_t depth) {
     const std::size_t step = roots_.size() / n;
     if (n == 1) {
       *to = *from;
@@ -56,40 +81,56 @@ class FourierAxis {
         join(to + k, length, factor, k, step);
   }
 
-  [[nodiscard]] Complex turned(const Complex& term, std::size_t turn) const {
-    const Complex& root = roots_[turn];
-    return {term.real() * root.real() - term.imag() * root.imag(),
-            term.real() * root.imag() + term.imag() * root.real()};
+  /// Numbers turned by a root.
+  static Lanes turned(const Lanes& term, const Complex& root) {
+    const double real = root.real(), imaginary = root.imag();
+    Lanes product;
+    for (std::size_t i = 0; i < Lanes::count; ++i) {
+      product.real[i] = term.real[i] * real - term.imaginary[i] * imaginary;
+      product.imaginary[i] = term.real[i] * imaginary + term.imaginary[i] * real;
+    }
+    return product;
   }
 
   /// join() of four transforms, where a quarter of a turn is an exchange.
-  void join_four(Complex* to, std::size_t length, std::size_t turn) const {
-    const Complex a = to[0], b = turned(to[length], turn), c = turned(to[2 * length], 2 * turn),
-                  d = turned(to[3 * length], 3 * turn);
-    const Complex even = a + c, odd = b + d, across = a - c, along = b - d;
-    to[0] = even + odd;
-    to[length] = {across.real() + along.imag(), across.imag() - along.real()};
-    to[2 * length] = even - odd;
-    to[3 * length] = {across.real() - along.imag(), across.imag() + along.real()};
+  void join_four(Lanes* to, std::size_t length, std::size_t turn) const {
+    const Lanes a = to[0], b = turned(to[length], roots_[turn]), c = turned(to[2 * length], roots_[2 * turn]),
+                d = turned(to[3 * length], roots_[3 * turn]);
+    for (std::size_t i = 0; i < Lanes::count; ++i) {
+      to[0].real[i] = (a.real[i] + c.real[i]) + (b.real[i] + d.real[i]);
+      to[2 * length].real[i] = (a.real[i] + c.real[i]) - (b.real[i] + d.real[i]);
+      to[length].real[i] = (a.real[i] - c.real[i]) + (b.imaginary[i] - d.imaginary[i]);
+      to[3 * length].real[i] = (a.real[i] - c.real[i]) - (b.imaginary[i] - d.imaginary[i]);
+    }
+    for (std::size_t i = 0; i < Lanes::count; ++i) {
+      to[0].imaginary[i] = (a.imaginary[i] + c.imaginary[i]) + (b.imaginary[i] + d.imaginary[i]);
+      to[2 * length].imaginary[i] = (a.imaginary[i] + c.imaginary[i]) - (b.imaginary[i] + d.imaginary[i]);
+      to[length].imaginary[i] = (a.imaginary[i] - c.imaginary[i]) - (b.real[i] - d.real[i]);
+      to[3 * length].imaginary[i] = (a.imaginary[i] - c.imaginary[i]) + (b.real[i] - d.real[i]);
+    }
   }
 
   /// Joins the values k of `factor` transforms of `length` values, which stand one behind the other.
-  void join(Complex* to, std::size_t length, std::size_t factor, std::size_t k, std::size_t step) {
+  void join(Lanes* to, std::size_t length, std::size_t factor, std::size_t k, std::size_t step) {
     const std::size_t whole = roots_.size();
     for (std::size_t q = 0; q < factor; ++q) terms_[q] = to[q * length];
     for (std::size_t j = 0; j < factor; ++j) {
-      Complex sum = terms_[0];
+      Lanes sum = terms_[0];
       const std::size_t pace = (k + j * length) * step;
       for (std::size_t q = 1, turn = pace; q < factor; ++q, turn += pace) {
         if (turn >= whole) turn -= whole;
-        sum += turned(terms_[q], turn);
+        const Lanes term = turned(terms_[q], roots_[turn]);
+        for (std::size_t i = 0; i < Lanes::count; ++i) {
+          sum.real[i] += term.real[i];
+          sum.imaginary[i] += term.imaginary[i];
+        }
       }
       to[j * length] = sum;
     }
   }
 
   std::vector<Complex> roots_;  ///< exp(−2πi k/n)
-  std::vector<Complex> terms_;
+  std::vector<Lanes> terms_;
   std::vector<std::size_t> factors_{};
 };
 
@@ -105,6 +146,7 @@ class FourierTransform {
   using Plane = std::vector<double>;
   using Complex = FourierAxis::Complex;
   using Spectrum = std::vector<Complex>;
+  using Lanes = FourierAxis::Lanes;
 
   /// \throws DomainError for a plane without rows or columns, or with more than 2³⁰ along an axis
   FourierTransform(std::size_t height, std::size_t width)
@@ -126,15 +168,19 @@ class FourierTransform {
   [[nodiscard]] Spectrum forward(const Plane& plane) {
     require_size("forward", plane.size(), height_ * width_);
     Spectrum spectrum(height_ * spectrum_width());
-    for (std::size_t row = 0; row < height_; row += 2) {  // two rows as one, f + ig
-      const bool is_pair = row + 1 < height_;
-      for (std::size_t x = 0; x < width_; ++x)
-        given_[x] = {plane[row * width_ + x], is_pair ? plane[(row + 1) * width_ + x] : 0};
+    for (std::size_t first = 0; first < height_; first += 2 * Lanes::count) {
+      take_pairs_of_rows(plane, first);
       across_.forward(given_.data(), made_.data());
-      for (std::size_t l = 0; l < spectrum_width(); ++l) {
-        const Complex here = made_[l], mirrored = std::conj(made_[(width_ - l) % width_]);
-        spectrum[row * spectrum_width() + l] = (here + mirrored) * 0.5;
-        if (is_pair) spectrum[(row + 1) * spectrum_width() + l] = (here - mirrored) * Complex(0, -0.5);
+      for (std::size_t i = 0; i < Lanes::count && first + 2 * i < height_; ++i) {
+        const std::size_t row = first + 2 * i;
+        const bool is_pair = row + 1 < height_;
+        for (std::size_t l = 0; l < spectrum_width(); ++l) {
+          const Complex here = made_[l].at(i), mirrored = std::conj(made_[(width_ - l) % width_].at(i));
+          const Complex sum = here + mirrored, difference = here - mirrored;
+          spectrum[row * spectrum_width() + l] = {0.5 * sum.real(), 0.5 * sum.imag()};
+          if (is_pair)
+            spectrum[(row + 1) * spectrum_width() + l] = {0.5 * difference.imag(), -0.5 * difference.real()};
+        }
       }
     }
     transform_columns(spectrum, &FourierAxis::forward);
@@ -151,15 +197,15 @@ class FourierTransform {
     require_size("inverse", spectrum.size(), height_ * spectrum_width());
     transform_columns(spectrum, &FourierAxis::inverse);
     Plane plane(height_ * width_);
-    for (std::size_t row = 0; row < height_; ++row) {
-      const Complex* const half = spectrum.data() + row * spectrum_width();
-      for (std::size_t l = 0; l < spectrum_width(); ++l) {
-        const bool is_own_mirror = l == (width_ - l) % width_;
-        given_[l] = is_own_mirror ? half[l].real() : half[l];
-        if (!is_own_mirror) given_[width_ - l] = std::conj(half[l]);
-      }
+    for (std::size_t first = 0; first < height_; first += 2 * Lanes::count) {
+      take_pairs_of_spectra(spectrum, first);
       across_.inverse(given_.data(), made_.data());
-      for (std::size_t x = 0; x < width_; ++x) plane[row * width_ + x] = made_[x].real();
+      for (std::size_t i = 0; i < Lanes::count && first + 2 * i < height_; ++i) {
+        double* const row = plane.data() + (first + 2 * i) * width_;
+        for (std::size_t x = 0; x < width_; ++x) row[x] = made_[x].real[i];
+        if (first + 2 * i + 1 < height_)
+          for (std::size_t x = 0; x < width_; ++x) row[width_ + x] = made_[x].imaginary[i];
+      }
     }
     return plane;
   }
@@ -178,24 +224,52 @@ class FourierTransform {
       throw ShapeError({"FourierTransform::", operation, ": found ", found, " values, expected ", expected});
   }
 
-  void transform_columns(Spectrum& spectrum, void (FourierAxis::*transform)(const Complex*, Complex*)) {
+  /// Two rows as one, f + ig, in each lane. Those of lanes without rows are left as they are.
+  void take_pairs_of_rows(const Plane& plane, std::size_t first) {
+    for (std::size_t i = 0; i < Lanes::count && first + 2 * i < height_; ++i) {
+      const double* const row = plane.data() + (first + 2 * i) * width_;
+      const bool is_pair = first + 2 * i + 1 < height_;
+      for (std::size_t x = 0; x < width_; ++x) given_[x].set(i, {row[x], is_pair ? row[width_ + x] : 0});
+    }
+  }
+
+  /// The rows of two spectra as one, F + iG, in each lane; of real rows, so that F[−l] is conj F[l].
+  void take_pairs_of_spectra(const Spectrum& spectrum, std::size_t first) {
     const std::size_t count = spectrum_width();
-    for (std::size_t l = 0; l < count; ++l) {
-      for (std::size_t k = 0; k < height_; ++k) given_[k] = spectrum[k * count + l];
+    for (std::size_t i = 0; i < Lanes::count && first + 2 * i < height_; ++i) {
+      const Complex* const f = spectrum.data() + (first + 2 * i) * count;
+      const Complex* const g = first + 2 * i + 1 < height_ ? f + count : nullptr;
+      for (std::size_t l = 0; l < count; ++l) {
+        const bool is_own_mirror = l == (width_ - l) % width_;
+        const Complex own = is_own_mirror ? f[l].real() : f[l];
+        const Complex other = g == nullptr ? 0 : is_own_mirror ? g[l].real() : g[l];
+        given_[l].set(i, {own.real() - other.imag(), own.imag() + other.real()});
+        if (!is_own_mirror) given_[width_ - l].set(i, {own.real() + other.imag(), other.real() - own.imag()});
+      }
+    }
+  }
+
+  void transform_columns(Spectrum& spectrum, void (FourierAxis::*transform)(const Lanes*, Lanes*)) {
+    const std::size_t count = spectrum_width();
+    for (std::size_t first = 0; first < count; first += Lanes::count) {
+      const std::size_t columns = std::min(Lanes::count, count - first);
+      for (std::size_t k = 0; k < height_; ++k)
+        for (std::size_t i = 0; i < columns; ++i) given_[k].set(i, spectrum[k * count + first + i]);
       (down_.*transform)(given_.data(), made_.data());
-      for (std::size_t k = 0; k < height_; ++k) spectrum[k * count + l] = made_[k];
+      for (std::size_t k = 0; k < height_; ++k)
+        for (std::size_t i = 0; i < columns; ++i) spectrum[k * count + first + i] = made_[k].at(i);
     }
   }
 
   std::size_t height_, width_;
   FourierAxis across_, down_;
-  Spectrum given_, made_;
+  std::vector<Lanes> given_, made_;
 };
 
-/// The least extent from `extent` on, at least 1, without prime factors above 127. A transform takes as many
+/// The least extent from `extent` on, at least 1, without prime factors above 7. A transform takes as many
 /// operations a value as the sum of its prime factors.
 [[nodiscard]] inline std::size_t fourier_extent(std::size_t extent) {
-  constexpr std::size_t largest_factor = 127;
+  constexpr std::size_t largest_factor = 7;
   for (std::size_t candidate = extent == 0 ? 1 : extent;; ++candidate) {
     std::size_t rest = candidate;
     for (std::size_t factor = 2; factor <= largest_factor && rest > 1; ++factor)

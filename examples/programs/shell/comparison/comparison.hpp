@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <set>
 #include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
@@ -24,12 +25,19 @@ struct ComparedTexture {
   double attention = 0;                          ///< share of heat maps on the car, where they were made
 };
 
+/// Results of the noise that is drawn in each picture, and the camouflage's effect beyond it.
+struct ComparedPictureNoise {
+  ComparedTexture texture{};
+  evaluate::PairedDifference p_at_50{};
+};
+
 /// Results of one row with one detector, over all seeds.
 struct ComparedCell {
   std::size_t seeds = 0, draws = 0, views = 0;
   ComparedTexture camouflage{}, noise{};
   evaluate::AttackSuccess success{};
   evaluate::Effect effect{};
+  std::optional<ComparedPictureNoise> picture_noise{};
   std::optional<evaluate::PairedRatio> kept{};  ///< of the effect in the protocol's second part
   Array<double, 2> confidence{};                ///< best, with the camouflage, [seed, view]
   /// Mean best confidence of the first row minus this, where that has as many seeds.
@@ -50,8 +58,9 @@ struct Comparison {
   std::vector<std::string> columns{};  ///< detectors, and parts of a protocol
   bool maps_attention = false;
   std::vector<std::pair<std::string, std::vector<std::optional<ComparedTexture>>>>
-      plain{};  ///< untouched and clean pictures, by column
+      plain{};  ///< untouched and clean pictures and controls that are no camouflage's, by column
   std::vector<ComparedRow> rows{};
+  std::set<std::string> commits{};  ///< of the programs that made the runs and measured them
 };
 
 namespace detail {
@@ -145,12 +154,14 @@ Array<double, 2> rows_of_draws_or_seeds(const ColumnMeasurements& column, OfSeed
   });
 }
 
-/// Differences between matched noise and the camouflage.
-/// \param values  member of the outcomes, best_confidence or found
+/// Differences between a control and the camouflage.
+/// \param values   member of the outcomes, best_confidence or found
+/// \param control  number of its texture; matched noise is 2
 template <class Values>
-Array<double, 2> compared_differences(const ColumnMeasurements& column, Values values) {
+Array<double, 2> compared_differences(const ColumnMeasurements& column, Values values,
+                                      std::size_t control = 2) {
   return rows_of_draws_or_seeds(column, [&](const MeasuredFolder& folder, const MeasuredPart& part) {
-    return evaluate::draw_differences(folder.outcomes, folder.outcomes.*values, 2, 1, part.belongs,
+    return evaluate::draw_differences(folder.outcomes, folder.outcomes.*values, control, 1, part.belongs,
                                       part.pictures_a_view);
   });
 }
@@ -183,6 +194,32 @@ inline std::optional<evaluate::PairedRatio> compared_kept(const ColumnMeasuremen
   return evaluate::share_kept(column_means(differences), column_means(compared_differences(whole)));
 }
 
+/// The number of the noise that is drawn in each picture; none where a seed was measured without it.
+inline std::optional<std::size_t> picture_noise_of(const ColumnMeasurements& column) {
+  std::optional<std::size_t> number;
+  for (const auto& [folder, part] : column.seeds) {
+    const auto texture = std::ranges::find(folder->textures, std::string(evaluate::picture_noise_name));
+    if (texture == folder->textures.end()) return std::nullopt;
+    number = static_cast<std::size_t>(texture - folder->textures.begin());
+  }
+  return number;
+}
+
+/// \param number  see picture_noise_of(); behind the draws of matched noise in every folder
+inline ComparedPictureNoise compared_picture_noise(const ColumnMeasurements& column, std::size_t number) {
+  std::vector<bool> noise, painted;
+  std::size_t pictures = 0;
+  for (const auto& seed : column.seeds) {
+    append(noise, evaluate::detail::found_in(seed.first->outcomes, number, seed.second.belongs));
+    append(painted, evaluate::detail::found_in(seed.first->outcomes, 1, seed.second.belongs));
+    pictures += seed.second.pictures_a_view;
+  }
+  return {compared_texture(column, number),
+          evaluate::two_level_rate_difference(
+              compared_differences(column, &evaluate::ProtocolOutcomes::found, number),
+              evaluate::rate_difference(noise, painted, pictures))};
+}
+
 inline ComparedCell compared_cell(const ColumnMeasurements& column) {
   ComparedCell cell;
   cell.seeds = column.seeds.size();
@@ -211,6 +248,8 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
                      compared_differences(column, &evaluate::ProtocolOutcomes::found),
                      evaluate::rate_difference(noise, painted_by_draw, pictures * cell.draws))};
   cell.effect.odds_ratio = compared_odds(column);
+  if (const auto number = picture_noise_of(column))
+    cell.picture_noise = compared_picture_noise(column, *number);
   cell.kept = compared_kept(column, differences);
   cell.confidence = seed_rows(column, [](const MeasuredFolder& folder, const MeasuredPart& part) {
     return evaluate::view_means(folder.outcomes, folder.outcomes.best_confidence, 1, part.belongs,
@@ -235,7 +274,7 @@ inline void require_alike(const std::string& row, const ColumnMeasurements& colu
     for (std::size_t k = 0; k < i; ++k)
       require_seeds(row, content_of(*column.seeds[k].first, column.name), content_of(folder, column.name));
     if (folder.outcomes.state.storage() != first.outcomes.state.storage() ||
-        folder.outcomes.draws != first.outcomes.draws)
+        folder.outcomes.draws_of(2) != first.outcomes.draws_of(2))
       throw Error(ErrorKind::mismatch, row + ": " + folder.path + " and " + first.path +
                                            " were not measured in the same frames with the same draws");
   }
@@ -267,18 +306,29 @@ inline void require_same_views(const Comparison& comparison, const ComparedRow& 
   }
 }
 
-/// Adds a column's results for untouched and clean pictures, those of its first seed, where it has none yet.
+/// The textures of a folder that do not depend on its camouflage: untouched, clean, random and solid colours.
+inline std::vector<std::string> plain_textures(const MeasuredFolder& folder) {
+  std::vector<std::string> names;
+  if (!folder.protocol.bare_name.empty()) names.push_back(folder.protocol.bare_name);
+  names.push_back(folder.textures.front());
+  for (const auto& control : evaluate::plain_controls(1, 1))
+    if (std::ranges::count(folder.textures, control.name) > 0) names.push_back(control.name);
+  return names;
+}
+
+/// Adds a column's results for pictures without a camouflage, where it has none yet: those of its first seed,
+/// since they are the same in every measurement that has them.
 inline void add_plain(Comparison& comparison, const ColumnMeasurements& column, std::size_t index) {
   const MeasuredFolder& folder = *column.seeds.front().first;
-  if (comparison.plain.empty())
-    for (const std::string& name : {folder.protocol.bare_name, folder.textures.front()})
-      if (!name.empty()) comparison.plain.push_back({name, {}});
-  for (auto& [name, cells] : comparison.plain) {
+  for (const std::string& name : plain_textures(folder)) {
+    auto place = std::ranges::find_if(comparison.plain, [&](const auto& row) { return row.first == name; });
+    if (place == comparison.plain.end()) place = comparison.plain.insert(comparison.plain.end(), {name, {}});
+    auto& cells = place->second;
     cells.resize(comparison.columns.size());
-    const auto texture = std::ranges::find(folder.textures, name);
-    if (!cells[index] && texture != folder.textures.end())
-      cells[index] = compared_texture({column.name, {column.seeds.front()}},
-                                      static_cast<std::size_t>(texture - folder.textures.begin()));
+    const auto texture = std::ranges::find(folder.textures, name) - folder.textures.begin();
+    if (!cells[index])
+      cells[index] =
+          compared_texture({column.name, {column.seeds.front()}}, static_cast<std::size_t>(texture));
   }
 }
 
@@ -293,6 +343,7 @@ inline void add_row(Comparison& comparison, const std::string& name,
     if (!folder.has_camouflage())
       throw Error(ErrorKind::mismatch, folder.path + ": a measurement without a camouflage");
     row.folders.push_back(folder.path);
+    comparison.commits.insert(folder.commits.begin(), folder.commits.end());
     if (!folder.run.empty() && std::ranges::count(row.runs, folder.run) == 0) row.runs.push_back(folder.run);
     comparison.maps_attention = comparison.maps_attention || folder.protocol.maps_attention;
   }

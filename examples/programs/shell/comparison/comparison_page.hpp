@@ -12,6 +12,7 @@
 #include "../run_folder.hpp"
 #include "../word_table.hpp"
 #include "comparison.hpp"
+#include "comparison_figure.hpp"
 #include "comparison_report.hpp"
 
 namespace tapestry::shell {
@@ -100,6 +101,7 @@ inline Json comparison_json(const std::string& folder, const Comparison& compari
     }
     json["rows"].push_back(entry);
   }
+  json["commits"] = comparison.commits;
   json["computed_by"] = computed_by_json();
   return json;
 }

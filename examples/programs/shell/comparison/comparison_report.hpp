@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "../csv.hpp"
-#include "../protocol/drawing.hpp"
 #include "../protocol/tables.hpp"
 #include "../report.hpp"
 #include "../run_folder.hpp"
@@ -45,7 +44,7 @@ inline std::string effect_text(const evaluate::PairedDifference& difference) {
 }
 
 /// A table of rows by columns.
-/// \param of_plain  returns the words for untouched and clean pictures; null: no rows of these
+/// \param of_plain  returns the words for pictures without a camouflage; null: no rows of these
 inline WordTable comparison_table(const Comparison& comparison, const std::string& title,
                                   const std::function<std::string(const ComparedTexture&)>& of_plain,
                                   const std::function<std::string(const ComparedCell&)>& of_cell) {
@@ -63,7 +62,7 @@ inline WordTable comparison_table(const Comparison& comparison, const std::strin
   return table;
 }
 
-/// A table of one figure: of untouched and clean pictures, and of each row with and without its design.
+/// A table of one figure: of pictures without a camouflage, and of each row with and without its design.
 /// \param words_of  returns the figure of a texture
 template <class WordsOf>
 WordTable camouflage_and_noise(const Comparison& comparison, const std::string& title, WordsOf words_of) {
@@ -82,6 +81,21 @@ std::vector<WordTable> camouflage_then_noise(const Comparison& comparison, const
                            [=](const auto& cell) { return words_of(cell.noise); })};
 }
 
+/// Where noise was drawn in each picture: how often the car is found in it, and the effect beyond it.
+inline std::vector<WordTable> picture_noise_tables(const Comparison& comparison) {
+  const auto table = [&](const std::string& title, auto words_of) {
+    return comparison_table(comparison, title, {}, [=](const ComparedCell& cell) {
+      return cell.picture_noise ? words_of(*cell.picture_noise) : std::string("-");
+    });
+  };
+  return {table("found with noise drawn in each picture, % (P@0.5), 95 %",
+                [](const ComparedPictureNoise& noise) { return rate_text(noise.texture.rate); }),
+          table("effect beyond noise drawn in each picture, P@0.5 in points, 95 %",
+                [](const ComparedPictureNoise& noise) {
+                  return percent_text(noise.p_at_50.mean, noise.p_at_50.interval);
+                })};
+}
+
 inline std::vector<WordTable> effect_tables(const Comparison& comparison) {
   std::vector<WordTable> tables{
       comparison_table(comparison, "effect beyond matched noise, mean best confidence, 95 %", {},
@@ -92,10 +106,13 @@ inline std::vector<WordTable> effect_tables(const Comparison& comparison) {
                        }),
       comparison_table(comparison, "odds of being found, matched noise over camouflage, times, 95 %", {},
                        [](const auto& cell) { return odds_text(cell.effect.odds_ratio); })};
-  const auto has_kept = [](const ComparedRow& row) {
-    return std::ranges::any_of(row.cells, [](const auto& cell) { return cell && cell->kept; });
+  const auto has = [&](auto member) {
+    return std::ranges::any_of(comparison.rows, [=](const ComparedRow& row) {
+      return std::ranges::any_of(row.cells, [=](const auto& cell) { return cell && (*cell).*member; });
+    });
   };
-  if (std::ranges::any_of(comparison.rows, has_kept))
+  if (has(&ComparedCell::picture_noise)) append(tables, picture_noise_tables(comparison));
+  if (has(&ComparedCell::kept))
     tables.push_back(
         comparison_table(comparison, "effect kept when photographed, %, 95 %", {}, [](const auto& cell) {
           return cell.kept ? percent_text(cell.kept->ratio, cell.kept->interval) : std::string("-");
@@ -188,6 +205,8 @@ inline std::string csv_fields(const ComparedCell& cell) {
   add(cell.kept.has_value(), kept.ratio, kept.interval);
   add(cell.beyond_first.has_value(), beyond_first.mean, beyond_first.interval);
   add(true, odds.ratio, odds.interval);
+  const auto in_picture = cell.picture_noise.value_or(ComparedPictureNoise{}).p_at_50;
+  add(cell.picture_noise.has_value(), in_picture.mean, in_picture.interval);
   return text;
 }
 
@@ -200,7 +219,8 @@ inline std::string csv_header() {
   return header +
          ",attention,effect,effect_low,effect_high,effect_p_at_50,effect_p_at_50_low,effect_p_at_50_high,"
          "detected_in_clean,hidden,asr,asr_low,asr_high,kept,kept_low,kept_high,first_minus,first_minus_low,"
-         "first_minus_high,odds_ratio,odds_ratio_low,odds_ratio_high\n";
+         "first_minus_high,odds_ratio,odds_ratio_low,odds_ratio_high,effect_picture,effect_picture_low,"
+         "effect_picture_high\n";
 }
 
 }  // namespace detail
@@ -239,10 +259,10 @@ inline std::vector<std::string> contradictions(const Comparison& comparison) {
   return sentences;
 }
 
-/// A line for each row, detector and texture: untouched, clean, the camouflage and its matched noise. Effects
-/// stand in the camouflage's.
+/// A line for each row, detector and texture: those without a camouflage, the camouflage, its matched noise
+/// and the noise drawn in each picture. Effects stand in the camouflage's.
 inline std::string comparison_csv(const Comparison& comparison) {
-  const std::string none(20, ',');
+  const std::string none(23, ',');
   std::string text = detail::csv_header();
   const auto begin = [&](const std::string& row, std::size_t column, const std::string& texture,
                          std::size_t seeds, std::size_t draws) {
@@ -260,52 +280,11 @@ inline std::string comparison_csv(const Comparison& comparison) {
               detail::csv_fields(cell) + "\n";
       text += begin(row.name, i, evaluate::matched_noise_name, cell.seeds, cell.draws) +
               detail::csv_fields(cell.noise) + none + "\n";
+      if (cell.picture_noise)
+        text += begin(row.name, i, evaluate::picture_noise_name, cell.seeds, 1) +
+                detail::csv_fields(cell.picture_noise->texture) + none + "\n";
     }
   return text;
-}
-
-namespace detail {
-
-/// One column: for each row the mean best confidence with the camouflage and with its noise, and its effect.
-inline Panel comparison_panel(const Comparison& comparison, std::size_t column) {
-  constexpr double left = 130, right = 400, top = 34, row_height = 34;
-  const double bottom = top + row_height * static_cast<double>(comparison.rows.size());
-  const auto x = [=](double share) { return left + share * (right - left); };
-  std::string svg = svg_text(14, 18, "title", comparison.columns[column]);
-  for (int tick = 0; tick <= 4; ++tick) {
-    svg += svg_line(x(tick / 4.0), top, x(tick / 4.0), bottom, tick == 0 ? "ink" : "grid");
-    svg += svg_text(x(tick / 4.0), bottom + 16, "muted middle", fixed(tick / 4.0, 2));
-  }
-  for (const auto& [name, cells] : comparison.plain)
-    if (name == "clean" && column < cells.size() && cells[column])
-      svg += svg_line(x(cells[column]->mean_best_confidence), top, x(cells[column]->mean_best_confidence),
-                      bottom, "ink");
-  for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
-    const auto& row = comparison.rows[i];
-    const double middle = top + row_height * (static_cast<double>(i) + 0.5);
-    svg += svg_text(left - 8, middle + 4, "end", row.name);
-    if (column >= row.cells.size() || !row.cells[column]) continue;
-    const ComparedCell& cell = *row.cells[column];
-    const double painted = cell.camouflage.mean_best_confidence, noise = cell.noise.mean_best_confidence;
-    svg += svg_rectangle(left, middle - 13, x(noise) - left, 12, "class=\"third\"");
-    svg += svg_rectangle(left, middle + 1, x(painted) - left, 12, "class=\"second\"");
-    svg += svg_text(right + 10, middle + 4, "", effect_text(cell.effect.best_confidence));
-  }
-  return {580, bottom + 26, svg};
-}
-
-}  // namespace detail
-
-/// Mean best confidence of every row, a panel for each column.
-inline Figure comparison_figure(const Comparison& comparison, const std::string& title) {
-  Figure figure{title, {}, {580, 44, ""}, 2};
-  for (std::size_t column = 0; column < comparison.columns.size(); ++column)
-    figure.panels.push_back(detail::comparison_panel(comparison, column));
-  figure.legend.svg =
-      svg_rectangle(14, 8, 12, 12, "class=\"second\"") + svg_text(32, 18, "", "camouflage") +
-      svg_rectangle(120, 8, 12, 12, "class=\"third\"") + svg_text(138, 18, "", "its matched noise") +
-      svg_text(14, 38, "muted", "mean best confidence; the line is the clean car's; right: effect, 95 %");
-  return figure;
 }
 
 }  // namespace tapestry::shell

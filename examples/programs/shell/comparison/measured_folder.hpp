@@ -14,6 +14,7 @@
 #include "../protocol/protocols.hpp"
 #include "../protocol/result.hpp"
 #include "../run_folder.hpp"
+#include "../run_manifest.hpp"
 #include "same_content.hpp"
 
 namespace tapestry::shell {
@@ -27,6 +28,7 @@ struct MeasuredFolder {
   std::string run;                          ///< folder of the camouflage's run; empty without one
   std::string detector{};                   ///< name of the first
   std::vector<MeasuredContent> contents{};  ///< by detector
+  std::vector<std::string> commits{};       ///< of the programs that measured it and made its run, if known
 
   [[nodiscard]] bool has_camouflage() const {
     return std::ranges::find(textures, "adversarial") != textures.end();
@@ -145,6 +147,23 @@ inline SavedMeasurement read_saved_measurement(const std::string& path) {
 
 }  // namespace detail
 
+namespace detail {
+
+/// The commits that a measurement's report and the manifest of its run state; none where they do not.
+inline std::vector<std::string> commits_of(const Json& report, const std::string& run) {
+  std::vector<std::string> commits;
+  const auto add = [&](const Json& facts) {
+    if (const auto commit = facts.is_object() ? facts.value("commit", std::string()) : ""; !commit.empty())
+      commits.push_back(commit);
+  };
+  add(report.value("computed_by", Json()));
+  if (!run.empty() && is_there(manifest_path(run), ErrorKind::malformed))
+    add(read_json_file(manifest_path(run)));
+  return commits;
+}
+
+}  // namespace detail
+
 /// Reads the folder of a finished measurement.
 /// \throws FileError: unreadable, malformed, or mismatch if its files do not belong together
 inline MeasuredFolder read_measured_folder(const std::string& folder) {
@@ -152,7 +171,9 @@ inline MeasuredFolder read_measured_folder(const std::string& folder) {
   const auto saved = detail::read_saved_measurement(path);
   MeasuredFolder measured{folder, {}, {}, {}, saved.run};
   const std::string report = folder + "/" + saved.settings.protocol + ".json";
-  measured.textures = detail::member_of<std::vector<std::string>>(read_json_file(report), "textures", report);
+  const Json written = read_json_file(report);
+  measured.textures = detail::member_of<std::vector<std::string>>(written, "textures", report);
+  measured.commits = detail::commits_of(written, saved.run);
   const auto noise = std::ranges::find(measured.textures, std::string(evaluate::matched_noise_name));
   const std::size_t extra_draws = noise == measured.textures.end() ? 0 : saved.settings.noise_draws - 1;
   const auto subject = subject_of(saved.weights, saved.contents.front().frames.size());

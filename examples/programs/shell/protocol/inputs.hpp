@@ -124,7 +124,9 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
 }
 
 /// The textures to measure: clean, the camouflage and its controls; several draws of one side by side.
-inline std::vector<evaluate::Control> textures_of(const Car& loaded, const ProtocolRequest& request) {
+/// \param draws_in_pictures  whether pictures are views with a paint, in which noise can be drawn
+inline std::vector<evaluate::Control> textures_of(const Car& loaded, const ProtocolRequest& request,
+                                                  bool draws_in_pictures) {
   const auto& car = loaded.painted;
   std::vector<evaluate::Control> textures{
       {"clean", camouflage::without_paint(camouflage::own_colours<float>(car))}};
@@ -134,6 +136,11 @@ inline std::vector<evaluate::Control> textures_of(const Car& loaded, const Proto
   auto controls = request.settings.controls == "all"
                       ? evaluate::make_controls(car, paint, request.seed, draws)
                       : evaluate::matched_controls(car, paint, request.seed, draws);
+  if (draws_in_pictures) {
+    const auto after =
+        std::ranges::find(controls, std::string(evaluate::shuffled_patches_name), &evaluate::Control::name);
+    controls.insert(after, {evaluate::picture_noise_name, paint});
+  }
   textures.push_back({"adversarial", std::move(paint)});
   for (auto& control : controls) textures.push_back(std::move(control));
   return textures;

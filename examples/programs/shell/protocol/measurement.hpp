@@ -10,6 +10,7 @@
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/meter.hpp>
@@ -104,19 +105,25 @@ struct FrameViews {
 struct ProtocolSource {
   std::function<FrameViews(std::size_t frame)> views;
   std::function<evaluate::Meter&(std::size_t frame)> meter;
+  Random random{1};  ///< of noise that is drawn in pictures
   /// Share of the attention that lies on the car; empty where it is not measured.
   std::function<double(const Array<float, 3>& picture, const camouflage::View<float>&, std::size_t frame)>
       attention{};
 };
 
-/// A view's picture with a paint; for a texture without texels, only its background.
-inline Array<float, 3> picture_with(const camouflage::View<float>& view,
-                                    const camouflage::Paint<float>& paint) {
-  return paint.colours.size() > 0 ? camouflage::picture_of(view, paint.colours) : view.background;
+/// A view's picture with a texture; for one without texels, only its background.
+/// \param random  of noise that is drawn in the picture
+inline Array<float, 3> picture_with(const camouflage::View<float>& view, const evaluate::Control& texture,
+                                    const Random& random) {
+  if (texture.name == evaluate::picture_noise_name)
+    return evaluate::picture_with_noise(view, texture.paint, random);
+  return texture.paint.colours.size() > 0 ? camouflage::picture_of(view, texture.paint.colours)
+                                          : view.background;
 }
 
-/// Measures the frames of a protocol one after another. Each frame is measured with all textures, one a
-/// thread, and results are saved about once a second. Only one frame's views are in memory. With several
+/// Measures the frames of a protocol one after another, those of one view together. Each frame is measured
+/// with all textures, one a thread, and results are saved about once a second. Only one frame's views and
+/// their pictures are in memory. With several
 /// ranks each takes the next frame, then all exchange results, so that every rank has all outcomes, the same
 /// for any number of ranks.
 class ProtocolMeasurement {
@@ -138,6 +145,7 @@ class ProtocolMeasurement {
     std::vector<std::size_t> pending;
     for (std::size_t frame = 0; frame < protocol_.frames.size(); ++frame)
       if (outcomes_.state_of(frame) == FrameState::pending) pending.push_back(frame);
+    std::ranges::stable_sort(pending, {}, [&](std::size_t frame) { return view_of(frame); });
     for (std::size_t first = 0; first < pending.size(); first += ranks.count()) {
       if (ranks.any(StopSignal::arrived())) {
         save();
@@ -146,7 +154,7 @@ class ProtocolMeasurement {
       const auto frames = std::span(pending).subspan(first, std::min(ranks.count(), pending.size() - first));
       if (ranks.index() < frames.size()) {
         const std::size_t frame = frames[ranks.index()];
-        const bool is_measured = measure(frame, views_of(frame, source), source);
+        const bool is_measured = measure(frame, source);
         outcomes_.state(frame) =
             static_cast<std::uint8_t>(is_measured ? FrameState::measured : FrameState::left_out);
       }
@@ -170,19 +178,33 @@ class ProtocolMeasurement {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// The views of a frame; the last views if they are the same.
+  /// Number of a frame's view.
+  [[nodiscard]] std::size_t view_of(std::size_t frame) const {
+    return protocol_.view_of ? protocol_.view_of(frame) : frame;
+  }
+  /// Makes the views of a frame, unless they are the last ones. Their pictures stay, too, if nothing but the
+  /// texture changes them.
   const FrameViews& views_of(std::size_t frame, const ProtocolSource& source) {
-    const std::size_t number = protocol_.view_of ? protocol_.view_of(frame) : frame;
-    if (!views_ || view_number_ != number) views_ = source.views(frame);
+    const std::size_t number = view_of(frame);
+    const bool is_last = views_ && view_number_ == number;
+    if (!is_last) views_ = source.views(frame);
+    if (!is_last || protocol_.change || protocol_.photograph)
+      pictures_.assign(textures_.size(), std::nullopt);
     view_number_ = number;
     return *views_;
+  }
+  [[nodiscard]] evaluate::Photograph picture_of(std::size_t frame, const camouflage::View<float>& view,
+                                                std::size_t texture, const ProtocolSource& source) const {
+    if (protocol_.photograph) return protocol_.photograph(view, frame, textures_[texture].paint);
+    return {picture_with(view, textures_[texture], source.random.fork(view_number_)), view.target};
   }
   static double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
   }
 
   /// The original car determines the change to a frame, and the car's share of it.
-  bool measure(std::size_t frame, const FrameViews& views, const ProtocolSource& source) {
+  bool measure(std::size_t frame, const ProtocolSource& source) {
+    const FrameViews& views = views_of(frame, source);
     if (!views.show_car()) return false;
     std::optional<FrameChange> change;
     if (protocol_.change) {
@@ -193,12 +215,12 @@ class ProtocolMeasurement {
     outcomes_.car_share(frame) = car_share_of(views.original);
     auto& meter = source.meter(frame);
     parallel_for(textures_.size(), [&](std::size_t k) {
-      const auto& paint = textures_[k].paint;
       const auto& view = views.of(textures_, k);
-      auto [picture, target] = protocol_.photograph
-                                   ? protocol_.photograph(view, frame, paint)
-                                   : evaluate::Photograph{picture_with(view, paint), view.target};
-      if (change) change->apply(picture);
+      if (!pictures_[k]) {
+        pictures_[k] = picture_of(frame, view, k, source);
+        if (change) change->apply(pictures_[k]->picture);
+      }
+      const auto& [picture, target] = *pictures_[k];
       const auto result = meter.examine(picture, view.name, target);
       outcomes_.found(frame, k) = result.found ? 1 : 0;
       outcomes_.fate(frame, k) = static_cast<std::uint8_t>(result.outcome.fate);
@@ -251,7 +273,8 @@ class ProtocolMeasurement {
   evaluate::ProtocolOutcomes outcomes_;
   std::size_t frames_done_ = 0;
   std::optional<FrameViews> views_{};
-  std::size_t view_number_ = 0;  ///< of views_
+  std::size_t view_number_ = 0;                                  ///< of views_
+  std::vector<std::optional<evaluate::Photograph>> pictures_{};  ///< of views_, with each texture
   ProgressLine progress_;
 };
 

@@ -77,6 +77,10 @@ inline std::vector<std::string> notes_on_effects(const ProtocolResult& result,
   if (result.noise_in_place)
     notes.push_back("Matched noise is drawn over the whole car; " + in_place_text(*result.noise_in_place) +
                     ".");
+  if (std::ranges::count(result.textures, evaluate::picture_noise_name) > 0)
+    notes.push_back(std::string(evaluate::picture_noise_name) +
+                    ": each picture with its paint replaced by noise with the colours and the spectrum that "
+                    "the paint has there, in the same light.");
   if (request.settings.noise_draws > 1)
     notes.push_back("Matched noise: " + std::to_string(request.settings.noise_draws) +
                     " draws, each measured in every frame. Its rows count the frames of all draws, a frame "

@@ -119,8 +119,8 @@ struct Protocol {
   std::function<std::optional<FrameChange>(const camouflage::View<float>&, std::size_t frame)> change{};
   /// The street around the car in a frame, in metres; if empty, the car is before a plain background.
   std::function<io::Frame(const scenes::Vehicle&, std::size_t frame, std::size_t size_px)> street{};
-  /// Number of a frame's view. Consecutive frames with the same number share one view, which is made once; if
-  /// empty, no frames share a view.
+  /// Number of a frame's view. Frames with the same number share one view, which is made once; if empty, no
+  /// frames share a view.
   std::function<std::size_t(std::size_t frame)> view_of{};
   /// The picture of a frame with a paint, and the place of the car in it; if empty, the view's own.
   std::function<evaluate::Photograph(const camouflage::View<float>&, std::size_t frame,

@@ -233,6 +233,14 @@ inline void add_attention(const std::string& folder, const Protocol& protocol,
                             inputs.detectors[column], heat_map_by_name(request.settings.heat_map_kind))));
 }
 
+/// The protocol of a request. \param inputs  must outlive the result
+[[nodiscard]] inline Protocol protocol_of(const ProtocolRequest& request, const ProtocolInputs& inputs) {
+  Protocol protocol = protocol_by_name(request.settings.protocol)
+                          .make(request.settings, request.seed, subject_of(request, inputs));
+  if (protocol.on_photographs) protocol.view_of = photograph_view(inputs);
+  return protocol;
+}
+
 /// Measures a protocol, prints its table and writes NAME.csv, .json, .md, .tex, .svg and .html; for renders
 /// also frames.csv, and for photographs photographs.csv. After an interruption the same command continues.
 /// Under mpirun the frames are divided among the ranks; the files are the same for any number of them.
@@ -243,9 +251,8 @@ inline int evaluate_protocol(ProtocolRequest request) {
   const StopSignal stop_signal;
   ProtocolInputs inputs;
   load_car_and_detectors(request, inputs);
-  const Protocol protocol = protocol_by_name(request.settings.protocol)
-                                .make(request.settings, request.seed, subject_of(request, inputs));
-  auto textures = textures_of(inputs.car, request);
+  const Protocol protocol = protocol_of(request, inputs);
+  auto textures = textures_of(inputs.car, request, !protocol.photograph);
   if (!protocol.bare_name.empty()) textures.push_back({protocol.bare_name, {}});
   inputs.reshaped = reshaped_car(inputs.car.painted, request);
   auto meters = meters_of(inputs, request);

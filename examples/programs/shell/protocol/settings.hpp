@@ -25,8 +25,9 @@ struct ProtocolSettings {
 inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& protocols) {
   app.option_defaults()->group("Protocol");
   app.add_option("--protocol", s.protocol, "measure a table of the FCA paper: " + protocols);
-  app.add_option("--controls", s.controls,
-                 "of --protocol: all, or matched for matched noise and shuffled patches alone");
+  app.add_option(
+      "--controls", s.controls,
+      "of --protocol: all, or matched for noise and shuffled patches alone, without plain colours");
   app.add_option("--noise-draws", s.noise_draws,
                  "of --protocol: draws of matched noise, whose spread widens the intervals of effects");
   app.add_option("--background", s.background,

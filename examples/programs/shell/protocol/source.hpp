@@ -39,6 +39,21 @@ FrameViews views_of_shapes(const ProtocolInputs& inputs, ViewOf view_of) {
   return views;
 }
 
+/// Numbers of photographs' views for Protocol::view_of: detectors that take pictures alike share them.
+/// \param inputs  must outlive the result
+inline std::function<std::size_t(std::size_t frame)> photograph_view(const ProtocolInputs& inputs) {
+  return [&](std::size_t frame) {
+    const auto& detectors = inputs.detectors;
+    const std::size_t photograph = frame % inputs.photographs.size();
+    const auto& own = detectors[frame / inputs.photographs.size()].detector;
+    const auto first = std::ranges::find_if(detectors, [&](const FurtherDetector& other) {
+      return other.detector.input_height() == own.input_height() &&
+             other.detector.input_width() == own.input_width() && other.detector.fit() == own.fit();
+    });
+    return photograph * detectors.size() + static_cast<std::size_t>(first - detectors.begin());
+  };
+}
+
 /// The source of the frames' views. A photograph or street is the same for both shapes of the car: its
 /// camera, and its mask, which cuts off what lies beyond the original car.
 inline std::function<FrameViews(std::size_t frame)> views_source(const Protocol& protocol,
@@ -82,6 +97,7 @@ inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest&
                                 const ProtocolInputs& inputs, std::vector<evaluate::Meter>& meters) {
   ProtocolSource source;
   source.views = views_source(protocol, request, inputs);
+  source.random = Random(request.seed).fork(0x7069637475726573ULL);
   source.meter = [&](std::size_t frame) -> evaluate::Meter& {
     return meters[protocol.on_photographs ? protocol.frames[frame].column : 0];
   };

@@ -150,13 +150,13 @@ class ChartNoise {
 namespace tapestry::evaluate {
 
 Array<float, 2> matched_noise(const Array<float, 2>& colours, const std::vector<raster::TextureChart>& charts,
-                              const Random& random) {
+                              const Random& random, std::size_t rounds) {
   detail::require_chart_colours("matched_noise", colours, charts);
   Array<float, 2> noise = colours;
   parallel_for(charts.size(), [&](std::size_t i) {
     if (charts[i].texels.empty()) return;
     detail::ChartNoise chart(colours, charts[i], random.fork(i));
-    for (std::size_t round = 0; round < matched_noise_rounds; ++round) chart.refine();
+    for (std::size_t round = 0; round < rounds; ++round) chart.refine();
     chart.write(noise);
   });
   return noise;

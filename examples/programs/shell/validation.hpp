@@ -1,0 +1,125 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <tapestry/camouflage/objective.hpp>
+#include <tapestry/camouflage/training.hpp>
+#include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/parallel.hpp>
+#include <tapestry/io/npy.hpp>
+#include <utility>
+#include <vector>
+
+#include "file_status.hpp"
+#include "run_folder.hpp"
+
+namespace tapestry::shell {
+
+/// Views that a run does not optimise on. After each epoch its paint is tried on them, and the best epoch's
+/// paint is what the run ends with. What counts is the mean of the term max_score over the views and
+/// detectors, whatever the loss, so that runs of several losses and methods can be compared by it.
+class Validation {
+ public:
+  /// Moves so many of the usable views to a validation, evenly spread. None: every paint is as good as the
+  /// last.
+  /// \param path  file of the best paint so far
+  /// \throws Error (usage) unless views to optimise on are left
+  Validation(std::vector<std::size_t>& usable, std::size_t count, std::string path) : path_(std::move(path)) {
+    if (count == 0) return;
+    if (count >= usable.size())
+      throw Error(ErrorKind::usage, "--validation " + std::to_string(count) + ": of " +
+                                        std::to_string(usable.size()) +
+                                        " views that show the car none are left to optimise on");
+    std::vector<std::size_t> rest;
+    for (std::size_t i = 0; i < usable.size(); ++i) {
+      const bool is_taken = i * count / usable.size() != (i + 1) * count / usable.size();
+      (is_taken ? views_ : rest).push_back(usable[i]);
+    }
+    usable = std::move(rest);
+  }
+
+  /// Reads what an interrupted run has kept.
+  /// \throws FileError (malformed) if an epoch has ended and nothing was kept; mismatch
+  void restore(const camouflage::Training<float>& training) {
+    if (views_.empty() || training.steps_taken() < training.steps_per_epoch()) return;
+    if (!is_there(path_, ErrorKind::malformed))
+      throw FileError(ErrorKind::malformed, {path_, "", "the best paint so far is missing"});
+    const auto file = io::NpzFile::read(path_);
+    best_ = file.array<float, 2>("parameter");
+    const auto scores = file.array<double, 1>("scores");
+    scores_.assign(scores.begin(), scores.end());
+    if (best_.shape() != training.parameter().shape() ||
+        scores_.size() < training.steps_taken() / training.steps_per_epoch())
+      throw FileError(ErrorKind::mismatch, {path_, "", "the best paint of another run"});
+  }
+
+  /// Tries the paint if an epoch has just ended.
+  void follow(const camouflage::Training<float>& training, camouflage::Objective<float>& objective,
+              camouflage::ViewStore<float>& store) {
+    if (views_.empty() || training.steps_taken() % training.steps_per_epoch() != 0) return;
+    const std::size_t epoch = training.steps_taken() / training.steps_per_epoch();
+    const double score = score_of(training.parameter(), objective, store);
+    // An interrupted run may have tried this epoch already, with the same score.
+    scores_.resize(epoch - 1);
+    scores_.push_back(score);
+    if (best_epoch() == epoch) best_ = training.parameter();
+    io::NpzWriter file;
+    file.add("parameter", best_);
+    Array<double, 1> scores(Extents<1>{scores_.size()});
+    std::ranges::copy(scores_, scores.begin());
+    file.add("scores", scores);
+    file.write(path_);
+  }
+
+  /// The parameter of the best epoch; without validation the last one.
+  [[nodiscard]] const Array<float, 2>& chosen(const camouflage::Training<float>& training) const {
+    return scores_.empty() ? training.parameter() : best_;
+  }
+
+  /// For metrics.json; null without validation.
+  [[nodiscard]] Json json() const {
+    if (scores_.empty()) return {};
+    return {{"views", views_.size()},
+            {"max_score_by_epoch", scores_},
+            {"best_epoch", best_epoch()},
+            {"best_max_score", std::ranges::min(scores_)}};
+  }
+
+  /// What a run's end says of it; empty without validation.
+  [[nodiscard]] std::string text() const {
+    if (scores_.empty()) return {};
+    return "paint of epoch " + std::to_string(best_epoch()) + " of " + std::to_string(scores_.size()) +
+           ", the best on " + std::to_string(views_.size()) + " further views";
+  }
+
+ private:
+  /// From 1; the first of equal ones.
+  [[nodiscard]] std::size_t best_epoch() const {
+    return static_cast<std::size_t>(std::ranges::min_element(scores_) - scores_.begin()) + 1;
+  }
+
+  [[nodiscard]] double score_of(const Array<float, 2>& parameter, camouflage::Objective<float>& objective,
+                                camouflage::ViewStore<float>& store) const {
+    const auto first = store.view(views_.front());
+    const auto paint = objective.paint_of(ArrayVariable<float, 2>(parameter), std::span(&first, 1)).first;
+    std::vector<double> scores(views_.size());
+    parallel_for(views_.size(), [&](std::size_t i) {
+      const auto view = store.view(views_[i]);
+      scores[i] = objective.evaluate(paint, std::span(&view, 1)).terms.max_score;
+    });
+    double sum = 0;
+    for (const double score : scores) sum += score;
+    return sum / static_cast<double>(scores.size());
+  }
+
+  std::string path_;
+  std::vector<std::size_t> views_{};  ///< their numbers in the store
+  std::vector<double> scores_{};      ///< after each epoch
+  Array<float, 2> best_{};            ///< parameter of the best epoch
+};
+
+}  // namespace tapestry::shell
