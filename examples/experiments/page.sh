@@ -2,25 +2,37 @@
 # Every figure of docs/EXPERIMENTS.md, in a night on two cores. What is there is not done again, so that an interrupted command
 # goes on, and ends with the same files.
 #
-#   page.sh OUTPUT DETECTOR DETECTOR DETECTOR...
+#   page.sh OUTPUT [--quick] DETECTOR DETECTOR DETECTOR...
 #
 # OUTPUT    folder for everything; OUTPUT/*/tables/index.html are pages over the tables
+# --quick   few frames, one seed, short runs, one of the paper's tables: shows that everything runs
 # DETECTOR  .onnx models, or files of convert_weights, that take pictures of 416 pixels: paints are made for the first, with
 #           the second for ensembles of two and with the third for those of three; all measure, as they are and made sound
 # Paths must have no spaces, quotes or backslashes. In the environment: CAR (options --mesh and --faces or --material; the
 # bundled sedan), LENGTH (its metres), NAMES (file of the detectors' classes), SEEDS ("1 2 3"), DRAWS of matched noise (3),
-# EPOCHS (4), PARTS (sound tables stronger hardened), TABLES (those of paper.sh), LAUNCH.
+# EPOCHS (4), SIZE of pictures (416), PARTS (sound tables stronger hardened), TABLES (of paper.sh), LAUNCH.
 set -euo pipefail
-[ $# -ge 4 ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
-here=$(dirname "$0") output=$1 detectors=("${@:2}") sound=()
+usage() { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
+[ $# -ge 4 ] || usage
+here=$(dirname "$0") output=$1
+shift
+frames=(--train 300 --test 80) validation=40 tune="0.03/1 0.1/1 0.3/1 0.1/0 0.3/0" tables="8 1 6 2 3 4 7 5" seeds="1 2 3"
+draws=3 epochs=4 tuning=() hardening=(--rounds 5 --steps 80 --attack-steps 50 --pictures 8)
+if [ "$1" = --quick ]; then
+  frames=(--train 24 --test 8) validation=4 tune="0.1/1" tables=8 seeds=1 draws=2 epochs=1 tuning=(--steps 4 --pictures 4 --test-scenes 4)
+  hardening=(--rounds 1 --steps 2 --attack-steps 2 --pictures 2)
+  shift
+fi
+[ $# -ge 3 ] || usage
+detectors=("$@") sound=()
 programs=${PROGRAMS:-$here/../../build/release/examples}
-export SEEDS=${SEEDS:-1 2 3} DRAWS=${DRAWS:-3} EPOCHS=${EPOCHS:-4}
-read -ra car <<<"${CAR:-}"
-car+=(${NAMES:+--names "$NAMES"} --size 416)
+export SEEDS=${SEEDS:-$seeds} DRAWS=${DRAWS:-$draws} EPOCHS=${EPOCHS:-$epochs}
+read -ra mesh <<<"${CAR:-}"
+size=(--size "${SIZE:-416}")
+car=("${mesh[@]}" ${NAMES:+--names "$NAMES"} "${size[@]}")
 mkdir -p "$output"
 if [ ! -e "$output/frames.done" ]; then
-  read -ra mesh <<<"${CAR:-}"
-  "$programs/make_dataset" "${mesh[@]}" ${LENGTH:+--length "$LENGTH"} --train 300 --test 80 --seed 1 --output "$output/frames"
+  "$programs/make_dataset" "${mesh[@]}" ${LENGTH:+--length "$LENGTH"} "${frames[@]}" --seed 1 --output "$output/frames"
   touch "$output/frames.done"
 fi
 for detector in "${detectors[@]}"; do
@@ -30,29 +42,29 @@ done
 export COMMON="${car[*]} --weights ${sound[0]} --texels 128" FRAMES=$output/frames FURTHER="${sound[*]:1} ${detectors[*]}"
 
 # The detectors, fine-tuned without any attack until they find the plain car.
-part_sound() { "$here/sound.sh" "$output/sound" "${car[@]}" --frames "$output/frames" -- "${detectors[@]}"; }
+part_sound() { "$here/sound.sh" "$output/sound" "${mesh[@]}" "${size[@]}" "${tuning[@]}" --frames "$output/frames" -- "${detectors[@]}"; }
 # The paper's tables.
 part_tables() {
-  VALIDATION=40 TUNE="0.03/1 0.1/1 0.3/1 0.1/0 0.3/0" VIEWS=quick HARD_FOR=$(basename "${sound[0]%.*}") \
-    "$here/paper.sh" "$output/paper" --tables "${TABLES:-8 1 6 2 3 4 7 5}"
+  VALIDATION=$validation TUNE=$tune VIEWS=quick HARD_FOR=$(basename "${sound[0]%.*}") \
+    "$here/paper.sh" "$output/paper" --tables "${TABLES:-$tables}"
 }
 # The search for the strongest paint, at equal steps.
 part_stronger() {
-  "$here/variants.sh" "$output/stronger" "$COMMON --frames $FRAMES --epochs $EPOCHS --validation 40" max_score= paper="--loss paper" \
-    vanish="--loss vanish" camera="--conditions camera" all_conditions="--conditions physical" worst_half="--worst-views 0.5" \
-    for_two="--ensemble ${sound[1]}" for_three="--ensemble ${sound[1]} ${sound[2]}" \
+  "$here/variants.sh" "$output/stronger" "$COMMON --frames $FRAMES --epochs $EPOCHS --validation $validation" max_score= \
+    paper="--loss paper" vanish="--loss vanish" camera="--conditions camera" all_conditions="--conditions physical" \
+    worst_half="--worst-views 0.5" for_two="--ensemble ${sound[1]}" for_three="--ensemble ${sound[1]} ${sound[2]}" \
     camera_for_three="--conditions camera --ensemble ${sound[1]} ${sound[2]}"
 }
 # The first detector hardened against paint, and its control of as many steps without; both are attacked afresh.
 part_hardened() {
   local kind folder resume
+  mkdir -p "$output/hardened"
   for kind in none optimised; do
     folder=$output/hardened/$kind resume=()
     [ ! -e "$folder/metrics.json" ] || continue
     [ ! -e "$folder/manifest.json" ] || resume=(--resume)
-    mkdir -p "$output/hardened"
-    "$programs/harden" "${car[@]}" --weights "${sound[0]}" --frames "$output/frames" --texels 128 --paint $kind --rounds 5 \
-      --steps 80 --attack-steps 50 --pictures 8 --weight-rate 0.0003 --epochs "$EPOCHS" --output "$folder" "${resume[@]}"
+    "$programs/harden" "${car[@]}" --weights "${sound[0]}" --frames "$output/frames" --texels 128 --paint $kind \
+      "${hardening[@]}" --weight-rate 0.0003 --epochs "$EPOCHS" --output "$folder" "${resume[@]}"
   done
 }
 for part in ${PARTS:-sound tables stronger hardened}; do "part_$part"; done

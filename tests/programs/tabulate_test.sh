@@ -14,7 +14,7 @@ paint() { # FOLDER OPTION...
     "${@:2}" --output "$1" >/dev/null 2>&1 || fail "the run $1"
 }
 measure() { # FOLDER RUN OPTION...
-  "$programs/evaluate" --run "$2" --protocol digital --quick --controls matched "${@:3}" --output "$1" >command.out 2>command.err || fail "$1: $(cat command.err)"
+  "$programs/evaluate" --run "$2" --protocol digital --quick --controls "${controls:-matched}" "${@:3}" --output "$1" >command.out 2>command.err || fail "$1: $(cat command.err)"
 }
 for seed in 1 2; do paint "run-$seed" --seed $seed && measure "measured-$seed" "run-$seed"; done
 paint third --seed 3 --loss vanish
@@ -33,6 +33,22 @@ measure elsewhere run-2 --frames others
 expect_exit 0 "two seeds and another row" "$tabulate" --output tables row=measured-1,measured-2 other=third-measured
 grep -q '^row,detector,adversarial,2,' tables/table.csv && pass || fail "not two seeds: $(head -n 4 tables/table.csv)"
 expect_exit 0 "a row with a detector more" "$tabulate" --output more row=both-1 other=third-measured
+# Colours that are no camouflage's stand in every table where one of its measurements has them; noise drawn in each picture has
+# its effect.
+controls=all measure all-1 run-1
+expect_exit 0 "seeds with other controls" "$tabulate" --output all row=all-1,measured-2 other=third-measured
+for name in random white blue; do grep -q "^$name,detector,$name,1,1,2," all/table.csv && pass || fail "no $name in the table"; done
+grep -q '^row,detector,picture noise,2,1,4,' all/table.csv && pass || fail "no noise in the pictures"
+awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
+  $1 == "row" && $3 == "adversarial" { found = $at["p_at_50"]; effect = $at["effect_picture"] }
+  $1 == "row" && $3 == "picture noise" { exit ($at["p_at_50"] - found - effect) ^ 2 > 1e-12 }' all/table.csv && pass ||
+  fail "the effect beyond noise in pictures is not the difference"
+grep -q 'effect beyond noise drawn in each picture' all/table.md && pass || fail "no table of it"
+commit=$(sed -nE 's/^ *"commit": "([^"]*)",$/\1/p' run-1/manifest.json)
+grep -q "Made by commit $commit\.$" all/table.md && pass || fail "the table does not say who made it: $(grep Made all/table.md)"
+sed -i "s/\"commit\": \"$commit\"/\"commit\": \"another\"/" third/manifest.json
+expect_exit 0 "a run by another commit" "$tabulate" --output all row=all-1,measured-2 other=third-measured
+grep -q "Made by commits $commit, another\.$\|Made by commits another, $commit\.$" all/table.md && pass || fail "two commits: $(grep Made all/table.md)"
 refused() { # WHAT PATTERN ROW...
   expect_exit 4 "$1" "$tabulate" --output none "${@:3}"
   expect_error_line "$2"

@@ -105,7 +105,8 @@ struct FrameViews {
 struct ProtocolSource {
   std::function<FrameViews(std::size_t frame)> views;
   std::function<evaluate::Meter&(std::size_t frame)> meter;
-  Random random{1};  ///< of noise that is drawn in pictures
+  /// Of noise that is drawn in a frame's pictures: the same for frames that share a view.
+  std::function<Random(std::size_t frame)> random;
   /// Share of the attention that lies on the car; empty where it is not measured.
   std::function<double(const Array<float, 3>& picture, const camouflage::View<float>&, std::size_t frame)>
       attention{};
@@ -196,7 +197,7 @@ class ProtocolMeasurement {
   [[nodiscard]] evaluate::Photograph picture_of(std::size_t frame, const camouflage::View<float>& view,
                                                 std::size_t texture, const ProtocolSource& source) const {
     if (protocol_.photograph) return protocol_.photograph(view, frame, textures_[texture].paint);
-    return {picture_with(view, textures_[texture], source.random.fork(view_number_)), view.target};
+    return {picture_with(view, textures_[texture], source.random(frame)), view.target};
   }
   static double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();

@@ -97,7 +97,10 @@ inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest&
                                 const ProtocolInputs& inputs, std::vector<evaluate::Meter>& meters) {
   ProtocolSource source;
   source.views = views_source(protocol, request, inputs);
-  source.random = Random(request.seed).fork(0x7069637475726573ULL);
+  const std::size_t period = protocol.on_photographs ? inputs.photographs.size() : protocol.frames.size();
+  source.random = [=, random = Random(request.seed).fork(0x7069637475726573ULL)](std::size_t frame) {
+    return random.fork(frame % period);  // whatever detectors there are
+  };
   source.meter = [&](std::size_t frame) -> evaluate::Meter& {
     return meters[protocol.on_photographs ? protocol.frames[frame].column : 0];
   };
