@@ -19,8 +19,8 @@ shift
 frames=(--train 300 --test 80) validation=40 tune="0.03/1 0.1/1 0.3/1 0.1/0 0.3/0" tables="8 1 6 2 3 4 7 5" seeds="1 2 3"
 draws=3 epochs=4 tuning=() hardening=(--rounds 5 --steps 80 --attack-steps 50 --pictures 8)
 if [ "$1" = --quick ]; then
-  frames=(--train 24 --test 8) validation=4 tune="0.1/1" tables=8 seeds=1 draws=2 epochs=1 tuning=(--steps 4 --pictures 4 --test-scenes 4)
-  hardening=(--rounds 1 --steps 2 --attack-steps 2 --pictures 2)
+  frames=(--train 24 --test 8) validation=4 tune="0.1/1" tables=8 seeds=1 draws=2 epochs=1 tuning=(--steps 4 --pictures 4 --clean-scenes 4 --test-scenes 4)
+  hardening=(--rounds 1 --steps 2 --attack-steps 2 --pictures 2 --clean-scenes 4 --test-scenes 4)
   shift
 fi
 [ $# -ge 3 ] || usage

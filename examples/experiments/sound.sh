@@ -18,14 +18,18 @@ while [ $# -gt 0 ] && [ "$1" != -- ]; do options+=("$1"); shift; done
 shift
 twice=$(for detector in "$@"; do basename "${detector%.*}"; done | sort | uniq -d)
 [ -z "$twice" ] || { echo "sound.sh: two detectors are called $twice, and so would be their folders" >&2; exit 2; }
-[[ " ${options[*]} " == *" --frames "* ]] || options+=(--scenes 300) # of the bundled car
+defaults=(--rounds 1 --steps 120 --weight-rate 0.0003 --test-scenes 100)
+[[ " ${options[*]} " == *" --frames "* ]] || defaults+=(--scenes 300) # of the bundled car
+for ((i = 0; i < ${#defaults[@]}; i += 2)); do
+  [[ " ${options[*]} " == *" ${defaults[i]} "* ]] || options+=("${defaults[@]:i:2}")
+done
 mkdir -p "$output"
 for detector in "$@"; do
   folder=$output/$(basename "${detector%.*}") resume=()
   if [ ! -e "$folder/metrics.json" ]; then
     [ ! -e "$folder/manifest.json" ] || resume=(--resume)
-    "$programs/harden" "${resume[@]}" --weights "$detector" "${names[@]}" --paint none --attacks none --rounds 1 --steps 120 \
-      --weight-rate 0.0003 --test-scenes 100 "${options[@]}" --output "$folder"
+    "$programs/harden" "${resume[@]}" --weights "$detector" "${names[@]}" --paint none --attacks none "${options[@]}" \
+      --output "$folder"
   fi
   extension=${detector##*.}
   [ -e "$folder-sound.$extension" ] || ln "$folder/hardened.$extension" "$folder-sound.$extension" ||

@@ -88,6 +88,26 @@ expect_same variants/tables/variants.md before.md
 expect_exit 7 "the same table with other options" env -u FURTHER SEEDS="1 2" bash "$experiments/variants.sh" variants "$COMMON --frames own --epochs 2" first=
 expect_exit 2 "too few words" bash "$experiments/variants.sh" none
 
+# Every part of the page of experiments, from one command, and what it has done is not done again.
+cp second.safetensors third.safetensors && cp second.safetensors fourth.safetensors
+page() {
+  env -u COMMON -u FRAMES -u FURTHER CAR="--mesh $assets/car_sedan.obj --material body" NAMES="$assets/detector.names" SIZE=128 \
+    bash "$experiments/page.sh" page --quick second.safetensors third.safetensors fourth.safetensors
+}
+expect_exit 0 "the page" page
+for file in sound/third-sound.safetensors paper/tables/8-resolution.csv stronger/tables/variants.csv hardened/none/metrics.json hardened/optimised/metrics.json; do
+  expect_file "page/$file"
+done
+for name in second-sound third-sound fourth-sound second third fourth; do
+  [ "$(grep -cE "^(8|16|32|64|128),$name,adversarial," page/paper/tables/8-resolution.csv)" = 5 ] && pass || fail "$name in the table"
+done
+grep -q '^blue,second-sound,blue,' page/paper/tables/8-resolution.csv && pass || fail "no plain colours in the table"
+find page -type f -exec sha256sum {} + | sort -k 2 >page.before
+expect_exit 0 "the page once more" page
+find page -type f -exec sha256sum {} + | sort -k 2 >page.after
+expect_same page.before page.after
+expect_exit 2 "a page for two detectors" bash "$experiments/page.sh" page second.safetensors third.safetensors
+
 # tabulate itself.
 measured=whole/out/measured
 expect_exit 2 "a row without a name" "$programs/tabulate" --output none "=$measured/digital-fca-1"
