@@ -4,13 +4,13 @@
 #
 #   page.sh OUTPUT [--quick] DETECTOR DETECTOR DETECTOR...
 #
-# OUTPUT    folder for everything; OUTPUT/*/tables/index.html are pages over the tables
+# OUTPUT    folder for everything; OUTPUT/*/tables/index.html are pages over the tables, OUTPUT/results holds what the page cites
 # --quick   few frames, one seed, short runs, one of the paper's tables: shows that everything runs
 # DETECTOR  .onnx models, or files of convert_weights, that take pictures of 416 pixels: paints are made for the first, with
 #           the second for ensembles of two and with the third for those of three; all measure, as they are and made sound
 # Paths must have no spaces, quotes or backslashes. In the environment: CAR (options --mesh and --faces or --material; the
 # bundled sedan), LENGTH (its metres), NAMES (file of the detectors' classes), SEEDS ("1 2 3"), DRAWS of matched noise (3),
-# EPOCHS (4), SIZE of pictures (416), PARTS (sound tables stronger hardened), TABLES (of paper.sh), LAUNCH.
+# EPOCHS (4), SIZE of pictures (416), PARTS (sound tables stronger hardened results), TABLES (of paper.sh), PROGRAMS, LAUNCH.
 set -euo pipefail
 usage() { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 [ $# -ge 4 ] || usage
@@ -25,12 +25,12 @@ if [ "$1" = --quick ]; then
 fi
 [ $# -ge 3 ] || usage
 detectors=("$@") sound=()
-programs=${PROGRAMS:-$here/../../build/release/examples}
 export SEEDS=${SEEDS:-$seeds} DRAWS=${DRAWS:-$draws} EPOCHS=${EPOCHS:-$epochs}
 read -ra mesh <<<"${CAR:-}"
 size=(--size "${SIZE:-416}")
 car=("${mesh[@]}" ${NAMES:+--names "$NAMES"} "${size[@]}")
-mkdir -p "$output"
+source "$here/steps.sh"
+settle "$(printf '%s; ' "${frames[*]}" "${car[*]}" "${LENGTH:-}" "${tuning[*]} ${hardening[*]}" "$SEEDS" "$DRAWS draws, $EPOCHS passes" "${detectors[*]}")"
 if [ ! -e "$output/frames.done" ]; then
   "$programs/make_dataset" "${mesh[@]}" ${LENGTH:+--length "$LENGTH"} "${frames[@]}" --seed 1 --output "$output/frames"
   touch "$output/frames.done"
@@ -67,4 +67,28 @@ part_hardened() {
       "${hardening[@]}" --weight-rate 0.0003 --epochs "$EPOCHS" --output "$folder" "${resume[@]}"
   done
 }
-for part in ${PARTS:-sound tables stronger hardened}; do "part_$part"; done
+# A table of runs of harden: P@0.5 of each picture before and after, and what the drawn scenes say.
+table_of_hardening() { # NAME TITLE RUN...
+  local file=$output/results/$1 run label
+  echo "detector,$(head -n 1 "$3/metrics.csv")" | sed 's/,detector,/,state,/' >"$file.csv"
+  for run in "${@:3}"; do sed "1d;s/^/$(basename "$run"),/" "$run/metrics.csv"; done >>"$file.csv"
+  {
+    printf '# %s\n' "$2"
+    for run in "${@:3}"; do
+      label=$(basename "$run")
+      printf '\n**%s**\n' "$label"
+      sed -n "/^|/{s/^| \([a-z ]*\): [^|]*/| $label, \1 /;p;};/^on [0-9]* clean\|^hardened minus/s/^/\n/p" "$run/report.md" | sed '1s/^/\n/'
+    done
+    printf '\nMade by commit %s.\n' "$(for run in "${@:3}"; do sed -nE 's/^ *"commit": "([^"]*)",$/\1/p' "$run/metrics.json"; done | sort -u | paste -s -d ' ')"
+  } >"$file.md"
+}
+# Everything that the page cites, in one folder.
+part_results() {
+  local file detector runs=()
+  mkdir -p "$output/results"
+  for file in "$output"/paper/tables/*.{csv,md,svg} "$output"/stronger/tables/variants.{csv,md,svg}; do cp "$file" "$output/results"; done
+  for detector in "${detectors[@]}"; do runs+=("$output/sound/$(basename "${detector%.*}")"); done
+  table_of_hardening sound "Detectors fine-tuned without an attack" "${runs[@]}"
+  table_of_hardening hardened "Hardened, and the control" "$output"/hardened/{none,optimised}
+}
+for part in ${PARTS:-sound tables stronger hardened results}; do "part_$part"; done

@@ -41,7 +41,8 @@ read -ra seeds <<<"${SEEDS:-$seeds_default}"
 draws=${DRAWS:-$draws} plain_of=fca
 source "$(dirname "$0")/steps.sh"
 settle "$(printf '%s; ' "${quick[*]}" "${COMMON:-}" "${FRAMES:-}" "${LENGTH:-}" "${FURTHER:-}" "${coarse[*]}" "${EPOCHS:-$epochs} passes, $draws draws" \
-  "${VALIDATION:-0} views of validation" "tuned: ${TUNE:-no}" "${VIEWS:-}")"
+  "${VALIDATION:-no} views of validation" "tuned: ${TUNE:-no}" "${VIEWS:-}" "${HARD_FOR:-}")"
+[ -z "${TUNE:-}" ] || [ -n "${VALIDATION:-}" ] || fail 2 "TUNE needs VALIDATION"
 
 # Options of COMMON that say which mesh stands in the streets, and those that further detectors share.
 mesh=() shared=()
@@ -57,7 +58,7 @@ if [ -z "${FRAMES:-}" ] && [ ! -e "$output/frames.done" ]; then
     --seed 1 --output "$frames"
   touch "$output/frames.done"
 fi
-common+=(--epochs "${EPOCHS:-$epochs}" --validation "${VALIDATION:-0}")
+common+=(--epochs "${EPOCHS:-$epochs}" ${VALIDATION:+--validation "$VALIDATION"})
 filter=(--filter anisotropic) # of every measurement, though mesh_adv is optimised with another
 [[ " ${COMMON:-} " != *" --filter "* ]] || filter=()
 as_photographed=(--light frame "${filter[@]}") # though rauca is optimised in another light
@@ -75,9 +76,9 @@ declare -A options=([fca]="" [mesh_adv]="--method mesh_adv --filter bilinear" [c
 [ -z "${TUNE:-}" ] || options[das]="--method das" options[das_full]="--method das_full"
 for texels in 8 16 32 64 128; do options[rows_$texels]="--texels $texels"; done
 
-# Words of a setting RATE/WEIGHT of TUNE, but for a weight that a camouflage's own options state.
+# Words of a setting RATE/WEIGHT of TUNE, but for what a camouflage's own options state.
 words_of() { # SETTING OWN...
-  echo "--learning-rate ${1%/*}"
+  [[ " ${*:2} " == *" --learning-rate "* ]] || echo "--learning-rate ${1%/*}"
   [[ " ${*:2} " == *" --smoothness-weight "* ]] || echo "--smoothness-weight ${1#*/}"
 }
 # What a camouflage takes its setting from: a method from its own trials, all else from those of fca.
@@ -94,7 +95,6 @@ best_setting() { # NAME
     trial=$1-${setting/\//-}
     optimise "$trial" --frames "$frames" "${own[@]}" $(words_of "$setting" "${own[@]}") --epochs $(((${EPOCHS:-$epochs} + 1) / 2))
     score=$(sed -nE 's/^ *"best_max_score": ([-+.0-9e]+),?$/\1/p' "$output/runs/$trial-${seeds[0]}/metrics.json")
-    [ -n "$score" ] || fail 2 "TUNE needs VALIDATION"
     if [ -z "$least" ] || awk "BEGIN { exit !($score < $least) }"; then least=$score best=$setting; fi
   done
 }
@@ -141,7 +141,7 @@ table_of_renders() { # NAME TITLE PROTOCOL ROW...
   tabulate "$1" "$2" "${rows[@]}"
 }
 
-table_1() { table_of_photographs 1-methods "Table 1: methods, as they are" digital fca mesh_adv camou upc das das_full coarse rauca planar_patch random solid; }
+table_1() { table_of_photographs 1-methods "Table 1: methods, as they are" digital fca mesh_adv camou upc das das_full coarse rauca planar_patch noise:random solid; }
 table_2() { table_of_renders 2-physical "Table 2: printed and photographed, simulated" physical fca mesh_adv camou upc das das_full coarse conditions; }
 table_3() { table_of_renders 3-views "Table 3: from all around, near and far" views fca coarse; }
 table_4() { table_of_renders 4-occlusion "Table 4: partly hidden" occlusion fca coarse; }
@@ -169,6 +169,7 @@ table_5() {
   done
   detectors=$(awk -F , 'NR > 1 && !seen[$1]++ { print $1 }' "$output/measured/digital-fca-${seeds[0]}-train/photographs.csv")
   for detector in ${HARD_FOR:-$detectors}; do
+    [[ $'\n'$detectors$'\n' == *$'\n'$detector$'\n'* ]] || fail 2 "HARD_FOR: $detector is none of $(paste -s -d ' ' <<<"$detectors")"
     for seed in "${seeds[@]}"; do
       further_frames "$detector" "$seed"
       if [ ! -s "$output/frames-hard_$detector-$seed/list.txt" ] || [ ! -s "$output/frames-others_$detector-$seed/list.txt" ]; then
@@ -209,8 +210,10 @@ further_frames() { # DETECTOR SEED
   done
 }
 further_run() { # NAME SEED
-  local seeds=("$2")
-  optimise "$1" --validation 0 --frames "$output/frames-$1-$2" --start "$output/runs/fca-$2/texture.npz"
+  local seeds=("$2") best= own
+  best_setting fca
+  [ -z "$best" ] || own=($(words_of "$best"))
+  optimise "$1" --validation 0 --frames "$output/frames-$1-$2" --start "$output/runs/fca-$2/texture.npz" "${own[@]}"
 }
 
 for table in $tables; do

@@ -6,7 +6,8 @@
 #
 # OUTPUT    folder for everything: OUTPUT/NAME-sound.onnx or .safetensors is a detector, OUTPUT/NAME its run
 # DETECTOR  .onnx models, or files of convert_weights
-# Paths must have no spaces. In the environment: NAMES, the file of the classes' names, for detectors without them.
+# Paths must have no spaces. In the environment: NAMES, the file of the classes' names, for detectors without them; PROGRAMS,
+# the folder of the programs.
 set -euo pipefail
 [ $# -ge 3 ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 programs=${PROGRAMS:-$(dirname "$0")/../../build/release/examples}
@@ -21,7 +22,7 @@ twice=$(for detector in "$@"; do basename "${detector%.*}"; done | sort | uniq -
 defaults=(--rounds 1 --steps 120 --weight-rate 0.0003 --test-scenes 100)
 [[ " ${options[*]} " == *" --frames "* ]] || defaults+=(--scenes 300) # of the bundled car
 for ((i = 0; i < ${#defaults[@]}; i += 2)); do
-  [[ " ${options[*]} " == *" ${defaults[i]} "* ]] || options+=("${defaults[@]:i:2}")
+  [[ " ${options[*]} " == *" ${defaults[i]}"[\ =]* ]] || options+=("${defaults[@]:i:2}")
 done
 mkdir -p "$output"
 for detector in "$@"; do
@@ -32,8 +33,9 @@ for detector in "$@"; do
       --output "$folder"
   fi
   extension=${detector##*.}
-  [ -e "$folder-sound.$extension" ] || ln "$folder/hardened.$extension" "$folder-sound.$extension" ||
-    cp "$folder/hardened.$extension" "$folder-sound.$extension"
+  if [ ! -e "$folder-sound.$extension" ]; then
+    cp "$folder/hardened.$extension" "$folder-sound.part" && mv "$folder-sound.part" "$folder-sound.$extension"
+  fi
   echo "$folder-sound.$extension"
   sed -n '/^ *\(photo\|clean\) /p;/drawn scenes/p' "$folder/report.txt"
 done

@@ -7,9 +7,9 @@
 #   quick    array: (--quick) or ()
 #   plain_of  the camouflage beside which random and plain colours are measured
 #   command_line  words that make the tables again, shown with them
-# In the environment: LAUNCH, words before camouflage and evaluate, such as "mpirun -n 4 --bind-to none".
+# In the environment: PROGRAMS, their folder; LAUNCH, words before camouflage and evaluate, such as "mpirun -n 4 --bind-to none".
 export LC_ALL=C  # numbers with points
-programs=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)/build/release/examples
+programs=${PROGRAMS:-$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)/build/release/examples}
 read -ra launch <<<"${LAUNCH:-}"
 child=
 [ -x "$programs/tabulate" ] || { echo "error: $programs/tabulate is not built; cmake --build --preset release" >&2; exit 2; }

@@ -69,7 +69,7 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
       if (cell) seeds = std::max(seeds, cell->seeds), draws = std::max(draws, cell->draws);
   std::string commits;
   for (const auto& commit : comparison.commits) commits += (commits.empty() ? "" : ", ") + commit;
-  return {
+  std::vector<std::string> notes{
       "A row is one camouflage, optimised with up to " + std::to_string(seeds) +
           (seeds == 1 ? " seed" : " seeds") + "; its matched noise has its colours and its spectrum, in " +
           std::to_string(draws) + (draws == 1 ? " draw" : " draws") +
@@ -81,6 +81,11 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
       commits.empty()
           ? std::string("Which commits made it is not known.")
           : "Made by commit" + std::string(comparison.commits.size() == 1 ? " " : "s ") + commits + "."};
+  if (has_picture_noise(comparison))
+    notes.insert(notes.begin() + 1,
+                 "Noise drawn in each picture: its paint is replaced by noise with the colours and the "
+                 "spectrum that it has there, in the same light.");
+  return notes;
 }
 
 int run(Options options) {

@@ -19,7 +19,7 @@ for table in 1-methods 2-physical 3-views 4-occlusion 6-losses 7-starts 8-resolu
   grep -q "id=\"$table\"" whole/out/tables/index.html && pass || fail "the page has no $table"
 done
 tables=whole/out/tables
-for name in fca mesh_adv camou upc das das_full coarse rauca planar_patch random solid; do
+for name in fca mesh_adv camou upc das das_full coarse rauca planar_patch noise solid; do
   [ "$(grep -cE "^$name,(detector|second),(adversarial|matched noise)," $tables/1-methods.csv)" = 4 ] && pass || fail "$name in table 1"
 done
 grep -q '^| fca | [0-9.]* \[[0-9.]*, [0-9.]*\] | [0-9.]* \[[0-9.]*, [0-9.]*\] |$' $tables/1-methods.md && pass || fail "$(head -n 12 $tables/1-methods.md)"

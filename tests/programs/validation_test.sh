@@ -29,6 +29,14 @@ expect_same whole.row shorter.row
 kill_until_done killed 6 2 "${run[@]}" --validation 2
 for file in texture.npz best.npz texture.png metrics.csv; do expect_same "whole/$file" "killed/$file"; done
 
+# The scores are of max_score whatever the loss is, so that runs can be compared.
+for loss in paper vanish; do
+  expect_exit 0 "$loss" "${run[@]}" --validation 2 --loss $loss --output $loss
+  tr -d '\n ' <$loss/metrics.json | sed -nE 's/.*"max_score_by_epoch":\[([^]]*)\].*/\1/p' | tr ',' '\n' |
+    awk '!($1 > 0) || $1 > 1 { exit 1 } END { exit NR != 5 }' && pass || fail "scores of $loss"
+done
+cmp -s paper/best.npz whole/best.npz && fail "the loss had no part in the run" || pass
+
 # What was held back was not optimised on.
 expect_exit 0 "without validation" "${run[@]}" --output without
 grep -q '"validation": null' without/metrics.json && pass || fail "a validation that nobody asked for"

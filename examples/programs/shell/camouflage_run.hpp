@@ -52,10 +52,13 @@ class CamouflageRun {
         test_(inputs_.car.painted, store_settings(),
               frame_loaders(inputs_.frames.test, inputs_.mask, inputs_.frames.posed)),
         objective_(inputs_.detector, objective_options(options_.optimisation, inputs_.class_index),
-                   texels_to_smooth(options_.optimisation, inputs_.car.painted)) {
-    for (const FurtherDetector& member : inputs_.ensemble)
-      objective_.join(member.detector, member.class_index);
-    objective_.follow(chosen_method(options_.optimisation, inputs_.car.painted, options_.scene.mesh));
+                   texels_to_smooth(options_.optimisation, inputs_.car.painted)),
+        trial_(inputs_.detector, {loss::AdversarialLoss::max_score, {}, 0, 0, inputs_.class_index}) {
+    for (auto* objective : {&objective_, &trial_}) {
+      for (const FurtherDetector& member : inputs_.ensemble)
+        objective->join(member.detector, member.class_index);
+      objective->follow(chosen_method(options_.optimisation, inputs_.car.painted, options_.scene.mesh));
+    }
     objective_.keep_layers(options_.keep_layers_mib << 20U);
     if (inputs_.palette)
       objective_.print_by(inputs_.palette, texels_to_print(inputs_.car.painted, objective_.method()));
@@ -206,11 +209,11 @@ class CamouflageRun {
     while (!training.finished()) {
       try {
         images += training.step();
-        if (ranks_.is_first()) validation_->follow(training, objective_, train_);
       } catch (const NumericError&) {
         save(training);  // the state before the step: the last good one
         throw;
       }
+      if (ranks_.is_first()) validation_->follow(training, trial_, train_);
       const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
       progress.show(step_text(training, first, images, seconds), training.finished());
       if (ranks_.any(StopSignal::arrived())) {
@@ -388,6 +391,7 @@ class CamouflageRun {
   camouflage::ViewStore<float> train_;
   camouflage::ViewStore<float> test_;
   camouflage::Objective<float> objective_;
+  camouflage::Objective<float> trial_;  ///< see Validation
   std::optional<Validation> validation_{};
   std::string settings_;
   std::uint64_t saved_steps_ = 0;

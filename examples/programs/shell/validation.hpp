@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <memory>
 #include <span>
 #include <string>
 #include <tapestry/camouflage/objective.hpp>
@@ -20,8 +19,8 @@
 namespace tapestry::shell {
 
 /// Views that a run does not optimise on. After each epoch its paint is tried on them, and the best epoch's
-/// paint is what the run ends with. What counts is the mean of the term max_score over the views and
-/// detectors, whatever the loss, so that runs of several losses and methods can be compared by it.
+/// paint is what the run ends with. What counts is the mean of the loss max_score over the views, whatever
+/// the run's own loss, so that runs of several losses and methods can be compared by it.
 class Validation {
  public:
   /// Moves so many of the usable views to a validation, evenly spread. None: every paint is as good as the
@@ -58,6 +57,7 @@ class Validation {
   }
 
   /// Tries the paint if an epoch has just ended.
+  /// \param objective  of the loss max_score alone, with the run's detectors and method
   void follow(const camouflage::Training<float>& training, camouflage::Objective<float>& objective,
               camouflage::ViewStore<float>& store) {
     if (views_.empty() || training.steps_taken() % training.steps_per_epoch() != 0) return;
@@ -107,10 +107,14 @@ class Validation {
     const auto first = store.view(views_.front());
     const auto paint = objective.paint_of(ArrayVariable<float, 2>(parameter), std::span(&first, 1)).first;
     std::vector<double> scores(views_.size());
-    parallel_for(views_.size(), [&](std::size_t i) {
+    const auto try_on = [&](std::size_t i) {
       const auto view = store.view(views_[i]);
       scores[i] = objective.evaluate(paint, std::span(&view, 1)).terms.max_score;
-    });
+    };
+    if (objective.prefers_views_side_by_side())
+      parallel_for(views_.size(), try_on);
+    else
+      for (std::size_t i = 0; i < views_.size(); ++i) try_on(i);
     double sum = 0;
     for (const double score : scores) sum += score;
     return sum / static_cast<double>(scores.size());

@@ -63,6 +63,13 @@ struct Comparison {
   std::set<std::string> commits{};  ///< of the programs that made the runs and measured them
 };
 
+/// Whether some cell has the noise that is drawn in each picture.
+inline bool has_picture_noise(const Comparison& comparison) {
+  return std::ranges::any_of(comparison.rows, [](const ComparedRow& row) {
+    return std::ranges::any_of(row.cells, [](const auto& cell) { return cell && cell->picture_noise; });
+  });
+}
+
 namespace detail {
 
 /// Measurements of one column, one for each seed.
@@ -316,8 +323,7 @@ inline std::vector<std::string> plain_textures(const MeasuredFolder& folder) {
   return names;
 }
 
-/// Adds a column's results for pictures without a camouflage, where it has none yet: those of its first seed,
-/// since they are the same in every measurement that has them.
+/// Adds a column's results for pictures without a camouflage, where it has none yet: those of its first seed.
 inline void add_plain(Comparison& comparison, const ColumnMeasurements& column, std::size_t index) {
   const MeasuredFolder& folder = *column.seeds.front().first;
   for (const std::string& name : plain_textures(folder)) {

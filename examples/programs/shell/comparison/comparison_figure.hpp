@@ -52,11 +52,12 @@ inline Figure comparison_figure(const Comparison& comparison, const std::string&
   figure.legend.svg =
       svg_rectangle(14, 8, 12, 12, "class=\"second\"") + svg_text(32, 18, "", "camouflage") +
       svg_rectangle(120, 8, 12, 12, "class=\"third\"") + svg_text(138, 18, "", "its matched noise") +
-      svg_rectangle(270, 8, 12, 12, "class=\"first\"") +
-      svg_text(288, 18, "", "noise drawn in each picture") +
       svg_text(14, 38, "muted",
                "pictures in which the car is found; the line is the clean car's; right: odds of being found, "
                "matched noise over camouflage, 95 %");
+  if (has_picture_noise(comparison))
+    figure.legend.svg += svg_rectangle(270, 8, 12, 12, "class=\"first\"") +
+                         svg_text(288, 18, "", "noise drawn in each picture");
   return figure;
 }
 

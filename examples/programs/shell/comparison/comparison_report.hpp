@@ -106,13 +106,11 @@ inline std::vector<WordTable> effect_tables(const Comparison& comparison) {
                        }),
       comparison_table(comparison, "odds of being found, matched noise over camouflage, times, 95 %", {},
                        [](const auto& cell) { return odds_text(cell.effect.odds_ratio); })};
-  const auto has = [&](auto member) {
-    return std::ranges::any_of(comparison.rows, [=](const ComparedRow& row) {
-      return std::ranges::any_of(row.cells, [=](const auto& cell) { return cell && (*cell).*member; });
-    });
+  if (has_picture_noise(comparison)) append(tables, picture_noise_tables(comparison));
+  const auto has_kept = [](const ComparedRow& row) {
+    return std::ranges::any_of(row.cells, [](const auto& cell) { return cell && cell->kept; });
   };
-  if (has(&ComparedCell::picture_noise)) append(tables, picture_noise_tables(comparison));
-  if (has(&ComparedCell::kept))
+  if (std::ranges::any_of(comparison.rows, has_kept))
     tables.push_back(
         comparison_table(comparison, "effect kept when photographed, %, 95 %", {}, [](const auto& cell) {
           return cell.kept ? percent_text(cell.kept->ratio, cell.kept->interval) : std::string("-");

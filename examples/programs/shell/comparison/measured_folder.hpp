@@ -145,10 +145,6 @@ inline SavedMeasurement read_saved_measurement(const std::string& path) {
   return saved;
 }
 
-}  // namespace detail
-
-namespace detail {
-
 /// The commits that a measurement's report and the manifest of its run state; none where they do not.
 inline std::vector<std::string> commits_of(const Json& report, const std::string& run) {
   std::vector<std::string> commits;

@@ -64,7 +64,8 @@ inline Bitmap attention_sheet(std::size_t column, const Protocol& protocol, cons
   for (const std::size_t texture : result.shown_textures())
     for (const auto& views : frames) {
       const std::size_t first_draw = outcomes.first_column(texture);
-      const auto picture = picture_with(views.of(textures, first_draw), textures[first_draw], Random(1));
+      const auto picture =
+          picture_with(views.of(textures, first_draw), textures[first_draw], source.random(0));
       const auto shown = image::from_bytes<float>(
           heated(picture, heat_of_input(picture, detector.detector, detector.class_index, heat_map)));
       const std::size_t longer = std::max(shown.shape(0), shown.shape(1));

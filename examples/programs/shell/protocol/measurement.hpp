@@ -122,11 +122,10 @@ inline Array<float, 3> picture_with(const camouflage::View<float>& view, const e
                                           : view.background;
 }
 
-/// Measures the frames of a protocol one after another, those of one view together. Each frame is measured
-/// with all textures, one a thread, and results are saved about once a second. Only one frame's views and
-/// their pictures are in memory. With several
-/// ranks each takes the next frame, then all exchange results, so that every rank has all outcomes, the same
-/// for any number of ranks.
+/// Measures the frames of a protocol one after another, in one process those of one view together. Each frame
+/// is measured with all textures, one a thread, and results are saved about once a second. Only one frame's
+/// views and their pictures are in memory. With several ranks each takes the next frame, then all exchange
+/// results, so that every rank has all outcomes, the same for any number of ranks.
 class ProtocolMeasurement {
  public:
   /// \param textures  the clean one first. For one without texels the picture is only the background. They
@@ -146,7 +145,8 @@ class ProtocolMeasurement {
     std::vector<std::size_t> pending;
     for (std::size_t frame = 0; frame < protocol_.frames.size(); ++frame)
       if (outcomes_.state_of(frame) == FrameState::pending) pending.push_back(frame);
-    std::ranges::stable_sort(pending, {}, [&](std::size_t frame) { return view_of(frame); });
+    if (ranks.count() == 1)  // several would make each view anew, and wait for the slowest detector
+      std::ranges::stable_sort(pending, {}, [&](std::size_t frame) { return view_of(frame); });
     for (std::size_t first = 0; first < pending.size(); first += ranks.count()) {
       if (ranks.any(StopSignal::arrived())) {
         save();

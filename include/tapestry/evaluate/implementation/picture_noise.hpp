@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
-#include <optional>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
@@ -9,6 +8,7 @@
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/used_texels.hpp>
+#include <utility>
 #include <vector>
 
 namespace tapestry::evaluate::detail {
@@ -30,12 +30,14 @@ struct PaintInPicture {
   std::vector<raster::TextureChart> charts{};
 };
 
+/// \param encoded  the view's picture with the paint
 inline PaintInPicture paint_in_picture(const camouflage::View<float>& view,
-                                       const camouflage::Paint<float>& paint) {
+                                       const camouflage::Paint<float>& paint,
+                                       const Array<float, 3>& encoded) {
   constexpr float grey = 0.5F;          // white could exceed the picture's range in strong light
   constexpr float least_light = 2e-3F;  // less is rounding, and cannot be seen
   PaintInPicture found{picture_in_grey(view, paint, 0), picture_in_grey(view, paint, grey)};
-  const auto picture = image::in_space(view.space, camouflage::picture_of(view, paint.colours));
+  const auto picture = image::in_space(view.space, encoded);
   const float paint_of_grey = view.space == image::ColourSpace::linear ? image::linearised(grey) : grey;
   const std::size_t width = picture.shape(1), pixels = picture.shape(0) * width;
   found.paint = zeros<float, 2>({pixels, 3});
@@ -78,7 +80,7 @@ Array<float, 3> picture_with_noise(const camouflage::View<float>& view, const ca
   camouflage::require_sound("picture_with_noise", paint);
   auto picture = camouflage::picture_of(view, paint.colours);
   if (view.visible_pixels == 0) return picture;
-  const auto found = detail::paint_in_picture(view, paint);
+  const auto found = detail::paint_in_picture(view, paint, picture);
   const auto noise = matched_noise(found.paint, found.charts, random, picture_noise_rounds);
   for (const raster::TextureChart& chart : found.charts)
     for (const raster::ChartTexel& texel : chart.texels)
