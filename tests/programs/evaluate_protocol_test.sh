@@ -10,7 +10,7 @@ expect_exit 0 "a camouflage" "$programs/camouflage" --frames frames --texels 8 -
 small=(--run run --quick --controls matched --size 128 --background 0.5 0.5 0.5)
 
 expect_exit 0 "views, two threads" "$evaluate" --protocol views "${small[@]}" --threads 2 --output two
-grep -Eq '^views: frame 432 of 432, each with 4 textures, 0 s left' command.err && pass || fail "no word on how far it is"
+grep -Eq '^views: frame 432 of 432, each with 5 textures, 0 s left' command.err && pass || fail "no word on how far it is"
 grep -q 'worst cell: ' command.out && pass || fail "no worst cell"
 for words in 'seed 1' 'confidence above 0.25' 'IoU 0.45' 'half of the field of view is 30 degrees' '--quick'; do
   for file in command.out two/views.md two/views.html two/views.json; do
@@ -22,14 +22,14 @@ grep -q '"seconds"' two/cost.json && pass || fail "cost.json lacks the seconds"
 grep -Eq 'http-equiv|@import|(src|href)="[^d]' two/views.html && fail "the page needs other files" || pass
 grep -q 'prefers-color-scheme: dark' two/views.svg && pass || fail "no colours for dark pages"
 
-# A line each for 432 frames and 4 textures, which give the cells' figures again.
-[ "$(wc -l <two/frames.csv)" -eq 1729 ] && pass || fail "frames.csv has $(wc -l <two/frames.csv) lines"
+# A line each for 432 frames and 5 textures, which give the cells' figures again.
+[ "$(wc -l <two/frames.csv)" -eq 2161 ] && pass || fail "frames.csv has $(wc -l <two/frames.csv) lines"
 awk -F , 'NR == FNR { if (FNR > 1) { cell = substr($1, 2) "," substr($2, 2, length($2) - 2); found[cell "," $9] += $11; frames[cell "," $9]++ } next }
   $1 != "all" && FNR > 1 { if (found[$1 "," $2 "," $3] != $7 || frames[$1 "," $2 "," $3] != 9) exit 1; cells++ }
-  END { exit cells != 192 }' two/frames.csv two/views.csv && pass || fail "frames.csv has other figures than views.csv"
+  END { exit cells != 240 }' two/frames.csv two/views.csv && pass || fail "frames.csv has other figures than views.csv"
 
-# 48 cells and the whole, 4 textures each; the cells add up, and what was found in clean is the denominator.
-[ "$(wc -l <two/views.csv)" -eq 197 ] && pass || fail "views.csv has $(wc -l <two/views.csv) lines"
+# 48 cells and the whole, 5 textures each; the cells add up, and what was found in clean is the denominator.
+[ "$(wc -l <two/views.csv)" -eq 246 ] && pass || fail "views.csv has $(wc -l <two/views.csv) lines"
 awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) column[$i] = i; next }
   { frames = $column["frames"]; detected = $column["detected"]; clean = $column["detected_in_clean"]; hidden = $column["hidden"] + 0 }
   $1 == "all" { if (frames != sum_frames[$3] || detected != sum_detected[$3] || clean != sum_clean[$3] ||
@@ -38,7 +38,7 @@ awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) column[$i] = i; next }
   frames != 9 || hidden > clean || clean > frames { exit 1 }
   $3 != "clean" && clean > 0 && ($column["asr"] - hidden / clean) ^ 2 > 1e-12 { exit 1 }
   $3 == "clean" && $column["asr"] != "" || clean == 0 && $column["asr"] != "" { exit 1 }
-  END { exit !(wholes == 4 && sum_frames["clean"] == 432 && sum_detected["clean"] > 20) }' two/views.csv && pass ||
+  END { exit !(wholes == 5 && sum_frames["clean"] == 432 && sum_detected["clean"] > 20) }' two/views.csv && pass ||
   fail "the cells of views.csv do not add up"
 
 expect_exit 0 "one thread" "$evaluate" --protocol views "${small[@]}" --threads 1 --output one
@@ -53,7 +53,7 @@ hidden_shares='NR > 1 && $1 != "all" { share = $6; group = $1 }
   group ~ /^middle/ && !(share > 0.3 && share < 0.7) { exit 1 }
   group ~ /^large/ && !(share >= 0.7 && share <= 0.95) { exit 1 }
   END { exit NR != lines }'
-awk -F , -v lines=66 "$hidden_shares" whole/occlusion.csv && pass || fail "the hidden shares do not fit their groups"
+awk -F , -v lines=79 "$hidden_shares" whole/occlusion.csv && pass || fail "the hidden shares do not fit their groups"
 for table in two/views.csv whole/occlusion.csv; do
   [ -z "$(head -n 1 "$table" | tr , '\n' | sort | uniq -d)" ] && pass || fail "two columns of $table have one name"
 done
@@ -62,7 +62,7 @@ awk -F , '$3 == "no car" { rows++; if ($13 != "" || $14 != "") exit 1 } $1 == "a
   END { exit !(rows == 13 && found["no car"] < found["clean"]) }' whole/occlusion.csv && pass || fail "the rows without a car"
 # Behind other vehicles the same table, and without the car nothing but those.
 expect_exit 0 "behind other vehicles" "$evaluate" --protocol traffic --run run --quick --controls matched --size 128 --output traffic
-awk -F , -v lines=51 "$hidden_shares" traffic/traffic.csv && pass || fail "the shares hidden by vehicles do not fit their groups"
+awk -F , -v lines=61 "$hidden_shares" traffic/traffic.csv && pass || fail "the shares hidden by vehicles do not fit their groups"
 awk -F , '$1 == "all" { found[$3] = $7 } END { exit !(found["no car"] < found["clean"]) }' traffic/traffic.csv && pass ||
   fail "vehicles are found as often as the car"
 expect_exit 0 "behind other vehicles, one thread" "$evaluate" --protocol traffic --run run --quick --controls matched --size 128 \
@@ -118,8 +118,8 @@ for words in 'effect beyond matched noise' 'P@0.5 by confidence threshold' 'at m
     grep -qF -- "$words" "$file" && pass || fail "$file says nothing of '$words'"
   done
 done
-[ "$(wc -l <digital/digital.csv)" -eq 25 ] && pass || fail "digital.csv has $(wc -l <digital/digital.csv) lines"
-[ "$(wc -l <digital/photographs.csv)" -eq 481 ] && pass || fail "photographs.csv has $(wc -l <digital/photographs.csv) lines"
+[ "$(wc -l <digital/digital.csv)" -eq 27 ] && pass || fail "digital.csv has $(wc -l <digital/digital.csv) lines"
+[ "$(wc -l <digital/photographs.csv)" -eq 521 ] && pass || fail "photographs.csv has $(wc -l <digital/photographs.csv) lines"
 # A quick measurement leaves frames out; one that is gone is another thing.
 mkdir many && cp "$assets"/frames/test/0[01]?.npz "$assets/frames/test/020.npz" many
 expect_exit 0 "a camouflage of 21 frames" "$programs/camouflage" --frames many --texels 8 --epochs 1 --output of_many
@@ -132,13 +132,13 @@ mkdir 'a, "b"' && cp "$assets/frames/test/000.npz" 'a, "b"'
 expect_exit 0 "a folder with a comma" "$evaluate" --protocol digital --clean-only --frames 'a, "b"' --output comma
 [ "$(grep -c '^detector,[a-z]*,[01],[0-9.e-]*,[0-9.e-]*,[a-z]*,[a-z]*,"a, ""b""/000.npz"$' comma/photographs.csv)" -eq 2 ] && pass ||
   fail "photographs.csv: $(tail -n 1 comma/photographs.csv)"
-awk -F , '{ $2 = "" } NR > 1 && NR < 14' digital/digital.csv >first.column
-awk -F , '{ $2 = "" } NR > 13' digital/digital.csv >second.column
+awk -F , '{ $2 = "" } NR > 1 && NR < 15' digital/digital.csv >first.column
+awk -F , '{ $2 = "" } NR > 14' digital/digital.csv >second.column
 expect_same first.column second.column
 mkdir twenty
 for i in $(seq 0 4 76); do cp "$assets/frames/test/$(printf %03d "$i").npz" twenty; done
 expect_exit 0 "the same photographs without a protocol" "$evaluate" --run run --frames twenty --output plainly
-awk -F , 'NR == FNR { if (FNR > 1) { found[$1] = $3; sure[$1] = $7 } next } FNR > 1 && $2 == "detector" { rows++
+awk -F , 'NR == FNR { if (FNR > 1) { found[$1] = $3; sure[$1] = $7 } next } FNR > 1 && $2 == "detector" && $3 != "picture noise" { rows++
     if (!($3 in found) || found[$3] != $7 || (sure[$3] - $11) ^ 2 > 1e-12) exit 1 } END { exit rows != 12 }' \
   plainly/metrics.csv digital/digital.csv && pass || fail "digital.csv differs from what evaluate says without a protocol"
 expect_exit 0 "the plain car in photographs" "$evaluate" --protocol digital --clean-only --quick --output plain_digital
@@ -154,7 +154,7 @@ expect_error_line '--quick \(was true, now false\)'
 expect_exit 0 "draws of noise" "$evaluate" "${photographs[@]:0:6}" --quick --controls matched --noise-draws 3 --output drawn
 grep -q '^  matched noise *[0-9]* of 60 ' command.out && grep -q 'draws that leave no more' command.out && grep -qE ' [0-3] of 3$' command.out &&
   pass || fail "no three draws: $(grep -m 1 'matched noise' command.out)"
-for name in 'matched noise' 'matched noise 2' 'matched noise 3'; do
+for name in 'matched noise' 'matched noise 2' 'matched noise 3' 'picture noise'; do
   [ "$(grep -c "^detector,$name," drawn/photographs.csv)" -eq 20 ] && pass || fail "photographs.csv of $name"
 done
 grep '^detector,matched noise,' digital/photographs.csv >one.csv
@@ -220,7 +220,7 @@ expect_exit 3 "cut outcomes" "$evaluate" --protocol occlusion "${small[@]}" --ou
 expect_error_line 'damaged/outcomes.npz:@300: '
 cp two/outcomes.npz damaged/outcomes.npz
 expect_exit 4 "outcomes of another measurement" "$evaluate" --protocol occlusion "${small[@]}" --output damaged
-expect_error_line 'damaged/outcomes.npz: outcomes of another measurement; expected 216 frames of 5 textures'
+expect_error_line 'damaged/outcomes.npz: outcomes of another measurement; expected 216 frames of 6 textures'
 printf '{"program": "evaluate"}' >damaged/settings.json
 expect_exit 3 "settings that are none" "$evaluate" --protocol occlusion "${small[@]}" --output damaged
 expect_error_line 'damaged/settings.json: not the settings of a measurement'
