@@ -16,10 +16,11 @@ usage() { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 [ $# -ge 4 ] || usage
 here=$(dirname "$0") output=$1
 shift
-frames=(--train 300 --test 80) validation=40 tune="0.03/1 0.1/1 0.3/1 0.1/0 0.3/0" tables="8 1 6 2 3 4 7 5" seeds="1 2 3"
+frames=(--train 300 --test 80) validation=40 tune="0.1/10 0.3/0 0.3/1 0.3/10 0.3/30 0.3/100 1/10" tables="8 1 6 2 3 4 7 5" seeds="1 2 3"
+strong=(--learning-rate 0.3 --smoothness-weight 30) # what that search of the tables chose for fca
 draws=3 epochs=4 tuning=() hardening=(--rounds 5 --steps 80 --attack-steps 50 --pictures 8)
 if [ "$1" = --quick ]; then
-  frames=(--train 24 --test 8) validation=4 tune="0.1/1" tables=8 seeds=1 draws=2 epochs=1 tuning=(--steps 4 --pictures 4 --clean-scenes 4 --test-scenes 4)
+  frames=(--train 24 --test 8) validation=4 tune="0.3/30" tables=8 seeds=1 draws=2 epochs=1 tuning=(--steps 4 --pictures 4 --clean-scenes 4 --test-scenes 4)
   hardening=(--rounds 1 --steps 2 --attack-steps 2 --pictures 2 --clean-scenes 4 --test-scenes 4)
   shift
 fi
@@ -50,10 +51,10 @@ part_tables() {
 }
 # The search for the strongest paint, at equal steps.
 part_stronger() {
-  "$here/variants.sh" "$output/stronger" "$COMMON --frames $FRAMES --epochs $EPOCHS --validation $validation" max_score= \
-    paper="--loss paper" vanish="--loss vanish" camera="--conditions camera" all_conditions="--conditions physical" \
-    worst_half="--worst-views 0.5" for_two="--ensemble ${sound[1]}" for_three="--ensemble ${sound[1]} ${sound[2]}" \
-    camera_for_three="--conditions camera --ensemble ${sound[1]} ${sound[2]}"
+  "$here/variants.sh" "$output/stronger" "$COMMON --frames $FRAMES --epochs $EPOCHS --validation $validation ${strong[*]}" max_score= \
+    less_smooth="--smoothness-weight 1" paper="--loss paper" vanish="--loss vanish" camera="--conditions camera" \
+    all_conditions="--conditions physical" worst_half="--worst-views 0.5" for_two="--ensemble ${sound[1]}" \
+    for_three="--ensemble ${sound[1]} ${sound[2]}" camera_for_three="--conditions camera --ensemble ${sound[1]} ${sound[2]}"
 }
 # The first detector hardened against paint, and its control of as many steps without; both are attacked afresh.
 part_hardened() {
@@ -64,7 +65,7 @@ part_hardened() {
     [ ! -e "$folder/metrics.json" ] || continue
     [ ! -e "$folder/manifest.json" ] || resume=(--resume)
     "$programs/harden" "${car[@]}" --weights "${sound[0]}" --frames "$output/frames" --texels 128 --paint $kind \
-      "${hardening[@]}" --weight-rate 0.0003 --epochs "$EPOCHS" --output "$folder" "${resume[@]}"
+      "${hardening[@]}" "${strong[@]}" --weight-rate 0.0003 --epochs "$EPOCHS" --output "$folder" "${resume[@]}"
   done
 }
 # A table of runs of harden: P@0.5 of each picture before and after, and what the drawn scenes say.

@@ -46,7 +46,7 @@ expect_exit 0 "attention" "$programs/evaluate" --run real "${yolox[@]}" --size 4
 grep -E '^attention on the car, % of the heat map: yolox_nano \(the car covers [0-9.]+ %' command.out && pass || fail "no shares of attention"
 awk '/^attention on the car/ { inside = 1 } inside && $1 == "clean" { share = $2; exit } END { exit !(share > 60 && share <= 100) }' command.out && pass ||
   fail "the attention to the plain car is elsewhere"
-awk -F , 'NR > 1 { rows++; if (!($5 >= 0 && $5 <= 1)) exit 1 } END { exit rows != 30 }' attention/photographs.csv && pass || fail "photographs.csv"
+awk -F , 'NR > 1 { rows++; if (!($5 >= 0 && $5 <= 1)) exit 1 } END { exit rows != 36 }' attention/photographs.csv && pass || fail "photographs.csv"
 [ "$(grep -c 'src="data:image/png;base64,' attention/attention.html)" -eq 1 ] && pass || fail "no pictures in the page"
 grep -o 'base64,[A-Za-z0-9+/=]*' attention/attention.html | cut -d , -f 2 | base64 -d >sheet.png && [ "$(head -c 4 sheet.png | tail -c 3)" = PNG ] && pass ||
   fail "the picture in the page is none"
