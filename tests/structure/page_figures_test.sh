@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# page_figures_test.sh: the figures of docs/EXPERIMENTS.md are those of the files that tabulate made, docs/results/NAME.csv and
-# .md. In the page, <!-- results: NAME NAME --> opens a part whose figures come from these files, <!-- end of results --> ends it.
+# page_figures_test.sh: the figures of docs/EXPERIMENTS.md are those of the files that page.sh made, docs/results/NAME.md, and
+# theirs those of NAME.csv. In the page, <!-- results: NAME NAME --> opens a part whose figures come from these files,
+# <!-- end of results --> ends it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 fail() { echo "$*"; exit 1; }
@@ -12,7 +13,13 @@ figures() {
     function number(value, digits, text) { text = sprintf("%." digits "f", value + nudge); return text ~ /^-[0.]*$/ ? substr(text, 2) : text }
     function range(mean, low, high, unit, digits) { return number(unit * mean, digits) " [" number(unit * low, digits) ", " number(unit * high, digits) "]" }
     NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
+    at["state"] { # of harden
+      label = $1 ", " $at["picture"]
+      print label "\t" number(100 * $at["p_at_50"], 1) " % [" number(100 * $at["p_at_50_low"], 1) ", " number(100 * $at["p_at_50_high"], 1) "]"
+      print label "\t" number($at["mean_best_confidence"], 3)
+      next }
     { print $1 "\t" range($at["p_at_50"], $at["p_at_50_low"], $at["p_at_50_high"], 100, 1)
+      if ($at["texture"] == "picture noise") next
       print $1 "\t" number($at["mean_best_confidence"], 3)
       all = $at["pictures"]; found = $at["detected"]; text = number(100 * found / all, 0)
       n = split("related renamed misplaced lost", fates, " ")
@@ -21,57 +28,65 @@ figures() {
       if ($at["effect"] != "") {
         print $1 "\t" range($at["effect"], $at["effect_low"], $at["effect_high"], 1, 3)
         print $1 "\t" range($at["effect_p_at_50"], $at["effect_p_at_50_low"], $at["effect_p_at_50_high"], 100, 1)
+        if ($at["effect_picture"] != "") print $1 "\t" range($at["effect_picture"], $at["effect_picture_low"], $at["effect_picture_high"], 100, 1)
         if ($at["detected_in_clean"] > 0) print $1 "\t" range($at["asr"], $at["asr_low"], $at["asr_high"], 100, 1)
         if ($at["first_minus"] != "") print $1 "\t" range($at["first_minus"], $at["first_minus_low"], $at["first_minus_high"], 1, 3)
         if ($at["kept"] != "") print $1 "\t" range($at["kept"], $at["kept_low"], $at["kept_high"], 100, 1) } }' "$1"
 }
 
-parts=0 cells=0
-open=""
+# cells FILE: each cell of its tables of Markdown as LABEL, COLUMN and CELL, separated by tabs, without marks of emphasis.
+cells() {
+  awk -F '|' 'function plain(text) { gsub(/[*`]/, "", text); gsub(/^ +| +$/, "", text); return text }
+    /^\|---/ { columns = split(above, column); next }
+    /^\|/ { above = $0
+      for (i = 3; i < NF; i++) if (i <= columns && $i ~ /[0-9]/) print plain($2) "\t" plain(column[i]) "\t" plain($i) }
+    !/^\|/ { columns = 0 }' "$1"
+}
+
+# A part of the page: the cells of its tables stand in those of the files, in a row and a column of the same names; so do
+# figures of its text with a point, in per cent or in points, anywhere.
+parts=0 checked=0
+check_part() { # NAMES TEXT
+  local name known="" written="" cell figure
+  for name in $1; do
+    known+=$(cells "docs/results/$name.md")$'\n'
+    written+=$(cat "docs/results/$name.md")$'\n'
+  done
+  while IFS= read -r cell; do
+    grep -qxF -- "$cell" <<<"$known" || fail "docs/EXPERIMENTS.md: row, column, cell '$cell' is in none of docs/results/{$1}.md"
+    checked=$((checked + 1))
+  done < <(cells <(printf '%s\n' "$2"))
+  while IFS= read -r figure; do
+    grep -qE -- "(^|[^0-9.])0?${figure//./\\.}(\.0)?\.?([^0-9.]|$)" <<<"$written" ||
+      fail "docs/EXPERIMENTS.md: $figure is in none of docs/results/{$1}.md"
+    checked=$((checked + 1))
+  done < <(grep -v '^[|!]' <<<"$2" | grep -oE '[0-9]*\.[0-9]+|[0-9]+ (%|points)' | sed -E 's/ .*//; s/^0\././' || true)
+  parts=$((parts + 1))
+}
+open="" text=""
 while IFS= read -r line; do
   case $line in
-    "<!-- results: "*)
-      open=${line#<!-- results: }
-      open=${open% -->}
-      parts=$((parts + 1))
-      known=$(for name in $open; do for nudge in 0 1e-6 -1e-6; do figures "docs/results/$name.csv" $nudge; done; done)
-      written=$(for name in $open; do cat "docs/results/$name.md"; done)
-      ;;
-    "<!-- end of results -->") open="" ;;
-    "| "*)
-      [ -n "$open" ] || continue
-      label=$(sed -E 's/^\| *([^|]*[^| ]) *\|.*/\1/; s/[*`]//g' <<<"$line")
-      while IFS= read -r cell; do
-        [[ $cell =~ [0-9]\.[0-9] || $cell =~ [0-9]\ /\ [0-9] ]] || continue
-        # A cell of two figures, "camouflage / matched noise", stands for both.
-        if grep -qxF -- "$label	$cell" <<<"$known"; then
-          :
-        elif [[ $cell =~ ^([0-9.]+)\ /\ ([0-9.]+)$ ]] && grep -qxF -- "$label	${BASH_REMATCH[1]}" <<<"$known" &&
-          grep -qxF -- "$label	${BASH_REMATCH[2]}" <<<"$known"; then
-          :
-        else
-          fail "docs/EXPERIMENTS.md: '$label' has $cell, which docs/results/{$open}.csv do not give"
-        fi
-        cells=$((cells + 1))
-      done < <(tr '|' '\n' <<<"$line" | sed -E '1,2d; s/^ +//; s/ +$//; s/\*//g')
-      ;;
-    *)
-      [ -n "$open" ] || continue
-      for figure in $(grep -oE '(^|[^0-9.])[0-9]?\.[0-9]{3}([^0-9]|$)' <<<"$line" | grep -oE '\.[0-9]{3}' || true); do
-        grep -qF -- "$figure" <<<"$written" || fail "docs/EXPERIMENTS.md: $figure is in none of docs/results/{$open}.md: $line"
-        cells=$((cells + 1))
-      done
-      ;;
+    "<!-- results: "*) open=${line#<!-- results: } open=${open% -->} text="" ;;
+    "<!-- end of results -->") check_part "$open" "$text"; open="" ;;
+    *) [ -z "$open" ] || text+=$line$'\n' ;;
   esac
 done <docs/EXPERIMENTS.md
-[ "$parts" -ge 3 ] && [ "$cells" -ge 60 ] || fail "few figures are checked: $cells in $parts parts"
+[ "$parts" -ge 3 ] && [ "$checked" -ge 60 ] || fail "few figures are checked: $checked in $parts parts"
 
-# The tables in Markdown show the figures of the CSV.
+# All files were made by one commit, which the page names, and no other.
+commits=$(sed -nE 's/^(- )?Made by commits? (.*)\.$/\2/p' docs/results/*.md | sort -u)
+[[ $commits =~ ^[0-9a-f]{40}$ ]] || fail "docs/results: found files of the commits '$commits', expected those of one"
+for file in docs/results/*.md; do grep -qE "^(- )?Made by commit $commits\.$" "$file" || fail "$file: it does not state its commit"; done
+named=$(grep -oE '\b[0-9a-f]{7,40}\b' docs/EXPERIMENTS.md | grep '[a-f]' | grep '[0-9]' | sort -u)
+[ -n "$named" ] && [ "$(wc -l <<<"$named")" = 1 ] && [[ $commits == "$named"* ]] ||
+  fail "docs/EXPERIMENTS.md names the commits '$named', its files $commits"
+
+# The tables in Markdown show the figures of the CSV, in rows of the same names.
 for csv in docs/results/*.csv; do
-  paste <(figures "$csv" 0) <(figures "$csv" 1e-6) <(figures "$csv" -1e-6) | cut -f 2,4,6 | sort -u |
-    while IFS=$'\t' read -r figure up down; do
-      grep -qF -e "$figure" -e "$up" -e "$down" "${csv%.csv}.md" || fail "${csv%.csv}.md lacks $figure of its CSV"
-    done
+  paste <(figures "$csv" 0) <(figures "$csv" 1e-6) <(figures "$csv" -1e-6) | cut -f 1,2,4,6 | sort -u |
+    awk -F '\t' 'NR == FNR { cells[$1] = cells[$1] "\t" $3 "\t"; next }
+      !index(cells[$1], $2) && !index(cells[$1], $3) && !index(cells[$1], $4) { print $1 ": " $2; exit 1 }' \
+      <(cells "${csv%.csv}.md") - || fail "${csv%.csv}.md lacks this of its CSV"
 done
 
 # In the page of the benchmarks each table of figures has the commit that brought it: as many of them in a section as tables.
@@ -82,4 +97,4 @@ awk '/^## / { section = $0 }
      END { for (section in tables) if (commits[section] < tables[section]) {
              print "benchmarks/README.md, " section ": " tables[section] " tables, " commits[section] + 0 " commits"; bad = 1 }
            exit bad }' benchmarks/README.md || fail "say of each table which commit it was measured with"
-echo "$cells figures in $parts parts"
+echo "$checked figures in $parts parts"
