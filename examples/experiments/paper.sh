@@ -146,7 +146,7 @@ table_2() { table_of_renders 2-physical "Table 2: printed and photographed, simu
 table_3() { table_of_renders 3-views "Table 3: from all around, near and far" views fca coarse; }
 table_4() { table_of_renders 4-occlusion "Table 4: partly hidden" occlusion fca coarse; }
 table_6() { table_of_photographs 6-losses "Table 6: terms of the loss" digital cls obj iou cls+obj all all+smooth max_score:fca vanish; }
-table_7() { table_of_photographs 7-starts "Table 7: first textures" digital "the car's own:own_start" random:random_start "zero (grey):fca"; }
+table_7() { table_of_photographs 7-starts "Table 7: first textures" digital "the car's own:own_start" "drawn at random:random_start" "zero (grey):fca"; }
 table_8() {
   local rows=() texels default=64 # rows of fca
   [[ ! " ${COMMON:-} " =~ " --texels "([0-9]+) ]] || default=${BASH_REMATCH[1]}
