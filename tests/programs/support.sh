@@ -34,6 +34,14 @@ expect_error_line() {
 expect_same() {
   if cmp -s "$1" "$2"; then pass; else fail "$1 and $2 differ"; fi
 }
+# expect_figures_of_run METRICS PROTOCOL: a protocol's CSV gives the bundled detector's counts and confidences of a run's CSV; only
+# a protocol has picture noise.
+expect_figures_of_run() {
+  awk -F , 'NR == FNR { if (FNR > 1) { found[$1] = $3; sure[$1] = $7 } next }
+      FNR > 1 && $2 == "detector" && $3 != "picture noise" { rows++
+        if (!($3 in found) || found[$3] != $7 || (sure[$3] - $11) ^ 2 > 1e-12) exit 1 } END { exit rows != 12 }' "$1" "$2" && pass ||
+    fail "$2 differs from $1"
+}
 expect_file() {
   if [ -s "$1" ]; then pass; else fail "$1 is missing or empty"; fi
 }

@@ -15,7 +15,9 @@ figures() {
     NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
     at["state"] { # of harden
       label = $1 ", " $at["picture"]
-      print label "\t" number(100 * $at["p_at_50"], 1) " % [" number(100 * $at["p_at_50_low"], 1) ", " number(100 * $at["p_at_50_high"], 1) "]"
+      text = range($at["p_at_50"], $at["p_at_50_low"], $at["p_at_50_high"], 100, 1)
+      sub(/ /, " % ", text)
+      print label "\t" text
       print label "\t" number($at["mean_best_confidence"], 3)
       next }
     { print $1 "\t" range($at["p_at_50"], $at["p_at_50_low"], $at["p_at_50_high"], 100, 1)
@@ -29,6 +31,7 @@ figures() {
         print $1 "\t" range($at["effect"], $at["effect_low"], $at["effect_high"], 1, 3)
         print $1 "\t" range($at["effect_p_at_50"], $at["effect_p_at_50_low"], $at["effect_p_at_50_high"], 100, 1)
         if ($at["effect_picture"] != "") print $1 "\t" range($at["effect_picture"], $at["effect_picture_low"], $at["effect_picture_high"], 100, 1)
+        if ($at["odds_ratio"] != "") print $1 "\t" sprintf("%.3g [%.3g, %.3g]", $at["odds_ratio"], $at["odds_ratio_low"], $at["odds_ratio_high"])
         if ($at["detected_in_clean"] > 0) print $1 "\t" range($at["asr"], $at["asr_low"], $at["asr_high"], 100, 1)
         if ($at["first_minus"] != "") print $1 "\t" range($at["first_minus"], $at["first_minus_low"], $at["first_minus_high"], 1, 3)
         if ($at["kept"] != "") print $1 "\t" range($at["kept"], $at["kept_low"], $at["kept_high"], 100, 1) } }' "$1"
@@ -76,7 +79,8 @@ done <docs/EXPERIMENTS.md
 # All files were made by one commit, which the page names, and no other.
 commits=$(sed -nE 's/^(- )?Made by commits? (.*)\.$/\2/p' docs/results/*.md | sort -u)
 [[ $commits =~ ^[0-9a-f]{40}$ ]] || fail "docs/results: found files of the commits '$commits', expected those of one"
-for file in docs/results/*.md; do grep -qE "^(- )?Made by commit $commits\.$" "$file" || fail "$file: it does not state its commit"; done
+silent=$(grep -LE "^(- )?Made by commit $commits\.$" docs/results/*.md || true)
+[ -z "$silent" ] || fail "these do not state their commit: $silent"
 named=$(grep -oE '\b[0-9a-f]{7,40}\b' docs/EXPERIMENTS.md | grep '[a-f]' | grep '[0-9]' | sort -u)
 [ -n "$named" ] && [ "$(wc -l <<<"$named")" = 1 ] && [[ $commits == "$named"* ]] ||
   fail "docs/EXPERIMENTS.md names the commits '$named', its files $commits"
