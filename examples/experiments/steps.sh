@@ -88,7 +88,7 @@ settle() { # SETTINGS
 }
 
 # Optimises a camouflage with each seed, in $output/runs/NAME-SEED. What is there is not done again, and what was interrupted
-# goes on. Its own options replace common ones.
+# goes on. Its own options replace common ones. Random and plain colours are left to measure().
 optimise() { # NAME OPTIONS...
   local name=$1 seed folder resume word is_kept=yes options=()
   shift
@@ -101,7 +101,7 @@ optimise() { # NAME OPTIONS...
     [ ! -e "$folder/metrics.json" ] || continue
     [ ! -e "$folder/manifest.json" ] || resume=(--resume)
     mkdir -p "$output/runs"
-    run "$folder.txt" "${launch[@]}" "$programs/camouflage" "${options[@]}" "$@" --seed "$seed" --output "$folder" "${resume[@]}"
+    run "$folder.txt" "${launch[@]}" "$programs/camouflage" "${options[@]}" "$@" --controls matched --seed "$seed" --output "$folder" "${resume[@]}"
     require_one_ledger
   done
 }

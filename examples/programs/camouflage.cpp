@@ -71,7 +71,8 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   io::InputLedger ledger;
   ledger.leave_out(options.output);
   if (options.resume)
-    adopt_run_settings(app, options, "camouflage", options.scene, options.detector, options.optimisation);
+    adopt_run_settings(app, options, "camouflage", options.scene, options.detector, options.optimisation,
+                       options.survey);
   if (options.check) return check_only(options, problems);
   require_free_folder(options);
   Inputs inputs = load_all(options);

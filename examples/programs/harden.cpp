@@ -45,7 +45,7 @@ std::unique_ptr<LearningDetector> learning_detector(const Inputs& inputs, const 
   return std::make_unique<LearningModel>(
       io::read_darknet_model<float>(settings.cfg, settings.weights, settings.size, settings.size, decode)
           .model,
-      cfg);
+      cfg, inputs.detector.names());
 }
 
 int run(const CLI::App& app, const char* program, HardenOptions& options) {

@@ -77,7 +77,7 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
       "Effect: matched noise minus camouflage, in the same views; odds: those of being found with matched "
       "noise over those with the camouflage. Their intervals are over views and, where there are several, "
       "seeds, else draws (two levels); of one seed and draw those of P@0.5 are by Newcombe's method for "
-      "paired shares. Intervals of shares: Wilson, a view counted once.",
+      "paired shares. Intervals of shares: Wilson's, over the same levels.",
       commits.empty()
           ? std::string("Which commits made it is not known.")
           : "Made by commit" + std::string(comparison.commits.size() == 1 ? " " : "s ") + commits + "."};

@@ -1,4 +1,5 @@
 #include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/paired_bootstrap.hpp>  // student_quantile
 
 #include "../support/catch.hpp"
 
@@ -76,8 +77,78 @@ TEST_CASE("photographs of a view count as one in the interval", "[evaluate]") {
   CHECK(once[0] == Approx(four[0]));
   CHECK(once[1] == Approx(four[1]));
   const std::vector<bool> found{true, true, false, true}, hidden{true, false, false, false};
-  CHECK(tapestry::evaluate::detection_rate(found, 2).interval ==
+  CHECK(tapestry::evaluate::detection_rate(found, {2}).interval ==
         tapestry::evaluate::wilson_interval(3, 4, 2));
-  CHECK(tapestry::evaluate::attack_success_rate(found, hidden, 2).interval ==
+  CHECK(tapestry::evaluate::attack_success_rate(found, hidden, {2}).interval ==
         tapestry::evaluate::wilson_interval(2, 3, 2));
+}
+
+namespace {
+const double t_1 = std::tan(std::numbers::pi * 0.95 / 2);  // Student's quantile, one degree of freedom
+
+/// Wilson's interval ends where a share p is as far from the estimate as its own error allows.
+void check_wilson_end(double end, double estimate, double variance, double t) {
+  const double trials = estimate * (1 - estimate) / variance;
+  CHECK((estimate - end) * (estimate - end) == Approx(t * t * end * (1 - end) / trials).epsilon(1e-7));
+}
+}  // namespace
+
+TEST_CASE("P@0.5 of two seeds in two views has the interval worked out by hand", "[evaluate]") {
+  // Found in 3 of 4 pictures: views, seeds and the interaction have a variance of 1/16 each. Of the
+  // interaction's a twentieth counts to the views, whose own is none; with two of each, ν = 1.
+  const std::vector<bool> found{true, true, true, false};
+  const double variance = 1.0 / 16 + 1.0 / 16 / 20;
+  for (const evaluate::PictureOrder order :
+       {evaluate::PictureOrder{1, 1, 2}, evaluate::PictureOrder{1, 2, 1}}) {
+    const auto rate = evaluate::detection_rate(found, order);
+    CHECK(rate.p_at_50 == 0.75);
+    CHECK(rate.interval[0] < rate.interval[1]);
+    for (const double end : rate.interval) check_wilson_end(end, 0.75, variance, t_1);
+  }
+}
+
+TEST_CASE("the order of pictures is seeds, views, photographs, draws", "[evaluate]") {
+  const evaluate::PictureOrder order{2, 2, 2};
+  CHECK(order.pictures_a_view() == 8);
+  // Two views. Those of the first seed's second draw are all found, and one of the second seed's first.
+  std::vector<bool> found(16, false);
+  for (const std::size_t i : {1U, 3U, 5U, 7U, 8U}) found[i] = true;
+  // By seed and draw the views' shares are 0 0, 1 1, ½ 0, 0 0.
+  const auto rate = evaluate::detection_rate(found, order);
+  const double mean = 5.0 / 16, of_views = 0.0625 * 0.0625;
+  const auto squared = [](double x) { return x * x; };
+  const double of_draws = (2 * squared(mean) + squared(1 - mean) + squared(0.25 - mean)) / 3 / 4;
+  const double of_rest = (6 * squared(0.0625) + 2 * squared(0.25 - 0.0625)) / 3 / 8;
+  const double a = of_rest / 20, b = of_draws;  // views differ no more than the interaction lets them
+  REQUIRE(of_views <= of_rest);
+  const double t = evaluate::detail::student_quantile(0.975, (a + b) / (a / 1 + b / 3));
+  for (const double end : rate.interval) check_wilson_end(end, mean, a + b, t);
+}
+
+TEST_CASE("ASR over seeds leaves out views that were never found clean", "[evaluate]") {
+  const std::vector<bool> clean{true, true, false, true, true, false},  // of two seeds, three views
+      painted{false, true, true, false, false, false}, without{true, true, true, true},
+      kept{false, true, false, false};
+  const evaluate::PictureOrder two_seeds{1, 1, 2};
+  const auto success = evaluate::attack_success_rate(clean, painted, two_seeds);
+  CHECK(success.views == 4);
+  CHECK(success.hidden == 3);
+  CHECK(success.interval == evaluate::attack_success_rate(without, kept, two_seeds).interval);
+  CHECK(success.interval[0] == Approx(1 - evaluate::detection_rate(kept, two_seeds).interval[1]));
+}
+
+TEST_CASE("seeds and draws that do not differ leave the interval over views", "[evaluate]") {
+  const std::vector<bool> same{true, false, true, true, false, true}, all(6, true);
+  CHECK(evaluate::detection_rate(same, {1, 1, 2}).interval == evaluate::wilson_interval(4, 6, 2));
+  CHECK(evaluate::detection_rate(all, {1, 3, 1}).interval == evaluate::wilson_interval(6, 6, 3));
+  CHECK(evaluate::attack_success_rate(all, std::vector<bool>(6, false), {1, 3, 1}).interval ==
+        evaluate::wilson_interval(6, 6, 3));
+  CHECK(evaluate::detection_rate({true, false}, {1, 2, 1}).interval == evaluate::wilson_interval(1, 2, 2));
+}
+
+TEST_CASE("pictures that are not as many of each view are refused", "[evaluate][error]") {
+  CHECK_THROWS_WITH(evaluate::detection_rate({true, false, true}, {1, 1, 2}),
+                    "detection_rate: 3 pictures are not 2 of each view");
+  CHECK_THROWS_WITH(evaluate::detection_rate({true, false, true}, {1, 2, 1}),
+                    "detection_rate: 3 pictures are not 2 of each view");
 }

@@ -1,3 +1,4 @@
+#include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/two_level_difference.hpp>
 
 #include "../support/catch.hpp"
@@ -58,10 +59,10 @@ TEST_CASE("Student's quantiles are those of tables", "[evaluate][two_level]") {
 
 TEST_CASE("a two-level difference of two draws in two views has the interval worked out by hand",
           "[evaluate][two_level]") {
-  // Views have means 1 and 3, draws ½ and 3½, and the interaction is ±½: a = 1, b = 2¼ − ¼ = 2. The bootstrap
-  // of two views goes from 1 to 3, f = 2, and ν = 1 for any share.
+  // Views have means 1 and 3, draws ½ and 3½, and the interaction is ±½: s = 1, a = 1 − ¼ + ¼/20, b = 2¼. The
+  // bootstrap of two views goes from 1 to 3, f = 2, and ν = 1 for any share.
   const auto found = evaluate::two_level_difference({{0, 1}, {2, 5}});
-  const double reach = t_1 / z * std::sqrt(2 * 1 + z * z * 2);
+  const double reach = t_1 / z * std::sqrt(2 * 0.7625 + z * z * 2.25);
   CHECK(found.pairs == 2);
   CHECK(found.mean == 2);
   CHECK(found.interval[0] == Approx(2 - reach).epsilon(1e-8));
@@ -69,7 +70,7 @@ TEST_CASE("a two-level difference of two draws in two views has the interval wor
 }
 
 TEST_CASE("a two-level interval of shares stays within -1 to 1", "[evaluate][two_level]") {
-  // As above, a tenth of it: 0.2 ± t(1)/z · √(0.02 + z²·0.02), which reaches to -1.8 and 2.2.
+  // As above, a tenth of it: 0.2 ± t(1)/z · √(0.01525 + z²·0.0225), which reaches to -1.9 and 2.3.
   const Array<double, 2> differences{{0, 0.1}, {0.2, 0.5}};
   const auto free = evaluate::two_level_difference(differences);
   CHECK(free.interval[0] < -1);
@@ -91,7 +92,7 @@ TEST_CASE("a two-level difference of one draw is that of a paired bootstrap", "[
   CHECK(found.interval == expected.interval);
 }
 
-TEST_CASE("a two-level interval holds that over the views, and is far wider where draws differ",
+TEST_CASE("a two-level interval is about that over the views, and far wider where draws differ",
           "[evaluate][two_level]") {
   for (const double apart : {0.0, 0.02, 1.0}) {
     auto differences = simulated(3, 40, 0, Random(2));
@@ -102,8 +103,11 @@ TEST_CASE("a two-level interval holds that over the views, and is far wider wher
     const auto narrow = over_views(differences).interval;
     const auto wide = evaluate::two_level_difference(differences).interval;
     CAPTURE(apart);
-    CHECK(wide[0] < narrow[0]);
-    CHECK(wide[1] > narrow[1]);
+    if (apart > 0) {
+      CHECK(wide[0] < narrow[0]);
+      CHECK(wide[1] > narrow[1]);
+    } else  // the interaction, 0.1 beside 0.28 of the views, is a 24th of the variance
+      CHECK((wide[1] - wide[0]) / (narrow[1] - narrow[0]) == Approx(1).margin(0.1));
     // Draws one apart have a standard deviation of 1: t(2)·√⅓ = 2.48 to each side. The interaction, 0.1/√40
     // in a draw's mean, moves that by 0.03; the views add 0.01, and take as much by ν above 2. Three times
     // 0.03.
@@ -225,8 +229,8 @@ TEST_CASE("intervals of shares over draws hold the truth about as often as they 
   };
   const std::size_t trials = 200;
   for (const auto& [draws, views, draw_sd, most_width] :
-       {Layout{1, 6, 0, 1.1}, Layout{3, 6, 0, 1.4}, Layout{3, 20, 1, 1.2}, Layout{3, 80, 1, 1},
-        Layout{5, 80, 0.3, 0.3}, Layout{3, 400, 1, 0.95}}) {
+       {Layout{1, 6, 0, 1.1}, Layout{3, 6, 0, 1.4}, Layout{3, 80, 0, 0.35}, Layout{3, 20, 1, 1.2},
+        Layout{3, 80, 1, 1}, Layout{5, 80, 0.3, 0.3}, Layout{3, 400, 1, 0.95}}) {
     const FoundPictures many(400, 2000, draw_sd, Random(1));  // the truth, to 0.005 and 0.03
     const auto mean = [](const Array<double, 2>& found) {
       double sum = 0;
@@ -235,7 +239,11 @@ TEST_CASE("intervals of shares over draws hold the truth about as often as they 
     };
     const double p = mean(many.control), q = mean(many.camouflage);
     const double odds = p / (1 - p) * (1 - q) / q;
-    std::size_t covered = 0, covered_odds = 0;
+    double both = 0;
+    for (std::size_t i = 0; i < many.control.size(); ++i)
+      both += many.control.data()[i] * (1 - many.camouflage.data()[i]);
+    const double success = both / static_cast<double>(many.control.size()) / p;
+    std::size_t covered = 0, covered_odds = 0, covered_rate = 0, covered_success = 0;
     double width = 0;
     for (std::size_t trial = 0; trial < trials; ++trial) {
       const FoundPictures found(draws, views, draw_sd, Random(8).fork(trial));
@@ -244,11 +252,21 @@ TEST_CASE("intervals of shares over draws hold the truth about as often as they 
       width += (high - low) / static_cast<double>(trials);
       const auto ratio = evaluate::odds_ratio(found.control, found.camouflage).interval;
       covered_odds += ratio[0] <= odds && odds <= ratio[1] ? 1U : 0U;
+      const evaluate::PictureOrder order{1, 1, draws};
+      const auto rate = evaluate::detection_rate(found.of_camouflage, order).interval;
+      covered_rate += rate[0] <= q && q <= rate[1] ? 1U : 0U;
+      const auto attack =
+          evaluate::attack_success_rate(found.of_control, found.of_camouflage, order).interval;
+      covered_success += attack[0] <= success && success <= attack[1] ? 1U : 0U;
     }
     CAPTURE(draws, views, draw_sd);
-    // Newcombe's over views alone held it in 0.45 of 3 draws that differ by a logit in 400 views.
-    CHECK(static_cast<double>(covered) / static_cast<double>(trials) >= 0.88);
-    CHECK(static_cast<double>(covered_odds) / static_cast<double>(trials) >= 0.88);
+    // 0.93 to 0.97 with standard deviations of 0.018 and 0.012, three of each; of 6 views 0.98. Newcombe's
+    // over views alone held a difference in 0.45 and Wilson's a share in 0.38 of 3 draws that differ by a
+    // logit in 400 views, and in 0.994 of those that agree.
+    for (const std::size_t count : {covered, covered_odds, covered_rate, covered_success}) {
+      CHECK(static_cast<double>(count) / static_cast<double>(trials) >= 0.876);
+      if (views > 6) CHECK(static_cast<double>(count) / static_cast<double>(trials) < 0.992);
+    }
     CHECK(width <= most_width);
   }
 }

@@ -48,6 +48,13 @@ expect_same one/history.csv two/history.csv
 expect_same one/metrics.csv two/metrics.csv
 expect_same one/views.csv two/views.csv
 
+# Controls that are the same for every paint can be left out; all else stays.
+expect_exit 0 "matched controls alone" "$camouflage" "${quick[@]}" --controls matched --output matched
+expect_same matched/texture.npz two/texture.npz
+expect_same matched/metrics.csv <(sed '/^\(random\|white\|grey\|black\|red\|green\|blue\),/d' two/metrics.csv)
+expect_exit 2 "other controls" "$camouflage" "${quick[@]}" --controls few --output few
+expect_error_line "--controls is 'few'; expected one of all, matched"
+
 # Threads share a step view by view: they meet a few times, not at every layer, and memory is used again. On 2 threads a
 # step waited 150 times when each layer was shared.
 cost() { sed -nE "s/^[0-9.]+ s, [0-9]+ MiB at most, ([0-9]+) waits, ([0-9]+) page faults$/\\$1/p" command.err; }

@@ -16,6 +16,7 @@ struct CamouflageOptions : RunOptions {
   SceneSettings scene;
   DetectorSettings detector;
   OptimisationSettings optimisation;
+  SurveySettings survey;
   std::size_t keep_layers_mib = 2048;
   bool check = false;
   bool profile = false;
@@ -25,6 +26,7 @@ inline void describe(CLI::App& app, CamouflageOptions& options) {
   add_options(app, options.scene);
   add_options(app, options.detector);
   add_options(app, options.optimisation);
+  add_options(app, options.survey);
   add_run_options(app, options, "runs/camouflage");
   app.add_option("--keep-layers-mib", options.keep_layers_mib,
                  "memory of each rank, MiB, for the parts of the network's layers that the car cannot reach, "
@@ -36,7 +38,7 @@ inline void describe(CLI::App& app, CamouflageOptions& options) {
 
 /// Settings that decide the result of a run, under the names of the options.
 inline Json settings_json(const CamouflageOptions& options) {
-  return json_of_settings(options.scene, options.detector, options.optimisation);
+  return json_of_settings(options.scene, options.detector, options.optimisation, options.survey);
 }
 
 /// Whether a method uses a detector's heat map, and therefore needs a layer.
@@ -77,6 +79,7 @@ inline void require_sound(const CamouflageOptions& options, ProblemList& list) {
   require_sound(options.scene, list);
   require_sound(options.detector, list);
   require_sound(options.optimisation, list);
+  require_sound(options.survey, list);
   require_fit(options.optimisation, options.scene, list);
 }
 

@@ -247,8 +247,9 @@ class HardeningRun {
 
   void add_attacks(ReportPage& page, const Attacks& attacks, std::vector<MarkedPicture> before,
                    std::vector<MarkedPicture> after) const {
-    page.pairs = {"the undefended detector under its adaptive attack", "the hardened one under its own",
-                  std::move(before), std::move(after)};
+    page.pairs = {"the undefended detector, under the attack made against it",
+                  "the hardened detector, under the attack made against that", std::move(before),
+                  std::move(after)};
     const auto hardened = atlas_of(attacks.on_hardened);
     page.atlases = {{"transfer", image::to_bytes(atlas_of(attacks.transfer))},
                     {"adaptive, undefended", image::to_bytes(atlas_of(attacks.on_undefended))},

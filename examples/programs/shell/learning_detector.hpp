@@ -51,19 +51,24 @@ class LearningDetector {
 /// A Darknet model. It is trained as its cfg describes it, and attacked in simplified form.
 class LearningModel final : public LearningDetector {
  public:
-  /// \param cfg text of the cfg to write
-  LearningModel(detect::DarknetModel<float> start, std::string cfg)
+  /// \param cfg    text of the cfg to write
+  /// \param names  of the classes
+  LearningModel(detect::DarknetModel<float> start, std::string cfg, std::vector<std::string> names)
       : LearningDetector(start.learning_detector(false)),
         model_(std::move(start)),
         detector_(model_.detector()),
         cfg_(std::move(cfg)),
-        seen_before_(model_.images_seen()) {}
+        seen_before_(model_.images_seen()) {
+    detector_.set_names(std::move(names));
+  }
 
   [[nodiscard]] const detect::Detector<float>& detector() const override { return detector_; }
   void set_weights(const Array<float, 1>& weights) override {
     learning_.set_weights(weights);
     model_.take_weights(learning_);
+    auto names = detector_.names();
     detector_ = model_.detector();
+    detector_.set_names(std::move(names));
   }
   void set_pictures_seen(std::uint64_t count) override { model_.set_images_seen(seen_before_ + count); }
   [[nodiscard]] const char* extension() const override { return ".safetensors"; }
@@ -104,6 +109,7 @@ class LearningGraph final : public LearningDetector {
       : LearningDetector({network, start.description(), size, {}, may_simplify(network, start)}),
         path_(path),
         bytes_(bytes) {
+    learning_.set_names(start.names());
     for (const nn::WeightBlock& weight : learning_.network().weight_blocks()) {
       const bool is_own = network.constants.contains(weight.name);
       if (!is_own || extents(weight.constant_shape) != extents(network.constants.at(weight.name).shape))

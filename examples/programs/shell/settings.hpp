@@ -83,6 +83,12 @@ struct OptimisationSettings {
   std::uint64_t seed = 1;
 };
 
+/// Settings of the measurement at a run's end.
+struct SurveySettings {
+  static constexpr const char* group = "Measurement";
+  std::string controls = "all";
+};
+
 template <class Visit>
 void visit_settings(SceneSettings& s, Visit visit) {
   visit("mesh", s.mesh, "OBJ file of the car; the bundled sedan when left out");
@@ -198,6 +204,13 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
         "seed of the start texture, the views' order, --conditions and the draws of --method");
 }
 
+template <class Visit>
+void visit_settings(SurveySettings& s, Visit visit) {
+  visit("controls", s.controls,
+        "what is measured beside the paint: all, or matched, without random and plain colours, which are the "
+        "same for every paint");
+}
+
 /// Adds one option for each setting, in the group of these settings, except those named in `except`.
 template <class Settings>
 void add_options(CLI::App& app, Settings& settings, const std::vector<std::string>& except = {}) {
@@ -222,6 +235,7 @@ inline const char* value_when_lacking(const std::string& name) {
   if (name == "method") return "fca";
   if (name == "precision") return "float";
   if (name == "validation") return "0";
+  if (name == "controls") return "all";
   if (name == "colour-space") return image::name_of(image::ColourSpace::encoded);
   const bool is_open = name == "segmenter" || name == "decode" || name == "fit" || name == "detector" ||
                        name == "ensemble" || name == "conditions" || name == "palette";
@@ -285,6 +299,10 @@ inline void require_sound(const DetectorSettings& s, ProblemList& list) {
   list.require(s.confidence >= 0 && s.confidence <= 1, "--confidence lies in 0 to 1");
   list.require(s.nms >= 0 && s.nms <= 1, "--nms lies in 0 to 1");
   list.require_choice("--precision", s.precision, {"float", "bfloat16"});
+}
+
+inline void require_sound(const SurveySettings& s, ProblemList& list) {
+  list.require_choice("--controls", s.controls, {"all", "matched"});
 }
 
 inline void require_sound(const OptimisationSettings& s, ProblemList& list) {

@@ -38,37 +38,60 @@ namespace tapestry::evaluate {
 /// leaves [0, 1] and is right for 0 of n and n of n, too.
 ///
 /// \param pictures_a_trial  pictures of one trial, which counts once: hits and trials then count pictures,
-/// and
-///                          their share is taken as that of the trials
+///                          and their share is taken as that of the trials
 [[nodiscard]] std::array<double, 2> wilson_interval(std::size_t hits, std::size_t trials,
                                                     std::size_t pictures_a_trial = 1);
 
-/// P@0.5: the share of views in which the target was found.
-struct DetectionRate {
-  std::size_t views = 0;
-  std::size_t detected = 0;
-  double p_at_50 = 0;                        ///< detected / views, 0 without views; a share, not per cent
-  std::array<double, 2> interval{0.0, 1.0};  ///< Wilson, 95 %; all of [0, 1] without views
+/// How the pictures of one texture follow each other: those of a seed; of these those of a view; of these
+/// those of a photograph; and of these the draws. A seed is an optimisation of its own, a draw a noise of its
+/// own.
+struct PictureOrder {
+  std::size_t photographs = 1;  ///< of one view
+  std::size_t draws = 1;
+  std::size_t seeds = 1;
+
+  [[nodiscard]] std::size_t pictures_a_view() const { return photographs * draws * seeds; }
 };
 
-/// \param found            one entry a view, or one a picture
-/// \param pictures_a_view  photographs of one view; the interval counts them as one view
-[[nodiscard]] DetectionRate detection_rate(const std::vector<bool>& found, std::size_t pictures_a_view = 1);
+/// P@0.5: the share of pictures in which the target was found.
+struct DetectionRate {
+  std::size_t views = 0;                     ///< pictures
+  std::size_t detected = 0;                  ///< pictures
+  double p_at_50 = 0;                        ///< detected / views, 0 without views; a share, not per cent
+  std::array<double, 2> interval{0.0, 1.0};  ///< 95 %; all of [0, 1] without views
+};
 
-/// ASR: share of the views with a found clean target in which the painted one was not found.
+/// Where seeds or draws differ, the interval is that of other views and of other seeds or draws: Wilson's of
+/// p·(1 − p) / V views with t(ν) for z, where p is the share, and V and ν are the variance of a mean over
+/// both levels and its degrees of freedom, as in two_level_difference(). Else it is wilson_interval() of the
+/// views.
+///
+/// Sources: Korn and Graubard, "Confidence intervals for proportions with small expected number of positive
+/// counts estimated from survey data" (Survey Methodology 24, 1998); Dean and Pagano, "Evaluating confidence
+/// interval methods for binomial proportions in clustered surveys" (Journal of Survey Statistics and
+/// Methodology 3, 2015). In the simulations of two_level_difference() it holds the share in 94 to 97 %, of 6
+/// views in 98 %; wilson_interval() of the views holds that of 3 seeds in 38 to 100 %.
+///
+/// \param found  one entry a picture
+/// \throws ShapeError where seeds or draws are several and the pictures are not as many of each view
+[[nodiscard]] DetectionRate detection_rate(const std::vector<bool>& found, const PictureOrder& order = {});
+
+/// ASR: share of the pictures with a found clean target in which the painted one was not found.
 struct AttackSuccess {
-  std::size_t views = 0;                     ///< found in clean; 0: there is no rate to report
+  std::size_t views = 0;                     ///< pictures found in clean; 0: there is no rate to report
   std::size_t hidden = 0;                    ///< number of these not found with the adversarial paint
   double rate = 0;                           ///< hidden / views, 0 without views; a share, not per cent
-  std::array<double, 2> interval{0.0, 1.0};  ///< Wilson, 95 %; all of [0, 1] without views
+  std::array<double, 2> interval{0.0, 1.0};  ///< 95 %; all of [0, 1] without views
 };
 
-/// \param clean_found        one entry a view, the car in its own colours
-/// \param adversarial_found  the same views with the adversarial paint
-/// \param pictures_a_view    as for detection_rate()
-/// \throws ShapeError if the two do not have as many views
+/// The interval is that of detection_rate(), of the views that were found in clean at all; the share being a
+/// ratio of two sums, its variance is that of hidden − rate · found over the mean of found.
+///
+/// \param clean_found        one entry a picture, the car in its own colours
+/// \param adversarial_found  the same pictures with the adversarial paint
+/// \throws ShapeError if the two do not have as many pictures; as detection_rate()
 [[nodiscard]] AttackSuccess attack_success_rate(const std::vector<bool>& clean_found,
                                                 const std::vector<bool>& adversarial_found,
-                                                std::size_t pictures_a_view = 1);
+                                                const PictureOrder& order = {});
 
 }  // namespace tapestry::evaluate

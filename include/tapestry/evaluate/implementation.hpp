@@ -5,6 +5,7 @@
 #include <tapestry/evaluate/implementation/controls.hpp>
 #include <tapestry/evaluate/implementation/dataset/coco.hpp>
 #include <tapestry/evaluate/implementation/dataset/folders.hpp>
+#include <tapestry/evaluate/implementation/detection_rate.hpp>
 #include <tapestry/evaluate/implementation/fate.hpp>
 #include <tapestry/evaluate/implementation/matched_noise.hpp>
 #include <tapestry/evaluate/implementation/measurement.hpp>

@@ -115,10 +115,10 @@ inline void add_result(const ViewResult& result, Measurement& measurement,
 /// Computes rates and means of the results.
 inline void summarise(Measurement& measurement, const std::vector<std::vector<bool>>& found_in_sweep,
                       std::size_t draws) {
-  measurement.rate = detection_rate(measurement.found, draws);
+  measurement.rate = detection_rate(measurement.found, {draws});
   measurement.fates = fate_counts(measurement.outcomes);
   measurement.mean_best_confidence = mean_of(measurement.best_confidence);
-  for (const auto& found : found_in_sweep) measurement.sweep.push_back(detection_rate(found, draws));
+  for (const auto& found : found_in_sweep) measurement.sweep.push_back(detection_rate(found, {draws}));
 }
 }  // namespace detail
 
@@ -241,7 +241,7 @@ template <class Measured>
   if (has_adversarial) {
     survey.adversarial = measured("adversarial", std::nullopt);
     survey.asr =
-        attack_success_rate(survey.clean.found, survey.adversarial->found, survey.adversarial->draws);
+        attack_success_rate(survey.clean.found, survey.adversarial->found, {survey.adversarial->draws});
   }
   for (std::size_t i = 0; i < controls.size(); ++i) {
     survey.controls.push_back(measured(controls[i], std::optional(i)));

@@ -118,7 +118,7 @@ double corrected_probability(double z, double bias, double acceleration);
 /// based on paired data" (Statistics in Medicine 17, 1998).
 ///
 /// \param first, second    one entry a picture, in the same order
-/// \param pictures_a_view  as for detection_rate()
+/// \param pictures_a_view  pictures of one view, which count as one
 /// \returns  without pictures an interval from −∞ to ∞
 /// \throws ShapeError if there are not as many of both
 [[nodiscard]] PairedDifference rate_difference(const std::vector<bool>& first,

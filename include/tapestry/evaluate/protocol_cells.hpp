@@ -61,8 +61,9 @@ template <std::predicate<std::size_t> Belongs>
 }  // namespace detail
 
 /// The cell of the frames for which belongs(index) holds; frames that are pending count nowhere.
-/// \param pictures_a_view  as for detection_rate(); the draws of a texture are further pictures of a view
-/// \throws ShapeError if the arrays of the outcomes differ in their extents, or there is no texture
+/// \param pictures_a_view  photographs of one view
+/// \throws ShapeError if the arrays of the outcomes differ in their extents, or there is no texture; as
+///         detection_rate()
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] Cell cell_of(const ProtocolOutcomes& outcomes, Belongs belongs,
                            std::size_t pictures_a_view = 1) {
@@ -81,12 +82,12 @@ template <std::predicate<std::size_t> Belongs>
   cell.measured = hidden.size();
   cell.mean_hidden_share = detail::mean_of(hidden);
   for (std::size_t k = 0; k < outcomes.texture_count(); ++k) {
-    const std::size_t draws = outcomes.draws_of(k), pictures = pictures_a_view * draws;
+    const PictureOrder order{pictures_a_view, outcomes.draws_of(k)};
     const auto found = detail::found_in(outcomes, k, belongs);
     cell.textures.push_back(
-        {detection_rate(found, pictures),
+        {detection_rate(found, order),
          detail::mean_of(measured_values(outcomes, outcomes.best_confidence, k, belongs)),
-         attack_success_rate(detail::found_in(outcomes, 0, belongs, draws), found, pictures),
+         attack_success_rate(detail::found_in(outcomes, 0, belongs, order.draws), found, order),
          fate_counts(detail::fates_in(outcomes, k, belongs))});
   }
   return cell;
@@ -203,10 +204,10 @@ template <std::predicate<std::size_t> Belongs>
 
 /// P@0.5 at each threshold of confidence.
 /// \param found_confidence  of each picture, see ViewResult
-/// \param pictures_a_view   as for detection_rate()
+/// \throws ShapeError as detection_rate()
 [[nodiscard]] std::vector<DetectionRate> rates_above(const std::vector<double>& thresholds,
                                                      const std::vector<double>& found_confidence,
-                                                     std::size_t pictures_a_view);
+                                                     const PictureOrder& order);
 
 /// The effect of a texture beyond a control on mean best confidence in some frames, as a share of that in
 /// others which show the same views in the same order. Nothing where the latter does not differ from none, or
@@ -233,14 +234,15 @@ template <std::predicate<std::size_t> InPart, std::predicate<std::size_t> InWhol
 /// P@0.5 at other thresholds of confidence, one entry each; none may be below the meter's least threshold.
 ///
 /// \param texture          its number in the outcomes
-/// \param pictures_a_view  as for detection_rate()
-/// \throws ShapeError if the arrays of the outcomes differ in their extents, or there is no such texture
+/// \param pictures_a_view  photographs of one view
+/// \throws ShapeError if the arrays of the outcomes differ in their extents, or there is no such texture; as
+///         detection_rate()
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] std::vector<DetectionRate> sweep_of(const ProtocolOutcomes& outcomes, std::size_t texture,
                                                   const std::vector<double>& thresholds, Belongs belongs,
                                                   std::size_t pictures_a_view = 1) {
   return rates_above(thresholds, measured_values(outcomes, outcomes.found_confidence, texture, belongs),
-                     pictures_a_view * outcomes.draws_of(texture));
+                     {pictures_a_view, outcomes.draws_of(texture)});
 }
 
 /// The cells of a table, row by row.

@@ -100,13 +100,18 @@ inline std::vector<ColumnMeasurements> columns_of(const std::vector<MeasuredFold
   return columns;
 }
 
+/// How a texture's pictures follow each other over the seeds of a column, which were measured alike.
+inline evaluate::PictureOrder picture_order(const ColumnMeasurements& column, std::size_t texture) {
+  const auto& [folder, part] = column.seeds.front();
+  return {part.pictures_a_view, folder->outcomes.draws_of(texture), column.seeds.size()};
+}
+
 /// Results of a texture over all seeds of a column.
 inline ComparedTexture compared_texture(const ColumnMeasurements& column, std::size_t texture) {
   ComparedTexture compared;
   std::vector<bool> found;
   std::vector<evaluate::ViewOutcome> fates;
   std::vector<double> confidence, attention, found_confidence;
-  std::size_t pictures = 0;
   for (const auto& seed : column.seeds) {
     const auto& outcomes = seed.first->outcomes;
     const auto& part = seed.second;  // clang 14 captures no structured binding
@@ -118,13 +123,13 @@ inline ComparedTexture compared_texture(const ColumnMeasurements& column, std::s
     append(found_confidence, values(outcomes.found_confidence));
     append(attention, values(outcomes.attention));
     append(fates, evaluate::detail::fates_in(outcomes, texture, part.belongs));
-    pictures += part.pictures_a_view * outcomes.draws_of(texture);
   }
-  compared.rate = evaluate::detection_rate(found, pictures);
+  const auto order = picture_order(column, texture);
+  compared.rate = evaluate::detection_rate(found, order);
   compared.fates = evaluate::fate_counts(fates);
   compared.mean_best_confidence = evaluate::detail::mean_of(confidence);
   compared.attention = evaluate::detail::mean_of(attention);
-  compared.sweep = evaluate::rates_above(swept_thresholds, found_confidence, pictures);
+  compared.sweep = evaluate::rates_above(swept_thresholds, found_confidence, order);
   return compared;
 }
 
@@ -247,7 +252,7 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
     append(painted_by_draw, found(1, cell.draws));
     append(noise, found(2));
   }
-  cell.success = evaluate::attack_success_rate(clean, painted, pictures);
+  cell.success = evaluate::attack_success_rate(clean, painted, picture_order(column, 1));
   const auto differences = compared_differences(column);
   cell.views = differences.shape(1);
   cell.effect = {evaluate::matched_noise_name, evaluate::two_level_difference(differences, {}, 1),

@@ -111,7 +111,7 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
       "vehicle), renamed (of any other class), misplaced (a box of the class overlaps it by 0.1 to 0.5) or "
       "lost: none of these; other classes may still overlap it by less than 0.5. Attack success counts the "
       "frames that are found in clean and not with the texture; where none is found in clean it is not "
-      "defined (-). Brackets: 95 % by Wilson.");
+      "defined (-). Brackets: 95 % by Wilson, over the frames and, of noise, its draws.");
   if (result.has_camouflage)
     for (const auto& note : notes_on_effects(result, request)) notes.push_back(note);
   std::string input = "Input";

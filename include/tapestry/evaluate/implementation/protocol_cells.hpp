@@ -12,12 +12,12 @@ std::optional<PairedRatio> share_kept(const std::vector<double>& part, const std
 
 std::vector<DetectionRate> rates_above(const std::vector<double>& thresholds,
                                        const std::vector<double>& found_confidence,
-                                       std::size_t pictures_a_view) {
+                                       const PictureOrder& order) {
   std::vector<DetectionRate> rates;
   for (const double threshold : thresholds) {
     std::vector<bool> found;
     for (const double confidence : found_confidence) found.push_back(confidence > threshold);
-    rates.push_back(detection_rate(found, pictures_a_view));
+    rates.push_back(detection_rate(found, order));
   }
   return rates;
 }

@@ -6,9 +6,10 @@ namespace tapestry::evaluate::detail {
 
 /// Estimated parts of the variance of the mean over crossed draws and views, see two_level_difference().
 struct TwoLevelVariance {
-  double views = 0;  ///< a, with the interaction
-  double draws = 0;  ///< b
-  double share = 0;  ///< w
+  double of_view_means = 0;  ///< of the mean of these: views and interaction
+  double views = 0;          ///< a
+  double draws = 0;          ///< b
+  double degrees = 0;        ///< ν
 };
 
 /// \param differences  [draw, view], two or more of both
@@ -38,22 +39,24 @@ inline TwoLevelVariance two_level_variance(const Array<double, 2>& differences) 
   const double of_views = view_squares / (views - 1) / views, of_draws = draw_squares / (draws - 1) / draws;
   if (!std::isfinite(of_views + of_draws + of_rest))
     throw NumericError("two_level_difference: the variance is not finite");
-  TwoLevelVariance variance{of_views, std::max(0.0, of_draws - of_rest), 0};
+  TwoLevelVariance variance{of_views, std::max(0.0, of_views - of_rest) + 0.05 * of_rest, of_draws,
+                            views - 1};
   const double sum = variance.views + variance.draws;
-  if (sum > 0) variance.share = std::min(1.0, of_draws / sum);
+  if (sum > 0) variance.degrees = sum / (variance.draws / (draws - 1) + variance.views / (views - 1));
   return variance;
 }
 
-/// The views' interval, widened for few views and for other draws, see two_level_difference().
+/// The interval of the views' means, made one of other draws and views, see two_level_difference().
 inline std::array<double, 2> widened(const PairedDifference& of_views, const TwoLevelVariance& variance,
-                                     std::size_t draw_count, double level) {
-  const auto draws = static_cast<double>(draw_count), views = static_cast<double>(of_views.pairs);
-  const double degrees = 1 / (variance.share / (draws - 1) + (1 - variance.share) / (views - 1));
+                                     double level) {
+  const auto views = static_cast<double>(of_views.pairs);
   const double z = normal_quantile((1 + level) / 2);
-  const double factor = z > 0 ? student_quantile((1 + level) / 2, degrees) / z : 1;
+  const double factor = z > 0 ? student_quantile((1 + level) / 2, variance.degrees) / z : 1;
+  const double scale =
+      variance.of_view_means > 0 ? views / (views - 1) * variance.views / variance.of_view_means : 0;
   const auto reach = [&](double distance) {
     const double of_these = std::max(0.0, distance);
-    return factor * std::sqrt(views / (views - 1) * of_these * of_these + z * z * variance.draws);
+    return factor * std::sqrt(scale * of_these * of_these + z * z * variance.draws);
   };
   return {of_views.mean - reach(of_views.mean - of_views.interval[0]),
           of_views.mean + reach(of_views.interval[1] - of_views.mean)};
@@ -81,8 +84,7 @@ PairedDifference two_level_difference(const Array<double, 2>& differences, const
     return within(paired_bootstrap(view_means, std::vector<double>(view_count), settings), most);
   const auto variance = detail::two_level_variance(differences);  // refuses what overflows
   auto result = detail::bca_difference(view_means, std::vector<double>(view_count), settings);
-  for (std::size_t end = 0;
-       const double value : detail::widened(result, variance, draw_count, settings.level))
+  for (std::size_t end = 0; const double value : detail::widened(result, variance, settings.level))
     result.interval[end++] = std::clamp(value, -most, most);
   return result;
 }

@@ -1,0 +1,105 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <tapestry/evaluate/detection_rate.hpp>
+#include <tapestry/evaluate/implementation/two_level_difference.hpp>
+
+namespace tapestry::evaluate {
+
+namespace detail {
+/// \param trials  need not be whole
+/// \param z       quantile that the interval reaches to
+inline std::array<double, 2> wilson_interval_of(double share, double trials, double z) {
+  const double centre = share + z * z / (2 * trials);
+  const double reach = z * std::sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials));
+  const double scale = 1 / (1 + z * z / trials);
+  return {share == 0 ? 0.0 : scale * (centre - reach), share == 1 ? 1.0 : scale * (centre + reach)};
+}
+}  // namespace detail
+
+std::array<double, 2> wilson_interval(std::size_t hits, std::size_t trials, std::size_t pictures_a_trial) {
+  if (trials == 0) return {0.0, 1.0};
+  return detail::wilson_interval_of(static_cast<double>(hits) / static_cast<double>(trials),
+                                    static_cast<double>(trials) / static_cast<double>(pictures_a_trial),
+                                    1.959963984540054);
+}
+
+namespace detail {
+
+/// Shares of each view's pictures, [seed and draw, view].
+/// \throws ShapeError where pictures are not as many of each view
+inline Array<double, 2> shares_of_views(const std::vector<bool>& hits, const PictureOrder& order) {
+  const std::size_t of_seed = hits.size() / order.seeds, of_view = order.photographs * order.draws;
+  if (of_seed * order.seeds != hits.size() || of_seed % of_view != 0)
+    throw ShapeError(
+        {"detection_rate: ", hits.size(), " pictures are not ", order.pictures_a_view(), " of each view"});
+  auto shares = zeros<double, 2>({order.seeds * order.draws, of_seed / of_view});
+  for (std::size_t i = 0; i < hits.size(); ++i)
+    shares(i / of_seed * order.draws + i % order.draws, i % of_seed / of_view) +=
+        hits[i] ? 1 / static_cast<double>(order.photographs) : 0.0;
+  return shares;
+}
+
+/// What the linear terms of a share add to their mean, which is 0, for the views with a trial.
+inline Array<double, 2> linear_terms(const Array<double, 2>& hits, const Array<double, 2>& trials,
+                                     double share) {
+  std::vector<std::size_t> views;
+  double sum = 0;
+  for (std::size_t view = 0; view < trials.shape(1); ++view) {
+    double of_view = 0;
+    for (std::size_t draw = 0; draw < trials.shape(0); ++draw) of_view += trials(draw, view);
+    if (of_view > 0) views.push_back(view);
+    sum += of_view;
+  }
+  auto terms = zeros<double, 2>({trials.shape(0), views.size()});
+  const double mean = sum / static_cast<double>(terms.size());
+  for (std::size_t draw = 0; draw < trials.shape(0); ++draw)
+    for (std::size_t k = 0; k < views.size(); ++k)
+      terms(draw, k) = (hits(draw, views[k]) - share * trials(draw, views[k])) / mean;
+  return terms;
+}
+
+/// The interval of a share over seeds or draws and views, see detection_rate(); of views alone where the
+/// former do not differ.
+inline std::array<double, 2> two_level_interval(const std::vector<bool>& hits,
+                                                const std::vector<bool>& trials, const PictureOrder& order) {
+  const auto hit_count = static_cast<std::size_t>(std::ranges::count(hits, true)),
+             trial_count = static_cast<std::size_t>(std::ranges::count(trials, true));
+  const auto of_views = wilson_interval(hit_count, trial_count, order.pictures_a_view());
+  if (order.seeds * order.draws < 2 || trial_count == 0) return of_views;
+  const double share = static_cast<double>(hit_count) / static_cast<double>(trial_count);
+  const auto terms = linear_terms(shares_of_views(hits, order), shares_of_views(trials, order), share);
+  if (terms.shape(1) < 2 || are_rows_equal(terms)) return of_views;
+  const auto variance = two_level_variance(terms);
+  return wilson_interval_of(share, share * (1 - share) / (variance.views + variance.draws),
+                            student_quantile(0.975, variance.degrees));
+}
+
+}  // namespace detail
+
+DetectionRate detection_rate(const std::vector<bool>& found, const PictureOrder& order) {
+  if (found.empty()) return {};
+  const auto detected = static_cast<std::size_t>(std::ranges::count(found, true));
+  return {found.size(), detected, static_cast<double>(detected) / static_cast<double>(found.size()),
+          detail::two_level_interval(found, std::vector<bool>(found.size(), true), order)};
+}
+
+AttackSuccess attack_success_rate(const std::vector<bool>& clean_found,
+                                  const std::vector<bool>& adversarial_found, const PictureOrder& order) {
+  if (clean_found.size() != adversarial_found.size())
+    throw ShapeError({"attack_success_rate: adversarial_found has ", adversarial_found.size(),
+                      " views, expected ", clean_found.size()});
+  AttackSuccess success;
+  std::vector<bool> hidden(clean_found.size());
+  for (std::size_t i = 0; i < clean_found.size(); ++i) {
+    hidden[i] = clean_found[i] && !adversarial_found[i];
+    success.views += clean_found[i] ? 1U : 0U;
+    success.hidden += hidden[i] ? 1U : 0U;
+  }
+  if (success.views == 0) return success;
+  success.rate = static_cast<double>(success.hidden) / static_cast<double>(success.views);
+  success.interval = detail::two_level_interval(hidden, clean_found, order);
+  return success;
+}
+
+}  // namespace tapestry::evaluate
