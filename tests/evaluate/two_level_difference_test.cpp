@@ -271,6 +271,45 @@ TEST_CASE("intervals of shares over draws hold the truth about as often as they 
   }
 }
 
+TEST_CASE("a two-level ratio of ones is a two-level difference, and of one draw a paired ratio",
+          "[evaluate][two_level]") {
+  const auto first = simulated(3, 30, 2, Random(9));
+  const Array<double, 2> ones(first.shape(), 1.0);
+  const auto ratio = evaluate::two_level_ratio(first, ones);
+  const auto difference = evaluate::two_level_difference(first);
+  CHECK(ratio.ratio == Approx(difference.mean).epsilon(1e-12));
+  for (const std::size_t end : {0U, 1U})
+    CHECK(ratio.interval[end] == Approx(difference.interval[end]).epsilon(1e-9));
+  const auto one = simulated(1, 30, 0, Random(10)), other = simulated(1, 30, 0, Random(11));
+  const auto paired = evaluate::paired_ratio(means_over_draws(one), means_over_draws(other));
+  CHECK(evaluate::two_level_ratio(one, other) == paired);
+  CHECK_THROWS_AS(evaluate::two_level_ratio(first, one), tapestry::ShapeError);
+}
+
+TEST_CASE("a two-level ratio holds the share that seeds keep about as often as it states",
+          "[evaluate][two_level]") {
+  std::size_t covered = 0, covered_by_views = 0;
+  const std::size_t trials = 300;
+  for (std::size_t trial = 0; trial < trials; ++trial) {
+    auto random = Random(12).fork(trial);
+    const auto whole = simulated(3, 80, 1, random.fork(1));
+    auto part = simulated(3, 80, 1, random.fork(1));
+    for (std::size_t seed = 0; seed < 3; ++seed) {
+      const double kept = 0.5 + 0.1 * random.normal();
+      for (std::size_t view = 0; view < 80; ++view)
+        part(seed, view) = kept * part(seed, view) + 0.1 * random.normal();
+    }
+    const auto holds = [](const evaluate::PairedRatio& ratio) {
+      return ratio.interval[0] <= 0.5 && 0.5 <= ratio.interval[1] ? 1U : 0U;
+    };
+    covered += holds(evaluate::two_level_ratio(part, whole));
+    covered_by_views +=
+        holds(evaluate::paired_ratio(means_over_draws(part), means_over_draws(whole), {200, trial}));
+  }
+  CHECK(static_cast<double>(covered) / static_cast<double>(trials) >= 0.91);  // 0.95 less three times 0.0126
+  CHECK(static_cast<double>(covered_by_views) / static_cast<double>(trials) < 0.6);
+}
+
 TEST_CASE("shares that are the same in all pictures keep an interval", "[evaluate][two_level]") {
   const Array<double, 2> none({3, 20}, 0.0);
   const std::vector<bool> found(60, true);

@@ -112,17 +112,6 @@ template <class Values, std::predicate<std::size_t> Belongs>
   return detail::means_of_views(pictures, pictures_a_view * draws);
 }
 
-/// Attention that a texture draws away from the car: the share of heat maps on the car with the clean texture
-/// minus that with this one, over the measured frames for which belongs(index) holds.
-/// \throws ShapeError as measured_values()
-template <std::predicate<std::size_t> Belongs>
-[[nodiscard]] PairedDifference attention_lost(const ProtocolOutcomes& outcomes, std::size_t texture,
-                                              Belongs belongs) {
-  return within(paired_bootstrap(view_means(outcomes, outcomes.attention, 0, belongs),
-                                 view_means(outcomes, outcomes.attention, texture, belongs)),
-                1);
-}
-
 /// Values of the pictures of a texture, [draw, view], each the mean over a view's pictures, over the measured
 /// frames for which belongs(index) holds.
 ///
@@ -166,6 +155,17 @@ template <class Values, std::predicate<std::size_t> Belongs>
   return differences;
 }
 
+/// Attention that a texture draws away from the car: the share of heat maps on the car with the clean texture
+/// minus that with this one, of its draws, over the measured frames for which belongs(index) holds.
+/// \throws ShapeError as measured_values()
+template <std::predicate<std::size_t> Belongs>
+[[nodiscard]] PairedDifference attention_lost(const ProtocolOutcomes& outcomes, std::size_t texture,
+                                              Belongs belongs) {
+  auto differences = draw_differences(outcomes, outcomes.attention, texture, 0, belongs);
+  for (double& difference : differences) difference = -difference;
+  return two_level_difference(differences, {}, 1);
+}
+
 /// Effect of a texture beyond a control in the measured frames for which belongs(index) holds: computed as by
 /// effect_beyond() for a control of one draw, else over the draws and the views.
 ///
@@ -196,11 +196,11 @@ template <std::predicate<std::size_t> Belongs>
   return effect;
 }
 
-/// The mean of one effect as a share of that of another, of the same views. Nothing where the latter does not
-/// differ from none, or where one has other views.
-/// \param part, whole  one effect a view
-[[nodiscard]] std::optional<PairedRatio> share_kept(const std::vector<double>& part,
-                                                    const std::vector<double>& whole);
+/// The mean of one effect as a share of that of another, see two_level_ratio(). Nothing where the latter does
+/// not differ from none, or where one has other views.
+/// \param part, whole  effects, [draw, view]
+[[nodiscard]] std::optional<PairedRatio> share_kept(const Array<double, 2>& part,
+                                                    const Array<double, 2>& whole);
 
 /// P@0.5 at each threshold of confidence.
 /// \param found_confidence  of each picture, see ViewResult
@@ -222,10 +222,7 @@ template <std::predicate<std::size_t> InPart, std::predicate<std::size_t> InWhol
                                                      std::size_t texture, InPart in_part,
                                                      std::size_t pictures_a_view_in_part, InWhole in_whole) {
   const auto effects = [&](auto belongs, std::size_t pictures_a_view) {
-    auto differences = view_means(outcomes, outcomes.best_confidence, control, belongs, pictures_a_view);
-    const auto means = view_means(outcomes, outcomes.best_confidence, texture, belongs, pictures_a_view);
-    for (std::size_t view = 0; view < means.size(); ++view) differences[view] -= means[view];
-    return differences;
+    return draw_differences(outcomes, outcomes.best_confidence, control, texture, belongs, pictures_a_view);
   };
   const auto part = effects(in_part, pictures_a_view_in_part), whole = effects(in_whole, 1);
   return share_kept(part, whole);

@@ -52,6 +52,13 @@ namespace tapestry::evaluate {
 [[nodiscard]] PairedDifference two_level_rate_difference(const Array<double, 2>& differences,
                                                          const PairedDifference& of_views);
 
+/// Σ first / Σ second over draws and views. Its interval is that of the linear terms (first − ratio · second)
+/// / mean of second, by two_level_difference(); where draws do not differ it is paired_ratio()'s.
+///
+/// \param first, second  [draw, view], the sum of the second above 0
+/// \throws ShapeError unless both have the same extents; as two_level_difference() and paired_ratio()
+[[nodiscard]] PairedRatio two_level_ratio(const Array<double, 2>& first, const Array<double, 2>& second);
+
 /// Odds of finding the car under a control over those under a camouflage,
 ///
 ///     OR = (p₁ / (1 − p₁)) / (p₂ / (1 − p₂)),   p = (x + ½) / (R + 1),

@@ -203,7 +203,7 @@ inline std::optional<evaluate::PairedRatio> compared_kept(const ColumnMeasuremen
   if (!column.whole) return std::nullopt;
   ColumnMeasurements whole = column;
   for (auto& [folder, part] : whole.seeds) part = *column.whole;
-  return evaluate::share_kept(column_means(differences), column_means(compared_differences(whole)));
+  return evaluate::share_kept(differences, compared_differences(whole));
 }
 
 /// The number of the noise that is drawn in each picture; none where a seed was measured without it.

@@ -3,11 +3,10 @@
 
 namespace tapestry::evaluate {
 
-std::optional<PairedRatio> share_kept(const std::vector<double>& part, const std::vector<double>& whole) {
-  const std::vector<double> none(whole.size(), 0.0);
-  if (part.size() != whole.size() || whole.empty() || !(paired_bootstrap(whole, none).interval[0] > 0))
+std::optional<PairedRatio> share_kept(const Array<double, 2>& part, const Array<double, 2>& whole) {
+  if (part.shape() != whole.shape() || whole.size() == 0 || !(two_level_difference(whole).interval[0] > 0))
     return std::nullopt;
-  return paired_ratio(part, whole);
+  return two_level_ratio(part, whole);
 }
 
 std::vector<DetectionRate> rates_above(const std::vector<double>& thresholds,

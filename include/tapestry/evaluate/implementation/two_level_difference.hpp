@@ -106,6 +106,27 @@ PairedDifference two_level_rate_difference(const Array<double, 2>& differences,
   return result;
 }
 
+PairedRatio two_level_ratio(const Array<double, 2>& first, const Array<double, 2>& second) {
+  require_shape("two_level_ratio", "second", second, {first.shape(0), first.shape(1)});
+  const auto view_means = [](const Array<double, 2>& values) {
+    std::vector<double> means(values.shape(1));
+    for (std::size_t d = 0; d < values.shape(0); ++d)
+      for (std::size_t v = 0; v < means.size(); ++v)
+        means[v] += values(d, v) / static_cast<double>(values.shape(0));
+    return means;
+  };
+  const auto below = view_means(second);
+  auto result = paired_ratio(view_means(first), below);
+  const double mean = std::accumulate(below.begin(), below.end(), 0.0) / static_cast<double>(below.size());
+  Array<double, 2> terms(first.shape());
+  for (std::size_t i = 0; i < terms.size(); ++i)
+    terms.data()[i] = (first.data()[i] - result.ratio * second.data()[i]) / mean;
+  if (detail::are_rows_equal(terms) || below.size() < 2) return result;
+  const auto reach = two_level_difference(terms);
+  for (std::size_t end = 0; end < 2; ++end) result.interval[end] = result.ratio + reach.interval[end];
+  return result;
+}
+
 namespace detail {
 
 /// Mean found share and the smoothed one.
