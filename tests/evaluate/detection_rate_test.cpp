@@ -108,21 +108,29 @@ TEST_CASE("P@0.5 of two seeds in two views has the interval worked out by hand",
 }
 
 TEST_CASE("the order of pictures is seeds, views, photographs, draws", "[evaluate]") {
-  const evaluate::PictureOrder order{2, 2, 2};
-  CHECK(order.pictures_a_view() == 8);
-  // Two views. Those of the first seed's second draw are all found, and one of the second seed's first.
+  const evaluate::PictureOrder two_seeds{2, 2, 2};
+  CHECK(two_seeds.pictures_a_view() == 8);
+  // Two seeds, two views, two photographs of two draws: the views' shares are ½ and ½, and ¼ and 0. Draws of
+  // several seeds are those of their seed.
   std::vector<bool> found(16, false);
   for (const std::size_t i : {1U, 3U, 5U, 7U, 8U}) found[i] = true;
-  // By seed and draw the views' shares are 0 0, 1 1, ½ 0, 0 0.
-  const auto rate = evaluate::detection_rate(found, order);
-  const double mean = 5.0 / 16, of_views = 0.0625 * 0.0625;
-  const auto squared = [](double x) { return x * x; };
-  const double of_draws = (2 * squared(mean) + squared(1 - mean) + squared(0.25 - mean)) / 3 / 4;
-  const double of_rest = (6 * squared(0.0625) + 2 * squared(0.25 - 0.0625)) / 3 / 8;
-  const double a = of_rest / 20, b = of_draws;  // views differ no more than the interaction lets them
-  REQUIRE(of_views <= of_rest);
-  const double t = evaluate::detail::student_quantile(0.975, (a + b) / (a / 1 + b / 3));
-  for (const double end : rate.interval) check_wilson_end(end, mean, a + b, t);
+  // Means 3/8 and ¼ of views, ½ and ⅛ of seeds, an interaction of 1/16.
+  const double of_views = 2 * std::pow(1.0 / 16, 2) / 2, of_seeds = 2 * std::pow(3.0 / 16, 2) / 2,
+               of_rest = 4 * std::pow(1.0 / 16, 2) / 4;
+  REQUIRE(of_views == of_rest);
+  for (const double end : evaluate::detection_rate(found, two_seeds).interval)
+    check_wilson_end(end, 5.0 / 16, of_rest / 20 + of_seeds, t_1);
+  // As pictures of one seed in four views they are 0 and 1, 0 and 1, ½ and 0, 0 and 0 of the draws.
+  const double a =
+      (2 * std::pow(0.5 - 5.0 / 16, 2) + std::pow(0.25 - 5.0 / 16, 2) + std::pow(5.0 / 16, 2)) / 3 / 4;
+  const double b = 2 * std::pow(3.0 / 16, 2) / 2;  // means ⅛ and ½
+  double rest = 0;
+  for (const auto& [first, second] : {std::pair(0.0, 1.0), {0.0, 1.0}, {0.5, 0.0}, {0.0, 0.0}})
+    rest += 2 * std::pow((second - first) / 2 - 3.0 / 16, 2);
+  const double interaction = rest / 3 / 8, views = std::max(0.0, a - interaction) + interaction / 20;
+  const double t = evaluate::detail::student_quantile(0.975, (views + b) / (views / 3 + b));
+  for (const double end : evaluate::detection_rate(found, {2, 2, 1}).interval)
+    check_wilson_end(end, 5.0 / 16, views + b, t);
 }
 
 TEST_CASE("ASR over seeds leaves out views that were never found clean", "[evaluate]") {

@@ -61,10 +61,10 @@ struct DetectionRate {
   std::array<double, 2> interval{0.0, 1.0};  ///< 95 %; all of [0, 1] without views
 };
 
-/// Where seeds or draws differ, the interval is that of other views and of other seeds or draws: Wilson's of
-/// p·(1 − p) / V views with t(ν) for z, where p is the share, and V and ν are the variance of a mean over
-/// both levels and its degrees of freedom, as in two_level_difference(). Else it is wilson_interval() of the
-/// views.
+/// Where seeds differ, or of one seed draws, the interval is that of other views and of others of these:
+/// Wilson's of p·(1 − p) / V views with t(ν) for z, where p is the share, and V and ν are the variance of a
+/// mean over both levels and its degrees of freedom, as in two_level_difference(). Else it is
+/// wilson_interval() of the views.
 ///
 /// Sources: Korn and Graubard, "Confidence intervals for proportions with small expected number of positive
 /// counts estimated from survey data" (Survey Methodology 24, 1998); Dean and Pagano, "Evaluating confidence

@@ -26,17 +26,18 @@ std::array<double, 2> wilson_interval(std::size_t hits, std::size_t trials, std:
 
 namespace detail {
 
-/// Shares of each view's pictures, [seed and draw, view].
+/// Shares of each view's pictures, [seed, view], of one seed [draw, view].
 /// \throws ShapeError where pictures are not as many of each view
 inline Array<double, 2> shares_of_views(const std::vector<bool>& hits, const PictureOrder& order) {
   const std::size_t of_seed = hits.size() / order.seeds, of_view = order.photographs * order.draws;
   if (of_seed * order.seeds != hits.size() || of_seed % of_view != 0)
     throw ShapeError(
         {"detection_rate: ", hits.size(), " pictures are not ", order.pictures_a_view(), " of each view"});
-  auto shares = zeros<double, 2>({order.seeds * order.draws, of_seed / of_view});
+  const std::size_t rows = order.seeds > 1 ? order.seeds : order.draws;
+  const double weight = static_cast<double>(rows) / static_cast<double>(order.pictures_a_view());
+  auto shares = zeros<double, 2>({rows, of_seed / of_view});
   for (std::size_t i = 0; i < hits.size(); ++i)
-    shares(i / of_seed * order.draws + i % order.draws, i % of_seed / of_view) +=
-        hits[i] ? 1 / static_cast<double>(order.photographs) : 0.0;
+    if (hits[i]) shares(order.seeds > 1 ? i / of_seed : i % order.draws, i % of_seed / of_view) += weight;
   return shares;
 }
 
