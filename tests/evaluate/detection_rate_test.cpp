@@ -95,9 +95,9 @@ void check_wilson_end(double end, double estimate, double variance, double t) {
 
 TEST_CASE("P@0.5 of two seeds in two views has the interval worked out by hand", "[evaluate]") {
   // Found in 3 of 4 pictures: views, seeds and the interaction have a variance of 1/16 each. Of the
-  // interaction's a twentieth counts to the views, whose own is none; with two of each, ν = 1.
+  // interaction's a tenth counts to the views, whose own is none; with two of each, ν = 1.
   const std::vector<bool> found{true, true, true, false};
-  const double variance = 1.0 / 16 + 1.0 / 16 / 20;
+  const double variance = 1.0 / 16 + 1.0 / 16 / 10;
   for (const evaluate::PictureOrder order :
        {evaluate::PictureOrder{1, 1, 2}, evaluate::PictureOrder{1, 2, 1}}) {
     const auto rate = evaluate::detection_rate(found, order);
@@ -119,7 +119,7 @@ TEST_CASE("the order of pictures is seeds, views, photographs, draws", "[evaluat
                of_rest = 4 * std::pow(1.0 / 16, 2) / 4;
   REQUIRE(of_views == of_rest);
   for (const double end : evaluate::detection_rate(found, two_seeds).interval)
-    check_wilson_end(end, 5.0 / 16, of_rest / 20 + of_seeds, t_1);
+    check_wilson_end(end, 5.0 / 16, of_rest / 10 + of_seeds, t_1);
   // As pictures of one seed in four views they are 0 and 1, 0 and 1, ½ and 0, 0 and 0 of the draws.
   const double a =
       (2 * std::pow(0.5 - 5.0 / 16, 2) + std::pow(0.25 - 5.0 / 16, 2) + std::pow(5.0 / 16, 2)) / 3 / 4;
@@ -127,7 +127,7 @@ TEST_CASE("the order of pictures is seeds, views, photographs, draws", "[evaluat
   double rest = 0;
   for (const auto& [first, second] : {std::pair(0.0, 1.0), {0.0, 1.0}, {0.5, 0.0}, {0.0, 0.0}})
     rest += 2 * std::pow((second - first) / 2 - 3.0 / 16, 2);
-  const double interaction = rest / 3 / 8, views = std::max(0.0, a - interaction) + interaction / 20;
+  const double interaction = rest / 3 / 8, views = std::max(0.0, a - interaction) + interaction / 10;
   const double t = evaluate::detail::student_quantile(0.975, (views + b) / (views / 3 + b));
   for (const double end : evaluate::detection_rate(found, {2, 2, 1}).interval)
     check_wilson_end(end, 5.0 / 16, views + b, t);

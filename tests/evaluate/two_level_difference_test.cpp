@@ -59,10 +59,10 @@ TEST_CASE("Student's quantiles are those of tables", "[evaluate][two_level]") {
 
 TEST_CASE("a two-level difference of two draws in two views has the interval worked out by hand",
           "[evaluate][two_level]") {
-  // Views have means 1 and 3, draws ½ and 3½, and the interaction is ±½: s = 1, a = 1 − ¼ + ¼/20, b = 2¼. The
+  // Views have means 1 and 3, draws ½ and 3½, and the interaction is ±½: s = 1, a = 1 − ¼ + ¼/10, b = 2¼. The
   // bootstrap of two views goes from 1 to 3, f = 2, and ν = 1 for any share.
   const auto found = evaluate::two_level_difference({{0, 1}, {2, 5}});
-  const double reach = t_1 / z * std::sqrt(2 * 0.7625 + z * z * 2.25);
+  const double reach = t_1 / z * std::sqrt(2 * 0.775 + z * z * 2.25);
   CHECK(found.pairs == 2);
   CHECK(found.mean == 2);
   CHECK(found.interval[0] == Approx(2 - reach).epsilon(1e-8));
@@ -70,7 +70,7 @@ TEST_CASE("a two-level difference of two draws in two views has the interval wor
 }
 
 TEST_CASE("a two-level interval of shares stays within -1 to 1", "[evaluate][two_level]") {
-  // As above, a tenth of it: 0.2 ± t(1)/z · √(0.01525 + z²·0.0225), which reaches to -1.9 and 2.3.
+  // As above, a tenth of it: 0.2 ± t(1)/z · √(0.0155 + z²·0.0225), which reaches to -1.9 and 2.3.
   const Array<double, 2> differences{{0, 0.1}, {0.2, 0.5}};
   const auto free = evaluate::two_level_difference(differences);
   CHECK(free.interval[0] < -1);

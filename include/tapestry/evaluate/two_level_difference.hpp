@@ -9,13 +9,13 @@ namespace tapestry::evaluate {
 /// noise of a control, or one seed of an optimisation; each is measured in the same views.
 ///
 ///     [m − c·√(f·a/s·(m − l)² + z²·b), m + c·√(f·a/s·(u − m)² + z²·b)],   c = t(ν) / z,   f = R / (R − 1),
-///     s = MS_views / (R·D),   a = (max(0, MS_views − MS_interaction) + MS_interaction / 20) / (R·D),
+///     s = MS_views / (R·D),   a = (max(0, MS_views − MS_interaction) + MS_interaction / 10) / (R·D),
 ///     b = MS_draws / (R·D),   w = b / (a + b),   1/ν = w / (D − 1) + (1 − w) / (R − 1)
 ///
 /// for the mean m of D draws in R views. [l, u] is the BCa interval of paired_bootstrap() of the views' means
 /// over draws, with its skewness, and s is what it takes for the variance. a is the part of the views and b
 /// that of the draws, which holds the interaction, by the mean squares of two crossed levels (Searle,
-/// Casella, McCulloch, "Variance components", Wiley 1992). A twentieth of the interaction is left in a, so
+/// Casella, McCulloch, "Variance components", Wiley 1992). A tenth of the interaction is left in a, so
 /// that draws that agree by chance do not make an interval without width. Distances from the mean add in
 /// quadrature, each end with its own, as by Zou and Donner ("Construction of confidence limits about effect
 /// measures", Statistics in Medicine 27, 2008). z and t(ν) are quantiles of the normal and of Student's
@@ -29,8 +29,8 @@ namespace tapestry::evaluate {
 /// Coverage of 95 % intervals in 4000 simulations each: 3 seeds, 20, 80 and 400 views, cars found or not by a
 /// logistic model whose seeds differ by standard deviations of 0, 0.5 and 1 logit, and confidences whose
 /// seeds differ by 0 to 10 standard errors of the views: 94 to 97 % of effects on P@0.5, of odds ratios and
-/// of effects on confidence. Of 6 views 97 %, 98 % and 93 to 97 %. Two draws have 87 to 97 %. Where the part
-/// of the interaction was in a and taken out of b, which then was 0 or more, draws that agree had 98 to 99 %.
+/// of effects on confidence. Of 6 views 97 to 98 %, 98 to 99 % and 93 to 97 %. Two draws have 87 to 97 %.
+/// With the whole interaction in a, and b what the draws add to it, draws that agree had 98 to 99 %.
 ///
 /// \param differences  [draw, view]
 /// \param most  no difference can be larger, such as 1 of shares: the interval stays within ± most, where the
