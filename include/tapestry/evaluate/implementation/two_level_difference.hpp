@@ -39,8 +39,7 @@ inline TwoLevelVariance two_level_variance(const Array<double, 2>& differences) 
   const double of_views = view_squares / (views - 1) / views, of_draws = draw_squares / (draws - 1) / draws;
   if (!std::isfinite(of_views + of_draws + of_rest))
     throw NumericError("two_level_difference: the variance is not finite");
-  TwoLevelVariance variance{of_views, std::max(0.0, of_views - of_rest) + 0.1 * of_rest, of_draws,
-                            views - 1};
+  TwoLevelVariance variance{of_views, std::max(0.0, of_views - of_rest) + 0.1 * of_rest, of_draws, views - 1};
   const double sum = variance.views + variance.draws;
   if (sum > 0) variance.degrees = sum / (variance.draws / (draws - 1) + variance.views / (views - 1));
   return variance;
