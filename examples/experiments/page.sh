@@ -31,8 +31,8 @@ read -ra mesh <<<"${CAR:-}"
 size=(--size "${SIZE:-416}")
 car=("${mesh[@]}" ${NAMES:+--names "$NAMES"} "${size[@]}")
 source "$here/steps.sh"
-settle "$(printf '%s; ' "${frames[*]}" "${car[*]}" "${LENGTH:-}" "${tuning[*]} ${hardening[*]}" "$SEEDS" "$DRAWS draws, $EPOCHS passes" "tuned: $tune; strong: ${strong[*]}" \
-  "${detectors[*]}")"
+settle "$(printf '%s; ' "${frames[*]}" "${car[*]}" "${LENGTH:-}" "${tuning[*]} ${hardening[*]}" "$SEEDS" \
+  "$DRAWS draws, $EPOCHS passes" "tuned: $tune; strong: ${strong[*]}" "${detectors[*]}")"
 if [ ! -e "$output/frames.done" ]; then
   "$programs/make_dataset" "${mesh[@]}" ${LENGTH:+--length "$LENGTH"} "${frames[@]}" --seed 1 --output "$output/frames"
   touch "$output/frames.done"

@@ -21,6 +21,7 @@
 #include "contact_sheet.hpp"
 #include "export_check.hpp"
 #include "inputs.hpp"
+#include "measured_controls.hpp"
 #include "photo_light_report.hpp"
 #include "program.hpp"
 #include "progress.hpp"
@@ -230,12 +231,6 @@ class CamouflageRun {
       print_kept_layers(objective_.kept_layers(member));
   }
 
-  [[nodiscard]] std::vector<evaluate::Control> controls_of(const camouflage::Paint<float>& paint) const {
-    const auto seed = options_.optimisation.seed;
-    return options_.survey.controls == "all" ? evaluate::make_controls(inputs_.car.painted, paint, seed)
-                                             : evaluate::matched_controls(inputs_.car.painted, paint, seed);
-  }
-
   void report(const camouflage::Training<float>& training, camouflage::ViewStore<float>& test,
               std::vector<std::size_t> usable, Clock::time_point start) {
     const auto& method = objective_.method();
@@ -244,7 +239,7 @@ class CamouflageRun {
                                          camouflage::painted_texels(method)};
     evaluate::SurveyedTextures textures{
         camouflage::without_paint(camouflage::own_colours<float>(inputs_.car.painted)), paint,
-        controls_of(paint)};
+        measured_controls(options_.survey.controls, inputs_.car.painted, paint, options_.optimisation.seed)};
     Array<float, 2> offsets;
     std::optional<ReshapedViews> reshaped;
     if (const auto& shape = method.shape) {

@@ -301,9 +301,11 @@ inline void require_sound(const DetectorSettings& s, ProblemList& list) {
   list.require_choice("--precision", s.precision, {"float", "bfloat16"});
 }
 
-inline void require_sound(const SurveySettings& s, ProblemList& list) {
-  list.require_choice("--controls", s.controls, {"all", "matched"});
+inline void require_controls(const std::string& controls, ProblemList& list) {
+  list.require_choice("--controls", controls, {"all", "matched"});
 }
+
+inline void require_sound(const SurveySettings& s, ProblemList& list) { require_controls(s.controls, list); }
 
 inline void require_sound(const OptimisationSettings& s, ProblemList& list) {
   list.require_choice("--method", s.method,

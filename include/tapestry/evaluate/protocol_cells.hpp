@@ -134,12 +134,11 @@ template <class Values, std::predicate<std::size_t> Belongs>
 
 /// The rows' mean, as often as there are draws.
 [[nodiscard]] inline Array<double, 2> mean_for_draws(const Array<double, 2>& values, std::size_t draws) {
-  auto means = zeros<double, 2>({draws, values.shape(1)});
+  const auto means = detail::means_over_draws(values);
+  Array<double, 2> repeated(Extents<2>{draws, means.size()});
   for (std::size_t draw = 0; draw < draws; ++draw)
-    for (std::size_t row = 0; row < values.shape(0); ++row)
-      for (std::size_t view = 0; view < values.shape(1); ++view)
-        means(draw, view) += values(row, view) / static_cast<double>(values.shape(0));
-  return means;
+    for (std::size_t view = 0; view < means.size(); ++view) repeated(draw, view) = means[view];
+  return repeated;
 }
 
 /// Differences between the draws of a control and a texture, whose own draws are averaged, [draw, view];

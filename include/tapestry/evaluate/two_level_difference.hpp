@@ -5,6 +5,12 @@
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 
 namespace tapestry::evaluate {
+
+namespace detail {
+/// Means of the views' values over draws. \param values  [draw, view]
+[[nodiscard]] std::vector<double> means_over_draws(const Array<double, 2>& values);
+}  // namespace detail
+
 /// The mean difference over draws and views, with an interval for other draws and other views. A draw is one
 /// noise of a control, or one seed of an optimisation; each is measured in the same views.
 ///

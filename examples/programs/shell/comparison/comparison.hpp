@@ -133,15 +133,6 @@ inline ComparedTexture compared_texture(const ColumnMeasurements& column, std::s
   return compared;
 }
 
-/// Means over the rows of an array.
-inline std::vector<double> column_means(const Array<double, 2>& values) {
-  std::vector<double> means(values.shape(1));
-  for (std::size_t row = 0; row < values.shape(0); ++row)
-    for (std::size_t column = 0; column < means.size(); ++column)
-      means[column] += values(row, column) / static_cast<double>(values.shape(0));
-  return means;
-}
-
 /// One row for each seed of a column, [seed, view].
 /// \param of_seed  returns a number for each view of a folder's part
 template <class OfSeed>
@@ -162,7 +153,7 @@ template <class OfSeed>
 Array<double, 2> rows_of_draws_or_seeds(const ColumnMeasurements& column, OfSeed of_seed) {
   if (column.seeds.size() == 1) return of_seed(*column.seeds.front().first, column.seeds.front().second);
   return seed_rows(column, [&](const MeasuredFolder& folder, const MeasuredPart& part) {
-    return column_means(of_seed(folder, part));
+    return evaluate::detail::means_over_draws(of_seed(folder, part));
   });
 }
 
@@ -220,16 +211,14 @@ inline std::optional<std::size_t> picture_noise_of(const ColumnMeasurements& col
 /// \param number  see picture_noise_of(); behind the draws of matched noise in every folder
 inline ComparedPictureNoise compared_picture_noise(const ColumnMeasurements& column, std::size_t number) {
   std::vector<bool> noise, painted;
-  std::size_t pictures = 0;
   for (const auto& seed : column.seeds) {
     append(noise, evaluate::detail::found_in(seed.first->outcomes, number, seed.second.belongs));
     append(painted, evaluate::detail::found_in(seed.first->outcomes, 1, seed.second.belongs));
-    pictures += seed.second.pictures_a_view;
   }
   return {compared_texture(column, number),
           evaluate::two_level_rate_difference(
               compared_differences(column, &evaluate::ProtocolOutcomes::found, number),
-              evaluate::rate_difference(noise, painted, pictures))};
+              evaluate::rate_difference(noise, painted, picture_order(column, number).pictures_a_view()))};
 }
 
 inline ComparedCell compared_cell(const ColumnMeasurements& column) {
@@ -238,7 +227,6 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
   cell.camouflage = compared_texture(column, 1);
   cell.noise = compared_texture(column, 2);
   std::vector<bool> clean, painted, painted_by_draw, noise;
-  std::size_t pictures = 0;
   for (const auto& seed : column.seeds) {
     const auto& outcomes = seed.first->outcomes;
     const auto& part = seed.second;  // clang 14 captures no structured binding
@@ -246,7 +234,6 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
       return evaluate::detail::found_in(outcomes, texture, part.belongs, times);
     };
     cell.draws = outcomes.draws_of(2);
-    pictures += part.pictures_a_view;
     append(clean, found(0));
     append(painted, found(1));
     append(painted_by_draw, found(1, cell.draws));
@@ -255,10 +242,11 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
   cell.success = evaluate::attack_success_rate(clean, painted, picture_order(column, 1));
   const auto differences = compared_differences(column);
   cell.views = differences.shape(1);
-  cell.effect = {evaluate::matched_noise_name, evaluate::two_level_difference(differences, {}, 1),
-                 evaluate::two_level_rate_difference(
-                     compared_differences(column, &evaluate::ProtocolOutcomes::found),
-                     evaluate::rate_difference(noise, painted_by_draw, pictures * cell.draws))};
+  cell.effect = {
+      evaluate::matched_noise_name, evaluate::two_level_difference(differences, {}, 1),
+      evaluate::two_level_rate_difference(
+          compared_differences(column, &evaluate::ProtocolOutcomes::found),
+          evaluate::rate_difference(noise, painted_by_draw, picture_order(column, 2).pictures_a_view()))};
   cell.effect.odds_ratio = compared_odds(column);
   if (const auto number = picture_noise_of(column))
     cell.picture_noise = compared_picture_noise(column, *number);

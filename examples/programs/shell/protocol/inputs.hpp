@@ -15,6 +15,7 @@
 
 #include "../camouflage_source.hpp"
 #include "../inputs.hpp"
+#include "../measured_controls.hpp"
 #include "../program.hpp"
 #include "../run_folder.hpp"
 #include "../run_inputs.hpp"
@@ -133,9 +134,7 @@ inline std::vector<evaluate::Control> textures_of(const Car& loaded, const Proto
   if (!request.camouflage.is_given()) return textures;
   auto paint = read_camouflage(request.camouflage, loaded);
   const std::size_t draws = request.settings.noise_draws;
-  auto controls = request.settings.controls == "all"
-                      ? evaluate::make_controls(car, paint, request.seed, draws)
-                      : evaluate::matched_controls(car, paint, request.seed, draws);
+  auto controls = measured_controls(request.settings.controls, car, paint, request.seed, draws);
   if (draws_in_pictures) {
     const auto after =
         std::ranges::find(controls, std::string(evaluate::shuffled_patches_name), &evaluate::Control::name);

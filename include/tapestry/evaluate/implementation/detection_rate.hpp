@@ -41,23 +41,15 @@ inline Array<double, 2> shares_of_views(const std::vector<bool>& hits, const Pic
   return shares;
 }
 
-/// What the linear terms of a share add to their mean, which is 0, for the views with a trial.
-inline Array<double, 2> linear_terms(const Array<double, 2>& hits, const Array<double, 2>& trials,
-                                     double share) {
-  std::vector<std::size_t> views;
-  double sum = 0;
-  for (std::size_t view = 0; view < trials.shape(1); ++view) {
-    double of_view = 0;
-    for (std::size_t draw = 0; draw < trials.shape(0); ++draw) of_view += trials(draw, view);
-    if (of_view > 0) views.push_back(view);
-    sum += of_view;
-  }
-  auto terms = zeros<double, 2>({trials.shape(0), views.size()});
-  const double mean = sum / static_cast<double>(terms.size());
-  for (std::size_t draw = 0; draw < trials.shape(0); ++draw)
-    for (std::size_t k = 0; k < views.size(); ++k)
-      terms(draw, k) = (hits(draw, views[k]) - share * trials(draw, views[k])) / mean;
-  return terms;
+/// The values of the views that have a trial, [seed or draw, view].
+inline Array<double, 2> of_tried_views(const Array<double, 2>& values, const Array<double, 2>& trials) {
+  const auto tried = means_over_draws(trials);
+  auto kept = zeros<double, 2>(
+      {values.shape(0), tried.size() - static_cast<std::size_t>(std::ranges::count(tried, 0.0))});
+  for (std::size_t row = 0; row < values.shape(0); ++row)
+    for (std::size_t view = 0, to = 0; view < tried.size(); ++view)
+      if (tried[view] > 0) kept(row, to++) = values(row, view);
+  return kept;
 }
 
 /// The interval of a share over seeds or draws and views, see detection_rate(); of views alone where the
@@ -69,7 +61,9 @@ inline std::array<double, 2> two_level_interval(const std::vector<bool>& hits,
   const auto of_views = wilson_interval(hit_count, trial_count, order.pictures_a_view());
   if (order.seeds * order.draws < 2 || trial_count == 0) return of_views;
   const double share = static_cast<double>(hit_count) / static_cast<double>(trial_count);
-  const auto terms = linear_terms(shares_of_views(hits, order), shares_of_views(trials, order), share);
+  const auto all = shares_of_views(trials, order);
+  const auto terms =
+      linear_terms(of_tried_views(shares_of_views(hits, order), all), of_tried_views(all, all), share);
   if (terms.shape(1) < 2 || are_rows_equal(terms)) return of_views;
   const auto variance = two_level_variance(terms);
   return wilson_interval_of(share, share * (1 - share) / (variance.views + variance.draws),

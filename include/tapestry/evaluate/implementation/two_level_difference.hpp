@@ -4,6 +4,26 @@
 
 namespace tapestry::evaluate::detail {
 
+std::vector<double> means_over_draws(const Array<double, 2>& values) {
+  std::vector<double> means(values.shape(1));
+  for (std::size_t d = 0; d < values.shape(0); ++d)
+    for (std::size_t v = 0; v < means.size(); ++v)
+      means[v] += values(d, v) / static_cast<double>(values.shape(0));
+  return means;
+}
+
+/// (first − ratio · second) / mean of second: what the values add to the error of ratio = Σ first / Σ second.
+inline Array<double, 2> linear_terms(const Array<double, 2>& first, const Array<double, 2>& second,
+                                     double ratio) {
+  double sum = 0;
+  for (const double value : second) sum += value;
+  const double mean = sum / static_cast<double>(second.size());
+  Array<double, 2> terms(first.shape());
+  for (std::size_t i = 0; i < terms.size(); ++i)
+    terms.data()[i] = (first.data()[i] - ratio * second.data()[i]) / mean;
+  return terms;
+}
+
 /// Estimated parts of the variance of the mean over crossed draws and views, see two_level_difference().
 struct TwoLevelVariance {
   double of_view_means = 0;  ///< of the mean of these: views and interaction
@@ -72,13 +92,11 @@ PairedDifference two_level_difference(const Array<double, 2>& differences, const
     throw ShapeError(
         {"two_level_difference: differences is [0, ", view_count, "], expected one draw or more"});
   detail::require_settings("two_level_difference", settings);
-  std::vector<double> view_means(view_count);
   for (std::size_t d = 0; d < draw_count; ++d)
-    for (std::size_t v = 0; v < view_count; ++v) {
+    for (std::size_t v = 0; v < view_count; ++v)
       if (!std::isfinite(differences(d, v)))
         throw NumericError({"two_level_difference: draw ", d, " of view ", v, " is not finite"});
-      view_means[v] += differences(d, v) / static_cast<double>(draw_count);
-    }
+  const auto view_means = detail::means_over_draws(differences);
   if (draw_count == 1 || view_count < 2)
     return within(paired_bootstrap(view_means, std::vector<double>(view_count), settings), most);
   const auto variance = detail::two_level_variance(differences);  // refuses what overflows
@@ -107,20 +125,9 @@ PairedDifference two_level_rate_difference(const Array<double, 2>& differences,
 
 PairedRatio two_level_ratio(const Array<double, 2>& first, const Array<double, 2>& second) {
   require_shape("two_level_ratio", "second", second, {first.shape(0), first.shape(1)});
-  const auto view_means = [](const Array<double, 2>& values) {
-    std::vector<double> means(values.shape(1));
-    for (std::size_t d = 0; d < values.shape(0); ++d)
-      for (std::size_t v = 0; v < means.size(); ++v)
-        means[v] += values(d, v) / static_cast<double>(values.shape(0));
-    return means;
-  };
-  const auto below = view_means(second);
-  auto result = paired_ratio(view_means(first), below);
-  const double mean = std::accumulate(below.begin(), below.end(), 0.0) / static_cast<double>(below.size());
-  Array<double, 2> terms(first.shape());
-  for (std::size_t i = 0; i < terms.size(); ++i)
-    terms.data()[i] = (first.data()[i] - result.ratio * second.data()[i]) / mean;
-  if (detail::are_rows_equal(terms) || below.size() < 2) return result;
+  auto result = paired_ratio(detail::means_over_draws(first), detail::means_over_draws(second));
+  const auto terms = detail::linear_terms(first, second, result.ratio);
+  if (detail::are_rows_equal(terms) || terms.shape(1) < 2) return result;
   const auto reach = two_level_difference(terms);
   for (std::size_t end = 0; end < 2; ++end) result.interval[end] = result.ratio + reach.interval[end];
   return result;
