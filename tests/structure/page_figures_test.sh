@@ -37,12 +37,18 @@ figures() {
         if ($at["kept"] != "") print $1 "\t" range($at["kept"], $at["kept_low"], $at["kept_high"], 100, 1) } }' "$1"
 }
 
-# cells FILE: each cell of its tables of Markdown as LABEL, COLUMN and CELL, separated by tabs, without marks of emphasis.
+# cells FILE: each cell of its tables of Markdown as LABEL, COLUMN and CELL, separated by tabs, without marks of emphasis. Where
+# the table's title says what is shown, COLUMN once more with this before it, such as "found: ".
 cells() {
   awk -F '|' 'function plain(text) { gsub(/[*`]/, "", text); gsub(/^ +| +$/, "", text); return text }
+    /^\*\*/ { shown = "" }
+    /^\*\*pictures in which the car is found/ { shown = "found: " }
+    /^\*\*effect beyond matched noise, P@0.5/ { shown = "effect: " }
     /^\|---/ { columns = split(above, column); next }
     /^\|/ { above = $0
-      for (i = 3; i < NF; i++) if (i <= columns && $i ~ /[0-9]/) print plain($2) "\t" plain(column[i]) "\t" plain($i) }
+      for (i = 3; i < NF; i++) if (i <= columns && $i ~ /[0-9]/) {
+        print plain($2) "\t" plain(column[i]) "\t" plain($i)
+        if (shown != "") print plain($2) "\t" shown plain(column[i]) "\t" plain($i) } }
     !/^\|/ { columns = 0 }' "$1"
 }
 
