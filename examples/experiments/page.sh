@@ -25,10 +25,9 @@ if [ "$1" = --quick ]; then
   shift
 fi
 [ $# -ge 3 ] || usage
-detectors=("$@") sound=()
+detectors=("$@") sound=() size=(--size "${SIZE:-416}")
 export SEEDS=${SEEDS:-$seeds} DRAWS=${DRAWS:-$draws} EPOCHS=${EPOCHS:-$epochs}
 read -ra mesh <<<"${CAR:-}"
-size=(--size "${SIZE:-416}")
 car=("${mesh[@]}" ${NAMES:+--names "$NAMES"} "${size[@]}")
 source "$here/steps.sh"
 settle "$(printf '%s; ' "${frames[*]}" "${car[*]}" "${LENGTH:-}" "${tuning[*]} ${hardening[*]}" "$SEEDS" \
@@ -45,7 +44,6 @@ export COMMON="${car[*]} --weights ${sound[0]} --texels 128" FRAMES=$output/fram
 
 # The detectors, fine-tuned without any attack until they find the plain car.
 part_sound() { "$here/sound.sh" "$output/sound" "${mesh[@]}" "${size[@]}" "${tuning[@]}" --frames "$output/frames" -- "${detectors[@]}"; }
-# The paper's tables.
 part_tables() {
   VALIDATION=$validation TUNE=$tune VIEWS=quick HARD_FOR=$(basename "${sound[0]%.*}") \
     "$here/paper.sh" "$output/paper" --tables "${TABLES:-$tables}"
@@ -69,7 +67,8 @@ part_hardened() {
       "${hardening[@]}" "${strong[@]}" --weight-rate 0.0003 --epochs "$EPOCHS" --output "$folder" "${resume[@]}"
   done
 }
-# A table of runs of harden: P@0.5 of each picture before and after, and what the drawn scenes say.
+# A table of runs of harden: P@0.5 of each picture before and after, what the drawn scenes say, and where the first is the
+# control, none, what the last finds beyond it under the adaptive attack (Newcombe 1998, method 10, of independent shares).
 table_of_hardening() { # NAME TITLE RUN...
   local file=$output/results/$1 run label
   echo "detector,$(head -n 1 "$3/metrics.csv")" | sed 's/,detector,/,state,/' >"$file.csv"
@@ -81,6 +80,10 @@ table_of_hardening() { # NAME TITLE RUN...
       printf '\n**%s**\n' "$label"
       sed -n "/^|/{s/^| \([a-z ]*\): [^|]*/| $label, \1 /;p;};/^on [0-9]* clean\|^hardened minus/s/^/\n/p" "$run/report.md" | sed '1s/^/\n/'
     done
+    [ "$(basename "$3")" != none ] || awk -F , '
+      $2 $3 == "hardenedadaptive" { more = $6 - p; left = low; right = high; p = $6; low = p - $7; high = $8 - p }
+      END { printf "\n| hardened | points, 95 %% |\n|---|---:|\n| %s minus none, adaptive | %.1f [%.1f, %.1f] |\n", $1, 100 * more,
+        100 * (more - sqrt(low ^ 2 + right ^ 2)), 100 * (more + sqrt(high ^ 2 + left ^ 2)) }' "$file.csv"
     printf '\nMade by commit %s.\n' "$(for run in "${@:3}"; do sed -nE 's/^ *"commit": "([^"]*)",$/\1/p' "$run/metrics.json"; done | sort -u | paste -s -d ' ')"
   } >"$file.md"
 }

@@ -19,6 +19,12 @@ figures() {
       sub(/ /, " % ", text)
       print label "\t" text
       print label "\t" number($at["mean_best_confidence"], 3)
+      if ($at["state"] != "hardened" || $at["picture"] != "adaptive") next
+      p = $at["p_at_50"]; below = p - $at["p_at_50_low"]; above = $at["p_at_50_high"] - p
+      if ($1 == "none") { control = p; control_below = below; control_above = above }
+      else if (control != "")
+        print $1 " minus none, adaptive\t" range(p - control, p - control - sqrt(below * below + control_above * control_above),
+          p - control + sqrt(above * above + control_below * control_below), 100, 1)
       next }
     { print $1 "\t" range($at["p_at_50"], $at["p_at_50_low"], $at["p_at_50_high"], 100, 1)
       if ($at["texture"] == "picture noise") next
