@@ -16,7 +16,7 @@ usage() { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 [ $# -ge 4 ] || usage
 here=$(dirname "$0") output=$1
 shift
-frames=(--train 300 --test 80) validation=40 tune="0.1/10 0.3/0 0.3/1 0.3/10 0.3/30 0.3/100 1/10" tables="8 1 6 2 3 4 7 5" seeds="1 2 3"
+frames=(--train 300 --test 80) validation=40 tune="0.1/10 0.3/0 0.3/1 0.3/10 0.3/30 0.3/100 1/10" tables="8 1 6 2 3 4 7 5 attention" seeds="1 2 3"
 strong=(--learning-rate 0.3 --smoothness-weight 30) # what that search of the tables chose for fca
 draws=3 epochs=4 tuning=() hardening=(--rounds 5 --steps 80 --attack-steps 50 --pictures 8)
 if [ "$1" = --quick ]; then
