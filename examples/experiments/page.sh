@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# Every figure of docs/EXPERIMENTS.md, in a night on two cores. What is there is not done again, so that an interrupted command
-# goes on, and ends with the same files.
+# Every figure of docs/EXPERIMENTS.md, in a night on two cores. An interrupted command goes on, and ends with the same files.
 #
 #   page.sh OUTPUT [--quick] DETECTOR DETECTOR DETECTOR...
 #
@@ -48,12 +47,14 @@ part_tables() {
   VALIDATION=$validation TUNE=$tune VIEWS=quick HARD_FOR=$(basename "${sound[0]%.*}") \
     "$here/paper.sh" "$output/paper" --tables "${TABLES:-$tables}"
 }
-# The search for the strongest paint, at equal steps.
+# The search for the strongest paint, at equal steps. Paints for three detectors leave out the fourth, third, second and first.
 part_stronger() {
   "$here/variants.sh" "$output/stronger" "$COMMON --frames $FRAMES --epochs $EPOCHS --validation $validation ${strong[*]}" max_score= \
-    less_smooth="--smoothness-weight 1" paper="--loss paper" vanish="--loss vanish" camera="--conditions camera" \
-    all_conditions="--conditions physical" worst_half="--worst-views 0.5" for_two="--ensemble ${sound[1]}" \
-    for_three="--ensemble ${sound[1]} ${sound[2]}" camera_for_three="--conditions camera --ensemble ${sound[1]} ${sound[2]}"
+    less_smooth="--smoothness-weight 1" for_two="--ensemble ${sound[1]}" for_three="--ensemble ${sound[*]:1:2}" \
+    without_third="--ensemble ${sound[1]} ${sound[*]:3}" without_second="--ensemble ${sound[*]:2}" \
+    without_first="--weights ${sound[1]} --ensemble ${sound[*]:2}" paper="--loss paper" vanish="--loss vanish" \
+    camera="--conditions camera" camera_for_three="--conditions camera --ensemble ${sound[*]:1:2}" \
+    all_conditions="--conditions physical" worst_half="--worst-views 0.5"
 }
 # The first detector hardened against paint, and its control of as many steps without; both are attacked afresh.
 part_hardened() {

@@ -65,8 +65,7 @@ as_photographed=(--light frame "${filter[@]}") # though rauca is optimised in an
 
 declare -A options=([fca]="" [mesh_adv]="--method mesh_adv --filter bilinear" [camou]="--method camou" [upc]="--method upc"
   [das]="--method das --smoothness-weight 0" [das_full]="--method das_full --smoothness-weight 0" [coarse]="${coarse[*]}" [planar_patch]="--method planar_patch"
-  [random]="--method random" [solid]="--method solid" [rauca]="--method rauca --light photo"
-  [conditions]="--conditions physical"
+  [random]="--method random" [solid]="--method solid" [rauca]="--method rauca --light photo" [conditions]="--conditions physical"
   [cls]="--loss paper --iou-weight 0 --objectness-weight 0 --smoothness-weight 1"
   [obj]="--loss paper --iou-weight 0 --class-weight 0 --smoothness-weight 1"
   [iou]="--loss paper --objectness-weight 0 --class-weight 0 --smoothness-weight 1"

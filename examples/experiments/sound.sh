@@ -6,8 +6,7 @@
 #
 # OUTPUT    folder for everything: OUTPUT/NAME-sound.onnx or .safetensors is a detector, OUTPUT/NAME its run
 # DETECTOR  .onnx models, or files of convert_weights
-# Paths must have no spaces. In the environment: NAMES, the file of the classes' names, for detectors without them; PROGRAMS,
-# the folder of the programs.
+# Paths must have no spaces. In the environment: NAMES (file of the classes' names, for detectors without them), PROGRAMS.
 set -euo pipefail
 [ $# -ge 3 ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 programs=${PROGRAMS:-$(dirname "$0")/../../build/release/examples}
@@ -33,9 +32,8 @@ for detector in "$@"; do
       --output "$folder"
   fi
   extension=${detector##*.}
-  if [ ! -e "$folder-sound.$extension" ]; then
-    cp "$folder/hardened.$extension" "$folder-sound.part" && mv "$folder-sound.part" "$folder-sound.$extension"
-  fi
+  [ -e "$folder-sound.$extension" ] || cp "$folder/hardened.$extension" "$folder-sound.part"
+  [ -e "$folder-sound.$extension" ] || mv "$folder-sound.part" "$folder-sound.$extension"
   echo "$folder-sound.$extension"
   sed -n '/^ *\(photo\|clean\) /p;/drawn scenes/p' "$folder/report.txt"
 done

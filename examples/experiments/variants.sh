@@ -1,13 +1,12 @@
 #!/usr/bin/env bash
-# Variants of an optimisation beside each other, at equal steps and over several seeds: how often each detector finds the car,
-# what it takes it for, and what each variant does beyond its own matched noise. What is there is not done again, so that an
-# interrupted table goes on.
+# Variants of an optimisation beside each other, over several seeds: how often each detector finds the car, and what each
+# variant does beyond its own matched noise. What is there is not done again, so that an interrupted table goes on.
 #
 #   variants.sh OUTPUT COMMON NAME=OPTIONS NAME=OPTIONS...
 #
 # OUTPUT    folder for everything; the tables are in OUTPUT/tables
 # COMMON    options of camouflage for all of them, one argument: mesh, detector, frames, epochs; "" for what is bundled
-# OPTIONS   further options of one of them; may be empty
+# OPTIONS   further options of one of them; may be empty. Where they name other --weights, those of COMMON measure it, too
 # Paths must have no spaces. In the environment: SEEDS ("1 2 3"), DRAWS of matched noise (20), FURTHER (weights of further
 # detectors that measure, too), MEASURE (options of evaluate: other frames, --filter), PROTOCOL (digital), QUICK=yes, LAUNCH.
 set -euo pipefail
@@ -23,10 +22,13 @@ draws=${DRAWS:-20} quick=()
 shift 2
 source "$(dirname "$0")/steps.sh"
 settle "${common[*]}; further ${further[*]}; measured ${PROTOCOL:-digital} ${measured_with[*]} ${quick[*]}, $draws draws"
+# The detector that options name, the last --weights.
+detector_of() { sed -nE 's/.* --weights ([^ ]+).*/\1/p' <<<" $*"; }
 rows=() plain_of=${1%%=*}
 for variant in "$@"; do
   name=${variant%%=*}
   read -ra own <<<"${variant#*=}"
+  further=($(printf '%s\n' "$(detector_of "${common[@]}")" ${FURTHER:-} | grep -vxF "$(detector_of "${common[@]}" "${own[@]}")" || true))
   optimise "$name" "${own[@]}"
   measure_photographs "$name" "${PROTOCOL:-digital}" "${measured_with[@]}"
   rows+=("$(row "${PROTOCOL:-digital}" "$name")")

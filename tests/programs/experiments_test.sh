@@ -101,6 +101,7 @@ done
 for name in second-sound third-sound fourth-sound second third fourth; do
   [ "$(grep -cE "^(8|16|32|64|128),$name,adversarial," page/paper/tables/8-resolution.csv)" = 5 ] && pass || fail "$name in the table"
 done
+[ "$(grep -cE '^without_first,(second|third|fourth)(-sound)?,adversarial,' page/stronger/tables/variants.csv)" = 6 ] && pass || fail "a paint for others is not measured by all"
 grep -q '^blue,second-sound,blue,' page/paper/tables/8-resolution.csv && pass || fail "no plain colours in the table"
 find page -type f -exec sha256sum {} + | sort -k 2 >page.before
 expect_exit 0 "the page once more" page
