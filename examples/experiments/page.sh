@@ -83,11 +83,24 @@ table_of_hardening() { # NAME TITLE RUN...
     printf '\nMade by commit %s.\n' "$(for run in "${@:3}"; do sed -nE 's/^ *"commit": "([^"]*)",$/\1/p' "$run/metrics.json"; done | sort -u | paste -s -d ' ')"
   } >"$file.md"
 }
+# Table 3 by distance, and 4 by what is hidden, too: the paint of table 1, all seeds, seen by the detector that it is made for.
+by_distance() { # TABLE
+  local seed files=()
+  for seed in $SEEDS; do files+=("$output/paper/measured/${1#*-}-fca-$seed/${1#*-}"); done
+  awk -F , -v table="$1" 'function share(texture) { return all[key[i], texture] ? sprintf("%.1f", 100 * some[key[i], texture] / all[key[i], texture]) : "-" }
+    FNR > 1 { name = table == "3-views" ? $2 : $1 ", " $2; if (!seen[name]++) key[++n] = name
+      some[name, $3] += $3 == "clean" ? $7 : $13; all[name, $3] += $3 == "clean" ? $4 : $12 }
+    END { print "\n| fca at distance | clean found, % | attack success, % | of matched noise, % |\n|---|---:|---:|---:|"
+      for (i = 1; i <= n; i++) print "| " key[i] " | " share("clean") " | " share("adversarial") " | " share("matched noise") " |" }' \
+    "${files[@]/%/.csv}" >>"$output/results/$1.md"
+  cp "${files[0]}.svg" "$output/results/$1-fca.svg"
+}
 # Everything that the page cites, in one folder.
 part_results() {
   local file detector runs=()
   mkdir -p "$output/results"
   for file in "$output"/paper/tables/*.{csv,md,svg} "$output"/stronger/tables/variants.{csv,md,svg}; do cp "$file" "$output/results"; done
+  for file in 3-views 4-occlusion; do [ ! -e "$output/results/$file.md" ] || by_distance $file; done
   for detector in "${detectors[@]}"; do runs+=("$output/sound/$(basename "${detector%.*}")"); done
   table_of_hardening sound "Detectors fine-tuned without an attack" "${runs[@]}"
   table_of_hardening hardened "Hardened, and the control" "$output"/hardened/{none,optimised}

@@ -29,6 +29,7 @@ figures() {
     { print $1 "\t" range($at["p_at_50"], $at["p_at_50_low"], $at["p_at_50_high"], 100, 1)
       if ($at["texture"] == "picture noise") next
       print $1 "\t" number($at["mean_best_confidence"], 3)
+      if ($at["attention"] > 0) print $1 "\t" number(100 * $at["attention"], 1)
       all = $at["pictures"]; found = $at["detected"]; text = number(100 * found / all, 0)
       n = split("related renamed misplaced lost", fates, " ")
       for (i = 1; i <= n; i++) text = text " / " number(100 * $at[fates[i]] / all, 0)
