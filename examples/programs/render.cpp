@@ -25,6 +25,7 @@
 #include <tapestry/raster/used_texels.hpp>
 #include <vector>
 
+#include "../scenes/dark_parts.hpp"
 #include "shell/contact_sheet.hpp"
 #include "shell/file_status.hpp"
 #include "shell/mesh_axes.hpp"
@@ -370,7 +371,8 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   if (!o.material.empty() || !o.faces.empty())
     scene.painted = selected_faces(o.mesh, loaded.mesh, o.material, o.faces, loaded.warnings);
   require_kept(o, loaded);
-  scene.mesh = upright_object(o.mesh, std::move(loaded.mesh), o.axes, o.object);
+  scene.mesh = upright_object(o.mesh, scenes::with_dark_parts(std::move(loaded.mesh), scene.painted), o.axes,
+                              o.object);
   if (is_normalised) scene.mesh = geometry::normalise_mesh(std::move(scene.mesh));
   const auto own = own_textures(scene.mesh, loaded.warnings);
   set_texture(o, texture, own, scene, loaded.warnings);

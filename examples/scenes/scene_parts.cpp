@@ -51,9 +51,9 @@ void set_materials(geometry::Mesh& mesh, const std::vector<Colour>& colours) {
 void add_vehicle(SceneBuilder& builder, Scene& scene, const SceneOptions& options, Random& random) {
   const Vehicle& vehicle = *options.vehicle;
   const Colour colour = options.colour.value_or(car_colour(random));
-  std::vector<Colour> colours = vehicle.colours;
-  for (std::size_t face = 0; face < colours.size(); ++face)
-    if (vehicle.painted[face] != 0) colours[face] = colour;
+  std::vector<Colour> colours;
+  for (std::size_t face = 0; face < vehicle.painted.size(); ++face)
+    colours.push_back(vehicle.painted[face] != 0 ? colour : geometry::material_colour(vehicle.mesh, face));
   scene.pictures = vehicle.pictures;
   if (scene.pictures) set_materials(scene.car, colours);
   scene.car_object = scene.objects.size();

@@ -11,6 +11,8 @@
 #include <tapestry/raster/mesh_pictures.hpp>
 #include <utility>
 
+#include "dark_parts.hpp"
+
 namespace tapestry::scenes {
 
 Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, double length,
@@ -34,15 +36,8 @@ Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, 
   vehicle.origin = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]};
   for (Point& position : mesh.positions)
     position = geometry::scale(geometry::subtract(position, vehicle.origin), vehicle.metres_per_unit);
-  constexpr Colour dark{0.09F, 0.09F, 0.10F};
-  vehicle.colours.assign(mesh.faces.size(), dark);
-  for (std::size_t face = 0; face < mesh.face_materials.size(); ++face) {
-    if (mesh.face_materials[face] < 0) continue;
-    const Colour& colour = mesh.materials[static_cast<std::size_t>(mesh.face_materials[face])].colour;
-    if (colour != geometry::Material{}.colour) vehicle.colours[face] = colour;  // one of its own
-  }
+  vehicle.mesh = with_dark_parts(std::move(mesh), painted);
   vehicle.painted = std::move(painted);
-  vehicle.mesh = std::move(mesh);
   return vehicle;
 }
 

@@ -23,12 +23,12 @@ struct CarTexture {
 struct Vehicle {
   geometry::Mesh mesh{};
   std::vector<std::uint8_t> painted{};               ///< 1 for each face that takes the car's colour
-  std::vector<Colour> colours{};                     ///< of the other faces: their material's, or dark
   std::shared_ptr<raster::MeshPictures> pictures{};  ///< its own, on painted and other faces; or null
   double metres_per_unit = 1;
   Point origin{};  ///< where the scene's origin lies in the mesh as it was, its units
 };
 
+/// Its parts without paint are dark, see with_dark_parts().
 /// \param mesh     z up, in any units
 /// \param painted  one entry a face
 /// \param length   of the longest side of the mesh's box, metres; 0 where its units are metres

@@ -44,6 +44,18 @@ awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) column[$i] = i; next }
 expect_exit 0 "one thread" "$evaluate" --protocol views "${small[@]}" --threads 1 --output one
 expect_same_report views one two
 
+# Without a material file all but the paint is dark, as when a file says so, and not of a mesh's light grey.
+mkdir bare stated
+sed 's/^mtllib.*/mtllib dark.mtl/' "$assets/car_sedan.obj" | tee bare/car.obj >stated/car.obj
+grep ^newmtl "$assets/car_sedan.mtl" | sed 's/$/\nKd 0.09 0.09 0.10/; s/^newmtl body\nKd.*/newmtl body\nKd 0.8 0.8 0.8/' >stated/dark.mtl
+for mesh in bare stated; do
+  expect_exit 0 "a car with a $mesh file" "$evaluate" --clean-only --protocol occlusion --quick --size 128 --background 0.5 0.5 0.5 \
+    --mesh $mesh/car.obj --material body --output of_$mesh
+  expect_exit 0 "its picture" "$programs/render" --mesh $mesh/car.obj --material body --colour 0.8 0.8 0.8 --size 96 --output $mesh.png
+done
+expect_same of_bare/frames.csv of_stated/frames.csv
+expect_same bare.png stated.png
+
 kill_until_measured killed --protocol occlusion "${small[@]}" # (F01)
 expect_exit 0 "occlusion at one go" "$evaluate" --protocol occlusion "${small[@]}" --output whole
 expect_same_report occlusion killed whole

@@ -1,6 +1,7 @@
 #include "../../examples/scenes/vehicle.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -9,6 +10,7 @@
 #include <tapestry/raster/texture_operator.hpp>
 #include <vector>
 
+#include "../../examples/scenes/dark_parts.hpp"
 #include "../../examples/scenes/photograph.hpp"
 #include "../../examples/scenes/picture.hpp"
 #include "../support/catch.hpp"
@@ -38,8 +40,34 @@ TEST_CASE("a vehicle stands on the ground in metres, whatever its units were", "
   CHECK(positions[0][1] == Approx(-0.8));
   CHECK(std::abs(positions[0][2]) <= 1e-12);
   CHECK(positions[2][2] == Approx(1.5));
-  CHECK(vehicle.colours[0] != mesh_in_centimetres().materials[0].colour);  // the colour of no material file
-  CHECK(vehicle.colours[1] == mesh_in_centimetres().materials[1].colour);
+}
+
+TEST_CASE("parts without paint are dark where no file states their colour", "[scenes][vehicle]") {
+  constexpr std::array unstated{0.8F, 0.8F, 0.8F}, red{0.7F, 0.1F, 0.1F};
+  geometry::Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {4, 0, 0}, {4, 1, 0}};
+  mesh.faces.assign(8, {0, 1, 2});
+  mesh.materials = {{"body", unstated},
+                    {"glass", unstated},
+                    {"lamp", red},
+                    {"plate", unstated, "plate.png"},
+                    {"dark", red}};
+  mesh.face_materials = {0, 0, 1, 2, 3, 0, -1};  // and none for the last
+  const auto dark = scenes::with_dark_parts(mesh, {1, 0, 0, 0, 0, 1, 0, 0});
+  const auto is_dark = [&](std::size_t face) {
+    const auto colour = geometry::material_colour(dark, face);
+    return std::ranges::max(colour) < 0.15F && std::ranges::min(colour) > 0.05F;
+  };
+  for (const std::size_t face : {1U, 2U, 6U, 7U}) CHECK(is_dark(face));
+  for (const std::size_t face : {0U, 3U, 4U, 5U})
+    CHECK(geometry::material_colour(dark, face) == geometry::material_colour(mesh, face));
+  CHECK(dark.materials[1].name == "glass");
+  CHECK(dark.materials[static_cast<std::size_t>(dark.face_materials[1])].name == "dark_");
+  CHECK(dark.materials[4].colour == red);
+  const auto twice = scenes::with_dark_parts(dark, {1, 0, 0, 0, 0, 1, 0, 0});
+  CHECK(twice.face_materials == dark.face_materials);
+  CHECK(twice.materials.size() == dark.materials.size());
+  CHECK(scenes::with_dark_parts({}, {}).materials.empty());
 }
 
 TEST_CASE("a vehicle's camera sees the mesh as the scene's camera sees the vehicle", "[scenes][vehicle]") {

@@ -11,6 +11,7 @@
 #include <tapestry/raster/used_texels.hpp>
 #include <utility>
 
+#include "../../scenes/dark_parts.hpp"
 #include "../../scenes/drawn_frames.hpp"
 #include "file_status.hpp"
 #include "own_texture.hpp"
@@ -121,7 +122,7 @@ Car load_car(const SceneSettings& settings) {
   const auto own = own_textures(loaded.mesh, car.warnings);
   car.painted.painted =
       selected_faces(settings.mesh, loaded.mesh, settings.material, settings.faces, car.warnings);
-  car.painted.mesh = std::move(loaded.mesh);
+  car.painted.mesh = scenes::with_dark_parts(std::move(loaded.mesh), car.painted.painted);
   car.painted.layout = layout_of(settings, car.painted);
   car.painted.mesh =
       upright_object(settings.mesh, std::move(car.painted.mesh), settings.axes, settings.object);
