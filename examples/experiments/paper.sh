@@ -141,7 +141,7 @@ table_of_renders() { # NAME TITLE PROTOCOL ROW...
 }
 
 table_1() { table_of_photographs 1-methods "Table 1: methods, as they are" digital fca mesh_adv camou upc das das_full coarse rauca planar_patch noise:random solid; }
-table_2() { table_of_renders 2-physical "Table 2: printed and photographed, simulated" physical fca mesh_adv camou upc das das_full coarse conditions; }
+table_2() { table_of_renders 2-physical "Table 2: printed and photographed, simulated" physical fca mesh_adv camou upc das das_full coarse rauca planar_patch conditions; }
 table_3() { table_of_renders 3-views "Table 3: from all around, near and far" views fca coarse; }
 table_4() { table_of_renders 4-occlusion "Table 4: partly hidden" occlusion fca coarse; }
 table_6() { table_of_photographs 6-losses "Table 6: terms of the loss" digital cls obj iou cls+obj all all+smooth max_score:fca vanish; }
