@@ -16,7 +16,6 @@ usage() { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 here=$(dirname "$0") output=$1
 shift
 frames=(--train 300 --test 80) validation=40 tune="0.1/10 0.3/0 0.3/1 0.3/10 0.3/30 0.3/100 1/10" tables="8 1 6 2 3 4 7 5 attention" seeds="1 2 3"
-strong=(--learning-rate 0.3 --smoothness-weight 30) # what that search of the tables chose for fca
 draws=3 epochs=4 tuning=() hardening=(--rounds 5 --steps 80 --attack-steps 50 --pictures 8)
 if [ "$1" = --quick ]; then
   frames=(--train 24 --test 8) validation=4 tune="0.3/30" tables=8 seeds=1 draws=2 epochs=1 tuning=(--steps 4 --pictures 4 --clean-scenes 4 --test-scenes 4)
@@ -30,7 +29,7 @@ read -ra mesh <<<"${CAR:-}"
 car=("${mesh[@]}" ${NAMES:+--names "$NAMES"} "${size[@]}")
 source "$here/steps.sh"
 settle "$(printf '%s; ' "${frames[*]}" "${car[*]}" "${LENGTH:-}" "${tuning[*]} ${hardening[*]}" "$SEEDS" \
-  "$DRAWS draws, $EPOCHS passes" "tuned: $tune; strong: ${strong[*]}" "${detectors[*]}")"
+  "$DRAWS draws, $EPOCHS passes" "tuned: $tune" "${detectors[*]}")"
 if [ ! -e "$output/frames.done" ]; then
   "$programs/make_dataset" "${mesh[@]}" ${LENGTH:+--length "$LENGTH"} "${frames[@]}" --seed 1 --output "$output/frames"
   touch "$output/frames.done"
@@ -47,9 +46,15 @@ part_tables() {
   VALIDATION=$validation TUNE=$tune VIEWS=quick HARD_FOR=$(basename "${sound[0]%.*}") \
     "$here/paper.sh" "$output/paper" --tables "${TABLES:-$tables}"
 }
+# The options that the search of the tables has chosen for fca.
+chosen() {
+  sed -nE 's/^ *"(learning-rate|smoothness-weight)": ([0-9.]+),?$/--\1 \2/p' "$output/paper/runs/fca-${SEEDS%% *}/manifest.json" 2>/dev/null |
+    paste -s -d ' ' || fail 2 "part tables comes first, whose search chooses learning rate and smoothness"
+}
 # The search for the strongest paint, at equal steps. Paints for three detectors leave out the fourth, third, second and first.
 part_stronger() {
-  "$here/variants.sh" "$output/stronger" "$COMMON --frames $FRAMES --epochs $EPOCHS --validation $validation ${strong[*]}" max_score= \
+  strong=$(chosen)
+  "$here/variants.sh" "$output/stronger" "$COMMON --frames $FRAMES --epochs $EPOCHS --validation $validation $strong" max_score= \
     less_smooth="--smoothness-weight 1" for_two="--ensemble ${sound[1]}" for_three="--ensemble ${sound[*]:1:2}" \
     without_third="--ensemble ${sound[1]} ${sound[*]:3}" without_second="--ensemble ${sound[*]:2}" \
     without_first="--weights ${sound[1]} --ensemble ${sound[*]:2}" paper="--loss paper" vanish="--loss vanish" \
@@ -60,12 +65,13 @@ part_stronger() {
 part_hardened() {
   local kind folder resume
   mkdir -p "$output/hardened"
+  strong=$(chosen)
   for kind in none optimised; do
     folder=$output/hardened/$kind resume=()
     [ ! -e "$folder/metrics.json" ] || continue
     [ ! -e "$folder/manifest.json" ] || resume=(--resume)
     "$programs/harden" "${car[@]}" --weights "${sound[0]}" --frames "$output/frames" --texels 128 --paint $kind \
-      "${hardening[@]}" "${strong[@]}" --weight-rate 0.0003 --epochs "$EPOCHS" --output "$folder" "${resume[@]}"
+      "${hardening[@]}" $strong --weight-rate 0.0003 --epochs "$EPOCHS" --output "$folder" "${resume[@]}"
   done
 }
 # A table of runs of harden: P@0.5 of each picture before and after, and what the drawn scenes say.

@@ -90,11 +90,17 @@ expect_exit 2 "too few words" bash "$experiments/variants.sh" none
 
 # Every part of the page of experiments, from one command, and what it has done is not done again.
 cp second.safetensors third.safetensors && cp second.safetensors fourth.safetensors
-page() {
+page() { # [FOLDER]
   env -u COMMON -u FRAMES -u FURTHER CAR="--mesh $assets/car_sedan.obj --material body" NAMES="$assets/detector.names" SIZE=128 \
-    bash "$experiments/page.sh" page --quick second.safetensors third.safetensors fourth.safetensors
+    bash "$experiments/page.sh" "${1:-page}" --quick second.safetensors third.safetensors fourth.safetensors
 }
+PARTS=hardened expect_exit 2 "an attack before the search for its options" page early
+expect_error_line 'part tables comes first'
 expect_exit 0 "the page" page
+options_of() { grep -E '"(learning-rate|smoothness-weight)"' "$1/manifest.json"; }
+for run in stronger/runs/max_score-1 hardened/optimised; do
+  [ "$(options_of page/$run)" = "$(options_of page/paper/runs/fca-1)" ] && pass || fail "$run has not the options of fca"
+done
 for file in sound/third-sound.safetensors paper/tables/8-resolution.csv stronger/tables/variants.csv hardened/none/metrics.json hardened/optimised/metrics.json; do
   expect_file "page/$file"
 done
