@@ -10,7 +10,7 @@ namespace tapestry::scenes {
 
 /// Makes the faces without paint whose colour no file states as dark as glass and tyres. The light grey that
 /// meshes otherwise have by default makes a car of a file without materials one with white windows, which
-/// detectors do not know.
+/// detectors do not know. A file that states this very grey, as exporters do, is taken to state nothing.
 /// \param painted  one entry a face
 [[nodiscard]] inline geometry::Mesh with_dark_parts(geometry::Mesh mesh,
                                                     const std::vector<std::uint8_t>& painted) {
@@ -22,21 +22,19 @@ namespace tapestry::scenes {
       is_on_paint[static_cast<std::size_t>(mesh.face_materials[face])] = 1;
   std::int32_t part = -1;  // in place of none, and of materials that painted faces have, too
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-    std::int32_t& at = mesh.face_materials[face];
     if (painted[face] != 0) continue;
-    if (at >= 0) {
-      auto& material = mesh.materials[static_cast<std::size_t>(at)];
-      if (material.colour != geometry::Material{}.colour || !material.texture.empty()) continue;
-      if (is_on_paint[static_cast<std::size_t>(at)] == 0) {
-        material.colour = dark;
-        continue;
-      }
+    const std::int32_t at = mesh.face_materials[face];
+    geometry::Material* const own = at < 0 ? nullptr : &mesh.materials[static_cast<std::size_t>(at)];
+    if (own != nullptr && (own->colour != geometry::Material{}.colour || !own->texture.empty())) continue;
+    if (own != nullptr && is_on_paint[static_cast<std::size_t>(at)] == 0) {
+      own->colour = dark;
+      continue;
     }
     if (part < 0) {
       part = static_cast<std::int32_t>(mesh.materials.size());
       mesh.materials.push_back({io::unused_material_name(mesh, "dark"), dark});
     }
-    at = part;
+    mesh.face_materials[face] = part;
   }
   return mesh;
 }

@@ -40,6 +40,10 @@ TEST_CASE("a vehicle stands on the ground in metres, whatever its units were", "
   CHECK(positions[0][1] == Approx(-0.8));
   CHECK(std::abs(positions[0][2]) <= 1e-12);
   CHECK(positions[2][2] == Approx(1.5));
+  const auto unpainted = scenes::stand_on_ground(mesh_in_centimetres(), {0, 0}, 4).mesh;
+  const auto materials = mesh_in_centimetres().materials;
+  CHECK(geometry::material_colour(unpainted, 0) != materials[0].colour);  // the colour of no material file
+  CHECK(geometry::material_colour(unpainted, 1) == materials[1].colour);
 }
 
 TEST_CASE("parts without paint are dark where no file states their colour", "[scenes][vehicle]") {
