@@ -371,10 +371,10 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   if (!o.material.empty() || !o.faces.empty())
     scene.painted = selected_faces(o.mesh, loaded.mesh, o.material, o.faces, loaded.warnings);
   require_kept(o, loaded);
+  const auto own = own_textures(loaded.mesh, loaded.warnings);
   scene.mesh = upright_object(o.mesh, scenes::with_dark_parts(std::move(loaded.mesh), scene.painted), o.axes,
                               o.object);
   if (is_normalised) scene.mesh = geometry::normalise_mesh(std::move(scene.mesh));
-  const auto own = own_textures(scene.mesh, loaded.warnings);
   set_texture(o, texture, own, scene, loaded.warnings);
   print_warnings(loaded.warnings);
   scene.space = image::colour_space_by_name(o.colour_space);

@@ -44,17 +44,21 @@ awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) column[$i] = i; next }
 expect_exit 0 "one thread" "$evaluate" --protocol views "${small[@]}" --threads 1 --output one
 expect_same_report views one two
 
-# Without a material file all but the paint is dark, as when a file says so, and not of a mesh's light grey.
-mkdir bare stated
-sed 's/^mtllib.*/mtllib dark.mtl/' "$assets/car_sedan.obj" | tee bare/car.obj >stated/car.obj
+# Without a material file all but the paint is dark, as when a file says so, and not of a mesh's light grey. So it is where
+# materials have a texture alone, which is not there.
+mkdir bare absent stated
+sed 's/^mtllib.*/mtllib dark.mtl/' "$assets/car_sedan.obj" | tee bare/car.obj absent/car.obj >stated/car.obj
 grep ^newmtl "$assets/car_sedan.mtl" | sed 's/$/\nKd 0.09 0.09 0.10/; s/^newmtl body\nKd.*/newmtl body\nKd 0.8 0.8 0.8/' >stated/dark.mtl
-for mesh in bare stated; do
+grep ^newmtl "$assets/car_sedan.mtl" | sed 's/$/\nmap_Kd none.png/' >absent/dark.mtl
+for mesh in bare absent stated; do
   expect_exit 0 "a car with a $mesh file" "$evaluate" --clean-only --protocol occlusion --quick --size 128 --background 0.5 0.5 0.5 \
     --mesh $mesh/car.obj --material body --output of_$mesh
   expect_exit 0 "its picture" "$programs/render" --mesh $mesh/car.obj --material body --colour 0.8 0.8 0.8 --size 96 --output $mesh.png
 done
-expect_same of_bare/frames.csv of_stated/frames.csv
-expect_same bare.png stated.png
+for mesh in bare absent; do
+  expect_same of_$mesh/frames.csv of_stated/frames.csv
+  expect_same $mesh.png stated.png
+done
 
 kill_until_measured killed --protocol occlusion "${small[@]}" # (F01)
 expect_exit 0 "occlusion at one go" "$evaluate" --protocol occlusion "${small[@]}" --output whole
@@ -142,7 +146,7 @@ expect_exit 7 "a frame that is gone" "$evaluate" "${quickly[@]}"
 expect_error_line 'inputs have changed since the run: many/020.npz \(expected SHA-256 [0-9a-f]{16}, found none\)'
 mkdir 'a, "b"' && cp "$assets/frames/test/000.npz" 'a, "b"'
 expect_exit 0 "a folder with a comma" "$evaluate" --protocol digital --clean-only --frames 'a, "b"' --output comma
-[ "$(grep -c '^detector,[a-z]*,[01],[0-9.e-]*,[0-9.e-]*,[a-z]*,[a-z]*,"a, ""b""/000.npz"$' comma/photographs.csv)" -eq 2 ] && pass ||
+[ "$(grep -c '^detector,[a-z]*,[01],[0-9.e-]*,,[a-z]*,[a-z]*,"a, ""b""/000.npz"$' comma/photographs.csv)" -eq 2 ] && pass ||
   fail "photographs.csv: $(tail -n 1 comma/photographs.csv)"
 awk -F , '{ $2 = "" } NR > 1 && NR < 15' digital/digital.csv >first.column
 awk -F , '{ $2 = "" } NR > 14' digital/digital.csv >second.column

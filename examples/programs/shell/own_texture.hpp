@@ -33,26 +33,27 @@ inline std::string texture_of(const geometry::Mesh& mesh, std::size_t face) {
 }
 
 /// The textures of a mesh, that on most faces first. One that is much larger than pictures of cars is halved;
-/// one that cannot be read is left out, with a warning.
-inline std::vector<OwnTexture> own_textures(const geometry::Mesh& mesh, std::vector<std::string>& warnings) {
+/// one that cannot be read is left out, with a warning. Materials keep the names of those that show alone.
+inline std::vector<OwnTexture> own_textures(geometry::Mesh& mesh, std::vector<std::string>& warnings) {
   std::map<std::string, std::size_t> face_counts;
   for (std::size_t face = 0; face < mesh.faces.size(); ++face)
     if (const std::string texture = texture_of(mesh, face); !texture.empty()) ++face_counts[texture];
   std::vector<OwnTexture> textures;
   for (const auto& [path, count] : face_counts) {
     try {
-      Bitmap picture = io::read_image(path, &warnings);
-      while (std::min(picture.shape(0), picture.shape(1)) > 2048) picture = halved(picture);
-      textures.push_back({path, std::move(picture), {}});
+      OwnTexture own{path, io::read_image(path, &warnings), {}};
+      while (std::min(own.picture.shape(0), own.picture.shape(1)) > 2048) own.picture = halved(own.picture);
+      for (std::size_t face = 0; face < mesh.faces.size(); ++face)
+        own.faces.push_back(texture_of(mesh, face) == path ? 1 : 0);
+      textures.push_back(std::move(own));
     } catch (const FileError& error) {
       warnings.push_back(std::string(error.what()) + "; colours (Kd) stand in for this texture");
     }
   }
   std::ranges::stable_sort(textures, std::ranges::greater{},
                            [&](const OwnTexture& own) { return face_counts[own.path]; });
-  for (OwnTexture& own : textures)
-    for (std::size_t face = 0; face < mesh.faces.size(); ++face)
-      own.faces.push_back(texture_of(mesh, face) == own.path ? 1 : 0);
+  for (auto& material : mesh.materials)
+    if (std::ranges::count(textures, material.texture, &OwnTexture::path) == 0) material.texture.clear();
   return textures;
 }
 

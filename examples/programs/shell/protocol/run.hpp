@@ -161,15 +161,14 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
     const std::size_t column = protocol.frames[frame].column;
     for (std::size_t k = 0; k < textures.size(); ++k) {
       const auto fate = static_cast<evaluate::Fate>(outcomes.fate(frame, k));
-      const std::string named =
-          fate == evaluate::Fate::lost
-              ? ""
-              : csv_field(class_name(outcomes.named(frame, k), result.names_of(column), "class "));
+      std::string named;
+      if (fate != evaluate::Fate::lost)
+        named = csv_field(class_name(outcomes.named(frame, k), result.names_of(column), "class "));
       text += csv_line(csv_field(protocol.table.columns[column]), csv_field(textures[k]),
                        outcomes.found(frame, k), outcomes.best_confidence(frame, k),
-                       outcomes.attention(frame, k), evaluate::fate_names[outcomes.fate(frame, k)], named,
-                       csv_field(inputs.photographs[frame % inputs.photographs.size()])) +
-              "\n";
+                       protocol.maps_attention ? csv_line(outcomes.attention(frame, k)) : "",
+                       evaluate::fate_names[outcomes.fate(frame, k)], named,
+                       csv_field(inputs.photographs[frame % inputs.photographs.size()]) + "\n");
     }
   }
   return text;
