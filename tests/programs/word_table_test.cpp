@@ -3,6 +3,7 @@
 #include <string>
 
 #include "../../examples/programs/shell/csv.hpp"
+#include "../../examples/programs/shell/formatted.hpp"
 #include "../support/catch.hpp"
 
 namespace shell = tapestry::shell;
@@ -40,4 +41,13 @@ TEST_CASE("a text in a CSV is one field, and no formula", "[programs][tables]") 
     CHECK(csv_field(first + "1+1") == "\"'" + first + "1+1\"");
     CHECK(csv_quoted(first + "1+1") == "\"'" + first + "1+1\"");
   }
+}
+
+TEST_CASE("what rounds to nothing has no sign", "[programs][tables]") {
+  CHECK(shell::fixed(-0.04, 1) == "0.0");
+  CHECK(shell::fixed(-0.06, 1) == "-0.1");
+  CHECK(shell::fixed(-0.4, 0) == "0");
+  CHECK(shell::fixed(-10, 0) == "-10");
+  CHECK(shell::interval_text({-0.0004, 0.2}) == "[0.0, 20.0]");
+  CHECK(shell::interval_text({-0.0004, -0.002}, 1, 3) == "[0.000, -0.002]");
 }

@@ -86,9 +86,7 @@ inline HardeningGain gain_of(const HardeningReport& report) {
 
 inline std::string gain_text(const HardeningReport& report) {
   const auto text = [](const evaluate::Effect& effect) {
-    const auto& points = effect.p_at_50;
-    return formatted("%+.1f points [%.1f, %.1f]", 100 * points.mean, 100 * points.interval[0],
-                     100 * points.interval[1]);
+    return formatted("%+.1f points ", 100 * effect.p_at_50.mean) + interval_text(effect.p_at_50.interval);
   };
   const HardeningGain gain = gain_of(report);
   return "hardened minus undefended: P@0.5 " +
@@ -138,8 +136,7 @@ inline WordTable hardening_table(const HardeningReport& report) {
     std::vector<std::string> words{name + ": " + what};
     for (const auto* detector : {&report.undefended, &report.hardened}) {
       const auto& row = row_of(*detector, name);
-      words.push_back(percent_text(row.rate.p_at_50) + " [" + detail::fixed(100 * row.rate.interval[0], 1) +
-                      ", " + detail::fixed(100 * row.rate.interval[1], 1) + "]");
+      words.push_back(percent_text(row.rate.p_at_50) + " " + interval_text(row.rate.interval));
       words.push_back(decimal_text(row.mean_best_confidence));
     }
     table.rows.push_back(std::move(words));

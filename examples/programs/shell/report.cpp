@@ -121,10 +121,9 @@ std::string odds_text(const evaluate::PairedRatio& odds, const std::string& unit
 std::string effect_text(const evaluate::Effect& effect) {
   const auto& confidence = effect.best_confidence;
   const auto& rate = effect.p_at_50;
-  return formatted("effect beyond %s: mean best confidence %.3f [%.3f, %.3f], P@0.5 %.1f points [%.1f, %.1f]",
-                   effect.control.c_str(), confidence.mean, confidence.interval[0], confidence.interval[1],
-                   100 * rate.mean, 100 * rate.interval[0], 100 * rate.interval[1]) +
-         ", odds of being found " + odds_text(effect.odds_ratio, " times");
+  return "effect beyond " + effect.control + ": mean best confidence " + fixed(confidence.mean, 3) + " " +
+         interval_text(confidence.interval, 1, 3) + ", P@0.5 " + fixed(100 * rate.mean, 1) + " points " +
+         interval_text(rate.interval) + ", odds of being found " + odds_text(effect.odds_ratio, " times");
 }
 
 std::string in_place_text(double share) {

@@ -39,8 +39,7 @@ inline std::string fates_text(const evaluate::FateCounts& fates) {
 }
 
 inline std::string effect_text(const evaluate::PairedDifference& difference) {
-  const auto& [low, high] = difference.interval;
-  return rounded(difference.mean, 3) + " [" + rounded(low, 3) + ", " + rounded(high, 3) + "]";
+  return fixed(difference.mean, 3) + " " + interval_text(difference.interval, 1, 3);
 }
 
 /// A table of rows by columns.
@@ -150,9 +149,9 @@ inline std::vector<WordTable> fate_tables(const Comparison& comparison) {
 inline std::vector<WordTable> comparison_tables(const Comparison& comparison) {
   std::vector<WordTable> tables;
   if (comparison.maps_attention)
-    tables.push_back(detail::camouflage_and_noise(
-        comparison, "attention on the car, % of the heat map",
-        [](const auto& texture) { return detail::fixed(100 * texture.attention, 1); }));
+    tables.push_back(
+        detail::camouflage_and_noise(comparison, "attention on the car, % of the heat map",
+                                     [](const auto& texture) { return fixed(100 * texture.attention, 1); }));
   detail::append(tables, detail::rate_tables(comparison));
   detail::append(tables, detail::effect_tables(comparison));
   if (comparison.rows.size() > 1)

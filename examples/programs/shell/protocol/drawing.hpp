@@ -46,13 +46,7 @@ svg .fourth { fill: #0d1117; stroke: #9da7b3 }
 )";
 
 namespace detail {
-inline std::string fixed(double value, int digits) { return formatted("%.*f", digits, value); }
-/// The same without the sign of a zero.
-inline std::string rounded(double value, int digits) {
-  const std::string text = fixed(value, digits);
-  return text.find_first_not_of("-0.") == std::string::npos ? fixed(0, digits) : text;
-}
-inline std::string coordinate(double value) { return rounded(value, 2); }
+inline std::string coordinate(double value) { return fixed(value, 2); }
 }  // namespace detail
 
 /// Text for a page or a drawing, with special characters escaped.

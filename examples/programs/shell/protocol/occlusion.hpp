@@ -23,7 +23,7 @@ inline Figure occlusion_figure(const Protocol& protocol, const ProtocolResult& r
         [](std::size_t row, const evaluate::Cell& cell) {
           return std::array{
               std::string(evaluate::occlusion_group_names[row]),
-              cell.measured > 0 ? detail::fixed(100 * cell.mean_hidden_share, 0) + " % hidden" : "no frames"};
+              cell.measured > 0 ? fixed(100 * cell.mean_hidden_share, 0) + " % hidden" : "no frames"};
         }));
   figure.legend.svg = bar_legend(result);
   return figure;

@@ -140,9 +140,9 @@ inline void write_report(const std::string& folder, const Protocol& protocol, co
 /// run.
 inline void tell_cost(const std::string& folder, double seconds, const ProtocolMeasurement& measurement,
                       std::size_t textures) {
-  remark("this process: " + detail::fixed(seconds, 1) + " s for " +
-         std::to_string(measurement.frames_done()) + " frames, peak memory " + detail::fixed(peak_mib(), 0) +
-         " MiB, " + std::to_string(thread_count()) + (thread_count() == 1 ? " thread" : " threads"));
+  remark("this process: " + fixed(seconds, 1) + " s for " + std::to_string(measurement.frames_done()) +
+         " frames, peak memory " + fixed(peak_mib(), 0) + " MiB, " + std::to_string(thread_count()) +
+         (thread_count() == 1 ? " thread" : " threads"));
   if (folder.empty()) return;
   write_text(folder + "/cost.json", report_text({{"seconds", seconds},
                                                  {"frames", measurement.frames_done()},

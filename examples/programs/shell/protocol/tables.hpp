@@ -29,10 +29,6 @@ WordTable grid_table(const Protocol& protocol, const ProtocolResult& result, con
   return table;
 }
 
-inline std::string interval_text(const std::array<double, 2>& ends, double unit = 100, int digits = 1) {
-  return "[" + detail::rounded(unit * ends[0], digits) + ", " + detail::rounded(unit * ends[1], digits) + "]";
-}
-
 /// A share and the counts it was computed from.
 struct Proportion {
   double share;
@@ -50,7 +46,7 @@ inline Proportion proportion_of(const evaluate::AttackSuccess& success) {
 inline std::string share_text(const Proportion& proportion, bool with_interval) {
   const auto& [share, hits, trials, interval] = proportion;
   if (trials == 0) return "-";
-  std::string text = detail::fixed(100 * share, 1);
+  std::string text = fixed(100 * share, 1);
   if (with_interval) text.append(" ").append(interval_text(interval, 100, 0));
   return text + " (" + std::to_string(hits) + " of " + std::to_string(trials) + ")";
 }
@@ -77,11 +73,11 @@ inline WordTable summary_table(const Protocol& protocol, const ProtocolResult& r
   for (std::size_t k = 0; k < result.textures.size(); ++k) {
     const auto& [rate, confidence, success, fates] = section.cell.textures[k];
     const bool is_attack = result.is_attack(k) && success.views > 0;
-    table.rows.push_back(
-        {result.textures[k], std::to_string(rate.detected) + " of " + std::to_string(rate.views),
-         rate.views > 0 ? detail::fixed(100 * rate.p_at_50, 1) : "-", interval_text(rate.interval),
-         detail::fixed(confidence, 3), is_attack ? detail::fixed(100 * success.rate, 1) : "-",
-         is_attack ? interval_text(success.interval) : "-"});
+    table.rows.push_back({result.textures[k],
+                          std::to_string(rate.detected) + " of " + std::to_string(rate.views),
+                          rate.views > 0 ? fixed(100 * rate.p_at_50, 1) : "-", interval_text(rate.interval),
+                          fixed(confidence, 3), is_attack ? fixed(100 * success.rate, 1) : "-",
+                          is_attack ? interval_text(success.interval) : "-"});
   }
   return table;
 }
@@ -114,9 +110,9 @@ inline WordTable effect_table(const ProtocolResult& result) {
   for (const auto& section : result.sections) {
     if (!section.effect || section.effect->best_confidence.pairs == 0) continue;
     const auto& [control, confidence, rate, draws, draws_at_most, odds] = *section.effect;
-    table.rows.push_back({section.name, detail::fixed(confidence.mean, 3),
-                          interval_text(confidence.interval, 1, 3), detail::fixed(100 * rate.mean, 1),
-                          interval_text(rate.interval), formatted("%.3g", odds.ratio),
+    table.rows.push_back({section.name, fixed(confidence.mean, 3), interval_text(confidence.interval, 1, 3),
+                          fixed(100 * rate.mean, 1), interval_text(rate.interval),
+                          formatted("%.3g", odds.ratio),
                           formatted("[%.3g, %.3g]", odds.interval[0], odds.interval[1])});
     if (with_rank)
       table.rows.back().push_back(std::to_string(draws_at_most) + " of " + std::to_string(draws));
@@ -127,12 +123,11 @@ inline WordTable effect_table(const ProtocolResult& result) {
 /// Share of the attention that lies on the car with each texture.
 inline WordTable attention_table(const ProtocolResult& result, const ProtocolSection& section) {
   WordTable table{"attention on the car, % of the heat map: " + section.name + " (the car covers " +
-                      detail::fixed(100 * section.car_share, 1) + " % of the picture)",
+                      fixed(100 * section.car_share, 1) + " % of the picture)",
                   {"texture", "attention", "less than clean, points", "95 %"}};
   for (std::size_t k = 0; k < section.attention.size(); ++k) {
     const auto& [mean, lost] = section.attention[k];
-    table.rows.push_back({result.textures[k], detail::fixed(100 * mean, 1),
-                          k == 0 ? "-" : detail::fixed(100 * lost.mean, 1),
+    table.rows.push_back({result.textures[k], fixed(100 * mean, 1), k == 0 ? "-" : fixed(100 * lost.mean, 1),
                           k == 0 ? "-" : interval_text(lost.interval)});
   }
   return table;
@@ -146,7 +141,7 @@ inline WordTable sweep_table(const ProtocolResult& result, const ProtocolSection
   for (std::size_t k = 0; k < result.textures.size(); ++k) {
     std::vector<std::string> words{result.textures[k]};
     for (const auto& rate : section.sweep[k])
-      words.push_back(rate.views > 0 ? detail::fixed(100 * rate.p_at_50, 1) : "-");
+      words.push_back(rate.views > 0 ? fixed(100 * rate.p_at_50, 1) : "-");
     table.rows.push_back(words);
   }
   return table;
@@ -191,7 +186,7 @@ inline std::string effect_kept_text(const Protocol& protocol, const ProtocolResu
     return second + ", the camouflage has no effect beyond " + result.textures[2] +
            " that its interval separates from none; the share kept is not defined";
   const auto& [ratio, interval] = *result.effect_kept;
-  const auto percent = [](double share) { return detail::fixed(100 * share, 0); };
+  const auto percent = [](double share) { return fixed(100 * share, 0); };
   return "effect kept: " + first + ", the camouflage has " + percent(ratio) + " % [" + percent(interval[0]) +
          ", " + percent(interval[1]) + "] of the effect on mean best confidence that it has " + second;
 }

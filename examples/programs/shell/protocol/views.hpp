@@ -22,7 +22,7 @@ class PolarPanel {
     svg_ = svg_text(middle_x, 18, "title middle", result_.textures[texture_]);
     svg_ += svg_text(middle_x, 34, "muted middle",
                      "found in " + std::to_string(all.detected) + " of " + std::to_string(all.views) +
-                         (all.views > 0 ? " (" + detail::fixed(100 * all.p_at_50, 1) + " %)" : ""));
+                         (all.views > 0 ? " (" + fixed(100 * all.p_at_50, 1) + " %)" : ""));
     for (std::size_t row = 0; row < table_.rows.size(); ++row)
       for (std::size_t column = 0; column < table_.columns.size(); ++column) draw_cell(row, column);
     draw_car();
@@ -70,7 +70,7 @@ class PolarPanel {
     const double angle = (begin + end) / 2 * std::numbers::pi / 180, r = (inner + outer) / 2;
     const std::string style = rate.views > 0 ? style_on(rate.p_at_50) : "muted";
     svg_ += svg_text(middle_x - r * std::sin(angle), middle_y - r * std::cos(angle) + 3.5,
-                     "value middle " + style, rate.views > 0 ? detail::fixed(100 * rate.p_at_50, 0) : "-");
+                     "value middle " + style, rate.views > 0 ? fixed(100 * rate.p_at_50, 0) : "-");
   }
 
   void draw_car() {
