@@ -92,9 +92,9 @@ Json metrics_json(const RunReport& report) {
           {"options", report.options}};
 }
 
-std::string percent_text(double share) { return formatted("%.1f %%", 100 * share); }
+std::string percent_text(double share) { return fixed(100 * share, 1) + " %"; }
 
-std::string decimal_text(double value) { return formatted("%.3f", value); }
+std::string decimal_text(double value) { return fixed(value, 3); }
 
 std::vector<const evaluate::Measurement*> rows_of(const RunReport& report) {
   std::vector<const evaluate::Measurement*> rows{&report.survey.photo, &report.survey.clean};

@@ -186,9 +186,8 @@ inline std::string effect_kept_text(const Protocol& protocol, const ProtocolResu
     return second + ", the camouflage has no effect beyond " + result.textures[2] +
            " that its interval separates from none; the share kept is not defined";
   const auto& [ratio, interval] = *result.effect_kept;
-  const auto percent = [](double share) { return fixed(100 * share, 0); };
-  return "effect kept: " + first + ", the camouflage has " + percent(ratio) + " % [" + percent(interval[0]) +
-         ", " + percent(interval[1]) + "] of the effect on mean best confidence that it has " + second;
+  return "effect kept: " + first + ", the camouflage has " + fixed(100 * ratio, 0) + " % " +
+         interval_text(interval, 100, 0) + " of the effect on mean best confidence that it has " + second;
 }
 
 /// Sentences under the tables.
