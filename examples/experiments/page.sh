@@ -35,8 +35,7 @@ if [ ! -e "$output/frames.done" ]; then
   touch "$output/frames.done"
 fi
 for detector in "${detectors[@]}"; do
-  name=$(basename "$detector")
-  sound+=("$output/sound/${name%.*}-sound.${name##*.}")
+  sound+=("$output/sound/$(basename "${detector%.*}")-sound.${detector##*.}")
 done
 export COMMON="${car[*]} --weights ${sound[0]} --texels 128" FRAMES=$output/frames FURTHER="${sound[*]:1} ${detectors[*]}"
 
@@ -51,20 +50,24 @@ chosen() {
   sed -nE 's/^ *"(learning-rate|smoothness-weight)": ([0-9.]+),?$/--\1 \2/p' "$output/paper/runs/fca-${SEEDS%% *}/manifest.json" 2>/dev/null |
     paste -s -d ' ' || fail 2 "part tables comes first, whose search chooses learning rate and smoothness"
 }
-# The search for the strongest paint, at equal steps. Paints for three detectors leave out the fourth, third, second and first.
+# The strongest paint at equal steps; what the tables have made is not made again. Paints for three leave out detector 4, 3, 2 or 1.
 part_stronger() {
   strong=$(chosen)
-  "$here/variants.sh" "$output/stronger" "$COMMON --frames $FRAMES --epochs $EPOCHS --validation $validation $strong" max_score= \
+  mkdir -p "$output"/stronger/{runs,measured}
+  for made in "$output"/paper/{runs/{fca,vanish,conditions},measured/digital-{fca,vanish}}-[0-9]; do
+    to=$output/stronger/${made#"$output/paper/"}
+    [ ! -e "$made" ] || [ -e "$to" ] || ln -sr "$made" "$to"
+  done
+  "$here/variants.sh" "$output/stronger" "$COMMON --frames $FRAMES --epochs $EPOCHS --validation $validation $strong" fca= \
     less_smooth="--smoothness-weight 1" for_two="--ensemble ${sound[1]}" for_three="--ensemble ${sound[*]:1:2}" \
     without_third="--ensemble ${sound[1]} ${sound[*]:3}" without_second="--ensemble ${sound[*]:2}" \
     without_first="--weights ${sound[1]} --ensemble ${sound[*]:2}" paper="--loss paper" vanish="--loss vanish" \
     camera="--conditions camera" camera_for_three="--conditions camera --ensemble ${sound[*]:1:2}" \
-    all_conditions="--conditions physical" worst_half="--worst-views 0.5"
+    conditions="--conditions physical" worst_half="--worst-views 0.5"
 }
 # The first detector hardened against paint, and its control of as many steps without; both are attacked afresh.
 part_hardened() {
   local kind folder resume
-  mkdir -p "$output/hardened"
   strong=$(chosen)
   for kind in none optimised; do
     folder=$output/hardened/$kind resume=()
@@ -91,15 +94,14 @@ table_of_hardening() { # NAME TITLE RUN...
 }
 # Table 3 by distance, and 4 by what is hidden, too: the paint of table 1, all seeds, seen by the detector that it is made for.
 by_distance() { # TABLE
-  local seed files=()
-  for seed in $SEEDS; do files+=("$output/paper/measured/${1#*-}-fca-$seed/${1#*-}"); done
+  local files=($(printf "$output/paper/measured/${1#*-}-fca-%s/${1#*-}.csv " $SEEDS))
   awk -F , -v table="$1" 'function share(texture) { return all[key[i], texture] ? sprintf("%.1f", 100 * some[key[i], texture] / all[key[i], texture]) : "-" }
     FNR > 1 { name = table == "3-views" ? $2 : $1 ", " $2; if (!seen[name]++) key[++n] = name
       some[name, $3] += $3 == "clean" ? $7 : $13; all[name, $3] += $3 == "clean" ? $4 : $12 }
     END { print "\n| fca at distance | clean found, % | attack success, % | of matched noise, % |\n|---|---:|---:|---:|"
       for (i = 1; i <= n; i++) print "| " key[i] " | " share("clean") " | " share("adversarial") " | " share("matched noise") " |" }' \
-    "${files[@]/%/.csv}" >>"$output/results/$1.md"
-  cp "${files[0]}.svg" "$output/results/$1-fca.svg"
+    "${files[@]}" >>"$output/results/$1.md"
+  cp "${files[0]/%csv/svg}" "$output/results/$1-fca.svg"
 }
 # Everything that the page cites, in one folder.
 part_results() {

@@ -10,8 +10,7 @@
 set -euo pipefail
 [ $# -ge 3 ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 programs=${PROGRAMS:-$(dirname "$0")/../../build/release/examples}
-output=$1 options=() names=()
-[ -z "${NAMES:-}" ] || names=(--names "$NAMES")
+output=$1 options=() names=(${NAMES:+--names "$NAMES"})
 shift
 while [ $# -gt 0 ] && [ "$1" != -- ]; do options+=("$1"); shift; done
 [ $# -ge 2 ] || { echo "sound.sh: expected -- and detectors" >&2; exit 2; }
@@ -32,8 +31,7 @@ for detector in "$@"; do
       --output "$folder"
   fi
   extension=${detector##*.}
-  [ -e "$folder-sound.$extension" ] || cp "$folder/hardened.$extension" "$folder-sound.part"
-  [ -e "$folder-sound.$extension" ] || mv "$folder-sound.part" "$folder-sound.$extension"
+  [ -e "$folder-sound.$extension" ] || { cp "$folder/hardened.$extension" "$folder-sound.part" && mv "$folder-sound.part" "$folder-sound.$extension"; }
   echo "$folder-sound.$extension"
   sed -n '/^ *\(photo\|clean\) /p;/drawn scenes/p' "$folder/report.txt"
 done

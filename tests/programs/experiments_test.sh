@@ -98,9 +98,14 @@ PARTS=hardened expect_exit 2 "an attack before the search for its options" page 
 expect_error_line 'part tables comes first'
 expect_exit 0 "the page" page
 options_of() { grep -E '"(learning-rate|smoothness-weight)"' "$1/manifest.json"; }
-for run in stronger/runs/max_score-1 hardened/optimised; do
+for run in stronger/runs/paper-1 hardened/optimised; do
   [ "$(options_of page/$run)" = "$(options_of page/paper/runs/fca-1)" ] && pass || fail "$run has not the options of fca"
 done
+# A paint of the tables is not made again: all other options of the search are those of the tables.
+[ page/stronger/runs/fca-1 -ef page/paper/runs/fca-1 ] && [ page/stronger/measured/digital-fca-1 -ef page/paper/measured/digital-fca-1 ] &&
+  pass || fail "fca is made twice"
+[ "$(diff page/{paper/runs/fca,stronger/runs/paper}-1/manifest.json | grep '^[<>]')" = '<     "loss": "max_score",
+>     "loss": "paper",' ] && pass || fail "paper differs from fca by more than the loss"
 for file in sound/third-sound.safetensors paper/tables/8-resolution.csv stronger/tables/variants.csv hardened/none/metrics.json hardened/optimised/metrics.json; do
   expect_file "page/$file"
 done
