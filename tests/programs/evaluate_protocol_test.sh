@@ -128,7 +128,7 @@ expect_same_report digital digital1 digital
 kill_until_measured digital2 "${photographs[@]}" --quick
 expect_same_report digital digital2 digital
 for words in 'effect beyond matched noise' 'P@0.5 by confidence threshold' 'at most 20 photographs' 'paired bootstrap' 'seed 1' \
-  'optimised on 1 of these very photographs'; do
+  'made with 1 of these very photographs'; do
   for file in command.out digital/digital.md digital/digital.html; do
     if [ "$file" = command.out ]; then "$evaluate" "${photographs[@]}" --quick --output digital >command.out 2>&1; fi
     grep -qF -- "$words" "$file" && pass || fail "$file says nothing of '$words'"
@@ -156,7 +156,7 @@ for i in $(seq 0 4 76); do cp "$assets/frames/test/$(printf %03d "$i").npz" twen
 expect_exit 0 "the same photographs without a protocol" "$evaluate" --run run --frames twenty --output plainly
 expect_figures_of_run plainly/metrics.csv digital/digital.csv
 expect_exit 0 "the plain car in photographs" "$evaluate" --protocol digital --clean-only --quick --output plain_digital
-grep -q 'was optimised on' plain_digital/digital.md && fail "a plain car that was optimised" || pass
+grep -q 'was made with' plain_digital/digital.md && fail "a plain car that was optimised" || pass
 [ "$(wc -l <plain_digital/digital.csv)" -eq 3 ] && pass || fail "more than the clean car and the photograph were measured"
 expect_exit 2 "a background of photographs" "$evaluate" --protocol digital --clean-only --background 1 1 1
 expect_error_line '^error: --background has no part in --protocol digital'

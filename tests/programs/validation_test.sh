@@ -50,4 +50,9 @@ expect_exit 0 "a run to damage" "${run[@]}" --validation 2 --output torn
 rm torn/metrics.json torn/best.npz
 expect_exit 3 "the best paint is lost" "$camouflage" --resume --output torn
 expect_error_line 'torn/best.npz: the best paint so far is missing'
+
+# A 0 that says "none" is not one that leaves the choice to the program.
+expect_exit 7 "resumed without validation" "$camouflage" --resume --validation 0 --output whole
+expect_error_line '--validation \(was 2, now 0\)'
+expect_exit 0 "resumed with texels left open" "$camouflage" --resume --texels 0 --validation 2 --output whole
 finish

@@ -335,10 +335,15 @@ inline void require_sound_thread_count(int threads, ProblemList& list) {
   list.require(threads >= 0 && threads <= 1024, "--threads must be 0 to 1024");
 }
 
+/// Whether a 0 leaves a setting to the program, as its help says.
+inline bool is_open_at_zero(const std::string& name) {
+  return name == "scenes" || name == "texels" || name == "size" || name == "epochs";
+}
+
 /// For a resumed run: settings not given on the command line are taken from the saved ones. The names of
-/// those that were given and differ are added to `differing`. A 0, which leaves the choice to the program,
-/// agrees with any saved value.
-/// \throws FileError (malformed) if `saved`, read from the file `path`, lacks a setting or has an invalid one
+/// those that were given and differ are added to `differing`. A 0 that leaves the choice to the program
+/// agrees with any saved value. \throws FileError (malformed) if `saved`, read from the file `path`, lacks a
+/// setting or has an invalid one
 template <class Settings>
 void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const std::string& path,
                  Settings& settings, std::vector<std::string>& differing) {
@@ -372,7 +377,7 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
       if (is_left_out(name)) previous = value_when_lacking(name);
     if (!is_left_out(name)) saved[name].get_to(previous);
     const bool given = app.get_option(std::string("--") + name)->count() > 0;
-    const bool left_open = std::is_unsigned_v<Value> && value == Value{} && std::string(name) != "seed";
+    const bool left_open = std::is_unsigned_v<Value> && value == Value{} && is_open_at_zero(name);
     if (given && !left_open && value != previous)
       differing.push_back(std::string("--") + name + " (was " + nlohmann::ordered_json(previous).dump() +
                           ", now " + nlohmann::ordered_json(value).dump() + ")");

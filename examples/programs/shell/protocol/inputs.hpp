@@ -34,7 +34,7 @@ struct ProtocolRequest {
   std::uint64_t seed = 1;
   std::string output;          ///< folder; nothing is written when empty
   RunInputs run_inputs{};      ///< files that must equal those of the run
-  std::size_t trained_on = 0;  ///< number of its photographs that the camouflage was optimised on
+  std::size_t trained_on = 0;  ///< number of its photographs that the camouflage was made with
 };
 
 /// Inputs of a protocol's measurement.
@@ -69,8 +69,8 @@ inline std::string detector_name(const std::string& weights) {
   return name;
 }
 
-/// The number of these photographs that the camouflage in a folder was optimised on; their bytes are
-/// compared.
+/// The number of these photographs that the camouflage in a folder was optimised or validated on; their
+/// bytes are compared.
 /// \param hashes  of every input of the measurement, see recorded_inputs()
 inline std::size_t trained_on(const std::string& run, const std::vector<std::string>& photographs,
                               const Json& hashes) {

@@ -60,7 +60,7 @@ inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const 
         number(evaluate::protocol_half_fov_deg) + " degrees. The paper states neither" +
         (is_before_plain_background(protocol.name) ? "; its pictures fit both." : "."));
   else if (request.trained_on > 0)
-    notes.push_back("The camouflage was optimised on " + std::to_string(request.trained_on) +
+    notes.push_back("The camouflage was made with " + std::to_string(request.trained_on) +
                     " of these very photographs: the result holds for no others.");
   return notes;
 }
