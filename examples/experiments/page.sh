@@ -50,7 +50,7 @@ chosen() {
   sed -nE 's/^ *"(learning-rate|smoothness-weight)": ([0-9.]+),?$/--\1 \2/p' "$output/paper/runs/fca-${SEEDS%% *}/manifest.json" 2>/dev/null |
     paste -s -d ' ' || fail 2 "part tables comes first, whose search chooses learning rate and smoothness"
 }
-# The strongest paint at equal steps; what the tables have made is not made again. Paints for three leave out detector 4, 3, 2 or 1.
+# The strongest paint at equal steps; what the tables have made is taken. Paints for three leave out detector 4, 3, 2 or 1.
 part_stronger() {
   strong=$(chosen)
   mkdir -p "$output"/stronger/{runs,measured}
@@ -94,7 +94,7 @@ table_of_hardening() { # NAME TITLE RUN...
 }
 # Table 3 by distance, and 4 by what is hidden, too: the paint of table 1, all seeds, seen by the detector that it is made for.
 by_distance() { # TABLE
-  local files=($(printf "$output/paper/measured/${1#*-}-fca-%s/${1#*-}.csv " $SEEDS))
+  local files=($(for seed in $SEEDS; do echo "$output/paper/measured/${1#*-}-fca-$seed/${1#*-}.csv"; done))
   awk -F , -v table="$1" 'function share(texture) { return all[key[i], texture] ? sprintf("%.1f", 100 * some[key[i], texture] / all[key[i], texture]) : "-" }
     FNR > 1 { name = table == "3-views" ? $2 : $1 ", " $2; if (!seen[name]++) key[++n] = name
       some[name, $3] += $3 == "clean" ? $7 : $13; all[name, $3] += $3 == "clean" ? $4 : $12 }

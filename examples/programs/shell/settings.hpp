@@ -342,8 +342,8 @@ inline bool is_open_at_zero(const std::string& name) {
 
 /// For a resumed run: settings not given on the command line are taken from the saved ones. The names of
 /// those that were given and differ are added to `differing`. A 0 that leaves the choice to the program
-/// agrees with any saved value. \throws FileError (malformed) if `saved`, read from the file `path`, lacks a
-/// setting or has an invalid one
+/// agrees with any saved value.
+/// \throws FileError (malformed) if `saved`, read from the file `path`, lacks a setting or has an invalid one
 template <class Settings>
 void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const std::string& path,
                  Settings& settings, std::vector<std::string>& differing) {
