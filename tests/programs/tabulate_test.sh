@@ -52,6 +52,18 @@ expected=$(awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; split("effe
   END { for (row = 1; row <= rows; row++) { first = 0; for (k = 1; k <= 4; k++) first += value[row, k] == most[k]; if (first == 4) { print 0; exit } } print 1 }' four/table.csv)
 [ "$(grep -c 'the measures rank different rows first' four/table.md)" = "$expected" ] && pass || fail "a contradiction: expected $expected of $(cat four/table.md)"
 
+# Its figure has room for the names of rows, at 6 pixels a letter or more, and shows attention where that was measured.
+name=a_row_whose_name_has_forty_letters_in_all
+expect_exit 0 "a long name" "$tabulate" --output long $name=measured-1 other=third-measured
+room=$(sed -nE "s/^<text x=\"([0-9.]+)\" .*>$name<.*/\1/p" long/table.svg)
+awk -v room="$room" -v letters=${#name} 'BEGIN { exit !(room >= 6 * letters) }' && pass || fail "$room pixels for $name"
+"$programs/evaluate" --run run-1 --protocol attention --quick --controls matched --output attentive >command.out 2>command.err || fail "attention: $(cat command.err)"
+expect_exit 0 "attention" "$tabulate" --output seen row=attentive
+share=$(awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next } $3 == "adversarial" { print $at["attention"], $at["p_at_50"] }' seen/table.csv)
+width=$(sed -nE 's/^<rect .* width="([0-9.]+)" height="9.*" class="second".*/\1/p' seen/table.svg)
+awk -v share="$share" -v width="$width" 'BEGIN { split(share, of); exit !(of[1] != of[2] && (width - 270 * of[1]) ^ 2 < 1e-4) }' && pass || fail "a bar of $width, expected 270 of $share"
+grep -q 'attention on the car' seen/table.svg && ! grep -q 'odds of being found' seen/table.svg && pass || fail "the figure does not say what it shows"
+
 commit=$(sed -nE 's/^ *"commit": "([^"]*)",$/\1/p' run-1/manifest.json)
 grep -q "Made by commit $commit\.$" all/table.md && pass || fail "the table does not say who made it: $(grep Made all/table.md)"
 sed -i "s/\"commit\": \"$commit\"/\"commit\": \"another\"/" third/manifest.json
