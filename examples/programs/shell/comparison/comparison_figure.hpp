@@ -12,8 +12,7 @@ namespace tapestry::shell {
 namespace detail {
 
 /// One column: for each row the share of pictures in which the car is found with the camouflage and with its
-/// noises, and the odds between them; where attention was mapped, the share of it that lies on the car
-/// instead.
+/// noises, and the odds between them; of an attention, the share that lies on the car instead.
 inline Panel comparison_panel(const Comparison& comparison, std::size_t column) {
   std::size_t longest = 15;  // name of a row
   for (const auto& row : comparison.rows) longest = std::max(longest, row.name.size());
