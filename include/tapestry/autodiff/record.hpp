@@ -27,9 +27,9 @@ template <class Pullback, class Adjoint, class T, class... Slots>
 void pull_back_slots(Pullback& pullback, const Adjoint& adjoint, const std::tuple<Slots...>& all,
                      T* adjoints) {
   std::apply(
-      [&](const auto&... slots) {
-        pullback(adjoint, slots.adjoint(adjoints)...);
-        (slots.require_shape(), ...);
+      [&](const auto&... slot) {
+        pullback(adjoint, slot.adjoint(adjoints)...);
+        (slot.require_shape(), ...);
       },
       all);
 }
@@ -37,7 +37,7 @@ void pull_back_slots(Pullback& pullback, const Adjoint& adjoint, const std::tupl
 /// Appends the statements of the active inputs among the slots of an operation.
 template <class... Slots>
 void list_slots(const std::tuple<Slots...>& all, std::vector<std::uint32_t>& statements) {
-  std::apply([&](const auto&... slots) { (slots.list(statements), ...); }, all);
+  std::apply([&](const auto&... slot) { (slot.list(statements), ...); }, all);
 }
 
 /// An operation whose result is an array; it owns the result's adjoint.
@@ -65,10 +65,10 @@ class ArrayResultRecord : public TapeRecord<T> {
 template <class T, std::size_t Rank, class Pullback, class... Slots>
 class ArrayRecord final : public ArrayResultRecord<T, Rank> {
  public:
-  ArrayRecord(std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint, Pullback pullback, Slots... slots)
+  ArrayRecord(std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint, Pullback pullback, Slots... slot)
       : ArrayResultRecord<T, Rank>(std::move(adjoint)),
         pullback_(std::move(pullback)),
-        slots_(std::move(slots)...) {}
+        slots_(std::move(slot)...) {}
   void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
   [[nodiscard]] const char* operation() const noexcept override { return detail::type_name<Pullback>(); }
 
@@ -85,8 +85,8 @@ class ArrayRecord final : public ArrayResultRecord<T, Rank> {
 template <class T, class Pullback, class... Slots>
 class ScalarRecord final : public TapeRecord<T> {
  public:
-  explicit ScalarRecord(Pullback pullback, Slots... slots)
-      : pullback_(std::move(pullback)), slots_(std::move(slots)...) {}
+  explicit ScalarRecord(Pullback pullback, Slots... slot)
+      : pullback_(std::move(pullback)), slots_(std::move(slot)...) {}
   void pull_back(T* adjoints, std::size_t statement) override {
     const T adjoint = adjoints[statement];
     if (is_zero(adjoint)) return;
@@ -105,8 +105,8 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
 class ArraysRecord final : public TapeRecord<T> {
  public:
   using Adjoints = std::vector<std::shared_ptr<ArrayAdjoint<T, Rank>>>;
-  ArraysRecord(Adjoints adjoints, Pullback pullback, Slots... slots)
-      : adjoints_(std::move(adjoints)), pullback_(std::move(pullback)), slots_(std::move(slots)...) {}
+  ArraysRecord(Adjoints adjoints, Pullback pullback, Slots... slot)
+      : adjoints_(std::move(adjoints)), pullback_(std::move(pullback)), slots_(std::move(slot)...) {}
   ~ArraysRecord() override {
     for (const auto& adjoint : adjoints_) adjoint->detach();
   }
@@ -147,40 +147,40 @@ class MarkRecord final : public TapeRecord<T> {
 
 template <class T, std::size_t Rank, class Pullback, class... Slots>
 [[nodiscard]] ArrayVariable<T, Rank> record_array_slots(std::shared_ptr<const Array<T, Rank>> value,
-                                                        Pullback pullback, Slots... slots) {
-  TapeState<T>* const state = tape_of<T>(slots...);
+                                                        Pullback pullback, Slots... slot) {
+  TapeState<T>* const state = tape_of<T>(slot...);
   if (state == nullptr) return {std::move(value), nullptr, Link{}};
   auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value->shape(), memory_of(*state));
   using Record = ArrayRecord<T, Rank, Pullback, Slots...>;
   const Link link =
-      state->append_record(std::make_unique<Record>(adjoint, std::move(pullback), std::move(slots)...));
+      state->append_record(std::make_unique<Record>(adjoint, std::move(pullback), std::move(slot)...));
   return {std::move(value), std::move(adjoint), link};
 }
 
 template <class T, std::size_t Rank, class Pullback, class... Slots>
 [[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_arrays_slots(
-    std::vector<std::shared_ptr<const Array<T, Rank>>> values, Pullback pullback, Slots... slots) {
+    std::vector<std::shared_ptr<const Array<T, Rank>>> values, Pullback pullback, Slots... slot) {
   std::vector<ArrayVariable<T, Rank>> results;
   for (auto& value : values) results.emplace_back(std::move(value), nullptr, Link{});
-  TapeState<T>* const state = tape_of<T>(slots...);
+  TapeState<T>* const state = tape_of<T>(slot...);
   if (state == nullptr) return results;
   using Record = ArraysRecord<T, Rank, Pullback, Slots...>;
   typename Record::Adjoints adjoints;
   for (const auto& result : results)
     adjoints.push_back(std::make_shared<ArrayAdjoint<T, Rank>>(result.shape(), memory_of(*state)));
   const Link link =
-      state->append_record(std::make_unique<Record>(adjoints, std::move(pullback), std::move(slots)...));
+      state->append_record(std::make_unique<Record>(adjoints, std::move(pullback), std::move(slot)...));
   for (std::size_t i = 0; i < results.size(); ++i)
     results[i] = ArrayVariable<T, Rank>(results[i].shared_value(), adjoints[i], link);
   return results;
 }
 
 template <class T, class Pullback, class... Slots>
-[[nodiscard]] Variable<T> record_scalar_slots(T value, Pullback pullback, Slots... slots) {
-  TapeState<T>* const state = tape_of<T>(slots...);
+[[nodiscard]] Variable<T> record_scalar_slots(T value, Pullback pullback, Slots... slot) {
+  TapeState<T>* const state = tape_of<T>(slot...);
   if (state == nullptr) return value;
   using Record = ScalarRecord<T, Pullback, Slots...>;
-  return {value, state->append_record(std::make_unique<Record>(std::move(pullback), std::move(slots)...))};
+  return {value, state->append_record(std::make_unique<Record>(std::move(pullback), std::move(slot)...))};
 }
 }  // namespace detail
 

@@ -5,11 +5,15 @@
 #include <tapestry/core/detail/array_concepts.hpp>
 #include <tapestry/core/detail/supported_target.hpp>
 #include <vector>
+// C's <complex.h> defines I, and xtensor has parameters of this name.
+#pragma push_macro("I")
+#undef I
 #if __has_include(<xtensor/containers/xtensor.hpp>)  // 0.26 moved its headers into folders
 #include <xtensor/containers/xtensor.hpp>
 #else
 #include <xtensor/xtensor.hpp>
 #endif
+#pragma pop_macro("I")
 
 namespace tapestry {
 

@@ -28,10 +28,10 @@ class MessagePart {
   MessagePart(std::string_view text) : kind_(Kind::text), text_(text.data()), size_(text.size()) {}
   MessagePart(const char* text) : MessagePart(std::string_view(text)) {}
   MessagePart(const std::string& text) : MessagePart(std::string_view(text)) {}
-  template <std::signed_integral I>
-  MessagePart(I number) : kind_(Kind::integer), integer_(number) {}
-  template <std::unsigned_integral I>
-  MessagePart(I number) : kind_(Kind::count), count_(number) {}
+  template <std::signed_integral Integer>
+  MessagePart(Integer number) : kind_(Kind::integer), integer_(number) {}
+  template <std::unsigned_integral Integer>
+  MessagePart(Integer number) : kind_(Kind::count), count_(number) {}
   template <std::floating_point F>
   MessagePart(F number) : kind_(Kind::number), number_(static_cast<double>(number)) {}
   template <class Extents>

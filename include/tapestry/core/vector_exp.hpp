@@ -46,13 +46,13 @@ struct ExponentialFormat<float> {
   static constexpr float least = -86.8F, most = 88.72283F, largest_finite = 88.0F;
 };
 
-/// terms[I] + terms[I + 1] · r + …
-template <std::size_t I, class T, std::size_t Count>
+/// terms[Term] + terms[Term + 1] · r + …
+template <std::size_t Term, class T, std::size_t Count>
 [[nodiscard, gnu::always_inline]] inline T horner(const T (&terms)[Count], T r) {
-  if constexpr (I + 1 == Count) {
-    return terms[I];
+  if constexpr (Term + 1 == Count) {
+    return terms[Term];
   } else {
-    return horner<I + 1>(terms, r) * r + terms[I];
+    return horner<Term + 1>(terms, r) * r + terms[Term];
   }
 }
 

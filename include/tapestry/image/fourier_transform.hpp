@@ -12,7 +12,7 @@ namespace tapestry::image {
 
 namespace detail {
 
-/// Complex numbers side by side, one of each of some transforms.
+/// ComplexNumber numbers side by side, one of each of some transforms.
 struct FourierLanes {
   static constexpr std::size_t count = 8;
   std::array<double, count> real{}, imaginary{};
@@ -33,7 +33,7 @@ struct FourierLanes {
 /// Source: Cooley and Tukey, "An algorithm for the machine calculation of complex Fourier series" (1965).
 class FourierAxis {
  public:
-  using Complex = std::complex<double>;
+  using ComplexNumber = std::complex<double>;
   using Lanes = detail::FourierLanes;
 
   explicit FourierAxis(std::size_t n) : roots_(n), terms_(n) {
@@ -82,7 +82,7 @@ class FourierAxis {
   }
 
   /// Numbers turned by a root.
-  static Lanes turned(const Lanes& term, const Complex& root) {
+  static Lanes turned(const Lanes& term, const ComplexNumber& root) {
     const double real = root.real(), imaginary = root.imag();
     Lanes product;
     for (std::size_t i = 0; i < Lanes::count; ++i) {
@@ -129,7 +129,7 @@ class FourierAxis {
     }
   }
 
-  std::vector<Complex> roots_;  ///< exp(−2πi k/n)
+  std::vector<ComplexNumber> roots_;  ///< exp(−2πi k/n)
   std::vector<Lanes> terms_;
   std::vector<std::size_t> factors_{};
 };
@@ -144,8 +144,8 @@ class FourierAxis {
 class FourierTransform {
  public:
   using Plane = std::vector<double>;
-  using Complex = FourierAxis::Complex;
-  using Spectrum = std::vector<Complex>;
+  using ComplexNumber = FourierAxis::ComplexNumber;
+  using Spectrum = std::vector<ComplexNumber>;
   using Lanes = FourierAxis::Lanes;
 
   /// \throws DomainError for a plane without rows or columns, or with more than 2³⁰ along an axis
@@ -175,8 +175,8 @@ class FourierTransform {
         const std::size_t row = first + 2 * i;
         const bool is_pair = row + 1 < height_;
         for (std::size_t l = 0; l < spectrum_width(); ++l) {
-          const Complex here = made_[l].at(i), mirrored = std::conj(made_[(width_ - l) % width_].at(i));
-          const Complex sum = here + mirrored, difference = here - mirrored;
+          const ComplexNumber here = made_[l].at(i), mirrored = std::conj(made_[(width_ - l) % width_].at(i));
+          const ComplexNumber sum = here + mirrored, difference = here - mirrored;
           spectrum[row * spectrum_width() + l] = {0.5 * sum.real(), 0.5 * sum.imag()};
           if (is_pair)
             spectrum[(row + 1) * spectrum_width() + l] = {0.5 * difference.imag(), -0.5 * difference.real()};
@@ -237,12 +237,12 @@ class FourierTransform {
   void take_pairs_of_spectra(const Spectrum& spectrum, std::size_t first) {
     const std::size_t count = spectrum_width();
     for (std::size_t i = 0; i < Lanes::count && first + 2 * i < height_; ++i) {
-      const Complex* const f = spectrum.data() + (first + 2 * i) * count;
-      const Complex* const g = first + 2 * i + 1 < height_ ? f + count : nullptr;
+      const ComplexNumber* const f = spectrum.data() + (first + 2 * i) * count;
+      const ComplexNumber* const g = first + 2 * i + 1 < height_ ? f + count : nullptr;
       for (std::size_t l = 0; l < count; ++l) {
         const bool is_own_mirror = l == (width_ - l) % width_;
-        const Complex own = is_own_mirror ? f[l].real() : f[l];
-        const Complex other = g == nullptr ? 0 : is_own_mirror ? g[l].real() : g[l];
+        const ComplexNumber own = is_own_mirror ? f[l].real() : f[l];
+        const ComplexNumber other = g == nullptr ? 0 : is_own_mirror ? g[l].real() : g[l];
         given_[l].set(i, {own.real() - other.imag(), own.imag() + other.real()});
         if (!is_own_mirror) given_[width_ - l].set(i, {own.real() + other.imag(), other.real() - own.imag()});
       }

@@ -87,14 +87,14 @@ class NameNumbers {
 
   void grow() {
     if (slots_.empty()) draw_base();
-    std::vector<Slot> slots(std::max<std::size_t>(16, 2 * slots_.size()));
+    std::vector<Slot> grown(std::max<std::size_t>(16, 2 * slots_.size()));
     for (const Slot& slot : slots_) {
       if (slot.number_from_1 == 0) continue;
-      std::size_t at = slot.hash & (slots.size() - 1);
-      while (slots[at].number_from_1 != 0) at = (at + 1) & (slots.size() - 1);
-      slots[at] = slot;
+      std::size_t at = slot.hash & (grown.size() - 1);
+      while (grown[at].number_from_1 != 0) at = (at + 1) & (grown.size() - 1);
+      grown[at] = slot;
     }
-    slots_ = std::move(slots);
+    slots_ = std::move(grown);
   }
 
   void draw_base() {

@@ -56,11 +56,11 @@ struct MatrixPullback {
   }
 
  private:
-  template <class Adjoint, std::size_t... I, class... Targets>
-  void call(const Adjoint& value_adjoint, std::index_sequence<I...>, const Targets&... targets) const {
-    std::array<DenseMatrix<T>, sizeof...(I)> parts;
-    pullback(as_dense(value_adjoint), (is_wanted(targets) ? &parts[I] : nullptr)...);
-    (add_if_wanted(targets, parts[I]), ...);
+  template <class Adjoint, std::size_t... Index, class... Targets>
+  void call(const Adjoint& value_adjoint, std::index_sequence<Index...>, const Targets&... targets) const {
+    std::array<DenseMatrix<T>, sizeof...(Index)> parts;
+    pullback(as_dense(value_adjoint), (is_wanted(targets) ? &parts[Index] : nullptr)...);
+    (add_if_wanted(targets, parts[Index]), ...);
   }
   template <class Target>
   static void add_if_wanted(const Target& target, const DenseMatrix<T>& part) {
@@ -73,8 +73,8 @@ struct MatrixPullback {
 template <class T, class Pullback, class... Slots>
 class EntriesRecord final : public TapeRecord<T> {
  public:
-  EntriesRecord(Eigen::Index rows, Eigen::Index columns, Pullback pullback, Slots... slots)
-      : rows_(rows), columns_(columns), pullback_(std::move(pullback)), slots_(std::move(slots)...) {}
+  EntriesRecord(Eigen::Index rows, Eigen::Index columns, Pullback pullback, Slots... slot)
+      : rows_(rows), columns_(columns), pullback_(std::move(pullback)), slots_(std::move(slot)...) {}
   void pull_back(T* adjoints, std::size_t statement) override {
     const T* const first = adjoints + statement + 1;
     if (std::all_of(first, first + rows_ * columns_, [](const T& adjoint) { return is_zero(adjoint); }))
@@ -111,14 +111,14 @@ template <class T>
 template <int Columns, class T, class Pullback, class... Slots>
 [[nodiscard]] Eigen::Matrix<Variable<T>, Eigen::Dynamic, Columns> record_entries(const DenseMatrix<T>& value,
                                                                                  Pullback pullback,
-                                                                                 Slots... slots) {
+                                                                                 Slots... slot) {
   Eigen::Matrix<Variable<T>, Eigen::Dynamic, Columns> result = value.template cast<Variable<T>>();
-  TapeState<T>* const state = tape_of<T>(slots...);
+  TapeState<T>* const state = tape_of<T>(slot...);
   if (state == nullptr) return result;
   using Record = EntriesRecord<T, Pullback, Slots...>;
   const auto size = static_cast<std::size_t>(value.size());
   static_cast<void>(state->append_record(
-      std::make_unique<Record>(value.rows(), value.cols(), std::move(pullback), std::move(slots)...), size));
+      std::make_unique<Record>(value.rows(), value.cols(), std::move(pullback), std::move(slot)...), size));
   for (std::size_t i = 0; i < size;) {
     std::size_t count = size - i;
     Link link = state->append_inputs(count);

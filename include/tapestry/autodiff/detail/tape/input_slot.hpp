@@ -52,24 +52,24 @@ struct ArraySlot {
 /// Inputs of one kind, as many as there are at run time.
 template <class T, class Slot>
 struct ListSlot {
-  std::vector<Slot> slots;
+  std::vector<Slot> entries;
   [[nodiscard]] bool is_active() const {
-    return std::any_of(slots.begin(), slots.end(), [](const Slot& slot) { return slot.is_active(); });
+    return std::any_of(entries.begin(), entries.end(), [](const Slot& slot) { return slot.is_active(); });
   }
   void require_own(const TapeState<T>& state) const {
-    for (const Slot& slot : slots) slot.require_own(state);
+    for (const Slot& slot : entries) slot.require_own(state);
   }
   void list(std::vector<std::uint32_t>& statements) const {
-    for (const Slot& slot : slots) slot.list(statements);
+    for (const Slot& slot : entries) slot.list(statements);
   }
   [[nodiscard]] auto adjoint(T* adjoints) const {
-    std::vector<decltype(slots.front().adjoint(adjoints))> each;
-    each.reserve(slots.size());
-    for (const Slot& slot : slots) each.push_back(slot.adjoint(adjoints));
+    std::vector<decltype(entries.front().adjoint(adjoints))> each;
+    each.reserve(entries.size());
+    for (const Slot& slot : entries) each.push_back(slot.adjoint(adjoints));
     return each;
   }
   void require_shape() const {
-    for (const Slot& slot : slots) slot.require_shape();
+    for (const Slot& slot : entries) slot.require_shape();
   }
 };
 
@@ -96,8 +96,8 @@ template <class T, std::size_t Rank>
 template <class T, class Input>
 [[nodiscard]] auto slot_of(std::span<const Input> inputs) {
   ListSlot<T, decltype(slot_of<T>(inputs.front()))> list;
-  list.slots.reserve(inputs.size());
-  for (const Input& input : inputs) list.slots.push_back(slot_of<T>(input));
+  list.entries.reserve(inputs.size());
+  for (const Input& input : inputs) list.entries.push_back(slot_of<T>(input));
   return list;
 }
 
@@ -109,10 +109,10 @@ template <class T, class Input>
 /// The active tape, if any slot is active; else null.
 /// \throws DomainError if a slot is active but no tape is, or is not on the active tape
 template <class T, class... Slots>
-[[nodiscard]] TapeState<T>* tape_of(const Slots&... slots) {
-  if (!(slots.is_active() || ...)) return nullptr;
+[[nodiscard]] TapeState<T>* tape_of(const Slots&... slot) {
+  if (!(slot.is_active() || ...)) return nullptr;
   TapeState<T>& state = TapeState<T>::require_active();
-  (slots.require_own(state), ...);
+  (slot.require_own(state), ...);
   return &state;
 }
 

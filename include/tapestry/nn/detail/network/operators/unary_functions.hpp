@@ -54,12 +54,12 @@ template <std::floating_point T>
 
 /// terms[I] + terms[I + 1] · r + … + terms[Last] · r^(Last − I). Unrolled, so that loops around it become
 /// loops of vectors.
-template <std::size_t I, std::size_t Last, class T, std::size_t Count>
+template <std::size_t Term, std::size_t Last, class T, std::size_t Count>
 [[nodiscard, gnu::always_inline]] inline T polynomial(const double (&terms)[Count], T r) {
-  if constexpr (I == Last) {
-    return static_cast<T>(terms[I]);
+  if constexpr (Term == Last) {
+    return static_cast<T>(terms[Term]);
   } else {
-    return polynomial<I + 1, Last>(terms, r) * r + static_cast<T>(terms[I]);
+    return polynomial<Term + 1, Last>(terms, r) * r + static_cast<T>(terms[Term]);
   }
 }
 
