@@ -48,11 +48,15 @@ Series in_reverse_mode(const Function& f, double x) {
           slope.tangent().tangent()};
 }
 
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();  ///< at a kink, see kinks_test.cpp
+
 /// Equal but for a few roundings of each number, which is relative to the largest where it is 0.
 bool agrees(const Series& found, const Series& expected) {
   for (std::size_t k = 0; k < found.size(); ++k) {
     const double size = expected[k] == 0 ? 1 : std::abs(expected[k]);
-    if (!(std::abs(found[k] - expected[k]) <= 4e-15 * size) && found[k] != expected[k]) return false;
+    const bool is_unknown = std::isnan(found[k]) && std::isnan(expected[k]);
+    if (!(std::abs(found[k] - expected[k]) <= 4e-15 * size) && found[k] != expected[k] && !is_unknown)
+      return false;
   }
   return true;
 }
@@ -159,7 +163,7 @@ TEST_CASE("error and gamma functions have their first three derivatives at zero 
 }
 
 TEST_CASE("higher derivatives at kinks and ties are those of the side that is taken", "[autodiff][higher]") {
-  check("abs", [](auto x) { return abs(x); }, 0, {0, 0, 0, 0});
+  check("abs", [](auto x) { return abs(x); }, 0, {0, 0, unknown, unknown});
   check("abs", [](auto x) { return abs(x * x * x); }, -1, {1, -3, 6, -6});
   check("max", [](auto x) { return max(x * x * x, x); }, 1, {1, 3, 6, 6});
   check("min", [](auto x) { return min(x, x * x * x); }, 1, {1, 1, 0, 0});
@@ -182,11 +186,11 @@ TEST_CASE("functions of two variables have their Hessians at ties and zeros", "[
   const auto length = [](auto x, auto y) { return hypot(x, y); };
   check_hessian("hypot", length, 3, 4, {0.128, -0.096, -0.096, 0.072});
   check_hessian("hypot", length, 2, 1e-180, {0, -0.25e-180, -0.25e-180, 0.5});
-  check_hessian("hypot", length, 0, 0, {0, 0, 0, 0});
+  check_hessian("hypot", length, 0, 0, {unknown, unknown, unknown, unknown});
   const auto angle = [](auto y, auto x) { return atan2(y, x); };
   check_hessian("atan2", angle, 1, 1, {-0.5, 0, 0, 0.5});
   check_hessian("atan2", angle, 0, -2, {0, -0.25, -0.25, 0});
-  check_hessian("atan2", angle, 0, 0, {0, 0, 0, 0});
+  check_hessian("atan2", angle, 0, 0, {unknown, unknown, unknown, unknown});
   const auto power = [](auto x, auto y) { return pow(x, y); };
   check_hessian("pow", power, 1, 1, {0, 1, 1, 0});
   check_hessian("pow", power, 1, 3, {6, 1, 1, 0});
@@ -207,7 +211,7 @@ TEST_CASE("the reductions of a range have their Hessians at ties and zeros", "[a
   const auto length = [](const auto& v) { return norm(v); };
   CHECK(agrees(hessian(length, {3, 4}), {0.128, -0.096, -0.096, 0.072}));
   CHECK(agrees(hessian(length, {0, -2}), {0.5, 0, 0, 0}));
-  CHECK(agrees(hessian(length, {0, 0}), {0, 0, 0, 0}));
+  CHECK(agrees(hessian(length, {0, 0}), {unknown, unknown, unknown, unknown}));
   CHECK(agrees(hessian([](const auto& v) { return dot(v, v); }, {0, 1}), {2, 0, 0, 2}));
 }
 

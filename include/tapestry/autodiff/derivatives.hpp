@@ -7,6 +7,7 @@
 #include <iterator>
 #include <span>
 #include <string>
+#include <tapestry/autodiff/detail/jacobian/second_derivatives.hpp>
 #include <tapestry/autodiff/detail/tape/dual_number.hpp>
 #include <tapestry/autodiff/detail/tape/spare_tape.hpp>
 #include <tapestry/autodiff/functions.hpp>
@@ -37,13 +38,49 @@ struct ValueAndDerivative {
   T derivative;
 };
 
+namespace detail {
+/// Whether a scalar is a Dual of numbers: the derivative of a derivative is then asked for.
+template <class T>
+inline constexpr bool carries_numbers = false;
+template <std::floating_point T, std::size_t N, class Tag>
+inline constexpr bool carries_numbers<Dual<T, N, Tag>> = requires(Dual<T, N, Tag> x) {
+  x.tangents().size();
+};
+
+/// found_at(x), with the tangents of the derivative as hessian() has them at kinks.
+template <class D, class FoundAt>
+[[nodiscard]] ValueAndDerivative<D> known_derivative(const D& x, FoundAt found_at) {
+  using T = typename D::value_type;
+  const std::size_t before = kinks().met;
+  ValueAndDerivative<D> found = found_at(x);
+  if (kinks().met == before) return found;
+  const auto evaluate = [&](const std::vector<T>& at) {
+    const auto [value, slope] = found_at(D(at[0], x.tangents()));
+    return Curvature<T>{value.value(), {slope.value()}, {slope.tangents().begin(), slope.tangents().end()}};
+  };
+  const auto known = known_curvature<T>({&x.value(), 1}, evaluate, [](std::size_t) {
+                       return std::pair<std::size_t, std::size_t>(0, 0);
+                     }).second;
+  auto tangents = x.tangents();
+  std::copy(known.begin(), known.end(), tangents.begin());
+  found.derivative = D(found.derivative.value(), tangents);
+  return found;
+}
+}  // namespace detail
+
 /// f′ at x, in forward mode. To differentiate inside a function that is itself differentiated, take x in the
 /// scalar type of that function.
 template <class Function, Scalar T>
 [[nodiscard]] ValueAndDerivative<T> derivative(const Function& f, const T& x) {
-  using D = Dual<T, 1, Function>;
-  const D y = f(D::input(x));
-  return {y.value(), y.tangent()};
+  const auto found_at = [&](const T& at) {
+    const Dual<T, 1, Function> y = f(Dual<T, 1, Function>::input(at));
+    return ValueAndDerivative<T>{y.value(), y.tangent()};
+  };
+  if constexpr (detail::carries_numbers<T>) {
+    return detail::known_derivative(x, found_at);
+  } else {
+    return found_at(x);
+  }
 }
 
 /// Refuses a Variable. The tape gives its derivative.
@@ -74,12 +111,12 @@ template <std::floating_point T = double, class Function>
   return result;
 }
 
-/// f(x), ∇f(x), and ∇²f(x)·v.
+/// f(x), ∇f(x), and ∇²f(x)·v, see hessian() for what is not known of it.
 template <class T>
 struct HessianProduct {
   T value;
   std::vector<T> gradient;
-  std::vector<T> product;
+  SecondDerivatives<T> product;
 };
 
 namespace detail {
@@ -120,15 +157,19 @@ class HessianProducts {
   /// \throws DomainError if there are not as many entries of v as of x
   [[nodiscard]] HessianProduct<T> operator()(Point<T> x, Point<T> v) {
     detail::require_as_many("hessian_product", "the direction", v.size(), x.size());
-    HessianProduct<T> result{T(0), std::vector<T>(x.size()), std::vector<T>(x.size())};
-    const D root = detail::sweep_duals<D>(
-        tape_, f_, x, [&](std::size_t i) { return std::array<T, 1>{v[i]}; },
-        [&](std::size_t i, const D& adjoint) {
-          result.gradient[i] = adjoint.value();
-          result.product[i] = adjoint.tangent();
-        });
-    result.value = root.value();
-    return result;
+    const auto evaluate = [&](const std::vector<T>& at) {
+      detail::Curvature<T> found{T(0), std::vector<T>(at.size()), SecondDerivatives<T>(at.size())};
+      const D root = detail::sweep_duals<D>(
+          tape_, f_, std::span<const T>(at), [&](std::size_t i) { return std::array<T, 1>{v[i]}; },
+          [&](std::size_t i, const D& adjoint) {
+            found.gradient[i] = adjoint.value();
+            found.second[i] = adjoint.tangent();
+          });
+      found.value = root.value();
+      return found;
+    };
+    auto found = detail::known_curvature<T>(x, evaluate, [](std::size_t i) { return std::pair(i, i); });
+    return {found.value, std::move(found.gradient), std::move(found.second)};
   }
 
  private:
@@ -144,24 +185,43 @@ template <std::floating_point T = double, class Function>
 }
 
 /// The Hessian at x, exact but for rounding, row by row: [n·n]. Eight columns a sweep.
+///
+/// A second derivative that is not known is NaN, and counted in `unknown`. Where f meets a kink or an
+/// infinite slope, as in |x| and √x at 0, the rules for first derivatives do not decide its second ones, and
+/// f is computed anew at some dozens of points around x, a few roundings away: second derivatives that agree
+/// there are the Hessian, as 2 for |x|² and the identity for half of norm(x)²; where the gradient jumps or
+/// they differ, it has none. The same for hessian_product(), HessianProducts and sparse_hessian(), and for a
+/// derivative() within a derivative(). A tape of duals and duals of duals by hand know no points around; see
+/// Dual for their rule.
+///
+///   const auto h = hessian(f, x);
+///   if (h.unknown > 0) throw NumericError(h.description());
 template <std::floating_point T = double, class Function>
-[[nodiscard]] std::vector<T> hessian(const Function& f, Point<std::type_identity_t<T>> x) {
+[[nodiscard]] SecondDerivatives<T> hessian(const Function& f, Point<std::type_identity_t<T>> x) {
   constexpr std::size_t width = 8;
   using D = Dual<T, width, Function>;
   const std::size_t n = x.size();
-  std::vector<T> result(n * n);
   Tape<D> tape;
-  for (std::size_t first = 0; first < n; first += width) {
-    const auto seed = [&](std::size_t i) {
-      std::array<T, width> tangents{};
-      if (i >= first && i < first + width) tangents[i - first] = T(1);
-      return tangents;
-    };
-    detail::sweep_duals<D>(tape, f, x, seed, [&](std::size_t i, const D& adjoint) {
-      for (std::size_t k = 0; k < width && first + k < n; ++k) result[i * n + first + k] = adjoint.tangent(k);
-    });
-  }
-  return result;
+  const auto evaluate = [&](const std::vector<T>& at) {
+    detail::Curvature<T> found{T(0), std::vector<T>(n), SecondDerivatives<T>(n * n)};
+    for (std::size_t first = 0; first < n; first += width) {
+      const auto seed = [&](std::size_t i) {
+        std::array<T, width> tangents{};
+        if (i >= first && i < first + width) tangents[i - first] = T(1);
+        return tangents;
+      };
+      const D root =
+          detail::sweep_duals<D>(tape, f, std::span<const T>(at), seed, [&](std::size_t i, const D& adjoint) {
+            found.gradient[i] = adjoint.value();
+            for (std::size_t k = 0; k < width && first + k < n; ++k)
+              found.second[i * n + first + k] = adjoint.tangent(k);
+          });
+      found.value = root.value();
+    }
+    return found;
+  };
+  return detail::known_curvature<T>(x, evaluate, [n](std::size_t e) { return std::pair(e / n, e % n); })
+      .second;
 }
 
 /// f(x) and its first derivatives.

@@ -130,30 +130,40 @@ class HessianPlan {
 /// \param plan  of a pattern of N rows
 /// \throws DomainError if x has not as many numbers as the pattern rows
 template <std::floating_point T = double, class Function>
-[[nodiscard]] std::vector<T> sparse_hessian(const Function& f, Point<std::type_identity_t<T>> x,
-                                            const HessianPlan& plan) {
+[[nodiscard]] SecondDerivatives<T> sparse_hessian(const Function& f, Point<std::type_identity_t<T>> x,
+                                                  const HessianPlan& plan) {
   constexpr std::size_t width = 8;
   using D = Dual<T, width, Function>;
   const auto& colours = plan.colour_of();
   detail::require_as_many("sparse_hessian", "x", x.size(), colours.size());
-  std::vector<T> values(plan.pattern().entry_count());
+  std::vector<std::pair<std::size_t, std::size_t>> places;
+  plan.pattern().visit([&](auto row, auto column, auto) { places.push_back({row, column}); });
   std::vector<std::array<T, width>> products(x.size());
   detail::SpareTape<D> tape;
-  for (std::size_t first = 0; first < plan.direction_count(); first += width) {
-    const auto seed = [&](std::size_t i) {
-      std::array<T, width> tangents{};
-      if (const std::size_t lane = colours[i] - first; lane < width) tangents[lane] = T(1);
-      return tangents;
-    };
-    detail::sweep_duals<D>(*tape, f, std::span<const T>(x), seed,
-                           [&](std::size_t i, const D& adjoint) { products[i] = adjoint.tangents(); });
-    plan.pattern().visit([&](std::size_t row, std::size_t column, std::size_t number) {
-      const auto [low, high] =
-          colours[row] < colours[column] ? std::pair(row, column) : std::pair(column, row);
-      if (const std::size_t lane = colours[low] - first; lane < width) values[number] = products[high][lane];
-    });
-  }
-  return values;
+  const auto evaluate = [&](const std::vector<T>& at) {
+    detail::Curvature<T> found{T(0), std::vector<T>(at.size()), SecondDerivatives<T>(places.size())};
+    for (std::size_t first = 0; first == 0 || first < plan.direction_count(); first += width) {
+      const auto seed = [&](std::size_t i) {
+        std::array<T, width> tangents{};
+        if (const std::size_t lane = colours[i] - first; lane < width) tangents[lane] = T(1);
+        return tangents;
+      };
+      const auto take = [&](std::size_t i, const D& adjoint) {
+        found.gradient[i] = adjoint.value();
+        products[i] = adjoint.tangents();
+      };
+      found.value = detail::sweep_duals<D>(*tape, f, std::span<const T>(at), seed, take).value();
+      for (std::size_t number = 0; number < places.size(); ++number) {
+        const auto [row, column] = places[number];
+        const auto [low, high] =
+            colours[row] < colours[column] ? std::pair(row, column) : std::pair(column, row);
+        if (const std::size_t lane = colours[low] - first; lane < width)
+          found.second[number] = products[high][lane];
+      }
+    }
+    return found;
+  };
+  return detail::known_curvature<T>(x, evaluate, [&](std::size_t e) { return places[e]; }).second;
 }
 
 }  // namespace tapestry

@@ -167,7 +167,7 @@ class Tape {
 
   /// How often in the last reverse() a zero met a number that is not finite. By the rule of this library a
   /// zero passes nothing on and nothing through, on the tape as in duals: 0 · ∞ = 0 · NaN = 0 wherever slopes
-  /// are multiplied; but an adjoint of reverse() that is NaN stays NaN. Masks need the rule. Where a limit is
+  /// are multiplied, in every sweep. Masks need the rule. Where a limit is
   /// not 0 it is wrong, as for √x · √x at 0, whose slope is 1: compute x there. Counts products of adjoints
   /// and recorded partial derivatives; products within one formula are not on the tape, unless its parts are
   /// assigned to variables.
@@ -176,11 +176,13 @@ class Tape {
   /// Sets every variable's adjoint to seed · d root / d variable. Adjoints start from zero each time, so that
   /// a second call repeats the first and does not add to it. A passive root depends on nothing, which is no
   /// error: every adjoint is then zero. A zero passes nothing on, see zero_products(). Where an infinite
-  /// adjoint has met a zero partial derivative, sweeps a second time by that rule: pullbacks are then called
-  /// again. If a pullback throws, so does this; the tape stays usable, with the adjoints computed so far.
-  /// \throws DomainError if root is not on this tape, or if called from within a pullback
+  /// adjoint or a NaN has met a zero partial derivative, sweeps a second time by that rule: pullbacks are
+  /// then called again. If a pullback throws, so does this; the tape stays usable, with the adjoints computed
+  /// so far. \throws DomainError if root is not on this tape, or if called from within a pullback
   void reverse(const Variable<T>& root, T seed = T(1)) {
     const detail::Link link = root.link();
+    detail::note_nan(root.value());
+    detail::note_nan(seed);
     const auto sweep = [this, link, seed] {  // copies: with its address known, the root would live in memory
       state().require_own_if_active(link);
       state().reverse(link.index(), [&](T* adjoints) {

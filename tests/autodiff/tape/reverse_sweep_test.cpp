@@ -235,8 +235,7 @@ TEST_CASE("zeros pass nothing in programs whose adjoints become infinite and NaN
     expected.back() = 1;
     for (std::size_t i = all.size(); i-- > 0;)
       for (const auto& [operand, slope] : operands[i])
-        if (expected[i] != 0 && (slope != 0 || std::isnan(expected[i])))
-          expected[operand] += expected[i] * slope;
+        if (expected[i] != 0 && slope != 0) expected[operand] += expected[i] * slope;
     tape.reverse(all.back());
     for (std::size_t i = 0; i < all.size(); ++i) {
       INFO("seed " << seed << ", statement " << i);
@@ -266,7 +265,7 @@ TEST_CASE("a pullback is called again only where its tape's sweep has left NaN",
     return tapestry::record_partials<double>(0.0, std::array{y}, std::array{slope});
   };
   const auto root_of = [](const Variable<double>& of, double slope) {
-    return tapestry::record_partials<double>(0.0, std::array{of}, std::array{slope});
+    return tapestry::record_partials<double>(slope, std::array{of}, std::array{slope});
   };
   const Variable<double> finite = scaled(2), none = scaled(0);
   const Variable<double> infinite = root_of(none, std::numeric_limits<double>::infinity());
@@ -276,15 +275,15 @@ TEST_CASE("a pullback is called again only where its tape's sweep has left NaN",
   CHECK(calls == 1);
   CHECK(x.adjoint() == 10);
   tape.reverse(nan);
-  CHECK(calls == 2);
-  CHECK(std::isnan(x.adjoint()));
+  CHECK(calls == 2);  // once with NaN; with a zero adjoint it is not called
+  CHECK(x.adjoint() == 0);
   tape.reverse(infinite);
-  CHECK(calls == 3);  // once with NaN; with a zero adjoint it is not called
+  CHECK(calls == 3);
   CHECK(x.adjoint() == 0);
   tape.reverse(finite);  // the processor remembers an invalid operation, but no adjoint is NaN
   CHECK(calls == 4);
   CHECK(x.adjoint() == 10);
   tape.reverse(nan);
-  CHECK(calls == 6);
-  CHECK(std::isnan(x.adjoint()));
+  CHECK(calls == 5);
+  CHECK(x.adjoint() == 0);
 }

@@ -78,6 +78,7 @@ struct Times {
 struct Divide {
   static constexpr bool is_cheap = true;
   static constexpr bool is_linear_in_x = true;
+  static bool is_kink(const auto&, const auto& y) { return y == 0; }
   template <class T>
   static T value(const T& x, const T& y) {
     return x / y;

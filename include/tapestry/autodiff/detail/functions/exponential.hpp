@@ -30,18 +30,22 @@ struct Expm1 {
   static auto partial(auto x, auto) { return exp(x); }  // expm1(x) + 1 would cancel for x ≪ 0
 };
 struct Log {
+  static bool is_kink(auto x) { return x == 0; }
   static auto value(auto x) { return log(x); }
   static auto partial(auto x, auto) { return 1 / x; }
 };
 struct Log2 {
+  static bool is_kink(auto x) { return x == 0; }
   static auto value(auto x) { return log2(x); }
   static auto partial(auto x, auto) { return std::numbers::log2e_v<Base<decltype(x)>> / x; }
 };
 struct Log10 {
+  static bool is_kink(auto x) { return x == 0; }
   static auto value(auto x) { return log10(x); }
   static auto partial(auto x, auto) { return std::numbers::log10e_v<Base<decltype(x)>> / x; }
 };
 struct Log1p {
+  static bool is_kink(auto x) { return x == -1; }
   static auto value(auto x) { return log1p(x); }
   static auto partial(auto x, auto) { return 1 / (1 + x); }
 };

@@ -30,10 +30,12 @@ struct Asinh {
   static auto partial(auto x, auto) { return 1 / hypot(decltype(x)(1), x); }
 };
 struct Acosh {
+  static bool is_kink(auto x) { return x == 1; }
   static auto value(auto x) { return acosh(x); }
   static auto partial(auto x, auto) { return 1 / (sqrt(x - 1) * sqrt(x + 1)); }
 };
 struct Atanh {
+  static bool is_kink(auto x) { return x == 1 || x == -1; }
   static auto value(auto x) { return atanh(x); }
   template <std::floating_point T>
   static T partial(T x, T) {

@@ -16,6 +16,7 @@ struct Square {
 };
 struct Sqrt {
   static constexpr bool is_cheap = true;
+  static bool is_kink(auto x) { return x == 0; }
   static auto value(auto x) { return sqrt(x); }
   template <std::floating_point T>
   static T partial(T, T sqrt_x) {
@@ -28,6 +29,7 @@ struct Sqrt {
   }
 };
 struct Cbrt {
+  static bool is_kink(auto x) { return x == 0; }
   static auto value(auto x) { return cbrt(x); }
   template <std::floating_point T>
   static T partial(T x, T cbrt_x) {
@@ -113,6 +115,8 @@ struct PowSlope {
 };
 struct Pow {
   static constexpr bool skips_zero = true;
+  /// Where the slope by x, or its own slope, is infinite, and so that by y.
+  static bool is_kink(auto x, auto y) { return x == 0 && y < 2 && !(y == 0 || y == 1); }
   static auto value(auto x, auto y) { return pow(x, y); }
   static auto partial_x(auto x, auto y, auto pow_xy) { return PowSlope<1>::value(x, y, pow_xy); }
   template <std::floating_point T>
@@ -221,6 +225,8 @@ template <DualNumber D, std::size_t N>
 }
 struct Hypot {
   static constexpr bool skips_zero = true;
+  static constexpr bool is_subgradient = true;
+  static bool is_kink(auto x, auto y) { return x == 0 && y == 0; }
   static auto value(auto x, auto y) { return hypot(x, y); }
   static auto partial_x(auto x, auto y, auto length) { return direction(std::array{x, y}, length)[0]; }
   static auto partial_y(auto x, auto y, auto length) { return direction(std::array{x, y}, length)[1]; }

@@ -9,6 +9,8 @@ namespace detail {
 struct Abs {
   static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
+  static constexpr bool is_subgradient = true;
+  static bool is_kink(auto x) { return x == 0; }
   static auto value(auto x) { return abs(x); }
   static auto partial(auto x, auto) { return decltype(x)(sign(x)); }
 };
@@ -17,7 +19,12 @@ template <class Choice>
 struct Selection {
   static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
-  static auto value(auto x, auto y) { return Choice::takes_x(x, y) ? x : y; }
+  static auto value(auto x, auto y) {
+    if constexpr (DualNumber<decltype(x)>)
+      if (x == y) [[unlikely]]
+        note_kink(false);
+    return Choice::takes_x(x, y) ? x : y;
+  }
   static auto partial_x(auto x, auto y, auto) { return decltype(x)(Choice::takes_x(x, y) ? 1 : 0); }
   static auto partial_y(auto x, auto y, auto) { return decltype(x)(Choice::takes_x(x, y) ? 0 : 1); }
   static auto pass_x(auto g, auto x, auto y) { return Choice::takes_x(x, y) ? g : decltype(g)(0); }
@@ -38,6 +45,7 @@ struct Fmin : Selection<Fmin> {
 struct Fdim {
   static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
+  static bool is_kink(auto x, auto y) { return x == y; }
   template <std::floating_point T>
   static T value(T x, T y) {
     return x <= y ? T(0) : x - y;
@@ -64,6 +72,7 @@ struct Remainder {
 struct Copysign {
   static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
+  static bool is_kink(auto x, auto y) { return x == 0 || y == 0; }
   static auto value(auto x, auto y) { return copysign(x, y); }
   static auto partial_x(auto x, auto y, auto) { return decltype(x)(signbit(x) == signbit(y) ? 1 : -1); }
   static auto partial_y(auto x, auto, auto) { return decltype(x)(0); }

@@ -20,6 +20,7 @@ struct Tan {
   static auto partial(auto, auto tan_x) { return 1 + tan_x * tan_x; }
 };
 struct Asin {
+  static bool is_kink(auto x) { return x == 1 || x == -1; }
   static auto value(auto x) { return asin(x); }
   template <std::floating_point T>
   static T partial(T x, T) {
@@ -33,6 +34,7 @@ struct Asin {
   }
 };
 struct Acos {
+  static bool is_kink(auto x) { return Asin::is_kink(x); }
   static auto value(auto x) { return acos(x); }
   static auto partial(auto x, auto acos_x) { return -Asin::partial(x, acos_x); }
 };
@@ -73,6 +75,8 @@ struct LegBySquaredRadius {
 };
 struct Atan2 {
   static constexpr bool skips_zero = true;
+  static constexpr bool is_subgradient = true;
+  static bool is_kink(auto y, auto x) { return y == 0 && x == 0; }
   static auto value(auto y, auto x) { return atan2(y, x); }
   static auto partial_x(auto y, auto x, auto) { return LegBySquaredRadius::value(x, y); }
   static auto partial_y(auto y, auto x, auto) { return -LegBySquaredRadius::value(y, x); }

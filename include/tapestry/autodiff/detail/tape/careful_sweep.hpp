@@ -8,13 +8,14 @@
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/detail/tape/tape_memory.hpp>
 
-/// The rule that a zero passes nothing, where the fast sweep leaves it out: it multiplies infinite adjoints
-/// by zero partial derivatives. Such a product is NaN, and so is what it is added to.
+/// The rule that a zero passes nothing, where the fast sweep leaves it out: it multiplies adjoints that are
+/// infinite or NaN by zero partial derivatives. Such a product is NaN, and so is what it is added to.
 namespace tapestry::detail {
 
-/// Whether a sweep may have multiplied an infinite adjoint by 0: one adjoint at least is NaN. To look at all
-/// adjoints would take a tenth of a sweep, so they are looked at only if an operation of this thread has been
-/// invalid, as 0 · ∞ is; the processor remembers that.
+/// Whether a sweep may have multiplied an infinite adjoint or a NaN by 0: one adjoint at least is NaN. To
+/// look at all adjoints would take a tenth of a sweep, so they are looked at only if an operation of this
+/// thread has been invalid, as 0 · ∞ is and what made a NaN; the processor remembers that. A NaN that was
+/// read is noted when it comes to the root, see note_nan().
 template <std::floating_point T>
 [[nodiscard]] bool may_hide_zeros(std::span<const T> adjoints) {
   if (std::fetestexcept(FE_INVALID) == 0) return false;
@@ -23,8 +24,15 @@ template <std::floating_point T>
   return false;
 }
 
-/// Runs statements backwards as ReverseSweep does, but passes no infinite adjoint through a zero partial
-/// derivative. NaN stays NaN: the result is that of ReverseSweep where no such product occurs.
+/// Makes the processor remember an invalid operation if x is NaN.
+template <class T>
+void note_nan(T x) {
+  if constexpr (std::floating_point<T>)
+    if (std::isnan(x)) std::feraiseexcept(FE_INVALID);
+}
+
+/// Runs statements backwards as ReverseSweep does, but passes nothing through a zero partial derivative,
+/// neither infinity nor NaN. The result is that of ReverseSweep where no such product occurs.
 template <std::floating_point T>
 class CarefulSweep {
  public:
@@ -40,7 +48,7 @@ class CarefulSweep {
       const StatementKind kind = part.kinds[i - part.first_index];
       const T adjoint = adjoints[i];
       end = for_each_operand<T>(end, kind, [&](std::size_t operand, const T& partial) {
-        if (adjoint == T(0) || (partial == T(0) && !std::isnan(adjoint))) return;
+        if (adjoint == T(0) || partial == T(0)) return;
         adjoints[operand] += adjoint * partial;
       });
       if (kind == StatementKind::record) pull_back(i);

@@ -22,6 +22,11 @@ namespace tapestry {
 ///
 /// On the tape as here, a zero passes nothing on and nothing through: 0 · ∞ = 0 · NaN = 0 wherever slopes are
 /// multiplied; see Tape::zero_products(). Comparisons look at the values only.
+///
+/// Second derivatives by hand, on a tape of duals or in duals of duals: where max(), min() and their like
+/// take a side at a tie they are those of that side. Where |x|, a length or an angle has the slope 0 at 0, a
+/// subgradient, they are NaN, in products, too, unless they do not enter. An infinite slope that meets a
+/// zero hides them, as it hides first ones. hessian() and derivative() in derivatives.hpp find more.
 template <class T, std::size_t N = 1, class Tag = void>
 class Dual {
   static_assert(
@@ -87,6 +92,31 @@ template <DualNumber X>
 
 namespace detail {
 
+/// Counts of a thread's operations on duals at kinks, ties, and infinite slopes: where slopes follow from a
+/// rule, and slopes of slopes with them.
+struct Kinks {
+  std::size_t met = 0;
+  std::size_t varying = 0;  ///< those whose operands have tangents; without ties
+};
+[[nodiscard]] inline Kinks& kinks() {
+  thread_local Kinks counts;
+  return counts;
+}
+[[gnu::noinline, gnu::cold]] inline void note_kink(bool is_varying) {
+  ++kinks().met;
+  if (is_varying) ++kinks().varying;
+}
+
+/// Whether a number has a tangent that is not 0.
+template <class X>
+[[nodiscard]] constexpr bool varies(const X& x) {
+  if constexpr (DualNumber<X>) {
+    return !X(typename X::value_type(0), x.tangents()).is_zero();
+  } else {
+    return false;
+  }
+}
+
 /// tangent · partial. A partial that is a plain number has no zeros beside it, which would make NaN of ∞.
 template <class T, class Partial>
 [[nodiscard]] constexpr T chain_with(const T& tangent, const Partial& partial) {
@@ -133,11 +163,13 @@ template <class Operation, class T, std::size_t N, class Tag, class Slope>
 
 template <class Operation, class T, std::size_t N, class Tag>
 [[nodiscard]] constexpr Dual<T, N, Tag> dual_unary(const Dual<T, N, Tag>& x) {
-  const T value = Operation::value(x.value());
+  const T value = value_at<Operation>(Operation::value(x.value()), x.value());
+  if (is_at_kink<Operation>(x.value())) [[unlikely]]
+    note_kink(varies(x));
   if constexpr (requires { typename Operation::Slope; }) {
     return dual_of<Operation>(x, value, Operation::partial(Base<T>(0), Base<T>(0)));
   } else {
-    return dual_of<Operation>(x, value, Operation::partial(x.value(), value));
+    return dual_of<Operation>(x, value, slope_at<Operation>(Operation::partial(x.value(), value), x.value()));
   }
 }
 
@@ -165,17 +197,21 @@ template <class Operation, class D, class X, class Y>
   };
   const T a = value_in(x);
   const T b = value_in(y);
-  const T value = Operation::value(a, b);
+  const T value = value_at<Operation>(Operation::value(a, b), a, b);
+  if (is_at_kink<Operation>(a, b)) [[unlikely]]
+    note_kink(varies(x) || varies(y));
   std::array<T, n> tangents{};
   if constexpr (x_varies && SlopeXIsNumber<Operation, Y>) {
     add_tangents<Operation>(tangents, x.tangents(), Operation::partial_x(zero, number_in(y), zero));
   } else if constexpr (x_varies) {
-    add_tangents<Operation>(tangents, x.tangents(), Operation::partial_x(a, b, value));
+    add_tangents<Operation>(tangents, x.tangents(),
+                            slope_at<Operation>(Operation::partial_x(a, b, value), a, b));
   }
   if constexpr (y_varies && SlopeYIsNumber<Operation, X>) {
     add_tangents<Operation>(tangents, y.tangents(), Operation::partial_y(number_in(x), zero, zero));
   } else if constexpr (y_varies) {
-    add_tangents<Operation>(tangents, y.tangents(), Operation::partial_y(a, b, value));
+    add_tangents<Operation>(tangents, y.tangents(),
+                            slope_at<Operation>(Operation::partial_y(a, b, value), a, b));
   }
   return {value, tangents};
 }

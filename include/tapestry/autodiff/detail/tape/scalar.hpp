@@ -2,6 +2,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <type_traits>
 
 namespace tapestry {
@@ -69,11 +70,25 @@ template <std::floating_point T>
   const T product = factor * partial;
   return either(factor == T(0), partial == T(0)) ? T(0) : product;
 }
+
+/// Whether a number of 0 that has the tangent NaN, as the slope at a kink, meets one that changes.
+template <std::floating_point T>
+[[nodiscard]] constexpr bool meets_kink(T number, T tangent, T other_tangent) {
+  return number == 0 && tangent != tangent && other_tangent != 0;
+}
+
 template <DualNumber T>
 [[nodiscard]] constexpr T chain(const T& factor, const T& partial) {
   auto tangents = factor.tangents();
   for (std::size_t k = 0; k < T::direction_count; ++k)
     tangents[k] = chain(factor.tangent(k), partial.value()) + chain(factor.value(), partial.tangent(k));
+  using V = typename T::value_type;
+  if constexpr (std::floating_point<V>)
+    if (either(factor.value() == 0, partial.value() == 0)) [[unlikely]]
+      for (std::size_t k = 0; k < T::direction_count; ++k)
+        if (either(meets_kink(factor.value(), factor.tangent(k), partial.tangent(k)),
+                   meets_kink(partial.value(), partial.tangent(k), factor.tangent(k))))
+          tangents[k] = std::numeric_limits<V>::quiet_NaN();
   return {chain(factor.value(), partial.value()), tangents};
 }
 
@@ -97,6 +112,75 @@ template <class Operation>
 concept SkipsZero = requires {
   Operation::skips_zero;
 };
+
+/// Whether an operation is at a kink or has an infinite slope, given its operands' values: it declares
+/// is_kink() of them.
+template <class Operation, class... Values>
+[[nodiscard]] constexpr bool is_at_kink(const Values&... values) {
+  if constexpr (requires { Operation::is_kink(values...); }) {
+    return Operation::is_kink(values...);
+  } else {
+    return false;
+  }
+}
+
+/// Operations whose slope at a kink is 0, a subgradient that belongs to no side. They declare
+/// `is_subgradient`.
+template <class Operation>
+concept HasSubgradient = requires {
+  Operation::is_subgradient;
+};
+
+/// NaN, and so all that it carries.
+template <class T>
+[[nodiscard]] constexpr T unknown() {
+  if constexpr (std::floating_point<T>) {
+    return std::numeric_limits<T>::quiet_NaN();
+  } else {
+    auto tangents = T().tangents();
+    for (auto& tangent : tangents) tangent = unknown<typename T::value_type>();
+    return {unknown<typename T::value_type>(), tangents};
+  }
+}
+/// The number beneath x, and NaN for its derivatives.
+template <class T>
+[[nodiscard]] constexpr T with_unknown_slopes(const T& x) {
+  if constexpr (std::floating_point<T>) {
+    return x;
+  } else {
+    return {with_unknown_slopes(x.value()), unknown<T>().tangents()};
+  }
+}
+/// The number beneath f, and NaN for its derivatives in directions in which x changes.
+template <class T>
+[[nodiscard]] constexpr T unknown_along(const T& f, const T& x) {
+  if constexpr (std::floating_point<T>) {
+    return f;
+  } else {
+    auto tangents = f.tangents();
+    for (std::size_t k = 0; k < T::direction_count; ++k)
+      if (!is_zero(x.tangent(k))) tangents[k] = unknown<typename T::value_type>();
+    return {unknown_along(f.value(), x.value()), tangents};
+  }
+}
+
+/// The value of an operation, f, and its slope, as numbers whose own derivatives are asked for: at a kink
+/// with a subgradient these are not known, where 0 would pass for one. A zero does not hide them, see
+/// chain().
+template <class Operation, class T, class... Values>
+[[nodiscard]] constexpr T value_at(T f, const Values&... values) {
+  if constexpr (DualNumber<T> && HasSubgradient<Operation>)
+    if (is_at_kink<Operation>(values...)) [[unlikely]]
+      ((f = unknown_along(f, values)), ...);
+  return f;
+}
+template <class Operation, class T, class... Values>
+[[nodiscard]] constexpr T slope_at(const T& slope, const Values&... values) {
+  if constexpr (DualNumber<T> && HasSubgradient<Operation>)
+    if (is_at_kink<Operation>(values...)) [[unlikely]]
+      return with_unknown_slopes(slope);
+  return slope;
+}
 
 }  // namespace detail
 }  // namespace tapestry
