@@ -171,19 +171,19 @@ struct Case {
   std::array<double, 3> expected;  // f_xx, f_xy, f_yy
 };
 const std::array<double, 3> identity = {1, 0, 1}, twice_x = {2, 0, 0};
-const std::vector<Case> smooth_cases = {{0, {0, 0}, identity},      {1, {0, 0}, identity},
-                                        {2, {0, 0}, identity},      {3, {0, 0}, {-1, 0, 0}},
-                                        {4, {0, 0}, twice_x},       {5, {0, 0}, twice_x},
-                                        {6, {0, 0}, twice_x},       {7, {0, 0}, {-1, 0, 0}},
-                                        {8, {0, 0}, {1, 0, 0}},     {9, {0, 0}, {-2, 0, -2}},
-                                        {10, {0, 0}, twice_x},      {11, {0, 0}, twice_x},
-                                        {12, {0, 0}, twice_x},      {13, {0, 0}, twice_x},
-                                        {14, {0, 0}, twice_x},      {15, {0, 0}, identity},
-                                        {16, {0, 0}, {2, 0, 2}},    {17, {3, 3}, {4, -4, 4}},
-                                        {20, {0, 0}, {0, 0, 0}},    {21, {0, 0}, twice_x},
-                                        {22, {0, 0}, {0, 0, 0}},    {23, {1, 1}, {0.25, -0.25, 0.25}},
-                                        {24, {2, 1}, {0, 1, 0}},    {25, {0, 3}, {0, 0, 2}},
-                                        {26, {1, 3}, {0, 0, 2}},    {27, {0, 0}, twice_x},
+const std::vector<Case> smooth_cases = {{0, {0, 0}, identity},   {1, {0, 0}, identity},
+                                        {2, {0, 0}, identity},   {3, {0, 0}, {-1, 0, 0}},
+                                        {4, {0, 0}, twice_x},    {5, {0, 0}, twice_x},
+                                        {6, {0, 0}, twice_x},    {7, {0, 0}, {-1, 0, 0}},
+                                        {8, {0, 0}, {1, 0, 0}},  {9, {0, 0}, {-2, 0, -2}},
+                                        {10, {0, 0}, twice_x},   {11, {0, 0}, twice_x},
+                                        {12, {0, 0}, twice_x},   {13, {0, 0}, twice_x},
+                                        {14, {0, 0}, twice_x},   {15, {0, 0}, identity},
+                                        {16, {0, 0}, {2, 0, 2}}, {17, {3, 3}, {4, -4, 4}},
+                                        {20, {0, 0}, {0, 0, 0}}, {21, {0, 0}, twice_x},
+                                        {22, {0, 0}, {0, 0, 0}}, {23, {1, 1}, {0.25, -0.25, 0.25}},
+                                        {24, {2, 1}, {0, 1, 0}}, {25, {0, 3}, {0, 0, 2}},
+                                        {26, {1, 3}, {0, 0, 2}}, {27, {0, 0}, twice_x},
                                         {28, {0, 0}, {2, 0, 0}}, {29, {1, 2}, {2, 0, 2}}};
 const std::vector<Case> kinked_cases = {
     {40, {0, 3}, {none, 0, 2}},      {41, {0, 3}, {none, none, 0}},    {41, {0, 0}, {0, none, 0}},
@@ -322,6 +322,17 @@ TEST_CASE("second derivatives by hand at a subgradient are right or NaN", "[auto
         }
     }
   CHECK(known > 60);
+  using Third = Dual<Dual<Dual<double>>>;
+  const Third x = Third::input(Dual<Dual<double>>::input(Dual<double>::input(0.0)));
+  for (const Third& f : {Third(abs(x) * abs(x)), Third(pow(abs(x), 2)), Third(cos(abs(x)))})
+    CHECK(std::isnan(f.tangent().tangent().value()));
+  Tape<Dual<Dual<double>>> tape;
+  const auto scope = tape.activate();
+  const auto input = tape.input(x.value());
+  tape.reverse(Variable<Dual<Dual<double>>>(square(abs(input))));
+  CHECK(input.adjoint().value().value() == 0);
+  CHECK(std::isnan(input.adjoint().tangent().value()));
+  CHECK(std::isnan(input.adjoint().value().tangent()));
   CHECK(on_tape({40, {0, 3}, {}})[1] == 0);  // |x| leaves y² alone
   CHECK(on_tape({40, {0, 3}, {}})[2] == 2);
   CHECK(on_tape({47, {0, 3}, {}})[0] == 2);  // a tie has the side that is taken

@@ -98,13 +98,6 @@ template <ScalarRange R>
   return with_partials(value, std::span<const typename R::value_type>(x.data(), x.size()), partials);
 }
 
-template <ScalarRange R>
-[[nodiscard]] bool any_varies(const R& x) {
-  for (const auto& entry : x)
-    if (varies(entry) || varies(entry_value(entry))) return true;
-  return false;
-}
-
 /// The largest value beneath the range, a NaN if there is one, −∞ of none.
 template <ScalarRange R>
 [[nodiscard]] auto largest_of(const R& x) {
@@ -224,16 +217,13 @@ template <ScalarRange R>
       return detail::of_range(length, x, direction);
     }
     using detail::abs;
-    if constexpr (DualNumber<S> || DualNumber<T>)
-      if (largest == 0 && x.size() > 0) detail::note_kink(detail::any_varies(x));
     T value(0);
-    std::vector<T> partials(x.size(), largest == 0 ? detail::with_unknown_slopes(T(0)) : T(0));
+    std::vector<T> partials(x.size(), T(0));
     for (std::size_t i = 0; i < x.size(); ++i) {
       const T entry = detail::entry_value(x[i]);
-      if (largest == 0) value = detail::unknown_along(value, entry);
-      if (largest == 0 || !std::isinf(detail::value_of<B>(entry))) continue;
-      partials[i] = T(sign(detail::value_of<B>(entry)));
-      value += abs(entry);
+      if (largest != 0 && !std::isinf(detail::value_of<B>(entry))) continue;
+      partials[i] = detail::slope_at<detail::Abs>(T(sign(detail::value_of<B>(entry))), entry);
+      value += detail::value_at<detail::Abs>(T(abs(entry)), entry);
     }
     return detail::of_range(value, x, partials);
   } else {

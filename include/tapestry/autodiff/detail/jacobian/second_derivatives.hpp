@@ -43,7 +43,7 @@ struct Curvature {
 
 /// Smallest and largest of the numbers at one distance.
 template <class T>
-struct Range {
+struct Spread {
   T low = std::numeric_limits<T>::infinity(), high = -low, sum = 0;
   void add(T x) {
     low = x < low || std::isnan(x) ? x : low;
@@ -63,10 +63,10 @@ template <class T>
 class Surroundings {
  public:
   Surroundings(std::span<const T> x, const Curvature<T>& here)
-      : x_(x), here_(here), gradient_{Ranges(x.size()), Ranges(x.size())} {
-    for (Ranges& all : second_) all.resize(here.second.size());
+      : x_(x), here_(here), gradient_{Spreads(x.size()), Spreads(x.size())} {
+    for (Spreads& all : second_) all.resize(here.second.size());
     for (const T entry : x) largest_x_ = std::max(largest_x_, std::abs(entry));
-    for (Ranges& all : gradient_)
+    for (Spreads& all : gradient_)
       for (std::size_t i = 0; i < x.size(); ++i) all[i].add(here.gradient[i]);
   }
 
@@ -104,11 +104,11 @@ class Surroundings {
   }
 
  private:
-  using Ranges = std::vector<Range<T>>;
+  using Spreads = std::vector<Spread<T>>;
   static constexpr T epsilon = std::numeric_limits<T>::epsilon();
   static constexpr T near_step = 16 * epsilon, far_step = 256 * near_step;
 
-  [[nodiscard]] static bool is_smooth(const Range<T>& nearby, const Range<T>& far_off, T rounding) {
+  [[nodiscard]] static bool is_smooth(const Spread<T>& nearby, const Spread<T>& far_off, T rounding) {
     return nearby.width() <= far_off.width() / 4 + rounding;
   }
 
@@ -135,7 +135,7 @@ class Surroundings {
 
   [[nodiscard]] T limit(std::size_t e, bool jumps, T largest) const {
     const T here = here_.second[e];
-    const Range<T>&around = second_[0][e], &far_off = second_[1][e];
+    const Spread<T>&around = second_[0][e], &far_off = second_[1][e];
     if (std::isinf(here) && count_ > 0 && far_off.size() < std::abs(around.low) / 2 &&
         std::signbit(here) == std::signbit(around.low) && std::signbit(here) == std::signbit(around.high))
       return here;
@@ -149,7 +149,7 @@ class Surroundings {
 
   std::span<const T> x_;
   const Curvature<T>& here_;
-  Ranges gradient_[2], second_[2];  // near, far
+  Spreads gradient_[2], second_[2];  // near, far
   T largest_x_ = 0;
   std::size_t count_ = 0;    // near points in the domain
   bool is_at_kink_ = false;  // at a near point, too

@@ -71,10 +71,22 @@ template <std::floating_point T>
   return either(factor == T(0), partial == T(0)) ? T(0) : product;
 }
 
+/// NaN, and so all that it carries.
+template <class T>
+[[nodiscard]] constexpr T unknown() {
+  if constexpr (std::floating_point<T>) {
+    return std::numeric_limits<T>::quiet_NaN();
+  } else {
+    auto tangents = T().tangents();
+    for (auto& tangent : tangents) tangent = unknown<typename T::value_type>();
+    return {unknown<typename T::value_type>(), tangents};
+  }
+}
+
 /// Whether a number of 0 that has the tangent NaN, as the slope at a kink, meets one that changes.
-template <std::floating_point T>
-[[nodiscard]] constexpr bool meets_kink(T number, T tangent, T other_tangent) {
-  return number == 0 && tangent != tangent && other_tangent != 0;
+template <class T>
+[[nodiscard]] constexpr bool meets_kink(const T& number, const T& tangent, const T& other_tangent) {
+  return number == 0 && tangent != tangent && !is_zero(other_tangent);
 }
 
 template <DualNumber T>
@@ -82,13 +94,11 @@ template <DualNumber T>
   auto tangents = factor.tangents();
   for (std::size_t k = 0; k < T::direction_count; ++k)
     tangents[k] = chain(factor.tangent(k), partial.value()) + chain(factor.value(), partial.tangent(k));
-  using V = typename T::value_type;
-  if constexpr (std::floating_point<V>)
-    if (either(factor.value() == 0, partial.value() == 0)) [[unlikely]]
-      for (std::size_t k = 0; k < T::direction_count; ++k)
-        if (either(meets_kink(factor.value(), factor.tangent(k), partial.tangent(k)),
-                   meets_kink(partial.value(), partial.tangent(k), factor.tangent(k))))
-          tangents[k] = std::numeric_limits<V>::quiet_NaN();
+  if (either(factor.value() == 0, partial.value() == 0)) [[unlikely]]
+    for (std::size_t k = 0; k < T::direction_count; ++k)
+      if (either(meets_kink(factor.value(), factor.tangent(k), partial.tangent(k)),
+                 meets_kink(partial.value(), partial.tangent(k), factor.tangent(k))))
+        tangents[k] = unknown<typename T::value_type>();
   return {chain(factor.value(), partial.value()), tangents};
 }
 
@@ -131,26 +141,6 @@ concept HasSubgradient = requires {
   Operation::is_subgradient;
 };
 
-/// NaN, and so all that it carries.
-template <class T>
-[[nodiscard]] constexpr T unknown() {
-  if constexpr (std::floating_point<T>) {
-    return std::numeric_limits<T>::quiet_NaN();
-  } else {
-    auto tangents = T().tangents();
-    for (auto& tangent : tangents) tangent = unknown<typename T::value_type>();
-    return {unknown<typename T::value_type>(), tangents};
-  }
-}
-/// The number beneath x, and NaN for its derivatives.
-template <class T>
-[[nodiscard]] constexpr T with_unknown_slopes(const T& x) {
-  if constexpr (std::floating_point<T>) {
-    return x;
-  } else {
-    return {with_unknown_slopes(x.value()), unknown<T>().tangents()};
-  }
-}
 /// The number beneath f, and NaN for its derivatives in directions in which x changes.
 template <class T>
 [[nodiscard]] constexpr T unknown_along(const T& f, const T& x) {
@@ -178,7 +168,7 @@ template <class Operation, class T, class... Values>
 [[nodiscard]] constexpr T slope_at(const T& slope, const Values&... values) {
   if constexpr (DualNumber<T> && HasSubgradient<Operation>)
     if (is_at_kink<Operation>(values...)) [[unlikely]]
-      return with_unknown_slopes(slope);
+      return unknown_along(slope, unknown<T>());
   return slope;
 }
 
