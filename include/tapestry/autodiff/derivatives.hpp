@@ -76,11 +76,8 @@ template <class Function, Scalar T>
     const Dual<T, 1, Function> y = f(Dual<T, 1, Function>::input(at));
     return ValueAndDerivative<T>{y.value(), y.tangent()};
   };
-  if constexpr (detail::carries_numbers<T>) {
-    return detail::known_derivative(x, found_at);
-  } else {
-    return found_at(x);
-  }
+  if constexpr (detail::carries_numbers<T>) return detail::known_derivative(x, found_at);
+  return found_at(x);
 }
 
 /// Refuses a Variable. The tape gives its derivative.

@@ -220,14 +220,15 @@ template <DualNumber D, std::size_t N>
       result[i] += dual_of<Square>(D(0, legs[j].tangents()), T(0), -curvature(unit[i], unit[j]));
     }
     result[i] += dual_of<Square>(D(0, legs[i].tangents()), T(0), by_own);
+    result[i] = slope_at_kink(length == 0, result[i]);
   }
   return result;
 }
 struct Hypot {
   static constexpr bool skips_zero = true;
-  static constexpr bool is_subgradient = true;
-  static bool is_kink(auto x, auto y) { return x == 0 && y == 0; }
-  static auto value(auto x, auto y) { return hypot(x, y); }
+  static auto value(auto x, auto y) {
+    return value_at_kink(x == 0 && y == 0, decltype(x)(hypot(x, y)), x, y);
+  }
   static auto partial_x(auto x, auto y, auto length) { return direction(std::array{x, y}, length)[0]; }
   static auto partial_y(auto x, auto y, auto length) { return direction(std::array{x, y}, length)[1]; }
 };

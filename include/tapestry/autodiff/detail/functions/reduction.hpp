@@ -222,8 +222,8 @@ template <ScalarRange R>
     for (std::size_t i = 0; i < x.size(); ++i) {
       const T entry = detail::entry_value(x[i]);
       if (largest != 0 && !std::isinf(detail::value_of<B>(entry))) continue;
-      partials[i] = detail::slope_at<detail::Abs>(T(sign(detail::value_of<B>(entry))), entry);
-      value += detail::value_at<detail::Abs>(T(abs(entry)), entry);
+      partials[i] = detail::slope_at_kink(largest == 0, T(sign(detail::value_of<B>(entry))));
+      value += detail::value_at_kink(largest == 0, T(abs(entry)), entry);
     }
     return detail::of_range(value, x, partials);
   } else {

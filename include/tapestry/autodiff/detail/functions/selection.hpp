@@ -9,10 +9,8 @@ namespace detail {
 struct Abs {
   static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
-  static constexpr bool is_subgradient = true;
-  static bool is_kink(auto x) { return x == 0; }
-  static auto value(auto x) { return abs(x); }
-  static auto partial(auto x, auto) { return decltype(x)(sign(x)); }
+  static auto value(auto x) { return value_at_kink(x == 0, decltype(x)(abs(x)), x); }
+  static auto partial(auto x, auto) { return slope_at_kink(x == 0, decltype(x)(sign(x))); }
 };
 /// x or y, and its derivative, chosen by Choice::takes_x(x, y).
 template <class Choice>

@@ -42,15 +42,13 @@ struct Lerp {
 };
 struct Hypot3 {
   static constexpr bool skips_zero = true;
-  static constexpr bool is_subgradient = true;
-  static bool is_kink(auto x, auto y, auto z) { return x == 0 && y == 0 && z == 0; }
   template <std::floating_point T>
   static T value(T x, T y, T z) {
     return std::hypot(x, y, z);
   }
   template <DualNumber T>
   static T value(const T& x, const T& y, const T& z) {
-    return hypot(x, y, z);
+    return value_at_kink(x == 0 && y == 0 && z == 0, T(hypot(x, y, z)), x, y, z);
   }
   template <class T>
   static std::array<T, 3> partials(const T& x, const T& y, const T& z, const T& length) {
@@ -76,11 +74,9 @@ class Ternary {
       !SkipsZero<Operation> && pushes_all<X>() && pushes_all<Y>() && pushes_all<Z>();
 
   Ternary(const X& x, const Y& y, const Z& z)
-      : x_(x),
-        y_(y),
-        z_(z),
-        value_(value_at<Operation>(Operation::value(x.value(), y.value(), z.value()), x.value(), y.value(),
-                                   z.value())) {}
+      : x_(x), y_(y), z_(z), value_(Operation::value(x.value(), y.value(), z.value())) {
+    note_kink_of<Operation>(x.value(), y.value(), z.value());
+  }
   [[nodiscard]] T value() const { return value_; }
   [[nodiscard]] bool is_active() const { return x_.is_active() || y_.is_active() || z_.is_active(); }
   [[nodiscard]] std::uint64_t difference(Link link) const {
@@ -88,8 +84,7 @@ class Ternary {
   }
   template <class Factor, class Sink>
   [[gnu::always_inline]] void push(Factor factor, Sink& sink) const {
-    std::array<T, 3> partials = Operation::partials(x_.value(), y_.value(), z_.value(), value_);
-    for (T& partial : partials) partial = slope_at<Operation>(partial, x_.value(), y_.value(), z_.value());
+    const std::array<T, 3> partials = Operation::partials(x_.value(), y_.value(), z_.value(), value_);
     if constexpr (X::operand_bound != 0) push_partial<Operation>(x_, factor, partials[0], sink);
     if constexpr (Y::operand_bound != 0) push_partial<Operation>(y_, factor, partials[1], sink);
     if constexpr (Z::operand_bound != 0) push_partial<Operation>(z_, factor, partials[2], sink);
@@ -114,12 +109,9 @@ template <class Operation, class T, class X, class Y, class Z>
 template <class Operation, class D>
 [[nodiscard]] D dual_ternary(const D& x, const D& y, const D& z) {
   using T = typename D::value_type;
-  const T value =
-      value_at<Operation>(Operation::value(x.value(), y.value(), z.value()), x.value(), y.value(), z.value());
-  if (is_at_kink<Operation>(x.value(), y.value(), z.value())) [[unlikely]]
-    note_kink(varies(x) || varies(y) || varies(z));
-  std::array<T, 3> partials = Operation::partials(x.value(), y.value(), z.value(), value);
-  for (T& partial : partials) partial = slope_at<Operation>(partial, x.value(), y.value(), z.value());
+  const T value = Operation::value(x.value(), y.value(), z.value());
+  note_kink_of<Operation>(x.value(), y.value(), z.value());
+  const std::array<T, 3> partials = Operation::partials(x.value(), y.value(), z.value(), value);
   auto tangents = D(0).tangents();
   add_tangents<Operation>(tangents, x.tangents(), partials[0]);
   add_tangents<Operation>(tangents, y.tangents(), partials[1]);

@@ -75,11 +75,15 @@ struct LegBySquaredRadius {
 };
 struct Atan2 {
   static constexpr bool skips_zero = true;
-  static constexpr bool is_subgradient = true;
-  static bool is_kink(auto y, auto x) { return y == 0 && x == 0; }
-  static auto value(auto y, auto x) { return atan2(y, x); }
-  static auto partial_x(auto y, auto x, auto) { return LegBySquaredRadius::value(x, y); }
-  static auto partial_y(auto y, auto x, auto) { return -LegBySquaredRadius::value(y, x); }
+  static auto value(auto y, auto x) {
+    return value_at_kink(y == 0 && x == 0, decltype(x)(atan2(y, x)), y, x);
+  }
+  static auto partial_x(auto y, auto x, auto) {
+    return slope_at_kink(y == 0 && x == 0, LegBySquaredRadius::value(x, y));
+  }
+  static auto partial_y(auto y, auto x, auto) {
+    return slope_at_kink(y == 0 && x == 0, decltype(x)(-LegBySquaredRadius::value(y, x)));
+  }
 };
 }  // namespace detail
 

@@ -107,14 +107,51 @@ struct Kinks {
   if (is_varying) ++kinks().varying;
 }
 
-/// Whether a number has a tangent that is not 0.
-template <class X>
+template <DualNumber X>
 [[nodiscard]] constexpr bool varies(const X& x) {
-  if constexpr (DualNumber<X>) {
-    return !X(typename X::value_type(0), x.tangents()).is_zero();
+  return !X(typename X::value_type(0), x.tangents()).is_zero();
+}
+
+/// Notes if an operation on duals takes a side at a kink or has an infinite slope, given its operands: it
+/// declares is_kink() of them.
+template <class Operation, class... X>
+constexpr void note_kink_of(const X&... x) {
+  if constexpr ((DualNumber<X> && ...) && requires { Operation::is_kink(x...); })
+    if (Operation::is_kink(x...)) [[unlikely]]
+      note_kink((varies(x) || ...));
+}
+
+/// The number beneath f, and NaN for its derivatives in directions in which an operand changes.
+template <class T, class... X>
+[[nodiscard, gnu::noinline, gnu::cold]] constexpr T unknown_along(const T& f, const X&... operands) {
+  if constexpr (std::floating_point<T>) {
+    return f;
   } else {
-    return false;
+    auto tangents = f.tangents();
+    for (std::size_t k = 0; k < T::direction_count; ++k)
+      if (!(is_zero(operands.tangent(k)) && ...)) tangents[k] = unknown<typename T::value_type>();
+    return {unknown_along(f.value(), operands.value()...), tangents};
   }
+}
+
+/// Value and slope of an operation at a kink where its slope is 0, a subgradient: of duals, whose derivatives
+/// of that slope are not known, where 0 would pass for one. A zero does not hide them, see chain().
+template <class T, class... X>
+[[nodiscard]] constexpr T value_at_kink([[maybe_unused]] bool is_kink, const T& f,
+                                        [[maybe_unused]] const X&... operands) {
+  if constexpr (DualNumber<T>)
+    if (is_kink) [[unlikely]] {
+      note_kink((varies(operands) || ...));
+      return unknown_along(f, operands...);
+    }
+  return f;
+}
+template <class T>
+[[nodiscard]] constexpr T slope_at_kink([[maybe_unused]] bool is_kink, const T& slope) {
+  if constexpr (DualNumber<T>)
+    if (is_kink) [[unlikely]]
+      return unknown_along(slope, unknown<T>());
+  return slope;
 }
 
 /// tangent · partial. A partial that is a plain number has no zeros beside it, which would make NaN of ∞.
@@ -163,13 +200,12 @@ template <class Operation, class T, std::size_t N, class Tag, class Slope>
 
 template <class Operation, class T, std::size_t N, class Tag>
 [[nodiscard]] constexpr Dual<T, N, Tag> dual_unary(const Dual<T, N, Tag>& x) {
-  const T value = value_at<Operation>(Operation::value(x.value()), x.value());
-  if (is_at_kink<Operation>(x.value())) [[unlikely]]
-    note_kink(varies(x));
+  const T value = Operation::value(x.value());
+  note_kink_of<Operation>(x.value());
   if constexpr (requires { typename Operation::Slope; }) {
     return dual_of<Operation>(x, value, Operation::partial(Base<T>(0), Base<T>(0)));
   } else {
-    return dual_of<Operation>(x, value, slope_at<Operation>(Operation::partial(x.value(), value), x.value()));
+    return dual_of<Operation>(x, value, Operation::partial(x.value(), value));
   }
 }
 
@@ -197,21 +233,18 @@ template <class Operation, class D, class X, class Y>
   };
   const T a = value_in(x);
   const T b = value_in(y);
-  const T value = value_at<Operation>(Operation::value(a, b), a, b);
-  if (is_at_kink<Operation>(a, b)) [[unlikely]]
-    note_kink(varies(x) || varies(y));
+  const T value = Operation::value(a, b);
+  note_kink_of<Operation>(a, b);
   std::array<T, n> tangents{};
   if constexpr (x_varies && SlopeXIsNumber<Operation, Y>) {
     add_tangents<Operation>(tangents, x.tangents(), Operation::partial_x(zero, number_in(y), zero));
   } else if constexpr (x_varies) {
-    add_tangents<Operation>(tangents, x.tangents(),
-                            slope_at<Operation>(Operation::partial_x(a, b, value), a, b));
+    add_tangents<Operation>(tangents, x.tangents(), Operation::partial_x(a, b, value));
   }
   if constexpr (y_varies && SlopeYIsNumber<Operation, X>) {
     add_tangents<Operation>(tangents, y.tangents(), Operation::partial_y(number_in(x), zero, zero));
   } else if constexpr (y_varies) {
-    add_tangents<Operation>(tangents, y.tangents(),
-                            slope_at<Operation>(Operation::partial_y(a, b, value), a, b));
+    add_tangents<Operation>(tangents, y.tangents(), Operation::partial_y(a, b, value));
   }
   return {value, tangents};
 }

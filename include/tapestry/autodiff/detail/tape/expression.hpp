@@ -91,15 +91,16 @@ class Unary {
   static constexpr OperandCounts operand_counts = counts_of_expression<X, Chained<Factor, Slope>>();
   static constexpr bool always_pushes_all = !SkipsZero<Operation> && pushes_all<X>();
 
-  explicit Unary(const X& x) : x_(x), value_(value_at<Operation>(Operation::value(x.value()), x.value())) {}
+  explicit Unary(const X& x) : x_(x), value_(Operation::value(x.value())) {
+    note_kink_of<Operation>(x.value());
+  }
   [[nodiscard]] T value() const { return value_; }
   [[nodiscard]] bool is_active() const { return x_.is_active(); }
   [[nodiscard]] std::uint64_t difference(Link link) const { return detail::difference(x_, link); }
   template <class Factor, class Sink>
   [[gnu::always_inline]] void push(Factor factor, Sink& sink) const {
     if constexpr (std::is_same_v<Slope, T>) {
-      push_partial<Operation>(x_, factor,
-                              slope_at<Operation>(Operation::partial(x_.value(), value_), x_.value()), sink);
+      push_partial<Operation>(x_, factor, Operation::partial(x_.value(), value_), sink);
     } else {
       push_partial<Operation>(x_, factor, Slope{}, sink);
     }
@@ -125,10 +126,9 @@ class Binary {
       counts_of_expression<X, Chained<Factor, SlopeX>>() + counts_of_expression<Y, Chained<Factor, SlopeY>>();
   static constexpr bool always_pushes_all = !SkipsZero<Operation> && pushes_all<X>() && pushes_all<Y>();
 
-  Binary(const X& x, const Y& y)
-      : x_(x),
-        y_(y),
-        value_(value_at<Operation>(Operation::value(x.value(), y.value()), x.value(), y.value())) {}
+  Binary(const X& x, const Y& y) : x_(x), y_(y), value_(Operation::value(x.value(), y.value())) {
+    note_kink_of<Operation>(x.value(), y.value());
+  }
   [[nodiscard]] T value() const { return value_; }
   [[nodiscard]] bool is_active() const { return x_.is_active() || y_.is_active(); }
   [[nodiscard]] std::uint64_t difference(Link link) const {
@@ -143,16 +143,14 @@ class Binary {
  private:
   [[nodiscard]] SlopeX slope_x() const {
     if constexpr (std::is_same_v<SlopeX, T>) {
-      return slope_at<Operation>(Operation::partial_x(x_.value(), y_.value(), value_), x_.value(),
-                                 y_.value());
+      return Operation::partial_x(x_.value(), y_.value(), value_);
     } else {
       return {};
     }
   }
   [[nodiscard]] SlopeY slope_y() const {
     if constexpr (std::is_same_v<SlopeY, T>) {
-      return slope_at<Operation>(Operation::partial_y(x_.value(), y_.value(), value_), x_.value(),
-                                 y_.value());
+      return Operation::partial_y(x_.value(), y_.value(), value_);
     } else {
       return {};
     }

@@ -83,23 +83,47 @@ template <class T>
   }
 }
 
-/// Whether a number of 0 that has the tangent NaN, as the slope at a kink, meets one that changes.
-template <class T>
-[[nodiscard]] constexpr bool meets_kink(const T& number, const T& tangent, const T& other_tangent) {
-  return number == 0 && tangent != tangent && !is_zero(other_tangent);
+template <DualNumber T>
+[[nodiscard]] constexpr T chain(const T& factor, const T& partial);
+
+/// The same of duals, where something may be 0 or NaN. A number of 0 that has the tangent NaN, as the slope
+/// at a kink, is no zero: where it meets one that changes, the tangent of the product is NaN.
+template <DualNumber T>
+[[nodiscard, gnu::noinline]] constexpr T chain_with_care(const T& factor, const T& partial) {
+  const auto meets_kink = [](const T& x, const T& y, std::size_t k) {
+    return x.value() == 0 && x.tangent(k) != x.tangent(k) && !is_zero(y.tangent(k));
+  };
+  auto tangents = factor.tangents();
+  for (std::size_t k = 0; k < T::direction_count; ++k) {
+    tangents[k] = chain(factor.tangent(k), partial.value()) + chain(factor.value(), partial.tangent(k));
+    if (meets_kink(factor, partial, k) || meets_kink(partial, factor, k))
+      tangents[k] = unknown<typename T::value_type>();
+  }
+  return {chain(factor.value(), partial.value()), tangents};
+}
+
+/// tangent · number, which is nothing where the compiler knows the tangent to be 0, as of constants.
+template <std::floating_point T>
+[[nodiscard, gnu::always_inline]] constexpr T product_of(T tangent, T number) {
+  return __builtin_constant_p(tangent == 0) && tangent == 0 ? T(0) : tangent * number;
 }
 
 template <DualNumber T>
 [[nodiscard]] constexpr T chain(const T& factor, const T& partial) {
-  auto tangents = factor.tangents();
-  for (std::size_t k = 0; k < T::direction_count; ++k)
-    tangents[k] = chain(factor.tangent(k), partial.value()) + chain(factor.value(), partial.tangent(k));
-  if (either(factor.value() == 0, partial.value() == 0)) [[unlikely]]
-    for (std::size_t k = 0; k < T::direction_count; ++k)
-      if (either(meets_kink(factor.value(), factor.tangent(k), partial.tangent(k)),
-                 meets_kink(partial.value(), partial.tangent(k), factor.tangent(k))))
-        tangents[k] = unknown<typename T::value_type>();
-  return {chain(factor.value(), partial.value()), tangents};
+  using V = typename T::value_type;
+  if constexpr (std::floating_point<V>) {
+    const V value = factor.value() * partial.value();
+    V total = 0;
+    auto tangents = factor.tangents();
+    for (std::size_t k = 0; k < T::direction_count; ++k) {
+      tangents[k] = product_of(factor.tangent(k), partial.value()) +
+                    product_of(partial.tangent(k), factor.value()) + V(0);  // no −0
+      total += tangents[k];
+    }
+    if ((value < 0 || value > 0) && total == total) [[likely]]
+      return {value, tangents};
+  }
+  return chain_with_care(factor, partial);
 }
 
 /// Whether chain() of two numbers hid one that is not finite.
@@ -122,55 +146,6 @@ template <class Operation>
 concept SkipsZero = requires {
   Operation::skips_zero;
 };
-
-/// Whether an operation is at a kink or has an infinite slope, given its operands' values: it declares
-/// is_kink() of them.
-template <class Operation, class... Values>
-[[nodiscard]] constexpr bool is_at_kink(const Values&... values) {
-  if constexpr (requires { Operation::is_kink(values...); }) {
-    return Operation::is_kink(values...);
-  } else {
-    return false;
-  }
-}
-
-/// Operations whose slope at a kink is 0, a subgradient that belongs to no side. They declare
-/// `is_subgradient`.
-template <class Operation>
-concept HasSubgradient = requires {
-  Operation::is_subgradient;
-};
-
-/// The number beneath f, and NaN for its derivatives in directions in which x changes.
-template <class T>
-[[nodiscard]] constexpr T unknown_along(const T& f, const T& x) {
-  if constexpr (std::floating_point<T>) {
-    return f;
-  } else {
-    auto tangents = f.tangents();
-    for (std::size_t k = 0; k < T::direction_count; ++k)
-      if (!is_zero(x.tangent(k))) tangents[k] = unknown<typename T::value_type>();
-    return {unknown_along(f.value(), x.value()), tangents};
-  }
-}
-
-/// The value of an operation, f, and its slope, as numbers whose own derivatives are asked for: at a kink
-/// with a subgradient these are not known, where 0 would pass for one. A zero does not hide them, see
-/// chain().
-template <class Operation, class T, class... Values>
-[[nodiscard]] constexpr T value_at(T f, const Values&... values) {
-  if constexpr (DualNumber<T> && HasSubgradient<Operation>)
-    if (is_at_kink<Operation>(values...)) [[unlikely]]
-      ((f = unknown_along(f, values)), ...);
-  return f;
-}
-template <class Operation, class T, class... Values>
-[[nodiscard]] constexpr T slope_at(const T& slope, const Values&... values) {
-  if constexpr (DualNumber<T> && HasSubgradient<Operation>)
-    if (is_at_kink<Operation>(values...)) [[unlikely]]
-      return unknown_along(slope, unknown<T>());
-  return slope;
-}
 
 }  // namespace detail
 }  // namespace tapestry
