@@ -1,9 +1,15 @@
 #pragma once
 #include <Eigen/Core>
 #include <concepts>
+#include <tapestry/autodiff/detail/eigen/determinant.hpp>
 #include <tapestry/autodiff/detail/eigen/eigen_solvers.hpp>
 #include <tapestry/autodiff/detail/eigen/householder.hpp>
+#include <tapestry/autodiff/detail/eigen/jacobi_rotation.hpp>
+#include <tapestry/autodiff/detail/eigen/jacobi_svd.hpp>
+#include <tapestry/autodiff/detail/eigen/refused.hpp>
+#include <tapestry/autodiff/detail/eigen/sparse_view.hpp>
 #include <tapestry/autodiff/detail/eigen/stable_norm.hpp>
+#include <tapestry/autodiff/detail/eigen/triangular_solve.hpp>
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/variable.hpp>
@@ -11,10 +17,16 @@
 /// Variables and duals as scalars of Eigen: Eigen::Matrix<tapestry::Variable<double>, 3, 3> with its products
 /// and decompositions. Each of their operations is differentiated. Pivoting compares the values.
 ///
-/// LU, Cholesky and QR decompositions are right at exact zeros, too; where a matrix has no full rank, its QR
-/// decomposition has no derivative, and what it gives is none. SelfAdjointEigenSolver is one of its own, see
-/// eigen/eigen_solvers.hpp. JacobiSVD, BDCSVD, EigenSolver, RealSchur and RealQZ do not compile for
-/// variables.
+/// A number that is 0 keeps its derivatives: in LU, Cholesky and QR decompositions, dense ones of any size
+/// and SparseLU, SimplicialLLT and SimplicialLDLT, in triangular solves, determinants and sparseView(). Where
+/// a matrix has no full rank, its decomposition has no derivative, and what it gives is none.
+/// SelfAdjointEigenSolver, EigenSolver, JacobiSVD and BDCSVD are of our own, with Eigen's values, and in
+/// umeyama(), Transform::rotation(), Quaternion::FromTwoVectors() and PolynomialSolver, too; they say what
+/// derivatives are where values are equal. So vectors a half turn apart, of many axes, have no rotation with
+/// derivatives: they are infinite or NaN, or 0 along the axis that was chosen.
+///
+/// Iterative solvers, SparseQR, solves for a sparse right-hand side, RealSchur, RealQZ and ComplexSchur do
+/// not compile for variables. SparseMatrix::prune() leaves out entries of value 0 with their derivatives.
 
 namespace tapestry::detail {
 template <class S, class B>

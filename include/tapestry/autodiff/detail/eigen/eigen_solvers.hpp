@@ -1,12 +1,12 @@
 #pragma once
 #include <Eigen/Core>
-#include <cstddef>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
+#include <complex>
+#include <tapestry/autodiff/detail/eigen/changes.hpp>
 #include <tapestry/autodiff/functions.hpp>
-#include <type_traits>
 #include <vector>
 
-// Eigen's decompositions that iterate. They end an iteration where a value is 0, and drop its derivatives.
+// Solvers for eigenvalues in place of Eigen's. Those end an iteration where a value is 0, and drop its
+// derivatives.
 
 namespace tapestry::detail {
 
@@ -20,20 +20,15 @@ namespace tapestry::detail {
 template <class S>
 class SymmetricTurn {
   using T = typename S::value_type;
-  template <class Entry>
-  using Square = Eigen::Matrix<Entry, Eigen::Dynamic, Eigen::Dynamic>;
 
  public:
   /// \param a  [N, N], of which the lower triangle is read
   template <class Matrix, class Values, class Vectors>
   SymmetricTurn(const Matrix& a, const Values& values, const Vectors& vectors)
       : values_(values), vectors_(vectors), turn_(a.rows(), a.rows()) {
-    const Eigen::Index n = a.rows();
-    const Square<S> half =
-        of_columns([&](Eigen::Index i, Eigen::Index j) { return a(i < j ? j : i, i < j ? i : j); });
-    turn_ = of_columns([&](Eigen::Index i, Eigen::Index j) { return half(i, j); });
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (Eigen::Index j = 0; j < n; ++j) turn_(i, j) -= turn_(i, j).value();
+    const Changes<S> change = changes_of(a);
+    const Changes<S> whole = change.template selfadjointView<Eigen::Lower>();
+    turn_ = of_changes<S>(vectors_.transpose(), of_changes<S>(vectors_.transpose(), whole).transpose());
   }
 
   [[nodiscard]] S value(Eigen::Index k) const { return values_(k) + turn_(k, k); }
@@ -49,33 +44,64 @@ class SymmetricTurn {
   }
 
  private:
-  /// Mᵀ V₀ transposed, for the matrix of m(i, j): [k, i] is column k of V₀ by row i of M.
-  template <class Entry>
-  [[nodiscard]] Square<S> of_columns(const Entry& m) const {
-    const Eigen::Index n = values_.size();
-    Square<S> result(n, n);
-    std::vector<S> row(static_cast<std::size_t>(n));
-    std::vector<T> partials(row.size());
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (Eigen::Index k = 0; k < n; ++k) {
-        T total(0);
-        for (Eigen::Index j = 0; j < n; ++j) {
-          row[static_cast<std::size_t>(j)] = m(i, j);
-          partials[static_cast<std::size_t>(j)] = vectors_(j, k);
-          total += m(i, j).value() * vectors_(j, k);
-        }
-        result(k, i) = of_range(total, row, partials);
-      }
-    return result;
-  }
-
   Eigen::Matrix<T, Eigen::Dynamic, 1> values_;
-  Square<T> vectors_;
-  Square<S> turn_;
+  Numbers<S> vectors_;
+  Changes<S> turn_;
 };
 
-template <class>
-inline constexpr bool is_right_for_variables = false;
+/// The same of any square matrix, with complex values and vectors of length one. With Ẇ = V₀⁻¹ Ȧ V₀,
+///
+///   λ̇ₖ = Ẇₖₖ        v̇ₖ = Σ_{j ≠ k} (vⱼ − vₖ (vₖᴴ vⱼ)) Ẇⱼₖ / (λₖ − λⱼ),
+///
+/// so that vₖᴴ v̇ₖ = 0: the length stays one, and of all phases of a complex vector its own.
+template <class S>
+class GeneralTurn {
+  using T = typename S::value_type;
+  using Complex = std::complex<T>;
+
+ public:
+  /// \param a  [N, N]
+  template <class Matrix, class Solver>
+  GeneralTurn(const Matrix& a, const Solver& solver)
+      : values_(solver.eigenvalues()), vectors_(solver.eigenvectors()), turn_(2 * a.rows(), a.rows()) {
+    const Eigen::Index n = a.rows();
+    Numbers<S> pair(2 * n, 2 * n);  // V₀ as real numbers
+    pair << vectors_.real(), -vectors_.imag(), vectors_.imag(), vectors_.real();
+    Numbers<S> both(2 * n, n);
+    both << vectors_.real().transpose(), vectors_.imag().transpose();
+    const Changes<S> turned = of_changes<S>(both, changes_of(a).transpose());  // (Ȧ V₀)ᵀ
+    Changes<S> stacked(2 * n, n);
+    stacked << turned.topRows(n).transpose(), turned.bottomRows(n).transpose();
+    turn_ = of_changes<S>(pair.inverse(), stacked);
+  }
+
+  [[nodiscard]] std::complex<S> value(Eigen::Index k) const {
+    const Complex& value = values_(k);
+    return {value.real() + turn_(k, k), is_real(k) ? S(0) : S(value.imag() + turn_(values_.size() + k, k))};
+  }
+  [[nodiscard]] std::complex<S> vector_entry(Eigen::Index i, Eigen::Index k) const {
+    std::vector<S> turns;
+    std::vector<T> real, imaginary;
+    for (Eigen::Index j = 0; j < values_.size(); ++j) {
+      if (j == k) continue;
+      const Complex along = vectors_.col(k).dot(vectors_.col(j));
+      const Complex partial = (vectors_(i, j) - vectors_(i, k) * along) / (values_(k) - values_(j));
+      turns.insert(turns.end(), {turn_(j, k), turn_(values_.size() + j, k)});
+      real.insert(real.end(), {partial.real(), -partial.imag()});
+      imaginary.insert(imaginary.end(), {partial.imag(), partial.real()});
+    }
+    const Complex& entry = vectors_(i, k);
+    return {of_range(entry.real(), turns, real),
+            is_real(k) ? S(0) : S(of_range(entry.imag(), turns, imaginary))};
+  }
+
+ private:
+  [[nodiscard]] bool is_real(Eigen::Index k) const { return values_(k).imag() == T(0); }
+
+  Eigen::Matrix<Complex, Eigen::Dynamic, 1> values_;
+  Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic> vectors_;
+  Changes<S> turn_;  // Re Ẇ above Im Ẇ
+};
 }  // namespace tapestry::detail
 
 namespace Eigen {
@@ -83,10 +109,6 @@ template <class Matrix>
 class SelfAdjointEigenSolver;
 template <class Matrix>
 class EigenSolver;
-template <class Matrix>
-class RealSchur;
-template <class Matrix>
-class RealQZ;
 
 /// Eigenvalues and vectors of a symmetric matrix of variables, with the values of Eigen's own solver. Where
 /// values are equal, their derivatives are those of one choice, right for symmetric functions of all equal
@@ -102,20 +124,17 @@ class SelfAdjointEigenSolver<Matrix> {
   using RealVectorType = Eigen::Matrix<Scalar, Matrix::RowsAtCompileTime, 1>;
 
   SelfAdjointEigenSolver() = default;
+  /// Of a matrix of this size, which compute() takes.
+  explicit SelfAdjointEigenSolver(Index size) : m_eivec(size, size), m_eivalues(size) {}
   template <class Input>
   explicit SelfAdjointEigenSolver(const EigenBase<Input>& a, int options = ComputeEigenvectors) {
     compute(a, options);
   }
   template <class Input>
   SelfAdjointEigenSolver& compute(const EigenBase<Input>& input, int options = ComputeEigenvectors) {
-    using T = typename Scalar::value_type;
-    using Values = Eigen::Matrix<T, Dynamic, Dynamic>;
     const EigenvectorsType a(input.derived());
     const Index n = a.rows();
-    Values values(n, n);
-    for (Index i = 0; i < n; ++i)
-      for (Index j = 0; j < n; ++j) values(i, j) = a(i, j).value();
-    const SelfAdjointEigenSolver<Values> solver(values);
+    const SelfAdjointEigenSolver<tapestry::detail::Numbers<Scalar>> solver(tapestry::detail::numbers_of(a));
     m_info = solver.info();
     const tapestry::detail::SymmetricTurn<Scalar> turn(a, solver.eigenvalues(), solver.eigenvectors());
     m_eivalues.resize(n);
@@ -147,41 +166,50 @@ class SelfAdjointEigenSolver<Matrix> {
   ComputationInfo m_info = InvalidInput;
 };
 
-template <class Matrix, int Preconditioner>
+/// Eigenvalues and vectors of a square matrix of variables, complex, with the values of Eigen's own solver.
+/// Derivatives of a vector keep its length and its phase. Where values are equal, their derivatives are those
+/// of one choice, right for symmetric functions of all equal ones, or infinite or NaN where the matrix has
+/// fewer vectors than values; derivatives of their vectors are infinite or NaN.
+template <class Matrix>
 requires tapestry::Differentiable<typename Matrix::Scalar>
-class JacobiSVD<Matrix, Preconditioner> {
-  static_assert(tapestry::detail::is_right_for_variables<Matrix>,
-                "Eigen's SVDs drop derivatives of variables where an entry is 0: take "
-                "tapestry::matrix::singular_values() of tapestry/autodiff/matrix.hpp");
-
+class EigenSolver<Matrix> {
  public:
-  template <class... Arguments>
-  explicit JacobiSVD(const Arguments&...) {}
-};
-template <class Matrix>
-requires tapestry::Differentiable<typename Matrix::Scalar>
-class BDCSVD<Matrix> : public JacobiSVD<Matrix> {
-  using JacobiSVD<Matrix>::JacobiSVD;
-};
-template <class Matrix>
-requires tapestry::Differentiable<typename Matrix::Scalar>
-class RealSchur<Matrix> {
-  static_assert(tapestry::detail::is_right_for_variables<Matrix>,
-                "Eigen's solvers for matrices that are not symmetric drop derivatives of variables where an "
-                "entry is 0; there is none for these");
+  using MatrixType = Matrix;
+  using Scalar = typename Matrix::Scalar;
+  using RealScalar = Scalar;
+  using ComplexScalar = std::complex<Scalar>;
+  using EigenvalueType = Eigen::Matrix<ComplexScalar, Matrix::ColsAtCompileTime, 1>;
+  using EigenvectorsType = Eigen::Matrix<ComplexScalar, Matrix::RowsAtCompileTime, Matrix::ColsAtCompileTime>;
 
- public:
-  template <class... Arguments>
-  explicit RealSchur(const Arguments&...) {}
-};
-template <class Matrix>
-requires tapestry::Differentiable<typename Matrix::Scalar>
-class EigenSolver<Matrix> : public RealSchur<Matrix> {
-  using RealSchur<Matrix>::RealSchur;
-};
-template <class Matrix>
-requires tapestry::Differentiable<typename Matrix::Scalar>
-class RealQZ<Matrix> : public RealSchur<Matrix> {
-  using RealSchur<Matrix>::RealSchur;
+  EigenSolver() = default;
+  explicit EigenSolver(Index size) : eigenvectors_(size, size), eigenvalues_(size) {}
+  template <class Input>
+  explicit EigenSolver(const EigenBase<Input>& a, bool has_vectors = true) {
+    compute(a, has_vectors);
+  }
+  template <class Input>
+  EigenSolver& compute(const EigenBase<Input>& input, bool has_vectors = true) {
+    const MatrixType a(input.derived());
+    const Index n = a.rows();
+    const EigenSolver<tapestry::detail::Numbers<Scalar>> solver(tapestry::detail::numbers_of(a));
+    info_ = solver.info();
+    if (info_ != Success) return *this;
+    const tapestry::detail::GeneralTurn<Scalar> turn(a, solver);
+    eigenvalues_.resize(n);
+    for (Index k = 0; k < n; ++k) eigenvalues_(k) = turn.value(k);
+    eigenvectors_.resize(n, n);
+    for (Index k = 0; k < n && has_vectors; ++k)
+      for (Index i = 0; i < n; ++i) eigenvectors_(i, k) = turn.vector_entry(i, k);
+    return *this;
+  }
+
+  [[nodiscard]] const EigenvalueType& eigenvalues() const { return eigenvalues_; }
+  [[nodiscard]] const EigenvectorsType& eigenvectors() const { return eigenvectors_; }
+  [[nodiscard]] ComputationInfo info() const { return info_; }
+
+ private:
+  EigenvectorsType eigenvectors_;
+  EigenvalueType eigenvalues_;
+  ComputationInfo info_ = InvalidInput;
 };
 }  // namespace Eigen

@@ -1,27 +1,29 @@
 #pragma once
 #include <Eigen/Core>
 #include <limits>
+#include <tapestry/autodiff/detail/eigen/triangular_solve.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/functions.hpp>
 
 namespace tapestry::detail {
 
 /// Replaces a vector x ≠ 0 whose entries behind the first are all 0 by its reflection to β·e₁,
-/// 1 − τ v vᵀ, β = −sign(x₀)·|x|, v = (1, xᵢ / (x₀ − β)), as next to it: the limit, and differentiable. Eigen
+/// 1 − τ v vᴴ, β = −sign(x₀)·|x|, v = (1, xᵢ / (x₀ − β)), as next to it: the limit, and differentiable. Eigen
 /// takes τ = 0, which drops the derivatives of those entries.
 /// \returns whether x is such a vector
-template <class Vector, class S>
-[[nodiscard]] bool reflect_axis(Vector& x, S& tau, S& beta) {
-  using B = decltype(base_value(tau));
+template <class Vector, class S, Differentiable R>
+[[nodiscard]] bool reflect_axis(Vector& x, S& tau, R& beta) {
+  using B = decltype(base_value(beta));
   constexpr B least = std::numeric_limits<B>::min();
-  if (x.size() < 2 || !(base_value(S(x[0] * x[0])) > least)) return false;
+  if (x.size() < 2 || !(base_value(R(Eigen::numext::abs2(x[0]))) > least)) return false;
   auto tail = x.tail(x.size() - 1);
-  const S squared = tail.squaredNorm(), first = x[0];
+  const R squared = tail.squaredNorm();
   if (base_value(squared) > least) return false;
-  const S length = sqrt(S(first * first + squared));
-  beta = first >= 0 ? S(-length) : length;
-  tail /= S(first - beta);
-  tau = (beta - first) / beta;
+  const S first = x[0];
+  const R length = sqrt(R(Eigen::numext::abs2(first) + squared));
+  beta = Eigen::numext::real(first) >= 0 ? R(-length) : length;
+  tail /= S(first - S(beta));
+  tau = Eigen::numext::conj(S((S(beta) - first) / S(beta)));
   return true;
 }
 
@@ -32,7 +34,7 @@ namespace Eigen {
 /// Part of a vector of variables, as Eigen's own. Its decompositions make their reflections of such parts;
 /// see tapestry::detail::reflect_axis().
 template <class Vector, int Size>
-requires tapestry::Differentiable<typename Vector::Scalar>
+requires tapestry::detail::HasDerivatives<typename Vector::Scalar>
 class VectorBlock<Vector, Size>
     : public Block<Vector, (internal::traits<Vector>::Flags & RowMajorBit) != 0 ? 1 : Size,
                    (internal::traits<Vector>::Flags & RowMajorBit) != 0 ? Size : 1> {
@@ -47,7 +49,7 @@ class VectorBlock<Vector, Size>
       : Base(vector, is_row ? 0 : start, is_row ? start : 0, is_row ? 1 : size, is_row ? size : 1) {}
   VectorBlock(Vector& vector, Index start) : Base(vector, is_row ? 0 : start, is_row ? start : 0) {}
 
-  void makeHouseholderInPlace(Scalar& tau, Scalar& beta) {
+  void makeHouseholderInPlace(Scalar& tau, RealScalar& beta) {
     if (!tapestry::detail::reflect_axis(*this, tau, beta)) Base::makeHouseholderInPlace(tau, beta);
   }
 };

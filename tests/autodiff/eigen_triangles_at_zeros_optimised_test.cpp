@@ -1,0 +1,106 @@
+#include <Eigen/Core>
+#include <Eigen/Sparse>
+#include <memory>
+#include <tapestry/autodiff/eigen.hpp>
+
+#include "zero_patterns.hpp"
+
+using namespace tapestry::test;
+
+namespace {
+/// The triangle of a matrix, or of its transpose, with zeros beside it.
+template <unsigned Mode>
+auto triangle(const AnySize<Slopes>& a) {
+  return AnySize<Slopes>(a.template triangularView<Mode>());
+}
+template <int Order, class A>
+auto sparse(const A& a) {
+  using S = typename A::Scalar;
+  std::vector<Eigen::Triplet<S>> entries;
+  for (Eigen::Index i = 0; i < a.rows(); ++i)
+    for (Eigen::Index j = 0; j < a.cols(); ++j)
+      entries.emplace_back(static_cast<int>(i), static_cast<int>(j), a(i, j));
+  Eigen::SparseMatrix<S, Order> result(a.rows(), a.cols());
+  result.setFromTriplets(entries.begin(), entries.end());
+  return result;
+}
+template <unsigned Mode>
+void check_triangle(const std::string& name, const std::vector<System>& systems) {
+  constexpr unsigned transposed = (Mode ^ (Eigen::Lower | Eigen::Upper));
+  check_solves(name, systems, triangle<Mode>, [](const auto& a, const auto& b) {
+    return a.template triangularView<Mode>().solve(b).eval();
+  });
+  check_solves(name + " by rows", systems, triangle<Mode>, []<class A>(const A& a, auto b) {
+    const Eigen::Matrix<typename A::Scalar, A::RowsAtCompileTime, A::ColsAtCompileTime, Eigen::RowMajor>
+        rows = a;
+    rows.template triangularView<Mode>().solveInPlace(b);
+    return b;
+  });
+  check_solves(name + " transposed", systems, triangle<Mode>, [](const auto& a, const auto& b) {
+    return a.transpose().eval().template triangularView<transposed>().transpose().solve(b).eval();
+  });
+  check_solves(name + " on the right", systems, triangle<Mode>, [](const auto& a, const auto& b) {
+    return a.transpose()
+        .template triangularView<transposed>()
+        .template solve<Eigen::OnTheRight>(b.transpose())
+        .eval()
+        .transpose()
+        .eval();
+  });
+  check_solves(name + ", sparse", systems, triangle<Mode>, [](const auto& a, const auto& b) {
+    return sparse<Eigen::ColMajor>(a).template triangularView<Mode>().solve(b).eval();
+  });
+  check_solves(name + ", sparse by rows", systems, triangle<Mode>, [](const auto& a, auto b) {
+    sparse<Eigen::RowMajor>(a).template triangularView<Mode>().solveInPlace(b);
+    return b;
+  });
+}
+std::vector<System> triangular_systems() { return diagonal_systems({4, 1, -2, 0.5, 8, 1, -1, 2, 4}, 1); }
+}  // namespace
+
+TEST_CASE("triangular solves have all derivatives at every pattern of zeros", "[autodiff][eigen][zeros]") {
+  check_triangle<Eigen::Lower>("lower", triangular_systems());
+  check_triangle<Eigen::Upper>("upper", triangular_systems());
+}
+
+TEST_CASE("triangular solves of a unit diagonal have all derivatives at every pattern of zeros",
+          "[autodiff][eigen][zeros]") {
+  check_triangle<Eigen::UnitLower>("unit lower", triangular_systems());
+  check_triangle<Eigen::UnitUpper>("unit upper", triangular_systems());
+}
+
+TEST_CASE("sparse decompositions have all derivatives at every pattern of zeros",
+          "[autodiff][eigen][zeros]") {
+  const auto check_sparse = [](const std::string& name, const std::vector<System>& systems,
+                               const auto& equation, auto decompose) {
+    check_solves(name, systems, equation, [&](const auto& a, const auto& b) {
+      const auto matrix = sparse<Eigen::ColMajor>(a);
+      return decompose(matrix)->solve(b).eval();
+    });
+  };
+  check_sparse(
+      "SparseLU", general_systems(), [](const auto& a) { return a; },
+      []<class M>(const M& matrix) { return std::make_unique<Eigen::SparseLU<M>>(matrix); });
+  const auto symmetric = [](const AnySize<Slopes>& a) {
+    return AnySize<Slopes>(a.selfadjointView<Eigen::Lower>());
+  };
+  const auto positive = diagonal_systems({4, 1, -2, 0.5, 8, 1, -1, 2, 16}, 1);
+  check_sparse("SimplicialLLT", positive, symmetric,
+               []<class M>(const M& matrix) { return std::make_unique<Eigen::SimplicialLLT<M>>(matrix); });
+  check_sparse("SimplicialLDLT", positive, symmetric,
+               []<class M>(const M& matrix) { return std::make_unique<Eigen::SimplicialLDLT<M>>(matrix); });
+}
+
+TEST_CASE("a sparse view keeps zeros that have derivatives", "[autodiff][eigen][zeros]") {
+  using D = tapestry::Dual<double>;
+  AnySize<D> a = AnySize<D>::Zero(3, 3);
+  a(0, 0) = 2.0;
+  a(1, 2) = D::input(0.0);
+  const Eigen::SparseMatrix<D> view = a.sparseView(), pruned = (view * 3.0).pruned();
+  CHECK(view.nonZeros() == 2);
+  CHECK(view.coeff(1, 2).tangent() == 1);
+  CHECK(pruned.nonZeros() == 2);
+  CHECK(pruned.coeff(1, 2).tangent() == 3);
+  const Eigen::SparseMatrix<D, Eigen::RowMajor> rows = a.sparseView();
+  CHECK(rows.coeff(1, 2).tangent() == 1);
+}
