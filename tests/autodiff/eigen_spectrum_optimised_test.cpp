@@ -262,3 +262,15 @@ TEST_CASE("generalised eigenvalues of variables are differentiated", "[autodiff]
   check_slopes(of_pair, {1, 0, 3, 2, 0.5, 4});
   check_slopes(of_pair, {1, -2, 3, 2, 0, 4});
 }
+
+TEST_CASE("a tridiagonal form of three rows has the derivatives of zeros", "[autodiff][eigen][spectrum]") {
+  const auto of_form = []<class S>(std::span<const S> x) {
+    Eigen::Matrix<S, 3, 3> a;
+    a << x[0], x[1], x[2], x[1], x[3], x[4], x[2], x[4], x[5];
+    const Eigen::Tridiagonalization<Eigen::Matrix<S, 3, 3>> form(a);
+    return S(form.diagonal()(1) + 2.0 * form.subDiagonal()(0) * form.subDiagonal()(0) +
+             3.0 * form.diagonal()(2));
+  };
+  check_slopes(of_form, {1, 2, 0, 3, -1, 5});
+  check_slopes(of_form, {1, 2, 1, 3, -1, 5});
+}

@@ -104,3 +104,23 @@ TEST_CASE("a sparse view keeps zeros that have derivatives", "[autodiff][eigen][
   const Eigen::SparseMatrix<D, Eigen::RowMajor> rows = a.sparseView();
   CHECK(rows.coeff(1, 2).tangent() == 1);
 }
+
+TEST_CASE("products with a scaled unit triangle have the derivatives by the scale",
+          "[autodiff][eigen][zeros]") {
+  using D = tapestry::Dual<double>;
+  using Vector = Eigen::Matrix<D, Eigen::Dynamic, 1>;
+  const D scale = D::input(1.0);
+  AnySize<D> a(2, 2);
+  a << D(4.0), D(1.0), D(5.0), D(9.0);
+  Vector x(2);
+  x << D(1.0), D(2.0);
+  const Vector of_vector = (scale * a).triangularView<Eigen::UnitUpper>() * x;  // (1 + 2 s, 2)
+  CHECK((of_vector(0).tangent() == 2 && of_vector(1).tangent() == 0));
+  const Vector of_row =
+      (x.transpose() * (scale * a).triangularView<Eigen::UnitUpper>()).transpose();  // (1, s + 2)
+  CHECK((of_row(0).tangent() == 0 && of_row(1).tangent() == 1));
+  const AnySize<D> left = (scale * a).triangularView<Eigen::UnitLower>() * a;  // [4 1; 20 s + 5, 5 s + 9]
+  CHECK((left(0, 0).tangent() == 0 && left(1, 0).tangent() == 20 && left(1, 1).tangent() == 5));
+  const AnySize<D> right = a * (scale * a).triangularView<Eigen::UnitLower>();  // [4 + 5 s, 1; 5 + 45 s, 9]
+  CHECK((right(0, 0).tangent() == 5 && right(0, 1).tangent() == 0 && right(1, 0).tangent() == 45));
+}

@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -166,9 +166,7 @@ std::vector<System> systems_where(const std::array<double, 9>& numbers, unsigned
         a.push_back((pattern >> k & 1U) != 0 ? numbers[place] : 0.0);
       }
       const Eigen::Map<const Eigen::MatrixXd> map(a.data(), n, n);
-      const double size = n == 2 ? map(0, 0) * map(1, 1) - map(0, 1) * map(1, 0)
-                                 : map.col(0).head<3>().dot(map.col(1).head<3>().cross(map.col(2).head<3>()));
-      if (std::abs(size) < 0.1) continue;
+      if (std::abs(map.determinant()) < 0.1) continue;
       if (n == 2) append_sides(systems, n, a, 0, 4);
       if (n == 3) append_sides(systems, n, a, pattern % 8, std::min(side_count, 8U));
     }

@@ -10,6 +10,7 @@
 #include <tapestry/autodiff/detail/eigen/sparse_view.hpp>
 #include <tapestry/autodiff/detail/eigen/stable_norm.hpp>
 #include <tapestry/autodiff/detail/eigen/triangular_solve.hpp>
+#include <tapestry/autodiff/detail/eigen/unit_triangle.hpp>
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/variable.hpp>

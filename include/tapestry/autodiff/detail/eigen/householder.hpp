@@ -54,4 +54,15 @@ class VectorBlock<Vector, Size>
   }
 };
 
+namespace internal {
+template <class Matrix, int Size, bool IsComplex>
+struct tridiagonalization_inplace_selector;
+
+/// As of any size: that of three rows drops the derivatives of an entry that is 0.
+template <class Matrix>
+requires tapestry::Differentiable<typename Matrix::Scalar>
+struct tridiagonalization_inplace_selector<Matrix, 3, false>
+    : tridiagonalization_inplace_selector<Matrix, Dynamic, false> {
+};
+}  // namespace internal
 }  // namespace Eigen
