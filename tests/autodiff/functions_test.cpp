@@ -166,8 +166,8 @@ TEST_CASE("kinks have the subgradients of the documentation", "[autodiff][functi
   CHECK(on_tape<double>([](const auto& x) { return 1 / x; }, 0) == Pair{infinity, -infinity});
   const auto maximum = [](const auto& x, const auto& y) { return max(x, y); };
   const auto minimum = [](const auto& x, const auto& y) { return min(x, y); };
-  CHECK(on_tape<double>(maximum, 2, 2) == Triple{2, 1, 0});
-  CHECK(on_tape<double>(minimum, 2, 2) == Triple{2, 1, 0});
+  CHECK(on_tape<double>(maximum, 2, 2) == Triple{2, 0.5, 0.5});
+  CHECK(on_tape<double>(minimum, 2, 2) == Triple{2, 0.5, 0.5});
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK(std::isnan(on_tape<double>(maximum, nan, 1)[0]));
   CHECK(std::isnan(on_tape<double>(maximum, 1, nan)[0]));
@@ -177,6 +177,24 @@ TEST_CASE("kinks have the subgradients of the documentation", "[autodiff][functi
   CHECK(on_tape<double>([](const auto& x, const auto& y) { return hypot(x, y); }, 0, 0) == Triple{0, 0, 0});
   CHECK(on_tape<double>([](const auto& x, const auto& y) { return hypot(x, y); }, 0x3p600, 0x4p600) ==
         Triple{0x5p600, 0.6, 0.8});
+}
+
+TEST_CASE("a larger and a smaller one add up to the slopes of the sum at a tie, too",
+          "[autodiff][functions]") {
+  using Triple = std::array<double, 3>;
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (const double at : {0.0, -0.0, 2.0, infinite}) {
+    const Triple expected{at + at, 1, 1};
+    CHECK(on_tape<double>([](const auto& x, const auto& y) { return max(x, y) + min(x, y); }, at, at) ==
+          expected);
+    CHECK(on_tape<double>([](const auto& x, const auto& y) { return max(x, y) + min(y, x); }, at, at) ==
+          expected);
+    CHECK(on_tape<double>([](const auto& x, const auto& y) { return fmax(x, y) + fmin(x, y); }, at, at) ==
+          expected);
+    CHECK(on_tape<double>([=](const auto& x, const auto&) { return max(x, at) + min(at, x); }, at, 0) ==
+          Triple{at + at, 1, 0});
+  }
+  CHECK(on_tape<double>([](const auto& x, const auto&) { return max(x, x); }, 3, 0) == Triple{3, 1, 0});
 }
 
 TEST_CASE("the side not taken passes nothing, not even under an infinite adjoint", "[autodiff][functions]") {

@@ -56,8 +56,8 @@ TEST_CASE("fmax and fmin take the number where the other is not one", "[autodiff
   const auto smaller = [](auto x, auto y) { return fmin(x, y); };
   CHECK(at(larger, 1, 2) == Result{2, 0, 1});
   CHECK(at(smaller, 1, 2) == Result{1, 1, 0});
-  CHECK(at(larger, 2, 2) == Result{2, 1, 0});
-  CHECK(at(smaller, 2, 2) == Result{2, 1, 0});
+  CHECK(at(larger, 2, 2) == Result{2, 0.5, 0.5});
+  CHECK(at(smaller, 2, 2) == Result{2, 0.5, 0.5});
   CHECK(at(larger, not_a_number, 1) == Result{1, 0, 1});
   CHECK(at(larger, 1, not_a_number) == Result{1, 1, 0});
   CHECK(at(smaller, not_a_number, 1) == Result{1, 0, 1});

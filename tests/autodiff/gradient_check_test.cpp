@@ -102,6 +102,22 @@ TEST_CASE("what a function rounds by can be said, and a wrong gradient is still 
   CHECK_FALSE(tapestry::check_gradient(noisy, x, gradient, options).passed());
 }
 
+TEST_CASE("check_hessian passes a smooth function, and tells kinks of its gradient",
+          "[autodiff][gradient_check]") {
+  const auto smooth = [](auto x) { return exp(x[0] * x[1]) * sin(x[2]) + x[1] / x[2]; };
+  const auto right = tapestry::check_hessian(smooth, std::vector<double>{0.3, -1.2, 0.8});
+  INFO(right.to_text());
+  CHECK(right.passed());
+  CHECK(right.checked == 9);
+  CHECK(right.worst.relative_error > 0);
+  CHECK(tapestry::check_hessian(smooth, std::vector<double>{0.3, -1.2, 0.8}, {.subset = 1}).checked == 3);
+  const double h = 0x1p-17;  // the default step near 0
+  const auto bent =
+      tapestry::check_hessian([](auto x) { return x[0] * abs(x[0]); }, std::vector<double>{h / 3});
+  CHECK(bent.passed());
+  CHECK(bent.kinks.size() == 1);
+}
+
 TEST_CASE("a seeded subset is checked instead of all", "[autodiff][gradient_check]") {
   const auto x = random_array<double>({1000}, 1, -1, 1);
   const auto f = [](const Array<double, 1>& at) { return at(3) * at(500); };

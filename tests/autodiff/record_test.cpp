@@ -1,3 +1,4 @@
+#include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/autodiff/record.hpp>
 
 #include <cmath>
@@ -70,6 +71,54 @@ TEMPLATE_TEST_CASE("user operations interleave with scalar statements", "[autodi
   const T h = tapestry::test::central_difference_step<T>();
   const T slope = (loss(x0, T(0.5) + h).value() - loss(x0, T(0.5) - h).value()) / (2 * h);
   CHECK(std::abs(s.adjoint() - slope) <= 8 * tolerance);  // third derivative by s below 8 · value
+}
+
+namespace {
+/// sin x, with the cosine as a number of the tape's scalar, or as a plain one.
+template <bool IsPlain, class T>
+Variable<T> own_sine(const Variable<T>& x) {
+  const auto slope = [&] {
+    if constexpr (IsPlain) {
+      return T(std::cos(tapestry::detail::value_of<double>(x)));
+    } else {
+      using std::cos;
+      return T(cos(x.value()));
+    }
+  }();
+  using std::sin;
+  return tapestry::record_scalar(T(sin(x.value())),
+                                 tapestry::CarriesTangents{[slope](T value_adjoint, T* x_adjoint) {
+                                   *x_adjoint += value_adjoint * slope;
+                                 }},
+                                 x);
+}
+}  // namespace
+
+TEST_CASE("an operation that carries tangents has second derivatives", "[autodiff][record]") {
+  const auto f = [](auto x) { return x[0] * own_sine<false>(x[0]); };  // f″ = 2 cos x − x sin x
+  const double expected = 2 * std::cos(0.7) - 0.7 * std::sin(0.7);
+  CHECK(std::abs(tapestry::hessian(f, {0.7})[0] - expected) <= 4e-16);
+  const auto report = tapestry::check_hessian(f, std::vector<double>{0.7});
+  INFO(report.to_text());
+  CHECK(report.passed());
+  const auto linear = [](auto x) {  // its slope is a constant, and captured by nothing
+    using T = typename decltype(x)::value_type::value_type;
+    const auto twice = [](T value_adjoint, T* x_adjoint) { *x_adjoint += 2 * value_adjoint; };
+    return exp(tapestry::record_scalar(T(2 * x[0].value()), twice, x[0]));
+  };
+  CHECK(std::abs(tapestry::hessian(linear, {0.5})[0] - 4 * std::exp(1.0)) <= 4e-15);
+}
+
+TEST_CASE("an operation that wrongly states that it carries tangents is found by check_hessian",
+          "[autodiff][record][gradient_check]") {
+  const auto f = [](auto x) { return own_sine<true>(x[0]) + x[1] * x[1] * x[0]; };
+  const auto report = tapestry::check_hessian(f, std::vector<double>{0.7, 2});
+  INFO(report.to_text());
+  CHECK(report.checked == 4);
+  REQUIRE(report.failures.size() == 1);
+  CHECK(report.failures[0].index == 0);
+  CHECK(report.failures[0].analytic == 0);
+  CHECK(std::abs(report.failures[0].numeric + std::sin(0.7)) <= 1e-9);
 }
 
 TEST_CASE("an operation of passive inputs records nothing and needs no tape", "[autodiff][record]") {

@@ -5,9 +5,11 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -175,6 +177,82 @@ TEST_CASE("scopes nest, and a variable of another tape is refused", "[autodiff][
   const Variable<double> result = slope * x;
   outer.reverse(result);
   CHECK(x.adjoint() == 12);
+}
+
+TEST_CASE("a scope can be returned, and put into an optional", "[autodiff][tape]") {
+  Tape<double> tape;
+  const auto begun = [&tape] {
+    auto scope = tape.activate();
+    return scope;
+  };
+  std::optional<tapestry::ActiveScope<double>> scope;
+  for (int i = 0; i < 2; ++i) {
+    scope.emplace(i == 0 ? begun() : tape.activate());
+    const Variable<double> x = tape.input(3.0), y = x * x;
+    tape.reverse(y);
+    CHECK(x.adjoint() == 6);
+    scope.reset();
+    CHECK_THROWS_AS(Variable<double>(x * x), DomainError);
+  }
+  auto outer = tape.activate();
+  const auto moved = std::move(outer);
+  CHECK(Variable<double>(tape.input(3.0) * 2).is_active());
+  STATIC_REQUIRE_FALSE(std::is_move_assignable_v<tapestry::ActiveScope<double>>);
+}
+
+TEST_CASE("scopes ended out of order are an error until all have ended", "[autodiff][tape]") {
+  Tape<double> first, second;
+  const Variable<double> x = first.input(3.0), y = second.input(5.0);
+  const auto names_order = contains("scopes of Tape::activate() have ended out of order");
+  {
+    std::optional<tapestry::ActiveScope<double>> outer, inner;
+    outer.emplace(first.activate());
+    inner.emplace(second.activate());
+    outer.reset();
+    CHECK_THROWS_WITH(Variable<double>(x * x), names_order);
+    CHECK_THROWS_WITH(Variable<double>(y * y), names_order);
+    CHECK_THROWS_WITH(y.adjoint(), names_order);
+    CHECK_THROWS_WITH(second.activate(), names_order);
+    inner.reset();
+  }
+  CHECK(first.statement_count() == 1);
+  CHECK_THROWS_WITH(Variable<double>(x * x), contains("an operation on an active variable needs an active"));
+  const auto scope = first.activate();
+  CHECK(Variable<double>(x * x).is_active());
+}
+
+TEST_CASE("the same tape's scopes ended out of order are an error, too", "[autodiff][tape]") {
+  Tape<double> tape;
+  const Variable<double> x = tape.input(3.0);
+  std::optional<tapestry::ActiveScope<double>> outer(tape.activate()), inner(tape.activate());
+  outer.reset();
+  CHECK_THROWS_AS(Variable<double>(x * x), DomainError);
+  inner.reset();
+  outer.emplace(tape.activate());
+  CHECK(Variable<double>(x * x).is_active());
+}
+
+TEST_CASE("a scope ended on another thread is an error there", "[autodiff][tape]") {
+  std::string message;
+  bool is_active_still = false;
+  const auto end_elsewhere = [&message](std::optional<tapestry::ActiveScope<double>>& scope) {
+    scope.reset();
+    Tape<double> own;
+    try {
+      const auto own_scope = own.activate();
+    } catch (const DomainError& error) {
+      message = error.what();
+    }
+  };
+  std::thread([&] {
+    Tape<double> tape;
+    std::optional<tapestry::ActiveScope<double>> scope(tape.activate());
+    std::thread([&] { end_elsewhere(scope); }).join();
+    const Variable<double> x = tape.input(3.0);
+    is_active_still = Variable<double>(x * x).is_active();
+  }).join();
+  CHECK_THAT(message, contains("scopes of Tape::activate() have ended out of order"));
+  CHECK(is_active_still);
 }
 
 TEST_CASE("rewind forgets what followed the mark and nothing else", "[autodiff][tape]") {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <span>
 #include <string>
@@ -49,6 +50,13 @@ struct GradientReport {
 
   /// True, too, where there was nothing to check.
   [[nodiscard]] bool passed() const { return failures.empty(); }
+
+  void add(const GradientCheckEntry& entry) {
+    ++checked;
+    if (entry.kink) return kinks.push_back(entry);
+    if (checked == kinks.size() + 1 || entry.relative_error > worst.relative_error) worst = entry;
+    if (entry.relative_error > tolerance) failures.push_back(entry);
+  }
 
   /// One line, and one for each failure and kink.
   [[nodiscard]] std::string to_text() const {
@@ -99,6 +107,44 @@ class EntryDifference {
   const Function& f_;
   Array<double, Rank> x_;
   double centre_;
+};
+
+/// Evaluates the gradient of f, on a tape of numbers, along one entry of its argument.
+template <class Function>
+class GradientDifference {
+ public:
+  GradientDifference(const Function& f, std::span<const double> x, std::size_t along)
+      : f_(f), x_(x.begin(), x.end()), along_(along) {}
+
+  /// Size of the numbers that are subtracted.
+  [[nodiscard]] double centre() {
+    double largest = 0;
+    for (const double entry : at(0)) largest = std::max(largest, std::abs(entry));
+    return largest;
+  }
+  [[nodiscard]] double central(std::size_t index, double h) {
+    return (at(h)[index] - at(-h)[index]) / (2 * h);
+  }
+  /// As EntryDifference::bend().
+  [[nodiscard]] double bend(std::size_t index, double h) {
+    return ((at(h)[index] - at(0)[index]) - (at(0)[index] - at(-h)[index])) / h;
+  }
+
+ private:
+  const std::vector<double>& at(double offset) {
+    const auto [found, is_new] = gradients_.try_emplace(offset);
+    if (is_new) {
+      std::vector<double> point = x_;
+      point[along_] += offset;
+      found->second = gradient(f_, std::span<const double>(point)).gradient;
+    }
+    return found->second;
+  }
+
+  const Function& f_;
+  std::vector<double> x_;
+  std::size_t along_;
+  std::map<double, std::vector<double>> gradients_;
 };
 
 /// A power of two, so that x ± h are as exact as they can be.
@@ -176,15 +222,32 @@ template <class Function, std::size_t Rank>
   GradientReport report;
   report.tolerance = options.tolerance;
   for (const std::size_t index : detail::entries_to_check(x.size(), options)) {
-    const auto entry =
-        detail::check_entry(difference, index, x.data()[index], gradient.data()[index], options);
-    ++report.checked;
-    if (entry.kink) {
-      report.kinks.push_back(entry);
-      continue;
+    report.add(detail::check_entry(difference, index, x.data()[index], gradient.data()[index], options));
+  }
+  return report;
+}
+
+/// Compares the Hessian of a function written for any scalar type, from std::span<const S> to S, as
+/// hessian_product() computes it on a tape of duals, with central differences of the gradient that a tape of
+/// numbers computes. It finds an operation of one's own that loses tangents, see CarriesTangents. Entry
+/// i · n + j of the report is ∂²f / ∂xᵢ ∂xⱼ, and its argument xⱼ; the subset is one of columns j.
+template <class Function>
+[[nodiscard]] GradientReport check_hessian(const Function& f, std::span<const double> x,
+                                           const GradientCheckOptions& options = {}) {
+  GradientReport report;
+  report.tolerance = options.tolerance;
+  HessianProducts<Function> products(f);
+  std::vector<double> direction(x.size());
+  for (const std::size_t column : detail::entries_to_check(x.size(), options)) {
+    direction[column] = 1;
+    const auto product = products(x, std::span<const double>(direction)).product;
+    direction[column] = 0;
+    detail::GradientDifference<Function> difference(f, x, column);
+    for (std::size_t row = 0; row < x.size(); ++row) {
+      auto entry = detail::check_entry(difference, row, x[column], product[row], options);
+      entry.index = row * x.size() + column;
+      report.add(entry);
     }
-    if (report.worst.step == 0 || entry.relative_error > report.worst.relative_error) report.worst = entry;
-    if (entry.relative_error > options.tolerance) report.failures.push_back(entry);
   }
   return report;
 }
@@ -229,8 +292,7 @@ template <class Function>
                              false};
     if (analytic == numeric) entry.relative_error = 0;  // infinite ones, too
     if (std::isnan(entry.relative_error)) entry.relative_error = std::numeric_limits<double>::infinity();
-    if (++report.checked == 1 || entry.relative_error > report.worst.relative_error) report.worst = entry;
-    if (entry.relative_error > options.tolerance) report.failures.push_back(entry);
+    report.add(entry);
   }
   return report;
 }

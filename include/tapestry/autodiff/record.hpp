@@ -1,4 +1,5 @@
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -7,6 +8,7 @@
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -184,6 +186,29 @@ template <class T, class Pullback, class... Slots>
 }
 }  // namespace detail
 
+/// States that a pullback is written for duals: it computes in the scalar of its tape throughout, and
+/// captures values with their tangents. check_hessian() tests that.
+template <class Pullback>
+struct CarriesTangents : Pullback {};
+template <class Pullback>
+CarriesTangents(Pullback) -> CarriesTangents<Pullback>;
+
+namespace detail {
+template <class Pullback>
+inline constexpr bool carries_tangents = std::is_empty_v<Pullback>;  // its slopes can only be constants
+template <class Pullback>
+inline constexpr bool carries_tangents<CarriesTangents<Pullback>> = true;
+
+/// Refuses plain numbers on a tape of duals, where they would be constants, so that second derivatives would
+/// silently lack a part. Captures cannot be seen from outside.
+template <class T, class Pullback>
+constexpr void require_tangents() {
+  static_assert(!DualNumber<T> || carries_tangents<Pullback>,
+                "on a tape of duals, plain numbers in a pullback are constants and give wrong second "
+                "derivatives: compute in the tape's scalar and pass CarriesTangents{pullback}");
+}
+}  // namespace detail
+
 /// Records an operation with an array result and its pullback on the active tape.
 ///
 /// The inputs are those that the result depends on: ArrayVariable<T, R>, Variable<T> or a formula of these.
@@ -196,7 +221,8 @@ template <class T, class Pullback, class... Slots>
 /// passive input; and a std::vector of these pointers for a vector of inputs. The pullback ADDS value_adjoint
 /// · d value / d input to each that is not null. Two of them may point to the same adjoint. It is not called
 /// when nothing depends on the result. Another reverse() may call it again, so it must keep what it captured;
-/// capture values of inputs cheaply as input.shared_value().
+/// capture values of inputs cheaply as input.shared_value(). On a tape of duals a pullback that captures
+/// anything is a CarriesTangents, or does not compile.
 ///
 /// \returns the result; passive, with nothing recorded, when all inputs are passive
 /// \throws ShapeError in the reverse sweep if the pullback changes the extents of an input's adjoint
@@ -204,6 +230,7 @@ template <class T, class Pullback, class... Slots>
 template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] ArrayVariable<T, Rank> record_array(Array<T, Rank> value, Pullback pullback,
                                                   const Inputs&... inputs) {
+  detail::require_tangents<T, Pullback>();
   return detail::record_array_slots<T, Rank>(std::make_shared<const Array<T, Rank>>(std::move(value)),
                                              std::move(pullback), detail::slot_of<T>(inputs)...);
 }
@@ -212,6 +239,7 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
 template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] ArrayVariable<T, Rank> record_array(std::shared_ptr<const Array<T, Rank>> value,
                                                   Pullback pullback, const Inputs&... inputs) {
+  detail::require_tangents<T, Pullback>();
   return detail::record_array_slots<T, Rank>(std::move(value), std::move(pullback),
                                              detail::slot_of<T>(inputs)...);
 }
@@ -220,20 +248,20 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
 /// pullback(const std::vector<const Array<T, Rank>*>& value_adjoints, input_adjoint*...), where the adjoint
 /// of a result that nothing depends on is null.
 template <class T, std::size_t Rank, class Pullback, class... Inputs>
+[[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_shared_arrays(
+    std::vector<std::shared_ptr<const Array<T, Rank>>> values, Pullback pullback, const Inputs&... inputs) {
+  detail::require_tangents<T, Pullback>();
+  return detail::record_arrays_slots<T, Rank>(std::move(values), std::move(pullback),
+                                              detail::slot_of<T>(inputs)...);
+}
+
+/// The same for results without other owners.
+template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_arrays(std::vector<Array<T, Rank>> values,
                                                                 Pullback pullback, const Inputs&... inputs) {
   std::vector<std::shared_ptr<const Array<T, Rank>>> shared;
   for (auto& value : values) shared.push_back(std::make_shared<const Array<T, Rank>>(std::move(value)));
-  return detail::record_arrays_slots<T, Rank>(std::move(shared), std::move(pullback),
-                                              detail::slot_of<T>(inputs)...);
-}
-
-/// The same for results with other owners, too.
-template <class T, std::size_t Rank, class Pullback, class... Inputs>
-[[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_shared_arrays(
-    std::vector<std::shared_ptr<const Array<T, Rank>>> values, Pullback pullback, const Inputs&... inputs) {
-  return detail::record_arrays_slots<T, Rank>(std::move(values), std::move(pullback),
-                                              detail::slot_of<T>(inputs)...);
+  return record_shared_arrays<T, Rank>(std::move(shared), std::move(pullback), inputs...);
 }
 
 /// Records an operation with a scalar result and its pullback on the active tape. Like record_array(), but
@@ -241,7 +269,18 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
 /// zero.
 template <class T, class Pullback, class... Inputs>
 [[nodiscard]] Variable<T> record_scalar(T value, Pullback pullback, const Inputs&... inputs) {
+  detail::require_tangents<T, Pullback>();
   return detail::record_scalar_slots<T>(value, std::move(pullback), detail::slot_of<T>(inputs)...);
+}
+
+/// Refuses a value that would be a constant on a tape of duals.
+template <DualNumber T, std::convertible_to<T> Value, class Pullback, class... Inputs>
+requires(!std::same_as<Value, T>) Variable<T> record_scalar(const Value& value, const Pullback&,
+                                                            const Inputs&...) {
+  static_assert(detail::carries_tangents<Value>,
+                "on a tape of duals, record_scalar() takes the value as a dual, with its tangents; a plain "
+                "number is a constant");
+  return T(value);
 }
 
 /// Puts a mark on the active tape, if there is one: every reverse sweep calls passed() when it reaches the

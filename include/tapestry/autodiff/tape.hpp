@@ -46,25 +46,44 @@ inline constexpr bool is_array_input = false;
 using Position = detail::TapePosition;
 
 /// While it lives, its thread records on the tape that made it; afterwards on the tape before it again.
-/// Scopes end in the reverse order of their beginning, on the thread that began them.
+/// Scopes end in the reverse order of their beginning, on the thread that began them. A destructor cannot
+/// throw: where one ends before a scope begun later, or on another thread, all that needs an active tape on
+/// its thread throws a DomainError until every scope of the thread has ended.
+///
+/// A scope can be returned, and put into an optional that is empty: scope.emplace(tape.activate()). It
+/// cannot be assigned, for the scope on the right would have begun before that on the left ends.
 template <class T>
 class ActiveScope {
+  using State = detail::TapeState<T>;
+
  public:
-  /// \throws DomainError if the tape is active on another thread
-  explicit ActiveScope(detail::Shared<detail::TapeState<T>> state) : state_(std::move(state)) {
-    state_->claim.take(&detail::TapeState<T>::active);
-    previous_ = std::exchange(detail::TapeState<T>::active, state_.get());
+  /// \throws DomainError if the tape is active on another thread, or scopes have ended out of order
+  explicit ActiveScope(detail::Shared<State> state) : state_(std::move(state)) {
+    if (State::active == &detail::disordered_tapes<T>) detail::throw_inactive<T>(State::active);
+    state_->claim.take(&State::active);
+    previous_ = std::exchange(State::active, state_.get());
+    depth_ = ++State::scope_count;
   }
-  ActiveScope(const ActiveScope&) = delete;
-  ActiveScope& operator=(const ActiveScope&) = delete;
+  ActiveScope(ActiveScope&& other) noexcept = default;
+  ActiveScope& operator=(ActiveScope&&) = delete;
   ~ActiveScope() {
-    detail::TapeState<T>::active = previous_;
+    if (!state_) return;  // moved from
+    if (!state_->claim.is_held_by(&State::active)) {
+      State::active = &detail::disordered_tapes<T>;
+      state_.abandon();  // the other thread still records there
+      return;
+    }
+    const bool is_last = depth_ == State::scope_count && State::active == state_.get();
+    State::scope_count -= State::scope_count > 0;  // 0 where this thread has the address of one that ended
+    const bool is_only = State::scope_count == 0;
+    State::active = is_last ? previous_ : is_only ? &detail::no_tape<T> : &detail::disordered_tapes<T>;
     state_->claim.release();
   }
 
  private:
-  detail::Shared<detail::TapeState<T>> state_;  // shared, so that a tape may end before its scope
+  detail::Shared<State> state_;  // shared, so that a tape may end before its scope
   detail::WriteHead* previous_;
+  std::size_t depth_;  // number of the thread's scopes when it began, itself included
 };
 
 /// Reverse-mode tape: records the operations on active variables, and runs their adjoints backwards.

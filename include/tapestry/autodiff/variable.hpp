@@ -89,9 +89,21 @@ class Variable {
 };
 
 /// A passive variable of the same value, which stops the gradient.
-template <ScalarExpression E>
-[[nodiscard]] auto passive(const E& formula) {
-  return Variable<typename E::ExpressionScalar>(formula.value());
+template <template <class...> class Formula, class... Parts>
+requires ScalarExpression<Formula<Parts...>>
+[[nodiscard]] auto passive(const Formula<Parts...>& formula) {
+  return Variable<typename Formula<Parts...>::ExpressionScalar>(formula.value());
+}
+
+/// Refuses a value that would be a constant on a tape of duals.
+template <DualNumber T, std::convertible_to<T> Value>
+requires(!std::same_as<Value, T>) Variable<T> record_partials(const Value& value,
+                                                              std::span<const Variable<T>>,
+                                                              std::span<const T>) {
+  static_assert(DualNumber<Value>,
+                "on a tape of duals, record_partials() takes the value as a dual, with its tangents; a plain "
+                "number is a constant");
+  return T(value);
 }
 
 /// A scalar operation with partial derivatives already known, d value / d variables[i] = partials[i], as

@@ -136,8 +136,9 @@ TEMPLATE_TEST_CASE("extremes and bounds of arrays have the values and slopes of 
       return Vector{best};
     };
   };
-  const auto larger = [](const auto& a, const auto& b) { return Variable<T>(max(a, b)); };
-  const auto smaller = [](const auto& a, const auto& b) { return Variable<T>(min(a, b)); };
+  // The first of equal ones, unlike max() and min().
+  const auto larger = [](const auto& a, const auto& b) { return isnan(a) || a >= b ? a : b; };
+  const auto smaller = [](const auto& a, const auto& b) { return isnan(a) || a <= b ? a : b; };
   check_twins<T>([](const auto& x) { return Vector{largest(x)}; }, fold(larger));
   check_twins<T>([](const auto& x) { return Vector{smallest(x)}; }, fold(smaller));
   check_twins<T>(
@@ -149,6 +150,14 @@ TEMPLATE_TEST_CASE("extremes and bounds of arrays have the values and slopes of 
                    for (const auto& entry : x) all.push_back(clamp(entry, T(-1), T(2)));
                    return all;
                  });
+  for (const auto& x : vectors<T>()) {
+    CAPTURE(x);
+    const std::vector<T> ones(x.size(), T(1));
+    const auto both =
+        of_array<T>([](const auto& a) { return Vector{sum(max(a, 1 * a) + min(a, 1 * a))}; }, x);
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (!std::isnan(x[i])) CHECK(both.rows[i] == 2);
+  }
   check_twins<T>(
       [](const auto& x) { return elements_of(ArrayVariable<T, 1>(max(x, T(0)) + min(x, T(1)) * abs(x))); },
       [](const auto& x) {

@@ -120,10 +120,10 @@ struct Clamp {
   static constexpr bool skips_zero = true;
   T low;
   T high;
-  [[nodiscard]] T value(T x) const { return Min::value(Max::value(x, low), high); }
+  [[nodiscard]] T value(T x) const { return AtMost::value(AtLeast::value(x, low), high); }
   [[nodiscard]] T partial(T x, T) const {
-    const T raised = Max::value(x, low);
-    return Max::partial_x(x, low, raised) * Min::partial_x(raised, high, raised);
+    const T raised = AtLeast::value(x, low);
+    return AtLeast::partial_x(x, low, raised) * AtMost::partial_x(raised, high, raised);
   }
 };
 }  // namespace detail
@@ -176,7 +176,7 @@ requires detail::ArrayPair<Y, X>
   return detail::array_binary<detail::Atan2>("atan2", y, x);
 }
 
-/// At a tie the first argument has the whole derivative.
+/// At a tie each has one half of the derivative.
 template <class X, class Y>
 requires detail::ArrayPair<X, Y>
 [[nodiscard]] auto max(const X& x, const Y& y) { return detail::array_binary<detail::Max>("max", x, y); }

@@ -116,8 +116,11 @@ template <Differentiable X>
 }
 
 /// 10 to the power of x.
-template <Differentiable X>
-[[nodiscard]] auto exp10(const X& x) {
+template <template <class...> class Formula, class... Parts>
+requires Differentiable<Formula<Parts...>>
+[[nodiscard]] auto exp10(const Formula<Parts...>& x) { return detail::make_unary<detail::Exp10>(x); }
+template <class T, std::size_t N, class Tag>
+[[nodiscard]] auto exp10(const Dual<T, N, Tag>& x) {
   return detail::make_unary<detail::Exp10>(x);
 }
 
@@ -150,21 +153,29 @@ template <Differentiable X>
 }
 
 /// 1 / (1 + exp(−x)).
-template <Differentiable X>
-[[nodiscard]] auto sigmoid(const X& x) {
+template <template <class...> class Formula, class... Parts>
+requires Differentiable<Formula<Parts...>>
+[[nodiscard]] auto sigmoid(const Formula<Parts...>& x) { return detail::make_unary<detail::Sigmoid>(x); }
+template <class T, std::size_t N, class Tag>
+[[nodiscard]] auto sigmoid(const Dual<T, N, Tag>& x) {
   return detail::make_unary<detail::Sigmoid>(x);
 }
 
 /// log(1 + exp(x)).
-template <Differentiable X>
-[[nodiscard]] auto softplus(const X& x) {
+template <template <class...> class Formula, class... Parts>
+requires Differentiable<Formula<Parts...>>
+[[nodiscard]] auto softplus(const Formula<Parts...>& x) { return detail::make_unary<detail::Softplus>(x); }
+template <class T, std::size_t N, class Tag>
+[[nodiscard]] auto softplus(const Dual<T, N, Tag>& x) {
   return detail::make_unary<detail::Softplus>(x);
 }
 
 /// log(exp(x) + exp(y)), near its zeros to ε of the arguments. The derivatives are the softmax of (x, y);
 /// equal infinities share 1 equally.
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto logsumexp(const X& x, const Y& y) { return detail::make_binary<detail::LogSumExp>(x, y); }
+template <class... Named, class X, class Y>
+requires(sizeof...(Named) == 0 && detail::FormulaOperands<X, Y>)
+    [[nodiscard]] auto logsumexp(const X& x, const Y& y, const Named&...) {
+  return detail::make_binary<detail::LogSumExp>(x, y);
+}
 
 }  // namespace tapestry

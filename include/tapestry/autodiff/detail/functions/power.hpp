@@ -235,8 +235,11 @@ struct Hypot {
 }  // namespace detail
 
 /// x · x, evaluating x once.
-template <Differentiable X>
-[[nodiscard]] auto square(const X& x) {
+template <template <class...> class Formula, class... Parts>
+requires Differentiable<Formula<Parts...>>
+[[nodiscard]] auto square(const Formula<Parts...>& x) { return detail::make_unary<detail::Square>(x); }
+template <class T, std::size_t N, class Tag>
+[[nodiscard]] auto square(const Dual<T, N, Tag>& x) {
   return detail::make_unary<detail::Square>(x);
 }
 

@@ -12,7 +12,7 @@ struct Abs {
   static auto value(auto x) { return value_at_kink(x == 0, decltype(x)(abs(x)), x); }
   static auto partial(auto x, auto) { return slope_at_kink(x == 0, decltype(x)(sign(x))); }
 };
-/// x or y, and its derivative, chosen by Choice::takes_x(x, y).
+/// x or y, and its derivative, chosen by Choice::takes_x(x, y), at a tie, too.
 template <class Choice>
 struct Selection {
   static constexpr bool is_cheap = true;
@@ -28,18 +28,42 @@ struct Selection {
   static auto pass_x(auto g, auto x, auto y) { return Choice::takes_x(x, y) ? g : decltype(g)(0); }
   static auto pass_y(auto g, auto x, auto y) { return Choice::takes_x(x, y) ? decltype(g)(0) : g; }
 };
-struct Max : Selection<Max> {
+struct AtLeast : Selection<AtLeast> {
   static bool takes_x(auto x, auto y) { return either(x >= y, x != x); }
 };
-struct Min : Selection<Min> {
+struct AtMost : Selection<AtMost> {
   static bool takes_x(auto x, auto y) { return either(x <= y, x != x); }
 };
-struct Fmax : Selection<Fmax> {
+struct AtLeastNumber : Selection<AtLeastNumber> {
   static bool takes_x(auto x, auto y) { return either(x >= y, y != y); }
 };
-struct Fmin : Selection<Fmin> {
+struct AtMostNumber : Selection<AtMostNumber> {
   static bool takes_x(auto x, auto y) { return either(x <= y, y != y); }
 };
+/// The same but for ties, at which each side has one half of the derivative: whichever stands first,
+/// max(x, y) + min(x, y) has the derivatives of x + y.
+template <class Operation, class Choice>
+struct SharedSelection : Choice {
+  template <class T>
+  static T value(const T& x, const T& y) {
+    if constexpr (DualNumber<T>) {
+      if (x == y) return dual_binary<Operation, T>(x, y);
+    }
+    return Choice::value(x, y);
+  }
+  static auto partial_x(auto x, auto y, auto f) {
+    return x == y ? decltype(x)(0.5F) : Choice::partial_x(x, y, f);
+  }
+  static auto partial_y(auto x, auto y, auto f) {
+    return x == y ? decltype(x)(0.5F) : Choice::partial_y(x, y, f);
+  }
+  static auto pass_x(auto g, auto x, auto y) { return x == y ? g / 2 : Choice::pass_x(g, x, y); }
+  static auto pass_y(auto g, auto x, auto y) { return x == y ? g / 2 : Choice::pass_y(g, x, y); }
+};
+struct Max : SharedSelection<Max, AtLeast> {};
+struct Min : SharedSelection<Min, AtMost> {};
+struct Fmax : SharedSelection<Fmax, AtLeastNumber> {};
+struct Fmin : SharedSelection<Fmin, AtMostNumber> {};
 struct Fdim {
   static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
@@ -87,17 +111,21 @@ template <Differentiable X>
   return detail::make_unary<detail::Abs>(x);
 }
 
-/// The larger one, and its derivative. At a tie the first argument has the whole derivative. A NaN on
-/// either side gives NaN. The argument not taken receives no gradient, whatever is upstream. std::max takes
-/// two variables but no number beside one: write max(x, 0.0) without std::, and likewise clamp(x, 0.0, 1.0).
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto max(const X& x, const Y& y) { return detail::make_binary<detail::Max>(x, y); }
+/// The larger one, and its derivative. At a tie each has one half of it. A NaN on either side gives NaN. The
+/// argument not taken receives no gradient, whatever is upstream. std::max takes two variables but no number
+/// beside one: write max(x, 0.0) without std::, and likewise clamp(x, 0.0, 1.0).
+template <class... Named, class X, class Y>
+requires(sizeof...(Named) == 0 && detail::FormulaOperands<X, Y>)
+    [[nodiscard]] auto max(const X& x, const Y& y, const Named&...) {
+  return detail::make_binary<detail::Max>(x, y);
+}
 
 /// The smaller one; otherwise as max().
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto min(const X& x, const Y& y) { return detail::make_binary<detail::Min>(x, y); }
+template <class... Named, class X, class Y>
+requires(sizeof...(Named) == 0 && detail::FormulaOperands<X, Y>)
+    [[nodiscard]] auto min(const X& x, const Y& y, const Named&...) {
+  return detail::make_binary<detail::Min>(x, y);
+}
 
 /// Like max(), but a NaN on one side returns the other.
 template <class X, class Y>
@@ -111,9 +139,9 @@ requires detail::FormulaOperands<X, Y>
 
 /// x held within [low, high]. The derivative by x is 1 on the closed interval and for a NaN, which stays one,
 /// and 0 outside.
-template <Differentiable X, Number N>
-[[nodiscard]] auto clamp(const X& x, N low, N high) {
-  return min(max(x, low), high);
+template <class... Named, Differentiable X, Number N>
+requires(sizeof...(Named) == 0) [[nodiscard]] auto clamp(const X& x, N low, N high, const Named&...) {
+  return detail::make_binary<detail::AtMost>(detail::make_binary<detail::AtLeast>(x, low), high);
 }
 
 /// max(x − y, 0), and 0 of two equal infinities; at x = y the derivatives are those of x − y.
@@ -138,8 +166,11 @@ requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto copysign(const X& x, const Y& y) { return detail::make_binary<detail::Copysign>(x, y); }
 
 /// Functions constant between jumps have no derivative to record and return a plain number.
-template <Differentiable X>
-[[nodiscard]] auto sign(const X& x) {
+template <template <class...> class Formula, class... Parts>
+requires Differentiable<Formula<Parts...>>
+[[nodiscard]] auto sign(const Formula<Parts...>& x) { return sign(detail::base_value(x)); }
+template <class T, std::size_t N, class Tag>
+[[nodiscard]] auto sign(const Dual<T, N, Tag>& x) {
   return sign(detail::base_value(x));
 }
 template <Differentiable X>

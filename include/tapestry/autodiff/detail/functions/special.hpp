@@ -73,8 +73,11 @@ template <int N, Differentiable X>
 [[nodiscard]] auto polygamma(const X& x) {
   return detail::make_unary<detail::Polygamma<N>>(x);
 }
-template <Differentiable X>
-[[nodiscard]] auto digamma(const X& x) {
+template <template <class...> class Formula, class... Parts>
+requires Differentiable<Formula<Parts...>>
+[[nodiscard]] auto digamma(const Formula<Parts...>& x) { return detail::make_unary<detail::Polygamma<0>>(x); }
+template <class T, std::size_t N, class Tag>
+[[nodiscard]] auto digamma(const Dual<T, N, Tag>& x) {
   return detail::make_unary<detail::Polygamma<0>>(x);
 }
 

@@ -143,8 +143,8 @@ template <class Operation, class... Others>
 inline constexpr bool is_any_of = (std::is_same_v<Operation, Others> || ...);
 /// A linear operation, perhaps with other factors on either side of a kink or a jump.
 template <class Operation>
-inline constexpr bool is_linear =
-    is_any_of<Operation, Plus, Minus, Negate, Abs, Max, Min, Fmax, Fmin, Fdim, Fmod, Remainder, Copysign>;
+inline constexpr bool is_linear = is_any_of<Operation, Plus, Minus, Negate, Abs, AtLeast, AtMost, Max, Min,
+                                            Fmax, Fmin, Fdim, Fmod, Remainder, Copysign>;
 
 template <class T>
 [[nodiscard]] Interacting<T> joined(const T& value, const Interacting<T>& x, const Interacting<T>& y) {

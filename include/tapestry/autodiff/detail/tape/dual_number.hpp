@@ -85,9 +85,9 @@ class Dual {
 };
 
 /// The value alone, a constant.
-template <DualNumber X>
-[[nodiscard]] constexpr X passive(const X& x) {
-  return X(x.value());
+template <class T, std::size_t N, class Tag>
+[[nodiscard]] constexpr Dual<T, N, Tag> passive(const Dual<T, N, Tag>& x) {
+  return x.value();
 }
 
 namespace detail {

@@ -5,6 +5,11 @@
 #include <limits>
 #include <type_traits>
 
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0 && !defined(TAPESTRY_ALLOW_FINITE_MATH)
+#pragma GCC warning \
+    "-ffast-math loses NaN and infinities, by which Tapestry marks derivatives that do not exist: add -fno-finite-math-only, or define TAPESTRY_ALLOW_FINITE_MATH to do without them"
+#endif
+
 namespace tapestry {
 
 template <class T, std::size_t N, class Tag>

@@ -29,6 +29,11 @@ class Shared {
     return made;
   }
 
+  /// Gives up the reference but not its count: the T stays for ever, where searches for leaks find it.
+  void abandon() noexcept {
+    counted_->next = __atomic_exchange_n(&abandoned_, counted_, __ATOMIC_ACQ_REL);
+    counted_ = nullptr;
+  }
   [[nodiscard]] T* get() const noexcept { return counted_ == nullptr ? nullptr : &counted_->value; }
   [[nodiscard]] T& operator*() const noexcept { return counted_->value; }
   [[nodiscard]] T* operator->() const noexcept { return &counted_->value; }
@@ -38,7 +43,9 @@ class Shared {
   struct Counted {
     T value{};
     std::size_t owners = 1;
+    Counted* next = nullptr;  // of those abandoned
   };
+  static inline Counted* abandoned_ = nullptr;
   Counted* counted_ = nullptr;
 };
 
@@ -60,6 +67,9 @@ class ThreadClaim {
       throw DomainError(
           "activate: the tape is active on another thread; each thread needs a tape of its own");
     ++count_;
+  }
+  [[nodiscard]] bool is_held_by(const void* thread) const noexcept {
+    return __atomic_load_n(&holder_, __ATOMIC_RELAXED) == thread;
   }
   /// Undoes one take() of this thread.
   void release() noexcept {

@@ -7,6 +7,7 @@
 #include <tapestry/autodiff/detail/tape/careful_sweep.hpp>
 #include <tapestry/autodiff/detail/tape/diagnosis.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
+#include <tapestry/autodiff/detail/tape/inactive_heads.hpp>
 #include <tapestry/autodiff/detail/tape/reverse_sweep.hpp>
 #include <tapestry/autodiff/detail/tape/shared.hpp>
 #include <tapestry/autodiff/detail/tape/tape_record.hpp>
@@ -14,18 +15,6 @@
 #include <vector>
 
 namespace tapestry::detail {
-
-// State of which a program has one copy is visible everywhere ([[gnu::visibility("default")]]), even where a
-// shared library hides its symbols: another library's functions may replace its own, and need the same tape.
-
-/// The head of threads without an active tape: no variable has its generation, and it has no room.
-template <class T>
-[[gnu::visibility("default")]] inline constinit WriteHead no_tape{nullptr, nullptr, Link(0, no_generation),
-                                                                  0};
-/// The same for threads whose tape is swept.
-template <class T>
-[[gnu::visibility("default")]] inline constinit WriteHead swept_tape{nullptr, nullptr, Link(0, no_generation),
-                                                                     0};
 
 /// A place on the tape; see Tape::mark().
 struct TapePosition {
@@ -55,11 +44,15 @@ class TapeState : public TapeDiagnosis {
 
   /// Head that this thread writes statements to: that of a TapeState, or one without room.
   [[gnu::visibility("default")]] static inline constinit thread_local WriteHead* active = &no_tape<T>;
+  /// Number of scopes of this thread.
+  [[gnu::visibility("default")]] static inline constinit thread_local std::size_t scope_count = 0;
 
-  static bool is_any_active() { return active != &no_tape<T> && active != &swept_tape<T>; }
+  static bool is_any_active() {
+    return active != &no_tape<T> && active != &swept_tape<T> && active != &disordered_tapes<T>;
+  }
 
   static TapeState& require_active() {
-    if (!is_any_active()) throw_no_tape();
+    if (!is_any_active()) throw_inactive<T>(active);
     return static_cast<TapeState&>(*active);
   }
 
@@ -232,7 +225,7 @@ class TapeState : public TapeDiagnosis {
     Sweeping& operator=(const Sweeping&) = delete;
     ~Sweeping() {
       state_.is_sweeping_ = false;
-      active = previous_;
+      if (active == &swept_tape<T>) active = previous_;  // unless a pullback has ended its scope
     }
 
    private:
@@ -251,16 +244,6 @@ class TapeState : public TapeDiagnosis {
     visit_backwards([&, root = root_](const StatementRun& run) {
       sweep.run(run, root, adjoints, pull_back, [&] { --record; });
     });
-  }
-
-  [[noreturn]] static void throw_no_tape() {
-    if (active == &swept_tape<T>)
-      throw DomainError(
-          "an operation on an active variable cannot be recorded while reverse() sweeps its tape: "
-          "a pullback, or a function that is computed again, takes values, or activates a tape of its own");
-    throw DomainError(
-        "an operation on an active variable needs an active tape: keep the result of "
-        "Tape::activate() alive on this thread");
   }
 
   [[nodiscard]] std::size_t next_statement() const { return statement_count() + 1; }
