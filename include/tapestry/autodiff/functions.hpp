@@ -5,11 +5,15 @@
 /// derivatives within 4, second ones within 5, and third ones, by duals of duals of duals, within 8. There
 /// are five exceptions. Where a third derivative passes through 0 by terms that cancel (sigmoid, tanh, asinh,
 /// atan, erf, erfc, tgamma, logsumexp, hypot and atan2), its error is within 4 ε of the terms. digamma, and
-/// with it the slopes of lgamma and tgamma, is within 1e-18 beside its roots at negative x. A derivative
+/// with it the slopes of lgamma and tgamma, is within 1e-18 beside its roots below −20. A derivative
 /// below 2^-1070 may be off by 16 units of the smallest number, or 0 where a length overflows. The slope of
 /// x / y by y has the digits of x / y, which are few where that is denormal. Where a third derivative
 /// overflows, it may be NaN for atan2, by both operands, or on a tape of duals of duals; those of exp2 are
 /// infinite where exp2 is. tests/autodiff/function_table_test.cpp tests every function for this.
+///
+/// A template of your own named like one of these that <cmath> lacks, `template <class T> T sigmoid(T x)`, can
+/// be called as sigmoid<T>(a * b + c): ours, whose first template argument is no type of a scalar, does not
+/// fit.
 #include <tapestry/autodiff/detail/functions/arithmetic.hpp>
 #include <tapestry/autodiff/detail/functions/exponential.hpp>
 #include <tapestry/autodiff/detail/functions/hyperbolic.hpp>

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <concepts>
@@ -10,7 +11,8 @@ namespace tapestry {
 namespace detail {
 
 // Polygamma functions in long double. Near the roots between the poles at 0, −1, −2 … terms cancel; in long
-// double, a result in double keeps its digits down to about 2⁻¹¹ from the root.
+// double, a result in double keeps its digits down to about 2⁻¹⁰ from the root. Nearer to one of the first 20
+// roots, digamma is computed from there.
 
 /// ψ on [1, 2]: (x − r) · p(x − 3/2), r the root and p the polynomial through ψ(x) / (x − r) at 28 Chebyshev
 /// nodes; relative error 4e−22.
@@ -96,12 +98,57 @@ template <int N>
   return sum * std::pow(std::numbers::pi_v<long double>, static_cast<long double>(N));
 }
 
+/// Roots of ψ between the poles −n − 1 and −n, and what rounding them leaves.
+inline constexpr std::array<std::array<long double, 2>, 20> negative_digamma_roots = {
+    {{-0.5040830082644554092355L, -2.27657687968468387e-20L},
+     {-1.573498473162390458757L, -2.0925409733655729e-20L},
+     {-2.610720868444144649942L, -5.96306608944825672e-20L},
+     {-3.635293366436901097739L, -9.98278615390338507e-20L},
+     {-4.653237761743142441792L, 7.74889539087002396e-20L},
+     {-5.66716244155688553567L, -1.79539024535421023e-19L},
+     {-6.678418213073426742965L, 1.35177154162644041e-19L},
+     {-7.687788325031626037592L, 1.52181661823773717e-19L},
+     {-8.69576416381640126662L, 1.31061534710470318e-19L},
+     {-9.702672540001863735713L, -3.7113230836344004e-19L},
+     {-10.7087408382541446521L, 1.160849875624473e-19L},
+     {-11.7141330612289538424L, 2.69533087875479367e-19L},
+     {-12.71897102574920749088L, 8.29892069534838528e-20L},
+     {-13.72334745736382676483L, 6.50419218591140174e-20L},
+     {-14.72733441601852892068L, -1.89206967626840022e-19L},
+     {-15.73098890633288238737L, -2.98568300926809279e-19L},
+     {-16.73435672395573568447L, -5.20708521102834858e-20L},
+     {-17.73747515997758890209L, -8.34197659565407151e-19L},
+     {-18.74037494478009968808L, 3.116936410487939e-19L},
+     {-19.74308167259021763902L, 4.59481782199764988e-20L}}};
+
+/// ψ beside a negative root r. There ψ(x) = ψ(1 − x) − π cot πx is a difference of equal numbers; but less
+/// the same of r, which is 0, each of the two is a difference that can be written without one: with d = x −
+/// r,
+///
+///   ψ(x) = Σₖ ψ⁽ᵏ⁾(1 − r) (−d)ᵏ / k! + π sin πd / (sin πx · sin πr).
+///
+/// \returns 0 where no root of the list is within 2⁻¹⁰
+[[nodiscard]] inline long double digamma_beside_root(long double x) {
+  constexpr long double pi = std::numbers::pi_v<long double>;
+  const auto place = static_cast<std::size_t>(std::min(-std::floor(x) - 1, 20.0L));
+  if (place >= negative_digamma_roots.size()) return 0;
+  const auto [root, rest] = negative_digamma_roots[place];
+  const long double d = (x - root) - rest, pole = std::round(x);
+  if (std::abs(d) > 0x1p-10L) return 0;
+  long double sum = 0, factor = 1;
+  for (int k = 1; k <= 6; ++k)
+    sum += positive_polygamma(k, 1 - root) * (factor *= -d / static_cast<long double>(k));
+  return sum + pi * std::sin(pi * d) / (std::sin(pi * (x - pole)) * std::sin(pi * (root - pole)));
+}
+
 /// ψ and its derivatives where there is no pole.
 template <int N>
 [[nodiscard]] long double regular_polygamma(long double x) {
   constexpr long double pi = std::numbers::pi_v<long double>;
   if constexpr (N == 0) {
-    return x > 0 ? positive_digamma(x) : positive_digamma(1 - x) - pi * cot_pi(x);
+    if (x > 0) return positive_digamma(x);
+    const long double beside_root = digamma_beside_root(x);
+    return beside_root != 0 ? beside_root : positive_digamma(1 - x) - pi * cot_pi(x);
   } else {
     if (x > 0) return positive_polygamma(N, x);
     const long double mirrored = positive_polygamma(N, 1 - x);
@@ -111,7 +158,7 @@ template <int N>
 }  // namespace detail
 
 /// The N-th derivative of digamma(x), the derivative of log |Γ|; N = 0 is digamma itself. In double, where
-/// long double is wider: digamma within 1 ulp, or 1e−18 beside its roots at negative x; the others within 4
+/// long double is wider: digamma within 1 ulp, or 1e−18 beside its roots below −20; the others within 4
 /// ulp, or as much beside their roots. At 0 it is infinite with the sign of the side, at negative integers
 /// NaN for even N, whose sides differ, and +∞ for odd N; of −∞ it is NaN.
 template <int N, std::floating_point T>
