@@ -2,11 +2,13 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
+#include <utility>
 
 // Functions and traits of variables for Boost.Math and Boost.Odeint; to be included before their headers,
 // and including none of them.
@@ -64,6 +66,16 @@ requires tapestry::ScalarExpression<Formula> &&
   tapestry::Variable<typename Formula::ExpressionScalar> sum = coefficients[N - 1];
   for (std::size_t i = N - 1; i-- > 0;) sum = sum * variable + coefficients[i];
   return sum;
+}
+
+/// Refuses the bracket of a bisection, which has no derivative: its ends are halves of the first bracket, and
+/// depend on the function by comparisons alone.
+template <class Function, tapestry::Differentiable T, class Tolerance, class Policy>
+std::pair<T, T> bisect(Function, T low, T high, Tolerance, std::uintmax_t&, const Policy&) {
+  static_assert(!tapestry::Differentiable<T>,
+                "bisect() has no derivative: find the root in plain numbers, and pass it to "
+                "tapestry::implicit_function()");
+  return {low, high};
 }
 
 }  // namespace boost::math::tools

@@ -4,6 +4,6 @@
 using D = tapestry::Dual<double>;
 auto f(const tapestry::Variable<D>& x) {
   const double cosine = std::cos(x.value().value());
-  return tapestry::record_scalar<D>(D(std::sin(x.value().value())),
-                                    [=](D g, D* x_adjoint) { *x_adjoint += g * cosine; }, x);
+  return tapestry::record_scalar<D>(
+      D(std::sin(x.value().value())), [=](D g, D* x_adjoint) { *x_adjoint += g * cosine; }, x);
 }
