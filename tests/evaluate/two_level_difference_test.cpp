@@ -212,11 +212,8 @@ struct FoundPictures {
   }
 
   [[nodiscard]] evaluate::PairedDifference difference() const {
-    Array<double, 2> differences(control.shape());
-    for (std::size_t i = 0; i < differences.size(); ++i)
-      differences.data()[i] = control.data()[i] - camouflage.data()[i];
     return evaluate::two_level_rate_difference(
-        differences, evaluate::rate_difference(of_control, of_camouflage, control.shape(0)));
+        control, camouflage, evaluate::rate_difference(of_control, of_camouflage, control.shape(0)));
   }
 };
 }  // namespace
@@ -311,34 +308,45 @@ TEST_CASE("a two-level ratio holds the share that seeds keep about as often as i
 }
 
 TEST_CASE("shares that are the same in all pictures keep an interval", "[evaluate][two_level]") {
-  const Array<double, 2> none({3, 20}, 0.0);
+  const Array<double, 2> all({3, 20}, 1.0);
   const std::vector<bool> found(60, true);
   const auto of_views = evaluate::rate_difference(found, found, 3);
-  const auto of_draws = evaluate::two_level_rate_difference(none, of_views);
+  const auto of_draws = evaluate::two_level_rate_difference(all, all, of_views);
   CHECK(of_draws.interval == of_views.interval);
   CHECK(of_draws.interval[1] > 0.05);
-  const Array<double, 2> one({1, 20}, 0.0);
-  CHECK(evaluate::two_level_rate_difference(one, of_views).interval == of_views.interval);
+  const Array<double, 2> one({1, 20}, 1.0);
+  CHECK(evaluate::two_level_rate_difference(one, one, of_views).interval == of_views.interval);
+  CHECK_THROWS_AS(evaluate::two_level_rate_difference(all, one, of_views), tapestry::ShapeError);
+  // Every view is found in one of its two photographs: the views count once, without a width of 0.
+  const auto even =
+      evaluate::odds_ratio(Array<double, 2>({1, 20}, 0.5), Array<double, 2>({1, 20}, 0.5), 2, 2);
+  CHECK(even.ratio == 1);
+  CHECK(even.interval[1] > 2);
+  CHECK(std::isfinite(even.interval[1]));
 }
 
 TEST_CASE("an odds ratio and its interval equal hand values", "[evaluate][two_level]") {
-  // Found in 3 of 4 views and in 1 of them: smoothed 3.5/5 and 1.5/5, so (7/3)/(3/7); slopes 1/0.21. The mean
-  // products of (¼, ¼, ¼, −¾) and (¾, −¼, −¼, −¼) are 1/16: s₁₂ = 1/16.
-  const auto found = evaluate::odds_ratio({{1, 1, 1, 0}}, {{1, 0, 0, 0}});
-  CHECK(found.ratio == Approx(49.0 / 9));
-  const double error = std::sqrt((2 / 0.21 - 2.0 / 16 / (0.21 * 0.21)) / 4);
-  CHECK(found.interval[0] == Approx(49.0 / 9 * std::exp(-3.182446 * error)).epsilon(1e-5));
-  CHECK(found.interval[1] == Approx(49.0 / 9 * std::exp(3.182446 * error)).epsilon(1e-5));
-  // All and none of them: 4.5/5 against 0.5/5.
+  // Found in 12 of 16 views and in 4 of them: odds of 3 and 1/3. Sums of squares are 3, that of the
+  // differences (twelve of 1 − c) is 4·¼ + 8·¼ + 4·¼ = 4; V = 3/240 twice, V₁₂ = 4/240, r = ⅓.
+  Array<double, 2> control({1, 16}, 0.0), camouflage({1, 16}, 0.0);
+  for (std::size_t view = 0; view < 12; ++view) control(0, view) = 1;
+  for (std::size_t view = 0; view < 4; ++view) camouflage(0, view) = 1;
+  const auto found = evaluate::odds_ratio(control, camouflage);
+  CHECK(found.ratio == Approx(9));
+  // Of one draw it is Wilson's interval, with Student's quantile and p·q / V = 15 trials: the roots x of
+  // (p − x)² = t²·x·(1 − x) / 15. It is as long in log odds to both sides.
+  const double square = 2.131450 * 2.131450 / 15, root = std::sqrt(square * (square / 4 + 3.0 / 16));
+  const double low = (0.75 + square / 2 - root) / (1 + square),
+               high = (0.75 + square / 2 + root) / (1 + square);
+  const double half = std::log(high / (1 - high) * (1 - low) / low) / 2;
+  const double reach = std::sqrt(2 * half * half * (1 - 1.0 / 3));
+  CHECK(found.interval[0] == Approx(9 * std::exp(-reach)).epsilon(1e-5));
+  CHECK(found.interval[1] == Approx(9 * std::exp(reach)).epsilon(1e-5));
+  // All and none of four pictures are half a picture from the ends: (4.5/0.5)².
   CHECK(evaluate::odds_ratio({{1, 1, 1, 1}}, {{0, 0, 0, 0}}).ratio == Approx(81));
+  CHECK(evaluate::odds_ratio({{1, 1}}, {{0, 0}}, 2, 2).ratio == Approx(81));
   CHECK(evaluate::odds_ratio({{1}}, {{0}}).interval == std::array{0.0, infinity});
   CHECK_THROWS_AS(evaluate::odds_ratio({{1, 0}}, {{1}}), tapestry::ShapeError);
-  // A share of all pictures keeps its own uncertainty where the other's draws differ.
-  Array<double, 2> all({3, 20}, 1.0), half({3, 20}, 0.0);
-  for (std::size_t d = 0; d < 3; ++d)
-    for (std::size_t v = 0; v < 10 + d; ++v) half(d, v) = 1;
-  const auto saturated = evaluate::odds_ratio(all, half).interval;
-  CHECK(std::log(saturated[1] / saturated[0]) / 2 >= 2.093024 * std::sqrt(1 / (20 * 20.5 * 0.5 / 441)));
   // Draws that differ widen it.
   const auto same = evaluate::odds_ratio({{1, 1, 1, 0}, {1, 1, 0, 1}, {0, 1, 1, 1}},
                                          {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}});
@@ -346,6 +354,57 @@ TEST_CASE("an odds ratio and its interval equal hand values", "[evaluate][two_le
                                           {{1, 1, 1, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}});
   CHECK(same.ratio == Approx(apart.ratio));
   CHECK(apart.interval[1] > same.interval[1]);
+}
+
+TEST_CASE("odds of pictures are those of the sample, however many a view has", "[evaluate][two_level]") {
+  // 719 of 720 pictures in 80 views, of three draws of three seeds, against 218 of 240.
+  Array<double, 2> control({3, 80}, 1.0), camouflage({3, 80}, 1.0);
+  control(1, 7) = 2.0 / 3;
+  for (std::size_t miss = 0; miss < 22; ++miss) camouflage(miss % 3, miss) = 0;
+  const auto odds = evaluate::odds_ratio(control, camouflage, 3, 1);
+  CHECK(odds.ratio == Approx(719.0 / 1 * 22 / 218));  // 72.6; half a view made it 14.1 [4.2, 49.7]
+  CHECK(odds.interval[0] > 1);
+  CHECK(odds.interval[0] < odds.ratio);
+  CHECK(odds.interval[1] == infinity);  // the car is missed in one view
+  control(0, 20) = control(2, 33) = 2.0 / 3;
+  CHECK(std::isfinite(evaluate::odds_ratio(control, camouflage, 3, 1).interval[1]));
+  const auto reversed = evaluate::odds_ratio(camouflage, control, 1, 3);
+  CHECK(reversed.interval[1] == Approx(1 / evaluate::odds_ratio(control, camouflage, 3, 1).interval[0]));
+}
+
+TEST_CASE("the sample's own odds and difference lie inside their intervals", "[evaluate][two_level]") {
+  Random random(13);
+  for (std::size_t trial = 0; trial < 400; ++trial) {
+    const std::size_t draws = 1 + random.index(5), views = 2 + random.index(30),
+                      pictures = 1 + random.index(3);
+    const double logit = random.uniform(-1, 7), other = random.uniform(-1, 7), spread = random.uniform(0, 3);
+    Array<double, 2> control({draws, views}, 0.0), camouflage({draws, views}, 0.0);
+    std::array<double, 2> found{};
+    for (std::size_t i = 0; i < control.size(); ++i)
+      for (std::size_t picture = 0; picture < pictures; ++picture) {
+        const double of_view = spread * random.normal();
+        const double one = random.uniform() < 1 / (1 + std::exp(-logit - of_view)) ? 1 : 0,
+                     two = random.uniform() < 1 / (1 + std::exp(-other - of_view)) ? 1 : 0;
+        found[0] += one, found[1] += two;
+        control.data()[i] += one / static_cast<double>(pictures);
+        camouflage.data()[i] += two / static_cast<double>(pictures);
+      }
+    const auto all = static_cast<double>(control.size() * pictures);
+    const double odds =
+        found[0] * (all - found[1]) / ((all - found[0]) * found[1]);  // 0/0 where both are all
+    const auto ratio = evaluate::odds_ratio(control, camouflage, pictures, pictures);
+    CAPTURE(trial, draws, views, pictures, found[0], found[1], all);
+    CHECK(ratio.interval[0] <= ratio.ratio);
+    CHECK(ratio.ratio <= ratio.interval[1]);
+    if (std::isfinite(odds) && odds > 0) CHECK(ratio.ratio == Approx(odds));
+    if (!std::isnan(odds)) CHECK(ratio.interval[0] <= odds * (1 + 1e-9));
+    if (!std::isnan(odds)) CHECK(odds <= ratio.interval[1] * (1 + 1e-9));
+    const auto difference = evaluate::two_level_rate_difference(control, camouflage, {});
+    CHECK(difference.interval[0] <= (found[0] - found[1]) / all + 1e-12);
+    CHECK(difference.interval[1] >= (found[0] - found[1]) / all - 1e-12);
+    if (std::isfinite(difference.interval[0])) CHECK(difference.interval[0] >= -1 - 1e-12);
+    if (std::isfinite(difference.interval[1])) CHECK(difference.interval[1] <= 1 + 1e-12);
+  }
 }
 
 TEST_CASE("a two-level difference refuses what does not fit", "[evaluate][two_level][error]") {

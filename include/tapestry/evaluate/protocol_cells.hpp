@@ -177,15 +177,15 @@ template <std::predicate<std::size_t> Belongs>
       draw_differences(outcomes, outcomes.best_confidence, control, texture, belongs, pictures_a_view);
   const std::size_t draws = differences.shape(0), views = differences.shape(1);
   if (outcomes.draws_of(texture) != 1) throw ShapeError("effect_of: a texture of several draws");
-  Effect effect{
-      name, two_level_difference(differences, {}, 1),
-      two_level_rate_difference(
-          draw_differences(outcomes, outcomes.found, control, texture, belongs, pictures_a_view),
-          rate_difference(detail::found_in(outcomes, control, belongs),
-                          detail::found_in(outcomes, texture, belongs, draws), pictures_a_view * draws))};
   const auto found = draw_means(outcomes, outcomes.found, control, belongs, pictures_a_view);
-  effect.odds_ratio = odds_ratio(
-      found, mean_for_draws(draw_means(outcomes, outcomes.found, texture, belongs, pictures_a_view), draws));
+  const auto painted =
+      mean_for_draws(draw_means(outcomes, outcomes.found, texture, belongs, pictures_a_view), draws);
+  Effect effect{name, two_level_difference(differences, {}, 1),
+                two_level_rate_difference(found, painted,
+                                          rate_difference(detail::found_in(outcomes, control, belongs),
+                                                          detail::found_in(outcomes, texture, belongs, draws),
+                                                          pictures_a_view * draws))};
+  effect.odds_ratio = odds_ratio(found, painted, pictures_a_view, pictures_a_view);
   effect.draws = draws;
   for (std::size_t draw = 0; draw < draws; ++draw) {
     double sum = 0;

@@ -157,34 +157,28 @@ Array<double, 2> rows_of_draws_or_seeds(const ColumnMeasurements& column, OfSeed
   });
 }
 
-/// Differences between a control and the camouflage.
-/// \param values   member of the outcomes, best_confidence or found
-/// \param control  number of its texture; matched noise is 2
-template <class Values>
-Array<double, 2> compared_differences(const ColumnMeasurements& column, Values values,
-                                      std::size_t control = 2) {
+/// Differences of best confidence between matched noise and the camouflage.
+inline Array<double, 2> compared_differences(const ColumnMeasurements& column) {
   return rows_of_draws_or_seeds(column, [&](const MeasuredFolder& folder, const MeasuredPart& part) {
-    return evaluate::draw_differences(folder.outcomes, folder.outcomes.*values, control, 1, part.belongs,
+    return evaluate::draw_differences(folder.outcomes, folder.outcomes.best_confidence, 2, 1, part.belongs,
                                       part.pictures_a_view);
   });
 }
 
-inline Array<double, 2> compared_differences(const ColumnMeasurements& column) {
-  return compared_differences(column, &evaluate::ProtocolOutcomes::best_confidence);
-}
-
-/// Odds of being found with matched noise over those with the camouflage.
-inline evaluate::PairedRatio compared_odds(const ColumnMeasurements& column) {
+/// Shares found of each view with a control and with the camouflage, of one seed [draw, view], of several
+/// [seed, view].
+/// \param control  number of its texture; matched noise is 2
+inline std::pair<Array<double, 2>, Array<double, 2>> compared_found(const ColumnMeasurements& column,
+                                                                    std::size_t control = 2) {
   const auto found = [&](std::size_t texture) {
     return rows_of_draws_or_seeds(column, [&](const MeasuredFolder& folder, const MeasuredPart& part) {
       return evaluate::draw_means(folder.outcomes, folder.outcomes.found, texture, part.belongs,
                                   part.pictures_a_view);
     });
   };
-  const auto noise = found(2), camouflage = found(1);
-  const bool is_of_draws = column.seeds.size() == 1;
-  return evaluate::odds_ratio(
-      noise, is_of_draws ? evaluate::mean_for_draws(camouflage, noise.shape(0)) : camouflage);
+  auto of_control = found(control), camouflage = found(1);
+  if (column.seeds.size() == 1) camouflage = evaluate::mean_for_draws(camouflage, of_control.shape(0));
+  return {std::move(of_control), std::move(camouflage)};
 }
 
 /// The effect in the column's part as a share of that in the whole, see evaluate::share_kept().
@@ -215,9 +209,10 @@ inline ComparedPictureNoise compared_picture_noise(const ColumnMeasurements& col
     append(noise, evaluate::detail::found_in(seed.first->outcomes, number, seed.second.belongs));
     append(painted, evaluate::detail::found_in(seed.first->outcomes, 1, seed.second.belongs));
   }
+  const auto [of_noise, of_camouflage] = compared_found(column, number);
   return {compared_texture(column, number),
           evaluate::two_level_rate_difference(
-              compared_differences(column, &evaluate::ProtocolOutcomes::found, number),
+              of_noise, of_camouflage,
               evaluate::rate_difference(noise, painted, picture_order(column, number).pictures_a_view()))};
 }
 
@@ -242,12 +237,15 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
   cell.success = evaluate::attack_success_rate(clean, painted, picture_order(column, 1));
   const auto differences = compared_differences(column);
   cell.views = differences.shape(1);
+  const auto [of_noise, of_camouflage] = compared_found(column);
   cell.effect = {
       evaluate::matched_noise_name, evaluate::two_level_difference(differences, {}, 1),
       evaluate::two_level_rate_difference(
-          compared_differences(column, &evaluate::ProtocolOutcomes::found),
+          of_noise, of_camouflage,
           evaluate::rate_difference(noise, painted_by_draw, picture_order(column, 2).pictures_a_view()))};
-  cell.effect.odds_ratio = compared_odds(column);
+  cell.effect.odds_ratio = evaluate::odds_ratio(
+      of_noise, of_camouflage, picture_order(column, 2).pictures_a_view() / of_noise.shape(0),
+      column.seeds.front().second.pictures_a_view);
   if (const auto number = picture_noise_of(column))
     cell.picture_noise = compared_picture_noise(column, *number);
   cell.kept = compared_kept(column, differences);

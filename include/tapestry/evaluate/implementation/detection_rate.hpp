@@ -6,17 +6,6 @@
 
 namespace tapestry::evaluate {
 
-namespace detail {
-/// \param trials  need not be whole
-/// \param z       quantile that the interval reaches to
-inline std::array<double, 2> wilson_interval_of(double share, double trials, double z) {
-  const double centre = share + z * z / (2 * trials);
-  const double reach = z * std::sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials));
-  const double scale = 1 / (1 + z * z / trials);
-  return {share == 0 ? 0.0 : scale * (centre - reach), share == 1 ? 1.0 : scale * (centre + reach)};
-}
-}  // namespace detail
-
 std::array<double, 2> wilson_interval(std::size_t hits, std::size_t trials, std::size_t pictures_a_trial) {
   if (trials == 0) return {0.0, 1.0};
   return detail::wilson_interval_of(static_cast<double>(hits) / static_cast<double>(trials),
@@ -66,7 +55,7 @@ inline std::array<double, 2> two_level_interval(const std::vector<bool>& hits,
       linear_terms(of_tried_views(shares_of_views(hits, order), all), of_tried_views(all, all), share);
   if (terms.shape(1) < 2 || are_rows_equal(terms)) return of_views;
   const auto variance = two_level_variance(terms);
-  return wilson_interval_of(share, share * (1 - share) / (variance.views + variance.draws),
+  return wilson_interval_of(share, share * (1 - share) / variance.sum(),
                             student_quantile(0.975, variance.degrees));
 }
 

@@ -81,7 +81,7 @@ Effect effect_beyond(const Measurement& control, const Measurement& adversarial,
     std::copy(views.begin(), views.end(), row.begin());
     return row;
   };
-  effect.odds_ratio = odds_ratio(found(control), found(adversarial));
+  effect.odds_ratio = odds_ratio(found(control), found(adversarial), control.draws, adversarial.draws);
   return effect;
 }
 

@@ -30,6 +30,9 @@ struct TwoLevelVariance {
   double views = 0;          ///< a
   double draws = 0;          ///< b
   double degrees = 0;        ///< ν
+  double interaction = 0;    ///< a part of b, too
+
+  [[nodiscard]] double sum() const { return views + draws; }
 };
 
 /// \param differences  [draw, view], two or more of both
@@ -59,9 +62,10 @@ inline TwoLevelVariance two_level_variance(const Array<double, 2>& differences) 
   const double of_views = view_squares / (views - 1) / views, of_draws = draw_squares / (draws - 1) / draws;
   if (!std::isfinite(of_views + of_draws + of_rest))
     throw NumericError("two_level_difference: the variance is not finite");
-  TwoLevelVariance variance{of_views, std::max(0.0, of_views - of_rest) + 0.1 * of_rest, of_draws, views - 1};
-  const double sum = variance.views + variance.draws;
-  if (sum > 0) variance.degrees = sum / (variance.draws / (draws - 1) + variance.views / (views - 1));
+  TwoLevelVariance variance{of_views, std::max(0.0, of_views - of_rest) + 0.1 * of_rest, of_draws, views - 1,
+                            of_rest};
+  if (variance.sum() > 0)
+    variance.degrees = variance.sum() / (variance.draws / (draws - 1) + variance.views / (views - 1));
   return variance;
 }
 
@@ -107,19 +111,124 @@ PairedDifference two_level_difference(const Array<double, 2>& differences, const
 }
 
 namespace detail {
+
 inline bool are_rows_equal(const Array<double, 2>& values) {
   for (std::size_t row = 1; row < values.shape(0); ++row)
     for (std::size_t column = 0; column < values.shape(1); ++column)
       if (values(row, column) != values(0, column)) return false;
   return true;
 }
+
+/// \param trials  need not be whole
+/// \param z       quantile that the interval reaches to
+inline std::array<double, 2> wilson_interval_of(double share, double trials, double z) {
+  const double centre = share + z * z / (2 * trials);
+  const double reach = z * std::sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials));
+  const double scale = 1 / (1 + z * z / trials);
+  return {share == 0 ? 0.0 : scale * (centre - reach), share == 1 ? 1.0 : scale * (centre + reach)};
+}
+
+/// A share over draws and views, see two_level_rate_difference().
+struct TwoLevelShare {
+  double draws = 0, views = 0;
+  double share = 0;
+  TwoLevelVariance variance{};
+  double found_views = 0, missed_views = 0;  ///< with a picture in which the car is found, or is not
+
+  [[nodiscard]] bool is_saturated() const { return found_views == 0 || missed_views == 0; }
+
+  /// Half the length of the interval of the logarithm of odds, see two_level_rate_difference().
+  /// \param pq       p·(1 − p)
+  /// \param widened  factor of the variance
+  [[nodiscard]] double reach(double pq, double widened = 1) const {
+    const double t_views = student_quantile(0.975, views - 1),
+                 t_draws = draws > 1 ? student_quantile(0.975, draws - 1) : 0;
+    const double apart = std::max(0.0, variance.draws - variance.interaction);
+    const double of_views = variance.views + (draws == 2 ? variance.interaction / 4 : 0);
+    const double together = t_views * t_views * of_views + t_draws * t_draws * (variance.draws - apart);
+    return std::hypot(2 * std::asinh(std::sqrt(widened * together) / (2 * pq)),
+                      t_draws * std::sqrt(widened * apart) / pq);
+  }
+
+  /// Of the share.
+  [[nodiscard]] std::array<double, 2> interval() const {
+    if (is_saturated()) return wilson_interval_of(share, views, student_quantile(0.975, views - 1));
+    const double odds = share / (1 - share), factor = std::exp(reach(share * (1 - share)));
+    return {1 / (1 + factor / odds), 1 / (1 + 1 / (factor * odds))};
+  }
+};
+
+/// two_level_variance(); where draws are equal, that of one; none of one view.
+inline TwoLevelVariance variance_over_levels(const Array<double, 2>& values) {
+  const auto views = static_cast<double>(values.shape(1));
+  if (views < 2) return {};
+  if (!are_rows_equal(values)) return two_level_variance(values);
+  double sum = 0, squares = 0;
+  for (std::size_t view = 0; view < values.shape(1); ++view) sum += values(0, view);
+  for (std::size_t view = 0; view < values.shape(1); ++view)
+    squares += (values(0, view) - sum / views) * (values(0, view) - sum / views);
+  return {0, squares / (views * (views - 1)), 0, views - 1};
+}
+
+/// \param found  [draw, view]; draws that are equal count as one
+inline TwoLevelShare two_level_share(const Array<double, 2>& found) {
+  TwoLevelShare result{are_rows_equal(found) ? 1.0 : static_cast<double>(found.shape(0)),
+                       static_cast<double>(found.shape(1)), 0, variance_over_levels(found)};
+  for (const double share : found) result.share += share / static_cast<double>(found.size());
+  for (std::size_t view = 0; view < found.shape(1); ++view) {
+    bool is_found = false, is_missed = false;
+    for (std::size_t draw = 0; draw < found.shape(0); ++draw) {
+      is_found = is_found || found(draw, view) > 0;
+      is_missed = is_missed || found(draw, view) < 1;
+    }
+    result.found_views += is_found ? 1 : 0;
+    result.missed_views += is_missed ? 1 : 0;
+  }
+  if (result.is_saturated())
+    result.share = result.found_views > 0 ? 1 : 0;  // without rounding
+  else if (!(result.variance.sum() > 0))            // as many pictures in each view
+    result.variance.views = result.share * (1 - result.share) / result.views;
+  return result;
+}
+
+/// Correlation of the means of two shares; 0 where one of these or their difference does not vary.
+/// \param difference  variance of the mean difference
+inline double correlation(const TwoLevelShare& first, const TwoLevelShare& second,
+                          const TwoLevelVariance& difference) {
+  const double one = first.variance.sum(), other = second.variance.sum();
+  if (!(one * other * difference.sum() > 0)) return 0;
+  return std::clamp((one + other - difference.sum()) / (2 * std::sqrt(one * other)), -1.0, 1.0);
+}
+
+inline Array<double, 2> difference_of(const Array<double, 2>& first, const Array<double, 2>& second) {
+  Array<double, 2> difference = first;
+  for (std::size_t i = 0; i < difference.size(); ++i) difference.data()[i] -= second.data()[i];
+  return difference;
+}
+
+/// Distance from a difference to an end of its interval, by those of its terms.
+inline double put_together(double first, double second, double correlation) {
+  return std::sqrt(std::max(0.0, first * first + second * second - 2 * correlation * first * second));
+}
+
 }  // namespace detail
 
-PairedDifference two_level_rate_difference(const Array<double, 2>& differences,
+PairedDifference two_level_rate_difference(const Array<double, 2>& control,
+                                           const Array<double, 2>& camouflage,
                                            const PairedDifference& of_views) {
-  if (differences.shape(1) < 2 || detail::are_rows_equal(differences)) return of_views;
-  auto result = two_level_difference(differences, {}, 1);
-  if (result.interval[0] == result.interval[1]) result.interval = of_views.interval;
+  require_shape("two_level_rate_difference", "camouflage", camouflage, {control.shape(0), control.shape(1)});
+  if (control.shape(1) < 2 || (detail::are_rows_equal(control) && detail::are_rows_equal(camouflage)))
+    return of_views;
+  const auto first = detail::two_level_share(control), second = detail::two_level_share(camouflage);
+  const double together = detail::correlation(
+      first, second, detail::variance_over_levels(detail::difference_of(control, camouflage)));
+  const auto [low, high] = first.interval();
+  const auto [other_low, other_high] = second.interval();
+  auto result = of_views;
+  result.mean = first.share - second.share;
+  result.interval = {
+      result.mean - detail::put_together(first.share - low, other_high - second.share, together),
+      result.mean + detail::put_together(high - first.share, second.share - other_low, together)};
   return result;
 }
 
@@ -135,71 +244,42 @@ PairedRatio two_level_ratio(const Array<double, 2>& first, const Array<double, 2
 
 namespace detail {
 
-/// Mean found share and the smoothed one.
-struct FoundShare {
-  double mean = 0, smoothed = 0;
-
-  [[nodiscard]] double slope() const { return 1 / (smoothed * (1 - smoothed)); }  ///< of the log odds
-};
-
-inline FoundShare found_share(const Array<double, 2>& found) {
-  double sum = 0;
-  for (const double share : found) sum += share / static_cast<double>(found.shape(0));
-  const auto views = static_cast<double>(found.shape(1));
-  return {sum / views, (sum + 0.5) / (views + 1)};
-}
-
-/// Half the length of the interval of a log odds ratio by binomial variances.
-inline double binomial_reach(const Array<double, 2>& first, const Array<double, 2>& second,
-                             const FoundShare& of_first, const FoundShare& of_second) {
-  const auto views = static_cast<double>(first.shape(1)), cells = static_cast<double>(first.size());
-  double covariance = 0;
-  for (std::size_t i = 0; i < first.size(); ++i)
-    covariance += (first.data()[i] - of_first.mean) * (second.data()[i] - of_second.mean) / cells;
-  const double variance =
-      (of_first.slope() + of_second.slope() - 2 * covariance * of_first.slope() * of_second.slope()) / views;
-  return student_quantile(0.975, views - 1) * std::sqrt(std::max(0.0, variance));
-}
-
-/// Square of what a share adds to the reach of a log odds ratio where its linear terms are 0, since the car
-/// is found in all pictures or in none; else 0.
-inline double saturated_reach(const FoundShare& share, const Array<double, 2>& found) {
-  const bool is_one = std::ranges::all_of(found, [](double one) { return one == 1; });
-  const bool is_none = std::ranges::all_of(found, [](double one) { return one == 0; });
-  if (!is_one && !is_none) return 0;
-  const auto views = static_cast<double>(found.shape(1));
-  const double t = student_quantile(0.975, views - 1);
-  return t * t * share.slope() / views;
+/// A share's logarithm of odds, and half the length of its interval, see odds_ratio().
+/// \param pictures  of each entry of the array
+inline std::pair<double, double> log_odds(const TwoLevelShare& share, double pictures) {
+  const double of_view = share.draws * pictures, all = of_view * share.views;
+  const double p = share.is_saturated() ? (share.share * all + 0.5) / (all + 1) : share.share,
+               pq = p * (1 - p);
+  const double logarithm = std::log(p / (1 - p));
+  if (share.views < 2) return {logarithm, 0};
+  if (share.is_saturated())
+    return {logarithm,
+            2 * std::asinh(student_quantile(0.975, share.views - 1) / (2 * std::sqrt(share.views * pq)))};
+  const double effect = share.variance.sum() * all / pq;
+  const double shown = std::min(share.found_views, share.missed_views);
+  return {logarithm, share.reach(pq, std::max(1.0, (shown + 0.3 * of_view / effect) / (shown + 0.3)))};
 }
 
 }  // namespace detail
 
-PairedRatio odds_ratio(const Array<double, 2>& control, const Array<double, 2>& camouflage) {
+PairedRatio odds_ratio(const Array<double, 2>& control, const Array<double, 2>& camouflage,
+                       std::size_t pictures_of_control, std::size_t pictures_of_camouflage) {
   require_shape("odds_ratio", "camouflage", camouflage, {control.shape(0), control.shape(1)});
   if (control.shape(0) == 0) throw ShapeError("odds_ratio: no draws");
   PairedRatio result{1, {0, std::numeric_limits<double>::infinity()}};
   if (control.shape(1) == 0) return result;
-  const auto first = detail::found_share(control), second = detail::found_share(camouflage);
-  const auto log_odds = [](double p) { return std::log(p / (1 - p)); };
-  const double logarithm = log_odds(first.smoothed) - log_odds(second.smoothed);
+  const auto first = detail::two_level_share(control), second = detail::two_level_share(camouflage);
+  const auto [log_odds, reach] = detail::log_odds(first, static_cast<double>(pictures_of_control));
+  const auto [other_log_odds, other_reach] =
+      detail::log_odds(second, static_cast<double>(pictures_of_camouflage));
+  const double logarithm = log_odds - other_log_odds;
   result.ratio = std::exp(logarithm);
-  if (control.shape(1) < 2) return result;
-  std::array<double, 2> reach{};
-  if (!detail::are_rows_equal(control) || !detail::are_rows_equal(camouflage)) {
-    Array<double, 2> terms(control.shape());
-    for (std::size_t i = 0; i < terms.size(); ++i)
-      terms.data()[i] = (control.data()[i] - first.mean) * first.slope() -
-                        (camouflage.data()[i] - second.mean) * second.slope();
-    reach = two_level_difference(terms).interval;
-    const double saturated =
-        detail::saturated_reach(first, control) + detail::saturated_reach(second, camouflage);
-    reach = {-std::sqrt(reach[0] * reach[0] + saturated), std::sqrt(reach[1] * reach[1] + saturated)};
-  }
-  if (!(reach[1] - reach[0] > 0)) {
-    reach[1] = detail::binomial_reach(control, camouflage, first, second);
-    reach[0] = -reach[1];
-  }
-  result.interval = {std::exp(logarithm + reach[0]), std::exp(logarithm + reach[1])};
+  const double both = detail::put_together(
+      reach, other_reach,
+      detail::correlation(first, second,
+                          detail::variance_over_levels(detail::difference_of(control, camouflage))));
+  if (std::min(first.found_views, second.missed_views) >= 3) result.interval[0] = std::exp(logarithm - both);
+  if (std::min(first.missed_views, second.found_views) >= 3) result.interval[1] = std::exp(logarithm + both);
   return result;
 }
 
