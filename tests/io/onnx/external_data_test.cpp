@@ -56,6 +56,41 @@ TEST_CASE("elements are read from files beside the model", "[io][onnx]") {
               "a.onnx", model_with({{"location", location}, {"offset", "8"}, {"length", "8"}}))) == within);
 }
 
+TEST_CASE("the layout of model hubs is read: links to blobs beside each other", "[io][onnx]") {
+  const TemporaryFolder hub;
+  for (const char* name : {"blobs", "snapshots", "snapshots/main", "snapshots/main/onnx"})
+    fs::create_directory(hub.path(name));
+  hub.write("blobs/0123", model_with({{"location", "model.onnx_data"}}));
+  hub.write("blobs/4567", onnx::raw_floats({3, 4}));
+  fs::create_symlink("../../../blobs/0123", hub.path("snapshots/main/onnx/model.onnx"));
+  fs::create_symlink("../../../blobs/4567", hub.path("snapshots/main/onnx/model.onnx_data"));
+  CHECK(read_far(hub.path("snapshots/main/onnx/model.onnx")) == std::vector<float>{3, 4});
+}
+
+TEST_CASE("X17: a linked model opens nothing but its folder and the files beside it",
+          "[io][onnx][bad_input]") {
+  const TemporaryFolder hub;
+  for (const char* name : {"blobs", "blobs/below", "other", "model", "plain"})
+    fs::create_directory(hub.path(name));
+  hub.write("blobs/below/secret", onnx::raw_floats({1, 2}));
+  hub.write("other/secret", onnx::raw_floats({1, 2}));
+  hub.write("blobs/0123", model_with({{"location", "far"}}));
+  hub.write("blobs/4567", onnx::raw_floats({3, 4}));
+  fs::create_symlink("../blobs/0123", hub.path("model/a.onnx"));
+  const std::string refused = "external data 'far' is a link that leads out of the folder";
+  for (const char* target : {"../other/secret", "../blobs/below/secret"}) {
+    fs::create_symlink(target, hub.path("model/far"));
+    check_refused(ErrorKind::malformed, refused, [&] { (void)read_far(hub.path("model/a.onnx")); });
+    fs::remove(hub.path("model/far"));
+  }
+  // Without a link beside the model there is no such file; a model that is no link has its own folder alone.
+  check_refused(ErrorKind::malformed, "external data 'far' cannot be opened",
+                [&] { (void)read_far(hub.path("model/a.onnx")); });
+  fs::create_symlink("../blobs/4567", hub.path("plain/far"));
+  const auto plain = hub.write("plain/a.onnx", model_with({{"location", "far"}}));
+  check_refused(ErrorKind::malformed, refused, [&] { (void)read_far(plain); });
+}
+
 TEST_CASE("a file with several names is refused, for the others may lie anywhere", "[io][onnx][bad_input]") {
   const TemporaryFolder folder, elsewhere;  // X17
   const auto secret = elsewhere.write("secret.bin", onnx::raw_floats({3, 4}));

@@ -24,9 +24,10 @@ struct ExternalReference {
 };
 
 /// The files beside a model that hold elements of its tensors. Only files below the model's folder are
-/// opened, after links are resolved, so a model cannot read other files. A file with several names is
-/// refused, since hard links cannot be resolved: another name may be anywhere. Source: ONNX,
-/// docs/ExternalData.md.
+/// opened, after links are resolved, so a model cannot read other files. Where the model is itself a link, as
+/// in the folders of model hubs, a link beside it may also lead to a file directly beside the one that the
+/// model leads to. A file with several names is refused, since hard links cannot be resolved: another name
+/// may be anywhere. Source: ONNX, docs/ExternalData.md.
 class ExternalData {
  public:
   /// \param model_path   of the file that refers to others
@@ -114,7 +115,10 @@ class ExternalData {
     const fs::path target = error ? fs::path() : fs::canonical(folder / path, error);
     if (error) tensor.fail_whole(label + " cannot be opened: " + error.message());
     const fs::path inside = target.lexically_relative(folder);
-    if (inside.empty() || *inside.begin() == "..")
+    const bool is_below = !inside.empty() && *inside.begin() != "..";
+    const bool is_beside_link = fs::is_symlink(model_path_, error) && !error &&
+                                target.parent_path() == fs::canonical(model_path_, error).parent_path();
+    if (!is_below && (error || !is_beside_link))
       tensor.fail_whole(label + " is a link that leads out of the folder", expected, "",
                         ErrorKind::malformed);
     return target.string();
