@@ -66,6 +66,7 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   require_sound(options, problems);
   if (options.check && !options.resume) return check_only(options, problems);
   problems.throw_first();
+  take_over_run(options, "camouflage");
   if (options.threads > 0) limit_threads(options.threads);
   const StopSignal stop_signal;
   io::InputLedger ledger;

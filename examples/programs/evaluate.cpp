@@ -26,6 +26,7 @@
 #include "shell/run_folder.hpp"
 #include "shell/run_inputs.hpp"
 #include "shell/run_manifest.hpp"
+#include "shell/run_origin.hpp"
 #include "shell/run_page.hpp"
 #include "shell/settings.hpp"
 #include "shell/side_by_side.hpp"
@@ -123,6 +124,46 @@ void adopt_run(const CLI::App& app, Options& options) {
       (app.get_option("--weights")->count() > 0 &&
        (io::is_onnx(options.detector.weights) || io::is_safetensors(options.detector.weights)));
   if (!other_detector) adopt_saved(app, saved["options"], manifest, options.detector, differing);
+  Json used = json_of_settings(options.scene, options.detector);
+  if (!options.protocol.protocol.empty() && !is_on_photographs(options.protocol.protocol))
+    used.erase("frames"), used.erase("segmenter");
+  require_inputs_of_run(
+      used, options.camouflage.run, saved,
+      [&](const std::string& name) { return app.get_option("--" + name)->count() > 0; },
+      "give another by that option");
+}
+
+/// Takes over where the measured run began and its instruction set, or that of an interrupted measurement,
+/// see run_origin.hpp; warns of what is not the run's. Must be called before anything is recorded or
+/// computed.
+void take_over_run(Options& options) {
+  auto& [run, picture] = options.camouflage;
+  std::vector<std::string*> paths{&run,
+                                  &picture,
+                                  &options.against,
+                                  &options.scene.mesh,
+                                  &options.scene.faces,
+                                  &options.scene.frames,
+                                  &options.scene.segmenter,
+                                  &options.detector.cfg,
+                                  &options.detector.weights,
+                                  &options.detector.names,
+                                  &options.output,
+                                  &options.pictures};
+  for (auto& weights : options.protocol.further_weights) paths.push_back(&weights);
+  if (options.detector.detector.find_first_of("./") != std::string::npos)  // else the word of a family
+    paths.push_back(&options.detector.detector);
+  const auto folder = go_where_it_began(run, "camouflage", paths);
+  if (!folder.empty()) remark("paths of the run start in " + folder);
+  if (!options.protocol.protocol.empty() && !options.output.empty())
+    adopt_instruction_set(options.output + "/settings.json");
+  for (const std::string& measured : {run, options.against}) {
+    if (measured.empty()) continue;
+    adopt_instruction_set(manifest_path(measured));
+    if (!options.clean_only) print_warnings(warnings_about_outputs(measured, "texture.npz"));
+    const auto build = other_facts(read_manifest(measured), facts_of_bits);
+    if (!build.empty()) print_warnings({measured + " was made by another build: " + build});
+  }
 }
 
 void require_no_run(const Options& options) {
@@ -192,8 +233,9 @@ std::vector<ChangedInput> changed_since_runs(const Options& options, Inputs& inp
   note_frames(inputs.frames.test, inputs.mask);
   std::vector<ChangedInput> changed;
   for (const std::string& run : {options.camouflage.run, options.against})
-    for (const ChangedInput& input : require_run_inputs({run, options.accept_changed_inputs}, options.scene,
-                                                        inputs.car, inputs.frames.test, inputs.warnings))
+    for (const ChangedInput& input :
+         require_run_inputs({run, options.accept_changed_inputs, !options.clean_only}, options.scene,
+                            inputs.car, inputs.frames.test, inputs.warnings))
       if (std::ranges::find(changed, input) == changed.end()) changed.push_back(input);
   return changed;
 }
@@ -375,7 +417,8 @@ int survey_frames(Options& options) {
 /// Writes tables of the detections of another program, as survey_frames() does of its own.
 int survey_detections(const CLI::App& app, const Options& options) {
   for (const auto* option : app.get_options()) {
-    const std::vector<std::string> known{"--pictures", "--detections", "--confidence", "--sweep", "--output"};
+    const std::vector<std::string> known{"--pictures", "--detections", "--confidence", "--sweep",  "--output",
+                                         "--run",      "--threads",    "--quiet",      "--verbose"};
     if (option->count() > 0 && option->get_configurable() &&
         std::ranges::find(known, option->get_name()) == known.end())
       throw Error(ErrorKind::usage, option->get_name() + " has no part in --detections");
@@ -383,9 +426,13 @@ int survey_detections(const CLI::App& app, const Options& options) {
   ProblemList problems;
   require_sound(options.detector, problems);
   require_sound_sweep(options, problems);
+  require_sound_thread_count(options.threads, problems);
   problems.throw_first();
+  if (options.threads > 0) limit_threads(options.threads);
   const io::InputLedger ledger;
   auto exported = read_exported_pictures(options.pictures);
+  if (!options.camouflage.run.empty())
+    require_pictures_of(options.camouflage.run, exported.about, options.pictures);
   read_detections(options.detections, exported);
   RunReport report = report_of(exported, {options.detector.confidence, options.detector.nms, options.sweep});
   report.options["confidence"] = options.detector.confidence;
@@ -415,6 +462,7 @@ int run(const CLI::App& app, Options& options) {
     return evaluate_dataset(app, options.dataset, options.detector, options.threads);
   if (!options.detections.empty()) return survey_detections(app, options);
   require_consistent(app, options);
+  take_over_run(options);
   io::InputLedger ledger;
   ledger.leave_out(options.output);
   if (!options.camouflage.run.empty()) adopt_run(app, options);
@@ -429,7 +477,7 @@ int run(const CLI::App& app, Options& options) {
                             options.clean_only ? CamouflageSource() : options.camouflage,
                             options.seed,
                             options.output,
-                            {options.camouflage.run, options.accept_changed_inputs}});
+                            {options.camouflage.run, options.accept_changed_inputs, !options.clean_only}});
 }
 }  // namespace
 

@@ -53,6 +53,7 @@ int run(const CLI::App& app, const char* program, HardenOptions& options) {
   ProblemList problems;
   require_sound(options, problems);
   problems.throw_first();
+  take_over_run(options, "harden");
   if (options.threads > 0) limit_threads(options.threads);
   const StopSignal stop_signal;
   io::InputLedger ledger;

@@ -30,6 +30,7 @@
 #include "shell/program.hpp"
 #include "shell/run_folder.hpp"
 #include "shell/run_manifest.hpp"
+#include "shell/run_origin.hpp"
 
 namespace {
 using namespace tapestry;
@@ -255,7 +256,7 @@ std::string differences(const Json& was, const Json& now) {
     if (before != after)
       text += (text.empty() ? "" : ", ") + name + " (was " + before.dump() + ", now " + after.dump() + ")";
   };
-  compare("version", was.value("version", Json()), now["version"]);
+  for (const auto& fact : facts_of_bits) compare(fact, was.value(fact, now[fact]), now[fact]);
   const Json before = was.value("options", Json::object()), &after = now["options"];
   for (const auto& [name, value] : after.items()) compare("--" + name, before.value(name, Json()), value);
   for (const auto& [name, value] : before.items())
@@ -380,6 +381,7 @@ std::string next_command(const Options& options) {
 int make_dataset(const CLI::App& app, Options& options) {
   require_ranges(options);
   options.is_fov_given = app.count("--fov") > 0;
+  if (!options.output.empty()) adopt_instruction_set(manifest_path(options.output));
   io::InputLedger ledger;
   ledger.leave_out(options.output);
   const scenes::Vehicle vehicle = load_vehicle(options);

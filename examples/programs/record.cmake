@@ -1,7 +1,8 @@
 # What our programs, benchmarks and tests write and read of a run: its folder, its manifest, and what built it.
 include_guard(GLOBAL)
 set(shell_dir ${CMAKE_CURRENT_LIST_DIR}/shell)
-add_library(programs_record STATIC ${shell_dir}/build_facts.cpp ${shell_dir}/run_folder.cpp ${shell_dir}/run_manifest.cpp)
+add_library(programs_record STATIC ${shell_dir}/build_facts.cpp ${shell_dir}/run_folder.cpp ${shell_dir}/run_manifest.cpp
+                                    ${shell_dir}/run_origin.cpp)
 target_link_libraries(programs_record PUBLIC tapestry_strict tapestry_float)
 
 # The commit of the sources, where they are a repository of their own. CMake runs again after the next one.

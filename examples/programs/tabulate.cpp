@@ -67,8 +67,11 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
   for (const auto& row : comparison.rows)
     for (const auto& cell : row.cells)
       if (cell) seeds = std::max(seeds, cell->seeds), draws = std::max(draws, cell->draws);
+  const auto& made_by = comparison.made_by;
+  const auto commit = made_by.find("commit");
   std::string commits;
-  for (const auto& commit : comparison.commits) commits += (commits.empty() ? "" : ", ") + commit;
+  if (commit != made_by.end())
+    for (const auto& [value, folder] : commit->second) commits += (commits.empty() ? "" : ", ") + value;
   std::vector<std::string> notes{
       "A row is one camouflage, optimised with up to " + std::to_string(seeds) +
           (seeds == 1 ? " seed" : " seeds") + "; its matched noise has its colours and its spectrum, in " +
@@ -80,7 +83,16 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
       "paired shares. Intervals of shares: Wilson's, over the same levels.",
       commits.empty()
           ? std::string("Which commits made it is not known.")
-          : "Made by commit" + std::string(comparison.commits.size() == 1 ? " " : "s ") + commits + "."};
+          : "Made by commit" + std::string(commit->second.size() == 1 ? " " : "s ") + commits + "."};
+  for (const auto& [fact, values] : made_by) {
+    if (fact == "commit" || values.size() == 1) continue;
+    notes.push_back("Not all of it was computed by one " +
+                    (fact == "instruction_set" ? std::string("instruction set") : fact) +
+                    ", on which last bits depend:");
+    for (const auto& [value, folder] : values)
+      notes.back() += (notes.back().back() == ':' ? " " : ", ") + value + " (" + folder + ")";
+    notes.back() += ".";
+  }
   if (has_picture_noise(comparison))
     notes.insert(notes.begin() + 1,
                  "Noise drawn in each picture: its paint is replaced by noise with the colours and the "

@@ -10,7 +10,7 @@ mkdir frames && cp "$assets"/frames/test/00[01].npz frames
 cp "$assets"/detector.{cfg,weights,names} .
 cp detector.weights other.weights && printf '\0' | dd of=other.weights bs=1 seek=5000 conv=notrunc status=none
 paint() { # FOLDER OPTION...
-  "$programs/camouflage" --frames frames --texels 4 --size 64 --epochs 1 --threads 1 --cfg detector.cfg --weights detector.weights --names detector.names \
+  "$programs/camouflage" --frames frames --texels 4 --size 64 --epochs 1 --threads 1 --start random --cfg detector.cfg --weights detector.weights --names detector.names \
     "${@:2}" --output "$1" >/dev/null 2>&1 || fail "the run $1"
 }
 measure() { # FOLDER RUN OPTION...
@@ -87,6 +87,14 @@ refused "seeds in other frames" "row: measured-1 read frames/001.npz $sha, elsew
 refused "rows in other frames" "row and other: measured-1 read frames/001.npz $sha, elsewhere read others/001.npz $sha\$" row=measured-1 other=elsewhere
 refused "seeds with other draws" 'few and measured-1 were not measured in the same frames with the same draws' row=measured-1,few
 refused "one camouflage as two seeds" 'row: measured-1 and copied measured one camouflage, not two of its seeds' row=measured-1,copied
+
+# Equal paints are one seed, whatever their runs say; a paint of another run than the one that is named is refused.
+cp -r run-1 twin && sed -i 's/^  "seed": 1,$/  "seed": 7,/' twin/manifest.json
+measure twin-measured twin
+refused "a paint under two seeds" 'row: measured-1 and twin-measured measured one camouflage, not two of its seeds' row=measured-1,twin-measured
+sed -i "s/\"texture.npz\": \"[0-9a-f]*\"/\"texture.npz\": \"$(sha256sum <run-2/texture.npz | cut -d ' ' -f 1)\"/" twin/manifest.json
+refused "the paint of another run" "twin-measured/settings.json: measured a twin/texture.npz that is not of twin; expected SHA-256 $(
+  sha256sum <run-2/texture.npz | cut -c 1-16).*, found SHA-256 $(sha256sum <run-1/texture.npz | cut -c 1-16)" row=twin-measured
 
 # The same bytes under other names are the same.
 mkdir elsewhere-frames && cp frames/000.npz elsewhere-frames/000.npz && cp frames/001.npz elsewhere-frames/002.npz

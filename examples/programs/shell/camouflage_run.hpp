@@ -6,6 +6,7 @@
 #include <iostream>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -156,6 +157,14 @@ class CamouflageRun {
   }
   [[nodiscard]] std::string path(const char* name) const { return options_.output + "/" + name; }
 
+  /// Whether a file of the folder is a result that the same options give again to the bit.
+  static bool is_output(const std::string& name) {
+    constexpr std::string_view stems[] = {"texture", "matched_noise", "shuffled", "before",  "after",
+                                          "result",  "side_by_side",  "views",    "history", "light"};
+    return name.starts_with("painted") || name == "metrics.csv" ||
+           std::ranges::count(stems, std::string_view(name).substr(0, name.find('.'))) > 0;
+  }
+
   /// The views that show the car. All ranks stop together.
   /// \throws Stopped when a signal has arrived at a rank
   std::vector<std::size_t> prepared(camouflage::ViewStore<float>& store) {
@@ -173,14 +182,13 @@ class CamouflageRun {
   /// Writes the manifest to a new folder, once every view has been read; checks that a folder to resume holds
   /// one that agrees, and that all ranks have read the same.
   void open_folder() {
-    const Json manifest = make_manifest("camouflage", settings_json(options_), options_.optimisation.seed,
-                                        inputs_.frames.held_out);
+    Json manifest = make_manifest("camouflage", settings_json(options_), options_.optimisation.seed,
+                                  inputs_.frames.held_out);
     settings_ = identity_text(manifest);
     ranks_.require_same("options and inputs", io::sha256(settings_));
-    if (options_.resume)
-      require_same_inputs(manifest, options_.output);
-    else if (ranks_.is_first())
-      write_text(manifest_path(options_.output), exact_text(manifest) + "\n");
+    ranks_.require_same("version, compiler or instruction set", io::sha256(bits_text()));
+    if (options_.resume) require_same_inputs(manifest, options_.output);
+    if (ranks_.is_first()) open_manifest(std::move(manifest), options_.output, options_.resume);
   }
 
   void restore(camouflage::Training<float>& training) {
@@ -319,6 +327,7 @@ class CamouflageRun {
     add_paint(page, textures);
     write_text(path("report.html"), page_html(page));
     write_text(path("metrics.csv"), metrics_csv(report));
+    record_outputs(options_.output, is_output);
     write_text(path("metrics.json"), report_text(metrics_json(report)));
     std::cout << summary_text(report);
     remark("report: " + path("report.html"));

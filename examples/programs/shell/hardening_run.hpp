@@ -107,13 +107,13 @@ class HardeningRun {
 
   /// Writes the manifest to a new folder; checks that a folder to resume holds one that agrees.
   void open_folder() {
-    const Json manifest =
+    Json manifest =
         make_manifest("harden", settings_json(options_), options_.harden.seed, inputs_.frames.held_out);
     identity_ = identity_text(manifest);
-    if (options_.resume) return require_same_inputs(manifest, options_.output);
-    if (is_there(hardened_path(), ErrorKind::write))
+    if (options_.resume) require_same_inputs(manifest, options_.output);
+    if (!options_.resume && is_there(hardened_path(), ErrorKind::write))
       throw Error(ErrorKind::in_use, hardened_path() + " is there already; give another --output");
-    write_text(manifest_path(options_.output), exact_text(manifest) + "\n");
+    open_manifest(std::move(manifest), options_.output, options_.resume);
   }
 
   /// Whether the detector has the classes that drawn scenes are labelled with, and no others.
@@ -290,6 +290,7 @@ class HardeningRun {
     if (attacks) add_attacks(page, *attacks, std::move(before.attacked), std::move(after.attacked));
     write_text(path("report.html"), page_html(page));
     write_text(path("metrics.csv"), hardening_csv(report));
+    record_outputs(options_.output, [&](const std::string& name) { return name == page.files.front(); });
     write_text(path("metrics.json"), report_text(hardening_json(report)));
     std::cout << text;
     remark("hardened detector: " + hardened_path());

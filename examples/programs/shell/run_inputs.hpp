@@ -32,8 +32,10 @@ inline bool is_named(const Json& options, const std::string& path) {
 ///
 /// \param manifest  of the run
 /// \param frames all frames to measure on; none if only the car is rendered
-inline std::vector<ChangedInput> changed_since(const Json& manifest, const SceneSettings& scene,
-                                               const Car& car, const std::vector<std::string>& frames) {
+/// \param expected  inputs of the run, and its paint if that is measured
+inline std::vector<ChangedInput> changed_since(const Json& manifest, const Json& expected,
+                                               const SceneSettings& scene, const Car& car,
+                                               const std::vector<std::string>& frames) {
   const Json& options = manifest["options"];
   const auto setting = [&](const char* name) { return options.value(name, std::string()); };
   const std::string folder = setting("frames");
@@ -55,7 +57,7 @@ inline std::vector<ChangedInput> changed_since(const Json& manifest, const Scene
                ? !detail::is_named(options, input.path) && !is_picture(input.path)
                : std::ranges::find(car.material_files, input.path) != car.material_files.end();
   };
-  auto changed = changed_inputs(manifest["inputs"], recorded_inputs());
+  auto changed = changed_inputs(expected, recorded_inputs());
   std::erase_if(changed, [&](const ChangedInput& input) {
     if (!input.expected.empty() && !input.found.empty()) return false;
     const bool is_left_out = input.found.empty() && is_there(input.path, ErrorKind::malformed);
@@ -69,7 +71,19 @@ inline std::vector<ChangedInput> changed_since(const Json& manifest, const Scene
 struct RunInputs {
   std::string run{};  ///< its folder; empty: no comparison
   bool accepts_changes = false;
+  bool reads_paint = true;
 };
+
+/// The inputs of a run, and its paint as the run wrote it, if its manifest states that.
+inline Json expected_inputs(const Json& manifest, const RunInputs& inputs) {
+  Json expected = manifest["inputs"];
+  const std::string name = "texture.npz", path = inputs.run + "/" + name;
+  const Json outputs = manifest.value("outputs", Json());
+  if (!inputs.reads_paint || !outputs.is_object() || !outputs.contains(name)) return expected;
+  io::InputLedger::note(path);
+  expected.push_back({{"path", path}, {"sha256", outputs[name]}});
+  return expected;
+}
 
 /// Returns changed_since(), and adds a warning for each accepted change to `warnings`.
 /// \throws Error (in_use) naming the changes, unless they are accepted
@@ -77,7 +91,8 @@ inline std::vector<ChangedInput> require_run_inputs(const RunInputs& inputs, con
                                                     const Car& car, const std::vector<std::string>& frames,
                                                     std::vector<std::string>& warnings) {
   if (inputs.run.empty()) return {};
-  auto changed = changed_since(read_manifest(inputs.run), scene, car, frames);
+  const Json manifest = read_manifest(inputs.run);
+  auto changed = changed_since(manifest, expected_inputs(manifest, inputs), scene, car, frames);
   if (changed.empty()) return changed;
   const std::string words = inputs.run + ": inputs have changed since the run: " + text_of(changed);
   if (!inputs.accepts_changes)

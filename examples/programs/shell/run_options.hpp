@@ -10,9 +10,12 @@
 #include "command_line.hpp"
 #include "file_status.hpp"
 #include "problem_list.hpp"
+#include "program.hpp"
 #include "run_manifest.hpp"
+#include "run_origin.hpp"
 #include "settings.hpp"
 #include "stop_signal.hpp"
+#include "verbosity.hpp"
 
 namespace tapestry::shell {
 
@@ -23,6 +26,7 @@ struct RunOptions {
   std::size_t checkpoint_steps = 50;
   std::size_t keep_mib = 4096;
   bool resume = false;
+  bool accepts_other_build = false;
 };
 
 /// \param folder prefix of the names of run folders if no folder is given
@@ -35,6 +39,9 @@ inline void add_run_options(CLI::App& app, RunOptions& options, const std::strin
                  "memory for prepared views, MiB; those beyond are prepared anew");
   app.add_flag("--resume", options.resume,
                "continue the run in --output; settings not given are taken from it");
+  app.add_flag("--accept-other-build", options.accepts_other_build,
+               "resume although version, compiler or instruction set differ from the run's, which is refused "
+               "otherwise; the bits are then other ones, and the manifest states both");
 }
 
 inline void require_sound_run(const RunOptions& options, ProblemList& list) {
@@ -51,11 +58,20 @@ inline void require_free_folder(const RunOptions& options) {
                 options.output + " already holds a run; give --resume to go on with it, or another --output");
 }
 
+/// Takes over where a run to resume began and its instruction set, see run_origin.hpp. Must be called before
+/// anything is recorded or computed.
+inline void take_over_run(RunOptions& options, const std::string& program) {
+  if (!options.resume || options.output.empty()) return;
+  const auto folder = go_where_it_began(options.output, program, {&options.output});
+  if (!folder.empty()) remark("paths of the run start in " + folder);
+  adopt_instruction_set(manifest_path(options.output));
+}
+
 /// Reads the settings of a run to resume from its folder.
 ///
 /// \param program  that must have made the run
-/// \throws Error   usage without a folder, in_use naming settings that were given and differ; FileError
-///                (malformed) if there is no sound manifest
+/// \throws Error   usage without a folder, in_use naming settings that were given and differ, or the build;
+///                FileError (malformed) if there is no sound manifest, or an input is gone
 template <class... Settings>
 void adopt_run_settings(const CLI::App& app, const RunOptions& options, const std::string& program,
                         Settings&... settings) {
@@ -66,10 +82,27 @@ void adopt_run_settings(const CLI::App& app, const RunOptions& options, const st
   const Json saved = read_manifest(options.output, program);
   std::vector<std::string> differing;
   (adopt_saved(app, saved["options"], path, settings, differing), ...);
-  if (differing.empty()) return;
   std::string list;
   for (const auto& name : differing) list += (list.empty() ? "" : ", ") + name;
-  throw Error(ErrorKind::in_use, options.output + ": cannot resume with other settings: " + list);
+  if (!list.empty())
+    throw Error(ErrorKind::in_use, options.output + ": cannot resume with other settings: " + list);
+  const std::string build = other_facts(saved, facts_of_bits);
+  if (!build.empty() && !options.accepts_other_build)
+    throw Error(ErrorKind::in_use, options.output + ": cannot resume to the same bits: " + build +
+                                       "; --accept-other-build goes on to other ones");
+  const auto is_given = [&](const std::string& name) { return app.get_option("--" + name)->count() > 0; };
+  require_inputs_of_run(json_of_settings(settings...), options.output, saved, is_given,
+                        "put it there, or begin a new run");
+}
+
+/// Writes the manifest of a new run, with where it began; notes in that of a resumed one who goes on.
+inline void open_manifest(Json manifest, const std::string& run, bool resumed) {
+  if (resumed) {
+    if (const auto warning = record_resumption(run); !warning.empty()) print_warnings({warning});
+    return;
+  }
+  manifest["begun_in"] = begun_in(run);
+  write_text(manifest_path(run), exact_text(manifest) + "\n");
 }
 
 /// The command that resumes a run; settings come from the manifest, including those in `adopted`.

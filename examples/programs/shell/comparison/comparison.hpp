@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -60,7 +61,8 @@ struct Comparison {
   std::vector<std::pair<std::string, std::vector<std::optional<ComparedTexture>>>>
       plain{};  ///< untouched and clean pictures and controls that are no camouflage's, by column
   std::vector<ComparedRow> rows{};
-  std::set<std::string> commits{};  ///< of the programs that made the runs and measured them
+  /// Of the programs that made the runs and measured them: fact, value, and a folder of each value.
+  std::map<std::string, std::map<std::string, std::string>> made_by{};
 };
 
 /// Whether some cell has the noise that is drawn in each picture.
@@ -340,7 +342,7 @@ inline void add_row(Comparison& comparison, const std::string& name,
     if (!folder.has_camouflage())
       throw Error(ErrorKind::mismatch, folder.path + ": a measurement without a camouflage");
     row.folders.push_back(folder.path);
-    comparison.commits.insert(folder.commits.begin(), folder.commits.end());
+    for (const auto& [fact, value] : folder.made_by) comparison.made_by[fact].try_emplace(value, folder.path);
     if (!folder.run.empty() && std::ranges::count(row.runs, folder.run) == 0) row.runs.push_back(folder.run);
     comparison.maps_attention = comparison.maps_attention || folder.protocol.maps_attention;
   }

@@ -101,7 +101,7 @@ inline Json comparison_json(const std::string& folder, const Comparison& compari
     }
     json["rows"].push_back(entry);
   }
-  json["commits"] = comparison.commits;
+  json["made_by"] = comparison.made_by;
   json["computed_by"] = computed_by_json();
   return json;
 }

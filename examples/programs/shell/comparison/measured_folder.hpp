@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/controls.hpp>
@@ -28,7 +29,7 @@ struct MeasuredFolder {
   std::string run;                          ///< folder of the camouflage's run; empty without one
   std::string detector{};                   ///< name of the first
   std::vector<MeasuredContent> contents{};  ///< by detector
-  std::vector<std::string> commits{};       ///< of the programs that measured it and made its run, if known
+  std::set<std::pair<std::string, std::string>> made_by{};  ///< facts of what measured it and made its run
 
   [[nodiscard]] bool has_camouflage() const {
     return std::ranges::find(textures, "adversarial") != textures.end();
@@ -109,7 +110,9 @@ inline std::vector<MeasuredContent> contents_of(const Json& json, const SavedMea
     shared.picture["class of the run"] = run.value("class", Json());
     shared.camouflage = run.value("seed", Json()).dump();
   }
-  for (const auto& texture : read_as(camouflage_role)) shared.camouflage += texture.sha256;
+  const auto paint = read_as(camouflage_role);  // whatever its seed: equal paints are one
+  if (!paint.empty()) shared.camouflage.clear();
+  for (const auto& texture : paint) shared.camouflage += texture.sha256;
   const auto require_any = [&](const ReadFiles& files, const std::string& role) {
     if (files.empty())
       throw FileError(ErrorKind::malformed,
@@ -145,17 +148,35 @@ inline SavedMeasurement read_saved_measurement(const std::string& path) {
   return saved;
 }
 
-/// The commits that a measurement's report and the manifest of its run state; none where they do not.
-inline std::vector<std::string> commits_of(const Json& report, const std::string& run) {
-  std::vector<std::string> commits;
-  const auto add = [&](const Json& facts) {
-    if (const auto commit = facts.is_object() ? facts.value("commit", std::string()) : ""; !commit.empty())
-      commits.push_back(commit);
+/// The facts that a measurement's report and the manifest of its run state of the programs that made them.
+inline std::set<std::pair<std::string, std::string>> facts_of(const Json& report, const Json& manifest) {
+  std::set<std::pair<std::string, std::string>> facts;
+  const auto add = [&](const Json& of) {
+    for (const char* fact : {"commit", "version", "compiler", "instruction_set"})
+      if (const Json value = of.is_object() ? of.value(fact, Json()) : Json(); value.is_string())
+        facts.emplace(fact, value.get<std::string>());
   };
   add(report.value("computed_by", Json()));
-  if (!run.empty() && is_there(manifest_path(run), ErrorKind::malformed))
-    add(read_json_file(manifest_path(run)));
-  return commits;
+  add(manifest);
+  for (const Json& later : manifest.is_object() ? manifest.value("resumed_by", Json::array()) : Json::array())
+    add(later);
+  return facts;
+}
+
+/// \throws FileError (mismatch) if a measured paint, unless that was accepted, is not what its run has
+/// written
+inline void require_paint_of_run(const Json& settings, const std::string& run, const Json& manifest,
+                                 const std::string& path) {
+  const Json outputs = manifest.is_object() ? manifest.value("outputs", Json()) : Json();
+  const Json written = outputs.is_object() ? outputs.value("texture.npz", Json()) : Json();
+  const Json changed = settings.value("changed_inputs", Json::array());
+  for (const auto& file : files_read_as(camouflage_role, settings["inputs"], path))
+    if (written.is_string() && written != file.sha256 &&
+        !std::ranges::any_of(changed,
+                             [&](const Json& input) { return input.value("path", "") == file.path; }))
+      throw FileError(ErrorKind::mismatch,
+                      {path, "", "measured a " + file.path + " that is not of " + run,
+                       "SHA-256 " + written.get<std::string>(), "SHA-256 " + file.sha256});
 }
 
 }  // namespace detail
@@ -169,7 +190,10 @@ inline MeasuredFolder read_measured_folder(const std::string& folder) {
   const std::string report = folder + "/" + saved.settings.protocol + ".json";
   const Json written = read_json_file(report);
   measured.textures = detail::member_of<std::vector<std::string>>(written, "textures", report);
-  measured.commits = detail::commits_of(written, saved.run);
+  const bool has_run = !saved.run.empty() && is_there(manifest_path(saved.run), ErrorKind::malformed);
+  const Json manifest = has_run ? read_json_file(manifest_path(saved.run)) : Json();
+  measured.made_by = detail::facts_of(written, manifest);
+  detail::require_paint_of_run(read_json_file(path), saved.run, manifest, path);
   const auto noise = std::ranges::find(measured.textures, std::string(evaluate::matched_noise_name));
   const std::size_t extra_draws = noise == measured.textures.end() ? 0 : saved.settings.noise_draws - 1;
   const auto subject = subject_of(saved.weights, saved.contents.front().frames.size());

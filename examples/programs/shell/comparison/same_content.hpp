@@ -31,7 +31,7 @@ struct MeasuredContent {
   ReadFiles masks{};         ///< their masks, and the network that finds masks
   ReadFiles mesh{};          ///< with its material files
   ReadFiles attacked{};      ///< detectors that the camouflage was optimised against
-  std::string camouflage{};  ///< texture and seed; equal for the same one alone
+  std::string camouflage{};  ///< texture, or seed without one; equal for the same alone
 };
 
 namespace detail {

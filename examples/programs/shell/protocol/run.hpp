@@ -15,6 +15,7 @@
 #include "../ranks.hpp"
 #include "../run_folder.hpp"
 #include "../run_manifest.hpp"
+#include "../run_origin.hpp"
 #include "../settings.hpp"
 #include "../verbosity.hpp"
 #include "inputs.hpp"
@@ -66,10 +67,10 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
   }
   options["seed"] = request.seed;
   Json settings{{"program", "evaluate"},
-                {"version", TAPESTRY_VERSION_TEXT},
                 {"protocol", request.settings.protocol},
                 {"options", options},
                 {"inputs", recorded_inputs()}};
+  for (const auto& fact : facts_of_bits) settings[fact] = computed_by_json()[fact];
   if (!request.camouflage.run.empty()) settings["run"] = run_json(request.camouflage.run);
   if (!request.camouflage.picture.empty()) settings["paint"] = request.camouflage.picture;
   if (!inputs.changed.empty()) settings["changed_inputs"] = json_of(inputs.changed);
@@ -83,7 +84,8 @@ inline std::string differences(const Json& saved, const Json& own) {
     if (was != now)
       text += (text.empty() ? "" : ", ") + name + " (was " + was.dump() + ", now " + now.dump() + ")";
   };
-  for (const char* name : {"version", "protocol"}) compare(name, saved[name], own[name]);
+  for (const auto& fact : facts_of_bits) compare(fact, saved[fact], own[fact]);
+  compare("protocol", saved["protocol"], own["protocol"]);
   const char* const changed = "changed_inputs";
   compare(changed, saved.value(changed, Json::array()), own.value(changed, Json::array()));
   const auto option = [](const Json& of, const std::string& name) {
@@ -104,11 +106,13 @@ inline void settle_folder(const std::string& folder, const Json& settings) {
     write_text(path, exact_text(settings) + "\n");
     return;
   }
-  const Json saved = read_json_file(path);
+  Json saved = read_json_file(path);
   if (!saved.is_object() || saved.value("program", Json()) != "evaluate" || !saved.contains("version") ||
       !saved.contains("protocol") || !saved.contains("options") || !saved["options"].is_object() ||
       !saved.contains("inputs") || !saved["inputs"].is_array())
     throw FileError(ErrorKind::malformed, {path, "", "not the settings of a measurement of evaluate"});
+  for (const auto& fact : facts_of_bits)
+    if (!saved.contains(fact)) saved[fact] = settings[fact];      // not stated by earlier versions
   if (nlohmann::json(saved) == nlohmann::json(settings)) return;  // members may be in any order
   throw Error(ErrorKind::in_use, folder + " holds a measurement with other settings: " +
                                      differences(saved, settings) + "; give another --output");

@@ -1,0 +1,177 @@
+#include "run_origin.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+#include <tapestry/core/error.hpp>
+#include <tapestry/core/instruction_set.hpp>
+#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/text_lines.hpp>
+
+#include "file_status.hpp"
+
+namespace tapestry::shell {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr const char* set_variable = "TAPESTRY_INSTRUCTION_SET";
+
+/// Options that name files or folders, or may.
+constexpr std::string_view path_options[] = {"mesh",    "faces",   "frames",  "segmenter",
+                                             "cfg",     "weights", "names",   "detector",
+                                             "palette", "start",   "ensemble"};
+
+std::string text_in(const Json& json, const char* name) {
+  const Json found = json.is_object() ? json.value(name, Json()) : Json();
+  return found.is_string() ? found.get<std::string>() : std::string();
+}
+
+bool has_hash(const std::string& path, const std::string& sha256) {
+  try {
+    return io::RegularFile(path).sha256() == sha256;
+  } catch (const FileError&) {
+    return false;
+  }
+}
+
+/// The manifest of a run, members in their order, to be written again.
+Json ordered_manifest(const std::string& run) {
+  const std::string path = manifest_path(run), text = io::read_text_file(path);
+  (void)io::read_json(text, path);  // checks it
+  return Json::parse(text);
+}
+
+/// Number of a run's inputs with relative paths that a folder holds; one file of each folder is looked at.
+std::size_t inputs_below(const fs::path& folder, const Json& inputs) {
+  std::size_t count = 0;
+  fs::path last("/");
+  for (const Json& input : inputs) {
+    const fs::path path(input["path"].get<std::string>());
+    if (path.is_absolute() || path.parent_path() == last) continue;
+    last = path.parent_path();
+    if (has_hash((folder / path).string(), text_in(input, "sha256"))) ++count;
+  }
+  return count;
+}
+}  // namespace
+
+Json begun_in(const std::string& run) {
+  Json places = Json::object();
+  const fs::path here = fs::current_path();
+  std::error_code failure;
+  const auto add = [&](const char* name, const std::string& path) {
+    if (io::utf8_prefix(path) == path.size() && !path.empty()) places[name] = path;
+  };
+  add("folder", here.string());
+  add("from_run", fs::relative(here, run, failure).string());
+  return places;
+}
+
+std::string go_where_it_began(const std::string& run, const std::string& program,
+                              const std::vector<std::string*>& paths) {
+  if (run.empty() || !is_there(manifest_path(run), ErrorKind::malformed)) return {};
+  const Json manifest = read_manifest(run, program);
+  const Json places = manifest.value("begun_in", Json());
+  const fs::path here = fs::current_path();
+  fs::path best = here;
+  std::size_t most = inputs_below(here, manifest["inputs"]);
+  for (const fs::path& folder :
+       {place_of(run) / text_in(places, "from_run"), fs::path(text_in(places, "folder"))}) {
+    const std::size_t count = folder.empty() ? 0 : inputs_below(folder, manifest["inputs"]);
+    if (count > most) best = folder, most = count;
+  }
+  std::error_code failure;
+  if (best == here || fs::equivalent(best, here, failure)) return {};
+  for (std::string* const path : paths)
+    if (!path->empty()) *path = fs::absolute(*path).lexically_normal().string();
+  fs::current_path(best);
+  return fs::current_path().string();
+}
+
+void adopt_instruction_set(const std::string& path) {
+  const char* const chosen = std::getenv(set_variable);
+  if ((chosen != nullptr && *chosen != '\0') || !is_there(path, ErrorKind::malformed)) return;
+  const std::string name = text_in(read_json_file(path), "instruction_set");
+  for (const auto set : {InstructionSet::portable, InstructionSet::avx2, InstructionSet::avx512})
+    if (name_of(set) == name && set <= best_instruction_set()) ::setenv(set_variable, name.c_str(), 1);
+}
+
+std::string bits_text() {
+  std::string text;
+  for (const std::string& fact : facts_of_bits) text += text_in(computed_by_json(), fact.c_str()) + '\n';
+  return text;
+}
+
+std::string other_facts(const Json& manifest, const std::vector<std::string>& facts) {
+  const Json own = computed_by_json();
+  std::string text;
+  for (const std::string& fact : facts) {
+    const std::string was = text_in(manifest, fact.c_str()), now = text_in(own, fact.c_str());
+    if (!was.empty() && was != now)
+      text += (text.empty() ? "" : ", ") + fact + " (was " + was + ", now " + now + ")";
+  }
+  return text;
+}
+
+std::string record_resumption(const std::string& run) {
+  Json manifest = ordered_manifest(run);
+  auto facts = facts_of_bits;
+  facts.emplace_back("commit");
+  const std::string other = other_facts(manifest, facts);
+  if (other.empty()) return {};
+  Json& resumed_by = manifest["resumed_by"];
+  if (resumed_by.empty() || resumed_by.back() != computed_by_json()) resumed_by.push_back(computed_by_json());
+  write_text(manifest_path(run), exact_text(manifest) + "\n");
+  return run + " goes on by another build, whose bits may be others: " + other;
+}
+
+void require_inputs_of_run(const Json& options, const std::string& run, const Json& manifest,
+                           const std::function<bool(const std::string&)>& is_given,
+                           const std::string& remedy) {
+  const auto is_read = [&](const std::string& path) {
+    const std::string below = path.ends_with('/') ? path : path + "/";
+    return std::ranges::any_of(manifest["inputs"], [&](const Json& input) {
+      const auto name = input["path"].get<std::string>();
+      return name == path || name.starts_with(below);
+    });
+  };
+  for (const auto& [name, value] : options.items()) {
+    if (std::ranges::count(path_options, name) == 0 || is_given(name)) continue;
+    for (const Json& path : value.is_array() ? value : Json::array({value}))
+      if (path.is_string() && path != "" && is_read(path) && !is_there(path, ErrorKind::malformed)) {
+        const std::string folder = text_in(manifest.value("begun_in", Json()), "folder");
+        throw FileError(ErrorKind::malformed,
+                        {path, "",
+                         "not there; it is --" + name + " of " + run +
+                             (folder.empty() ? "" : ", which began in " + folder) + "; " + remedy});
+      }
+  }
+}
+
+void record_outputs(const std::string& run, const std::function<bool(const std::string&)>& is_output) {
+  Json manifest = ordered_manifest(run), hashes = Json::object();
+  for (const std::string& path :
+       io::listed_paths(run, [&](const fs::path& file) { return is_output(file.filename().string()); }))
+    hashes[fs::path(path).filename().string()] = io::RegularFile(path).sha256();
+  manifest["outputs"] = std::move(hashes);
+  write_text(manifest_path(run), exact_text(manifest) + "\n");
+}
+
+std::vector<std::string> warnings_about_outputs(const std::string& run, const std::string& compared) {
+  const Json outputs = read_json_file(manifest_path(run)).value("outputs", Json());
+  if (!outputs.is_object())
+    return {manifest_path(run) + " states no hashes of what the run wrote, so its paint was not compared"};
+  std::vector<std::string> warnings;
+  for (const auto& [name, hash] : outputs.items()) {
+    const std::string path = run + "/" + name;
+    if (name != compared && hash.is_string() && is_there(path) && !has_hash(path, hash))
+      warnings.push_back(path + " is not the file that the run wrote, of SHA-256 " +
+                         hash.get<std::string>().substr(0, 16));
+  }
+  return warnings;
+}
+
+}  // namespace tapestry::shell

@@ -1,0 +1,59 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "run_manifest.hpp"
+
+namespace tapestry::shell {
+
+// One rule for what a run's bits depend on beside its options. Relative paths of its settings start where it
+// began, and its instruction set is taken over, wherever this processor has it. What cannot be taken over is
+// stated: --resume, which promises the run's bits, refuses it unless it is accepted; a measurement warns.
+
+/// The folder where this process works, for the manifest of a run: the absolute path, and the path from the
+/// run's own folder, which stays right where both are moved together.
+Json begun_in(const std::string& run);
+
+/// Makes the folder where a run began that of this process, where it holds more of the run's inputs, by their
+/// hashes, than the folder where this process works. Nothing happens without a manifest.
+/// \param paths  relative to the folder of now; made absolute, but for empty ones
+/// \returns      the new folder; empty if it is that of now
+/// \throws FileError as read_manifest()
+std::string go_where_it_began(const std::string& run, const std::string& program,
+                              const std::vector<std::string*>& paths);
+
+/// Takes over the instruction set that a manifest or a measurement's settings state, unless the environment
+/// names one or this processor lacks it. Must be called before anything is computed.
+/// \param path  of the file; nothing happens where there is none
+void adopt_instruction_set(const std::string& path);
+
+/// Facts of computed_by() that the last bits depend on; so they do on the commit, seldom.
+inline const std::vector<std::string> facts_of_bits{"version", "compiler", "instruction_set"};
+
+/// These facts of this process, as text.
+std::string bits_text();
+
+/// Adds the facts of this process to the manifest of a run that it resumes, where they are others.
+/// \returns  a warning; empty if they are the same
+std::string record_resumption(const std::string& run);
+
+/// Facts in which this process differs from a manifest that states them: "compiler (was 12.2.0, now 13.1.0)".
+std::string other_facts(const Json& manifest, const std::vector<std::string>& facts);
+
+/// \param options   settings of a run as they are used
+/// \param is_given  whether an option was given now
+/// \param remedy    last words of the message
+/// \throws FileError (malformed) for the first input of the run that is not there, naming its option
+void require_inputs_of_run(const Json& options, const std::string& run, const Json& manifest,
+                           const std::function<bool(const std::string& option)>& is_given,
+                           const std::string& remedy);
+
+/// Adds the hashes of the files in a run's folder that the run has written to its manifest.
+/// \param is_output  by the file's name
+void record_outputs(const std::string& run, const std::function<bool(const std::string& name)>& is_output);
+
+/// Warnings about files in a run's folder that are not those which the run has written, except `compared`.
+std::vector<std::string> warnings_about_outputs(const std::string& run, const std::string& compared);
+
+}  // namespace tapestry::shell
