@@ -60,6 +60,34 @@ expect_exit 3 "labels in another order" "$evaluate" --pictures moved_pictures --
 expect_error_line 'not the pictures of evaluate --pictures: image 3 in another place'
 expect_exit 2 "a threshold of 7" "$evaluate" --pictures pictures --detections results.json --sweep 7
 expect_exit 3 "no pictures" "$evaluate" --pictures frames --detections results.json
-expect_exit 2 "detections with a run" "$evaluate" --run run --pictures pictures --detections results.json
-expect_error_line '^error: --run has no part in --detections'
+expect_exit 2 "detections with a seed" "$evaluate" --seed 2 --pictures pictures --detections results.json
+expect_error_line '^error: --seed has no part in --detections'
+
+# What was exported is compared by its hashes; the run by its paint.
+again=("$evaluate" --pictures pictures --detections results.json --quiet --threads 1)
+expect_exit 0 "detections in a run's pictures" "${again[@]}" --run run --output of_run
+expect_same of_run/metrics.csv foreign/metrics.csv
+grep -q '^report: ' command.out && fail "--quiet is not heard" || pass
+expect_exit 0 "another run" "$programs/camouflage" --frames frames --texels 8 --epochs 1 --output other
+expect_exit 4 "pictures of another run" "${again[@]}" --run other
+expect_error_line '^error: pictures/instances.json: pictures of another paint than other/texture.npz'
+cp pictures/000030.png kept.png && cp pictures/000031.png pictures/000030.png
+expect_exit 4 "an exchanged picture" "${again[@]}"
+expect_error_line '^error: pictures/000030.png: not as evaluate --pictures wrote it; expected SHA-256 [0-9a-f]{64}, found SHA-256 [0-9a-f]{64}$'
+rm pictures/000030.png
+expect_exit 3 "a picture that is gone" "${again[@]}"
+expect_error_line '^error: pictures/000030.png: cannot open'
+cp kept.png pictures/000030.png
+cp pictures/instances.json kept.json
+sed -i 's/"name": "van"/"name": "bus"/' pictures/instances.json
+expect_exit 4 "edited labels" "${again[@]}"
+expect_error_line '^error: pictures/instances.json: not as evaluate --pictures wrote it; expected SHA-256 '
+tr -d '\n' <kept.json >pictures/instances.json
+expect_exit 0 "labels laid out in another way" "${again[@]}"
+# Corners in the place of sides.
+awk 'BEGIN { RS = "\"bbox\":[[ ]*"; ORS = "" } NR == 1 { print; next }
+  { end = index($0, "]"); split(substr($0, 1, end - 1), n, ","); printf "\"bbox\": [%.6f, %.6f, %.6f, %.6f]", n[1], n[2], n[1] + n[3], n[2] + n[4]
+    print substr($0, end + 1) }' results.json >corners.json
+expect_exit 4 "corners" "$evaluate" --pictures pictures --detections corners.json
+expect_error_line '^error: corners.json: bbox looks like left, top, right, bottom: .* boxes lie over their car.*; expected left, top, width, height'
 finish

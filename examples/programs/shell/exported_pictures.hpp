@@ -24,6 +24,12 @@ inline constexpr const char* pictures_format = "tapestry pictures 1";
 
 inline std::string instances_path(const std::string& folder) { return folder + "/instances.json"; }
 
+/// SHA-256 of the labels without this hash itself, in whatever order and layout the file has them.
+inline std::string labels_sha256(nlohmann::json labels) {
+  labels["info"].erase("sha256");
+  return io::sha256(labels.dump());
+}
+
 /// Writes the pictures of a survey.
 class PictureExport {
  public:
@@ -74,11 +80,12 @@ class PictureExport {
       categories.push_back({{"id", k + 1}, {"name", class_names_[k]}});
     about["format"] = pictures_format;
     about["draws"] = draws;
-    write_text(instances_path(folder_), exact_text({{"info", std::move(about)},
-                                                    {"images", std::move(images_)},
-                                                    {"annotations", std::move(annotations_)},
-                                                    {"categories", std::move(categories)}}) +
-                                            "\n");
+    Json labels{{"info", std::move(about)},
+                {"images", std::move(images_)},
+                {"annotations", std::move(annotations_)},
+                {"categories", std::move(categories)}};
+    labels["info"]["sha256"] = labels_sha256(nlohmann::json::parse(exact_text(labels)));
+    write_text(instances_path(folder_), exact_text(labels) + "\n");
   }
 
  private:

@@ -76,15 +76,51 @@ inline ExportedPictures exported_pictures(const Json& json) {
 }
 }  // namespace detail
 
-/// Reads what PictureExport has written to a folder.
-/// \throws FileError: unreadable, or malformed
+/// Compares labels and pictures of a folder with the hashes in its labels.
+/// \throws FileError: mismatch for the first one that has changed, unreadable for a picture that is gone
+inline void require_as_exported(const std::string& folder, const Json& labels) {
+  const auto require = [](const std::string& path, const std::string& sha256, const std::string& found) {
+    if (sha256 != found)
+      throw FileError(ErrorKind::mismatch, {path, "", "not as evaluate --pictures wrote it",
+                                            "SHA-256 " + sha256, "SHA-256 " + found});
+  };
+  const std::string path = instances_path(folder);
+  if (labels["info"].contains("sha256"))
+    require(path, labels["info"]["sha256"], labels_sha256(labels));
+  else
+    remark(path + " states no hash of itself, so only its pictures are compared");
+  for (const Json& image : labels["images"]) {
+    const std::string picture = folder + "/" + image.at("file_name").get<std::string>();
+    require(picture, image.at("sha256"), io::RegularFile(picture).sha256());
+  }
+}
+
+/// \throws FileError (mismatch) unless the pictures show the paint that a run has written
+inline void require_pictures_of(const std::string& run, const Json& about, const std::string& pictures) {
+  const Json outputs = read_manifest(run).value("outputs", Json::object());
+  const std::string paint = run + "/texture.npz", found = io::RegularFile(paint).sha256();
+  if (outputs.value("texture.npz", found) != found)
+    throw FileError(ErrorKind::mismatch,
+                    {paint, "", "not as the run wrote it",
+                     "SHA-256 " + outputs["texture.npz"].get<std::string>(), "SHA-256 " + found});
+  for (const Json& input : about.value("inputs", Json::array()))
+    if (input.value("sha256", std::string()) == found) return;
+  throw FileError(ErrorKind::mismatch,
+                  {instances_path(pictures), "", "pictures of another paint than " + paint});
+}
+
+/// Reads what PictureExport has written to a folder, and compares it with its hashes.
+/// \throws FileError: unreadable, malformed, or mismatch
 inline ExportedPictures read_exported_pictures(const std::string& folder) {
   const std::string path = instances_path(folder);
   const auto refuse = [&](const std::string& what) -> FileError {
     return FileError(ErrorKind::malformed, {path, "", "not the pictures of evaluate --pictures: " + what});
   };
   try {
-    return detail::exported_pictures(io::read_json(io::read_text_file(path), path).value);
+    const Json labels = io::read_json(io::read_text_file(path), path).value;
+    auto pictures = detail::exported_pictures(labels);
+    require_as_exported(folder, labels);
+    return pictures;
   } catch (const Json::exception& error) {
     throw refuse(error.what());
   } catch (const DomainError& error) {
@@ -92,9 +128,31 @@ inline ExportedPictures read_exported_pictures(const std::string& folder) {
   }
 }
 
+/// Refuses boxes that are corners (left, top, right, bottom): all of them could be, and read so more lie over
+/// the car of their picture.
+/// \throws FileError (mismatch)
+inline void require_no_corners(const std::string& path, const ExportedPictures& all) {
+  std::size_t as_sides = 0, as_corners = 0;
+  for (const auto& picture : all.pictures)
+    for (const auto& detection : picture.detections) {
+      const auto& box = detection.box;
+      if (box.w < box.left() || box.h < box.top()) return;
+      const auto other = detect::box_from_corners(box.left(), box.top(), box.w, box.h);
+      as_sides += detect::iou(box, picture.target) >= 0.5 ? 1U : 0U;
+      as_corners += detect::iou(other, picture.target) >= 0.5 ? 1U : 0U;
+    }
+  if (as_corners > as_sides)
+    throw FileError(ErrorKind::mismatch,
+                    {path, "",
+                     "bbox looks like left, top, right, bottom: read so, " + std::to_string(as_corners) +
+                         " boxes lie over their car, else " + std::to_string(as_sides),
+                     "left, top, width, height"});
+}
+
 /// Reads COCO's results of any program: a list of image_id, category_id, bbox (left, top, width, height in
 /// pixels) and score. Pictures without an entry have no detections.
-/// \throws FileError naming the first entry that is malformed, or of a picture or category that there is not
+/// \throws FileError naming the first entry that is malformed, or of a picture or category that there is not;
+///         mismatch for corners in the place of sides
 inline void read_detections(const std::string& path, ExportedPictures& all) {
   const Json results = io::read_json(io::read_text_file(path), path).value;
   const auto refuse = [&](std::size_t entry, ErrorKind kind, const std::string& what,
@@ -122,6 +180,7 @@ inline void read_detections(const std::string& path, ExportedPictures& all) {
       refuse(i, ErrorKind::malformed, error.what());
     }
   }
+  require_no_corners(path, all);
   for (auto& picture : all.pictures)
     std::ranges::stable_sort(picture.detections, std::greater{}, &detect::Detection::confidence);
 }
