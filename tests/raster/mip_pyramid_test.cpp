@@ -301,6 +301,69 @@ TEST_CASE("lookups of a filter weigh 1, and meet the opposite border only where 
   }
 }
 
+namespace {
+
+/// Texel [0, size − 1] and share of the next along an axis of a repeated atlas, the coordinate moved by steps
+/// of 1. Lookups do not reach over the border.
+std::array<double, 2> texel_and_share(double coordinate, double size) {
+  while (coordinate < 0) coordinate += 1;
+  while (coordinate > 1) coordinate -= 1;
+  double texel = 0;
+  const double at = coordinate * size - 0.5;
+  while (texel + 1 <= std::min(at, size - 1)) texel += 1;
+  return {texel, texel + 1 < size ? std::max(at - texel, 0.0) : 0};
+}
+
+/// Colour of a repeated atlas at {u, v} by its nearest four texels.
+double repeated(const Array<float, 2>& texels, double height, double width, double u, double v,
+                std::size_t channel) {
+  const auto [column, right] = texel_and_share(u, width);
+  const auto [row, down] = texel_and_share(1 - v, height);
+  const auto at = [&](double i, double j) {
+    return static_cast<double>(
+        texels(static_cast<std::size_t>(std::min(i, height - 1) * width + std::min(j, width - 1)), channel));
+  };
+  return (1 - down) * ((1 - right) * at(row, column) + right * at(row, column + 1)) +
+         down * ((1 - right) * at(row + 1, column) + right * at(row + 1, column + 1));
+}
+
+/// A square that fills a picture of Camera{}, whose uv grow from {u, v} by `span`.
+Mesh filled_frame(double u, double v, double span) {
+  Mesh mesh = tapestry::test::triangle_soup({{Vector3{-2, -2, 2}, Vector3{2, -2, 2}, Vector3{2, 2, 2}},
+                                             {Vector3{-2, -2, 2}, Vector3{2, 2, 2}, Vector3{-2, 2, 2}}});
+  for (std::size_t i = 0; i < 6; ++i)
+    mesh.uvs[i] = {u + (mesh.positions[i][0] > 0 ? span : 0), v + (mesh.positions[i][1] < 0 ? span : 0)};
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("an atlas repeats between any two integers of uv, by any filter", "[raster][atlas_filter]") {
+  const auto filter = GENERATE(TextureFilter::bilinear, TextureFilter::trilinear, TextureFilter::anisotropic);
+  const double span = GENERATE(1.0, 2.0);
+  const auto layout = layout_of(5, 7, filter);
+  const Camera camera;
+  const std::size_t size = 38;  // no pixel's centre lies on an integer of uv
+  double error = 0;
+  for (double u = -3; u <= 2; ++u)
+    for (double v = -3; v <= 2; ++v) {
+      const raster::PaintedMesh body{filled_frame(u, v, span), {1, 1}, layout};
+      const auto texels = random_array<float>({raster::stored_texel_count(layout, body.mesh), 3}, 5);
+      const auto view = raster::texture_operator<float>(body, camera, size, size, raster::Unlit{}, 1);
+      const auto by_operator = raster::render(view, texels);
+      const auto drawn =
+          raster::render_textured<float>(body, camera, size, size, raster::Unlit{}, texels, 1).colour;
+      for (std::size_t i = 0; i < drawn.size(); ++i) {
+        const double along = (static_cast<double>(i / 3 % size) + 0.5) / static_cast<double>(size);
+        const double down = (static_cast<double>(i / 3 / size) + 0.5) / static_cast<double>(size);
+        const double expected = repeated(texels, 5, 7, u + span * along, v + span * (1 - down), i % 3);
+        for (const float found : {by_operator.data()[i], drawn.data()[i]})
+          error = std::max(error, std::abs(static_cast<double>(found) - expected));
+      }
+    }
+  CHECK(error <= 1e-5);
+}
+
 TEST_CASE("pictures by kernels are those of the operator in double, at borders and highest levels, too",
           "[raster][atlas_filter]") {
   const auto size = GENERATE(std::array<std::size_t, 2>{1, 1}, std::array<std::size_t, 2>{3, 2},

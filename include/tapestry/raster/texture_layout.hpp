@@ -113,13 +113,17 @@ void visit_cube_taps(const TextureLayout& layout, std::size_t face, const std::a
 
 namespace detail {
 
-/// A coordinate moved into [0, extent] by whole multiples of extent. Coordinates in the closed interval stay,
-/// so that a chart that ends at the right or upper border does not jump to the other side; up to a billionth
-/// beyond it, as rounding may cause, counts as on the border.
-inline double wrapped(double coordinate, double extent) {
+/// Whether a coordinate lies outside [0, extent]; up to a billionth beyond it, as rounding may cause, counts
+/// as on the border.
+inline bool is_outside(double coordinate, double extent) {
   const double slack = 1e-9 * extent;
-  if (coordinate < -slack || coordinate > extent + slack)
-    coordinate -= extent * std::floor(coordinate / extent);
+  return coordinate < -slack || coordinate > extent + slack;
+}
+
+/// A coordinate moved into [0, extent] by whole multiples of extent. Coordinates in the closed interval stay,
+/// so that a chart that ends at the right or upper border does not jump to the other side.
+inline double wrapped(double coordinate, double extent) {
+  if (is_outside(coordinate, extent)) coordinate -= extent * std::floor(coordinate / extent);
   return std::clamp(coordinate, 0.0, extent);
 }
 

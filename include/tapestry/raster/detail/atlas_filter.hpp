@@ -35,8 +35,7 @@ class AtlasFilter {
       if (body.painted[face] != 0)
         for (const std::int32_t uv : body.mesh.face_uvs[face]) {
           const auto& [u, v] = body.mesh.uvs[static_cast<std::size_t>(uv)];
-          repeats_ = repeats_ || detail::wrapped(u, layout.u_extent) != std::clamp(u, 0.0, layout.u_extent) ||
-                     detail::wrapped(v, 1) != std::clamp(v, 0.0, 1.0);
+          repeats_ = repeats_ || detail::is_outside(u, layout.u_extent) || detail::is_outside(v, 1);
         }
   }
 
