@@ -167,7 +167,7 @@ TEST_CASE("roots of polynomials of variables have their slopes", "[autodiff][eig
 
 TEST_CASE("singular values and vectors by Eigen's name are differentiated", "[autodiff][eigen][spectrum]") {
   for (const unsigned options :
-       {Eigen::ComputeThinU | Eigen::ComputeThinV, Eigen::ComputeFullU | Eigen::ComputeFullV})
+       {0U | Eigen::ComputeThinU | Eigen::ComputeThinV, 0U | Eigen::ComputeFullU | Eigen::ComputeFullV})
     for (const Eigen::Index rows : {2, 3, 1}) {
       if (rows == 1 && (options & Eigen::ComputeFullV) != 0) continue;  // two vectors of a plane, in any turn
       const Eigen::Index columns = rows == 1 ? 3 : 6 / rows;

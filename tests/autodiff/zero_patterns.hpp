@@ -168,20 +168,22 @@ std::vector<System> systems_where(const std::array<double, 9>& numbers, unsigned
       const Eigen::Map<const Eigen::MatrixXd> map(a.data(), n, n);
       if (std::abs(map.determinant()) < 0.1) continue;
       if (n == 2) append_sides(systems, n, a, 0, 4);
-      if (n == 3) append_sides(systems, n, a, pattern % 8, std::min(side_count, 8U));
+      if (n == 3) append_sides(systems, n, a, pattern % 8, side_count);
     }
   return systems;
 }
 
-/// The same of any pattern, of numbers that pivoting reorders.
+/// The same of any pattern, of numbers that pivoting reorders, with three of the eight patterns of each side.
 inline std::vector<System> general_systems() {
-  return systems_where({4, 1, -2, 0.5, 8, 1, -16, 2, 4}, 1, [](unsigned, unsigned) { return true; });
+  return systems_where({4, 1, -2, 0.5, 8, 1, -16, 2, 4}, 3, [](unsigned, unsigned) { return true; });
 }
-/// The same of a diagonal that is not 0.
-inline std::vector<System> diagonal_systems(const std::array<double, 9>& numbers, unsigned side_count) {
-  return systems_where(numbers, side_count, [](unsigned n, unsigned pattern) {
+/// The same of a diagonal that is not 0 and triangles of equal patterns, with every pattern of each side.
+inline std::vector<System> diagonal_systems(const std::array<double, 9>& numbers) {
+  return systems_where(numbers, 8, [](unsigned n, unsigned pattern) {
+    const auto has = [&](unsigned i, unsigned j) { return (pattern >> (i * n + j) & 1U) != 0; };
     for (unsigned i = 0; i < n; ++i)
-      if ((pattern >> (i * n + i) & 1U) == 0) return false;
+      for (unsigned j = 0; j <= i; ++j)
+        if (has(i, j) != has(j, i) || !has(i, i)) return false;
     return true;
   });
 }
