@@ -71,7 +71,7 @@ requires tapestry::detail::HasDerivatives<typename Matrix::Scalar>
 class SparseQR<Matrix, Ordering> {
   static_assert(tapestry::detail::is_right_for_variables<Matrix>,
                 "Eigen's SparseQR drops derivatives of variables where an entry is 0: take "
-                "tapestry::matrix::least_squares() of tapestry/autodiff/matrix.hpp, or Eigen::SparseLU");
+                "tapestry::matrix::least_squares() of a dense matrix, of tapestry/autodiff/matrix.hpp");
 
  public:
   template <class... Arguments>
