@@ -25,8 +25,9 @@ auto sparse(const A& a) {
   return result;
 }
 template <unsigned Mode>
+constexpr unsigned transposed = Mode ^ (Eigen::Lower | Eigen::Upper);
+template <unsigned Mode>
 void check_triangle(const std::string& name, const std::vector<System>& systems) {
-  constexpr unsigned transposed = (Mode ^ (Eigen::Lower | Eigen::Upper));
   check_solves(name, systems, triangle<Mode>, [](const auto& a, const auto& b) {
     return a.template triangularView<Mode>().solve(b).eval();
   });
@@ -37,11 +38,11 @@ void check_triangle(const std::string& name, const std::vector<System>& systems)
     return b;
   });
   check_solves(name + " transposed", systems, triangle<Mode>, [](const auto& a, const auto& b) {
-    return a.transpose().eval().template triangularView<transposed>().transpose().solve(b).eval();
+    return a.transpose().eval().template triangularView<transposed<Mode>>().transpose().solve(b).eval();
   });
   check_solves(name + " on the right", systems, triangle<Mode>, [](const auto& a, const auto& b) {
     return a.transpose()
-        .template triangularView<transposed>()
+        .template triangularView<transposed<Mode>>()
         .template solve<Eigen::OnTheRight>(b.transpose())
         .eval()
         .transpose()

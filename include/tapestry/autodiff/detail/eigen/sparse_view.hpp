@@ -15,7 +15,7 @@ struct SparseViewOfVariables : evaluator_base<SparseView<Matrix>> {
   using Entries = inner_iterator_selector<Matrix, Kind>;
   enum { CoeffReadCost = evaluator<Matrix>::CoeffReadCost, Flags = XprType::Flags };
 
-  explicit SparseViewOfVariables(const XprType& view) : entries(view.nestedExpression()), view(view) {}
+  explicit SparseViewOfVariables(const XprType& of) : entries(of.nestedExpression()), view(of) {}
 
   class InnerIterator : public Entries {
    public:
