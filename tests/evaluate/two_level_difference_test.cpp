@@ -368,6 +368,13 @@ TEST_CASE("odds of pictures are those of the sample, however many a view has", "
   CHECK(odds.interval[1] == infinity);  // the car is missed in one view
   control(0, 20) = control(2, 33) = 2.0 / 3;
   CHECK(std::isfinite(evaluate::odds_ratio(control, camouflage, 3, 1).interval[1]));
+  Array<double, 2> rounded({2, 80}, 0.0);  // found in all of seven pictures
+  for (double& share : rounded)
+    for (int picture = 0; picture < 7; ++picture) share += 1.0 / 7;
+  rounded(1, 3) = 1;
+  const auto all = evaluate::odds_ratio(rounded, Array<double, 2>({2, 80}, 0.5), 7, 2);
+  CHECK(all.ratio == Approx((2 * 80 * 7 + 0.5) / 0.5));
+  CHECK(all.interval[1] == infinity);
   const auto reversed = evaluate::odds_ratio(camouflage, control, 1, 3);
   CHECK(reversed.interval[1] == Approx(1 / evaluate::odds_ratio(control, camouflage, 3, 1).interval[0]));
 }

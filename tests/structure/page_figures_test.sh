@@ -12,6 +12,7 @@ figures() {
   awk -F , -v nudge="$2" '
     function number(value, digits, text) { text = sprintf("%." digits "f", value + nudge); return text ~ /^-[0.]*$/ ? substr(text, 2) : text }
     function range(mean, low, high, unit, digits) { return number(unit * mean, digits) " [" number(unit * low, digits) ", " number(unit * high, digits) "]" }
+    function odds(value) { return value == "inf" ? value : sprintf("%.3g", value) }
     NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
     at["state"] { # of harden
       label = $1 ", " $at["picture"]
@@ -38,7 +39,7 @@ figures() {
         print $1 "\t" range($at["effect"], $at["effect_low"], $at["effect_high"], 1, 3)
         print $1 "\t" range($at["effect_p_at_50"], $at["effect_p_at_50_low"], $at["effect_p_at_50_high"], 100, 1)
         if ($at["effect_picture"] != "") print $1 "\t" range($at["effect_picture"], $at["effect_picture_low"], $at["effect_picture_high"], 100, 1)
-        if ($at["odds_ratio"] != "") print $1 "\t" sprintf("%.3g [%.3g, %.3g]", $at["odds_ratio"], $at["odds_ratio_low"], $at["odds_ratio_high"])
+        if ($at["odds_ratio"] != "") print $1 "\t" odds($at["odds_ratio"]) " [" odds($at["odds_ratio_low"]) ", " odds($at["odds_ratio_high"]) "]"
         if ($at["detected_in_clean"] > 0) print $1 "\t" range($at["asr"], $at["asr_low"], $at["asr_high"], 100, 1)
         if ($at["first_minus"] != "") print $1 "\t" range($at["first_minus"], $at["first_minus_low"], $at["first_minus_high"], 1, 3)
         if ($at["kept"] != "") print $1 "\t" range($at["kept"], $at["kept_low"], $at["kept_high"], 100, 1) } }' "$1"
@@ -104,6 +105,19 @@ for csv in docs/results/*.csv; do
     awk -F '\t' 'NR == FNR { cells[$1] = cells[$1] "\t" $3 "\t"; next }
       !index(cells[$1], $2) && !index(cells[$1], $3) && !index(cells[$1], $4) { print $1 ": " $2; exit 1 }' \
       <(cells "${csv%.csv}.md") - || fail "${csv%.csv}.md lacks this of its CSV"
+done
+
+# Odds and effects are those of the counts, half a picture from a share of 0 or 1, and lie inside their intervals.
+for csv in docs/results/*.csv; do
+  awk -F , 'function share(found, all) { return found % all ? found / all : (found + 0.5) / (all + 1) }
+    function far(value, expected) { return (value / expected - 1) ^ 2 > 1e-12 }
+    NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; if (!at["odds_ratio"]) exit; next }
+    $3 == "adversarial" { p = share($at["detected"], $at["pictures"]); ratio = $at["odds_ratio"]; low = $at["odds_ratio_low"]
+      high = $at["odds_ratio_high"]; effect = $at["effect_p_at_50"]; found = $at["p_at_50"]
+      if (low > ratio || (high != "inf" && high + 0 < ratio) || $at["effect_p_at_50_low"] > effect || effect > $at["effect_p_at_50_high"]) bad = $1 " " $2 ": outside" }
+    $3 == "matched noise" { q = share($at["detected"], $at["pictures"])
+      if (far(ratio, q / (1 - q) * (1 - p) / p) || ($at["p_at_50"] - found - effect) ^ 2 > 1e-12) bad = $1 " " $2 ": " ratio }
+    END { if (bad) { print FILENAME ": " bad; exit 1 } }' "$csv" || fail "not those of its counts"
 done
 
 # In the page of the benchmarks each table of figures has the commit that brought it: as many of them in a section as tables.

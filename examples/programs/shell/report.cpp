@@ -134,7 +134,7 @@ std::string effect_note(const evaluate::Effect& effect) {
   return effect.control + " minus adversarial; 95 % by paired bootstrap (BCa, " +
          std::to_string(evaluate::BootstrapSettings{}.resamples) + " resamples, Student's t) over " +
          std::to_string(effect.best_confidence.pairs) +
-         " views, of P@0.5 by Newcombe's method, of odds by Wald's";
+         " views, of P@0.5 by Newcombe's method, of odds by Wilson's";
 }
 
 namespace {

@@ -178,8 +178,8 @@ inline TwoLevelShare two_level_share(const Array<double, 2>& found) {
   for (std::size_t view = 0; view < found.shape(1); ++view) {
     bool is_found = false, is_missed = false;
     for (std::size_t draw = 0; draw < found.shape(0); ++draw) {
-      is_found = is_found || found(draw, view) > 0;
-      is_missed = is_missed || found(draw, view) < 1;
+      is_found = is_found || found(draw, view) > 1e-9;
+      is_missed = is_missed || found(draw, view) < 1 - 1e-9;  // seven sevenths are a little less than one
     }
     result.found_views += is_found ? 1 : 0;
     result.missed_views += is_missed ? 1 : 0;
