@@ -80,7 +80,8 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
       "Effect: matched noise minus camouflage, in the same views; odds: those of being found with matched "
       "noise over those with the camouflage. Their intervals are over views and, where there are several, "
       "seeds, else draws (two levels); those of P@0.5 and of odds are put together from both shares' in log "
-      "odds, of one seed and draw those of P@0.5 by Newcombe's method for paired shares. An end is inf, or 0, "
+      "odds, of one seed and draw those of P@0.5 by Newcombe's method for paired shares. An end is inf, or "
+      "0, "
       "where the car is missed, or found, in fewer than three views. Intervals of shares: Wilson's, over the "
       "same levels.",
       commits.empty()
