@@ -26,7 +26,7 @@ for target in "${targets[@]}"; do
   export TAPESTRY_FUZZ_TARGET=$target
   TAPESTRY_FUZZ_SEEDS=seeds/$target "$program"
   # ONNX's own models, one an operator, where Debian's libonnx-testdata is installed.
-  case $target in onnx | onnx_network)
+  case $target in onnx | onnx_network | onnx_staged)
     for model in "${TAPESTRY_ONNX_TESTDATA:-/usr/share/libonnx-testdata/data}"/*/*/model.onnx; do
       [ ! -e "$model" ] || cp "$model" "seeds/$target/$(basename "$(dirname "$model")").onnx"
     done ;;

@@ -42,6 +42,23 @@ Array<float, Rank> array_of(const char* name, const Numbers& numbers) {
   return array;
 }
 
+/// Colours, RGB in [0, 1], of a NumPy array or lists.
+/// \param unchecked  takes any numbers
+/// \throws DomainError for bytes and other integers, NaN, infinities, and colours far outside of the range
+template <std::size_t Rank>
+Array<float, Rank> colours_of(const char* name, const py::object& colours, bool unchecked) {
+  constexpr const char* expected =
+      ", expected floating-point RGB in [0, 1]; unchecked=True takes any numbers";
+  const auto given = py::array::ensure(colours);
+  if (!given) throw DomainError({name, " is no array", expected});
+  if (!unchecked && given.dtype().kind() != 'f')
+    throw DomainError({name, " holds ", py::str(given.dtype()).cast<std::string>(), expected});
+  auto array = array_of<Rank>(name, Numbers::ensure(given));
+  for (const float value : array)
+    if (!unchecked && !(value >= -1 && value <= 2)) throw DomainError({name, " holds ", value, expected});
+  return array;
+}
+
 template <std::size_t Rank>
 Numbers numbers_of(const Array<float, Rank>& array) {
   std::vector<py::ssize_t> shape;
@@ -120,8 +137,8 @@ class View {
   [[nodiscard]] std::size_t texel_count() const { return operator_.texel_count; }
   [[nodiscard]] Numbers coverage() const { return numbers_of(operator_.coverage); }
 
-  [[nodiscard]] Numbers render(const Numbers& texels) const {
-    const auto colours = array_of<2>("texels", texels);
+  [[nodiscard]] Numbers render(const py::object& texels, bool unchecked) const {
+    const auto colours = colours_of<2>("texels", texels, unchecked);
     Array<float, 3> picture;
     {
       const py::gil_scoped_release others_may_run;
@@ -162,19 +179,19 @@ void add_detector(py::module_& module) {
       .def_property_readonly("names", &Detector::names)
       .def(
           "fitted",
-          [](const Detector& detector, const Numbers& photograph) {
-            return numbers_of(detector.input(array_of<3>("a photograph", photograph)));
+          [](const Detector& detector, const py::object& photograph, bool unchecked) {
+            return numbers_of(detector.input(colours_of<3>("a photograph", photograph, unchecked)));
           },
-          py::arg("photograph"),
+          py::arg("photograph"), py::arg("unchecked") = false,
           "[h, w, 3], RGB in [0, 1], as a batch of one picture of the input's extents.")
       .def(
           "forward",
-          [](std::shared_ptr<Detector> detector, const Numbers& pictures) {
-            const auto batch = array_of<4>("pictures", pictures);
+          [](std::shared_ptr<Detector> detector, const py::object& pictures, bool unchecked) {
+            const auto batch = colours_of<4>("pictures", pictures, unchecked);
             const py::gil_scoped_release others_may_run;
             return std::make_unique<Run>(std::move(detector), batch);
           },
-          py::arg("pictures"), "[N, height, width, 3], RGB in [0, 1].");
+          py::arg("pictures"), py::arg("unchecked") = false, "[N, height, width, 3], RGB in [0, 1].");
 }
 
 void add_run(py::module_& module) {
@@ -195,7 +212,8 @@ void add_view(py::module_& module) {
            py::arg("size") = 256, "An OBJ file seen from a sphere around its origin; angles in radians.")
       .def_property_readonly("texel_count", &View::texel_count)
       .def_property_readonly("coverage", &View::coverage, "[size, size], in [0, 1].")
-      .def("render", &View::render, py::arg("texels"), "[texel_count, 3] to a picture [size, size, 3].")
+      .def("render", &View::render, py::arg("texels"), py::arg("unchecked") = false,
+           "[texel_count, 3] to a picture [size, size, 3].")
       .def("pull_back", &View::pull_back, py::arg("picture_adjoint"), "The transposed map of render.");
 }
 }  // namespace

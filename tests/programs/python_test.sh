@@ -36,6 +36,9 @@ assert none.shape == pictures.shape and not none.any()
 boxes = run.boxes(confidence=0.05)
 assert len(boxes) == 1 and boxes[0].shape[1] == 6
 
+whole = detector.forward((255 * pictures).round().astype("uint8"), unchecked=True).logits
+assert all((a == b).all() for a, b in zip(whole, detector.forward((255 * pictures).round(), unchecked=True).logits))
+
 view = tapestry.View(assets + "/car_sedan.obj", material="body", rows=16, size=96)
 texels = generator.random((view.texel_count, 3), dtype="float32")
 picture = view.render(texels)
@@ -47,6 +50,11 @@ assert abs(product - transposed) < 1e-3 * abs(product), (product, transposed)
 
 for wrong, said in [(lambda: detector.forward(pictures[0]), "pictures has 3 axes, expected 4"),
                     (lambda: detector.forward(pictures[:, :8]), "images"),
+                    (lambda: detector.forward((255 * pictures).astype("uint8")), "pictures holds uint8"),
+                    (lambda: detector.forward(255 * pictures), "expected floating-point RGB in [0, 1]"),
+                    (lambda: detector.forward(pictures * numpy.nan), "pictures holds nan"),
+                    (lambda: detector.fitted((255 * photograph).astype("uint8")), "a photograph holds uint8"),
+                    (lambda: view.render(numpy.full_like(texels, numpy.inf)), "texels holds inf"),
                     (lambda: run.pull_back([]), "logits_adjoint has 0 arrays"),
                     (lambda: tapestry.Detector("absent.onnx"), "absent.onnx"),
                     (lambda: view.render(texels[1:]), "texels")]:

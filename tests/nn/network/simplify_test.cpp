@@ -127,6 +127,43 @@ TEST_CASE("x times its gate is one function", "[nn][network][simplify]") {
   check(b, {"Sigmoid", "Mul", "HardSigmoid", "Mul"});
 }
 
+TEST_CASE("HardSwish in four operators is one function", "[nn][network][simplify]") {
+  const bool divides = GENERATE(true, false), is_last = GENERATE(true, false);
+  CAPTURE(divides, is_last);
+  const auto network = [&](double raise, double least, double most, double sixth) {
+    Builder b;
+    for (const auto& [name, value] :
+         std::map<std::string, double>{{"3", raise},
+                                       {"0", least},
+                                       {"6", most},
+                                       {"sixth", divides ? sixth : static_cast<double>(float(1 / sixth))}})
+      b.network.constants[name] = {{}, nn::ElementType::floating, std::vector<double>{value}};
+    const char* const scale = divides ? "Div" : "Mul";
+    b.node("Add", {"3", "x"}, "a");
+    b.node("Clip", {"a", "0", "6"}, "c");
+    b.node(is_last ? "Mul" : scale, {"c", is_last ? "x" : "sixth"}, "d");
+    b.node(is_last ? scale : "Mul", {"d", is_last ? "sixth" : "x"}, "y");
+    b.network.outputs = {"y"};
+    return b;
+  };
+  const Builder b = network(3, 0, 6, 6);
+  CHECK(operations(simple(b.network)) == std::vector<std::string>{"HardSwish"});
+  // In single precision: each of the four rounds once, and |y| is at most |x|.
+  const nn::Network<float> plain(b.network, {}, false, false), merged(b.network);
+  std::vector<float> x;
+  for (const double value : random_values(672, 9, -5, 5)) x.push_back(static_cast<float>(value));
+  x.resize(x.size() + 32);
+  nn::NetworkPass<float> passes[2];
+  plain.forward({x.data()}, passes[0]);
+  merged.forward({x.data()}, passes[1]);
+  constexpr float epsilon = std::numeric_limits<float>::epsilon();
+  for (std::size_t i = 0; i < 672; ++i)
+    CHECK(std::abs(passes[0].output(0)[i] - passes[1].output(0)[i]) <= 4 * epsilon * std::abs(x[i]));
+  for (const Builder& other :
+       {network(2, 0, 6, 6), network(3, -1, 6, 6), network(3, 0, 5, 6), network(3, 0, 6, 5)})
+    CHECK(operations(simple(other.network)).size() == 4);
+}
+
 TEST_CASE("batch normalisations and scalings go into the weights before them", "[nn][network][simplify]") {
   Builder b;
   b.convolution("x", 6, 5, "a");

@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tapestry/nn/network/program_builder.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
 #include <vector>
 
@@ -135,6 +136,45 @@ TEST_CASE("a loop that does not end, and one without extents, are refused", "[nn
   CHECK_THROWS_WITH(Run(doubled(0)), contains("a loop of no rounds has no extents to scan"));
 }
 
+TEST_CASE("long loops scan in order, and gradients run through every round", "[nn][network][staged]") {
+  const auto body = graph({"i", "goes on", "v"},
+                          {{"", "Add", {"v", "one"}, {"w"}, {}},
+                           {"", "ReduceSum", {"w"}, {"sum"}, {{"keepdims", std::int64_t(0)}}}},
+                          {"goes on", "w", "sum", "w"}, {}, {{"one", real(1)}});
+  for (const double rounds : {1.0, 31.0, 32.0, 33.0, 70.0, 1000.0}) {
+    CAPTURE(rounds);
+    nn::NetworkDescription network = described(
+        {{"", "Loop", {"rounds", "", "x"}, {"y", "sums", "all"}, {{"body", body}}}}, {"sums", "all", "y"});
+    network.constants = {{"rounds", whole(rounds)}};
+    Run run(network);
+    const Numbers x{1, 0, 0.5, 0.25};
+    Numbers sums, all;
+    for (double round = 1; round <= rounds; ++round) {
+      sums.push_back(1.75 + 4 * round);
+      for (const double value : x) all.push_back(value + round);
+    }
+    CHECK(run(x) == sums);
+    CHECK(run(x, 1) == all);
+    CHECK(run.pass.output_shape(1) == nn::Shape{static_cast<std::size_t>(rounds), 4});
+    CHECK(run(x, 2)[3] == 0.25 + rounds);
+    CHECK(run.gradient() == Numbers(4, rounds));
+    CHECK(run.pass.stage_count() == 1);
+  }
+}
+
+TEST_CASE("constants within a loop's body are written once", "[nn][network][staged]") {
+  const nn::Constant many{{100000}, nn::ElementType::floating, std::vector<float>(100000, 1.0F)};
+  const auto body = graph({"i", "goes on", "v"},
+                          {{"", "Mul", {"many", "v"}, {"w"}, {}},
+                           {"", "ReduceMax", {"w"}, {"most"}, {{"keepdims", std::int64_t(0)}}}},
+                          {"goes on", "most"}, {}, {{"many", many}});
+  nn::NetworkDescription network =
+      described({{"", "Loop", {"rounds", "", "x"}, {"y"}, {{"body", body}}}}, {"y"}, {1});
+  network.constants = {{"rounds", whole(100)}};
+  nn::ProgramBuilder<double> builder(network, {{"x", {1}}}, false);
+  CHECK(builder.build().constants.size() < 110000);
+}
+
 TEST_CASE("values that are left over may be many or none", "[nn][network][staged]") {
   nn::NetworkDescription network = described({{"", "Greater", {"x", "half"}, {"is large"}, {}},
                                               {"", "NonZero", {"is large"}, {"places"}, {}},
@@ -182,6 +222,23 @@ TEST_CASE("boxes that suppression leaves have gradients, and none left give noth
   CHECK(none(apart).empty());
 }
 
+TEST_CASE("boxes that are given may be suppressed at once", "[nn][network][staged]") {
+  nn::NetworkDescription network =
+      described({{"", "NonMaxSuppression", {"x", "scores", "most"}, {"rows"}, {}}}, {"rows"}, {1, 3, 4});
+  network.constants = {{"scores", {{1, 1, 3}, nn::ElementType::floating, Numbers{0.5, 0.9, 0.7}}},
+                       {"most", whole(9)}};
+  Run run(network);
+  CHECK(run({0, 0, 4, 4, 5, 5, 6, 6, 0, 0, 4, 4}) == Numbers{0, 0, 1, 0, 0, 2});
+}
+
+TEST_CASE("an index out of range is refused by file and node", "[nn][network][staged]") {
+  nn::NetworkDescription network = described({{"", "Cast", {"x"}, {"place"}, {{"to", std::int64_t(7)}}},
+                                              {"pick", "Gather", {"x", "place"}, {"y"}, {}}},
+                                             {"y"}, {1});
+  Run run(network);
+  CHECK_THROWS_WITH(run({-165}), "net.onnx: Gather \"pick\": index -165 of 1");
+}
+
 TEST_CASE("a setting that the network computes is a constant of the next stage", "[nn][network][staged]") {
   nn::NetworkDescription network =
       described({{"", "ReduceMax", {"x"}, {"most"}, {{"keepdims", std::int64_t(0)}}},
@@ -203,11 +260,32 @@ TEST_CASE("graphs within nodes that do not fit are refused by the node", "[nn][n
   network.nodes[2].attributes["then_branch"] = graph({}, {{"", "Unheard", {"x"}, {"z"}, {}}}, {"z"}, {"x"});
   CHECK_THROWS_WITH(nn::StagedNetwork<double>(network),
                     "net.onnx: Unheard \"z\": the operator is not supported");
+  for (const auto other : {nn::ElementType::integer, nn::ElementType::floating}) {
+    nn::Subgraph typed{{}, {"z"}, {}, {{"", "Sin", {"x"}, {"z"}, {}}}, {"x"}, {other}};
+    network.nodes[2].attributes["then_branch"] = std::make_shared<const nn::Subgraph>(typed);
+    typed = {
+        {}, {"z"}, {}, {{"", "Mul", {"x", "three"}, {"z"}, {}}}, {"x", "three"}, {nn::ElementType::floating}};
+    network.nodes[2].attributes["else_branch"] = std::make_shared<const nn::Subgraph>(typed);
+    Run run(network);
+    if (other == nn::ElementType::floating)
+      CHECK(run({-1, -1, -1, -1})[0] == -3);
+    else
+      CHECK_THROWS_WITH(run({-1, -1, -1, -1}), contains("If \"y\" (opset 18): result 0 is of another type"));
+  }
   network.nodes[2].attributes["then_branch"] = graph({}, {}, {"x", "x"}, {"x"});
   Run two(network);
   CHECK_THROWS_WITH(two({1, 1, 1, 1}), contains("If \"y\" (opset 18): a branch has 2 results, expected 1"));
   network.nodes[2].attributes.erase("then_branch");
   CHECK_THROWS_WITH(Run(network)({1, 1, 1, 1}), contains("attribute 'then_branch' is missing"));
+  network = sine_or_triple();
+  network.nodes[2].inputs.insert(network.nodes[2].inputs.begin() + 1, "x");
+  CHECK_THROWS_WITH(Run(network)({1, 1, 1, 1}), contains("the node has 5 inputs with those of its branches"));
+  network = doubled(3);
+  network.constants["most"] = {{0}, nn::ElementType::integer, Numbers{}};
+  CHECK_THROWS_WITH(Run(network)({1, 1, 1, 1}), contains("the number of rounds has 0 elements, expected 1"));
+  network = doubled(3);
+  network.nodes[0].attributes["tapestry.round"] = std::int64_t(-1);
+  CHECK_THROWS_WITH(Run(network)({1, 1, 1, 1}), contains("round -1 of a loop"));
   network = doubled(3);
   network.nodes[0].inputs.pop_back();
   CHECK_THROWS_WITH(Run(network)({1, 1, 1, 1}), contains("the body takes 1 values"));

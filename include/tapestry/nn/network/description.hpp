@@ -38,7 +38,8 @@ struct Subgraph {
   std::vector<std::string> outputs{};
   std::map<std::string, Constant> constants{};
   std::vector<Node> nodes{};
-  std::vector<std::string> captured{};  ///< values of the graph around it that it reads
+  std::vector<std::string> captured{};      ///< values of the graph around it that it reads
+  std::vector<ElementType> output_types{};  ///< as the file states them; none if it does not state all
 };
 
 /// An input of a network with its extents. Open extents, those without a number, get their size when a

@@ -110,6 +110,7 @@ struct WeightBlock {
 /// A network at fixed extents, as steps that run one after another.
 template <std::floating_point T>
 struct Program {
+  std::string path{};  ///< of the file, for messages; may be empty
   std::vector<ProgramValue> values{};
   std::vector<ProgramStep<T>> steps{};
   std::vector<T> constants{};  ///< read by steps: weights, other constants, a few zeros

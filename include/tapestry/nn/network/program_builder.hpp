@@ -9,16 +9,13 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
+#include <tapestry/nn/detail/network/plan_budget.hpp>
 #include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/program.hpp>
 #include <vector>
 
 namespace tapestry::nn {
-
-/// Elements that all folded results of a network may have together, besides four for each element of its
-/// constants: 256 MiB in double.
-inline constexpr std::size_t largest_folded_size = std::size_t(1) << 25U;
 
 /// An operand of a node that is folded.
 struct FoldOperand {
@@ -54,14 +51,19 @@ class ProgramBuilder {
   /// \param shapes  of the inputs, in the description's numbering of axes
   /// \param pictures_channels_last  inputs of four axes are handed over as [N, H, W, C]
   /// \param stores_constants  if false, the program cannot run, and only facts() may be used
+  /// \param budget  what earlier stages of the same network have left
   ProgramBuilder(const NetworkDescription& description, const std::map<std::string, Shape>& shapes,
-                 bool pictures_channels_last, bool stores_constants = true);
+                 bool pictures_channels_last, bool stores_constants = true, PlanBudget budget = {});
 
   /// \throws FileError (mismatch) naming every node that is not supported, and why
   [[nodiscard]] Program<T> build();
 
   /// The part of build() that facts() need; nodes that are not supported are left out.
+  /// \throws FileError (limit) naming the node at which the budget is used up
   void add_nodes();
+
+  /// What is left after add_nodes().
+  [[nodiscard]] const PlanBudget& budget() const { return budget_; }
 
   /// Facts of every value that could be made, after build() or add_nodes(). Constants belong to the
   /// description or to this.
@@ -105,21 +107,29 @@ class ProgramBuilder {
 
   std::size_t add_value(const std::string& name, const Shape& logical, ElementType type, bool is_last);
 
+  /// Adds a node, or queues the parts that it is taken apart into.
   void add_node(const Node& node);
 
-  /// \returns whether it is done
+  /// Counts what a node of a loop's round takes.
+  void take_repeated(const Node& node, const Operation<T>& operation);
+
+  /// Name of a node in messages: of a part, behind the description's.
+  [[nodiscard]] std::string label_of_part(const Node& node) const;
+
+  /// Queues the parts of a node, if it is taken apart. \returns whether it is
   bool take_apart(const Node& node, const Decomposable& kind);
 
   /// Names of all values, those between parts included.
-  std::set<std::string>& names();
-
-  void divide(const Node& node, DividedNodes& nodes) const;
+  ValueNames& names();
 
   /// Records a problem. Of a network that cannot run at all only the first ones are kept.
   void add_problem(const std::string& problem);
 
   void fail(const Node& node) {
-    for (const std::string& output : node.outputs) known_[output].failed = true;
+    for (const std::string& output : node.outputs) {
+      known_[output].failed = true;
+      if (is_repeated_ && !output.empty()) budget_.repeated.insert(output);
+    }
   }
 
   void fold(const Node& node);
@@ -160,9 +170,18 @@ class ProgramBuilder {
   std::map<std::string, std::unique_ptr<Constant>> stored_;
   std::vector<std::unique_ptr<Constant>> folded_;
   std::map<const Node*, Decomposition> taken_apart_;
-  std::size_t part_count_ = 0;
-  std::set<std::string> names_;
-  std::size_t foldable_ = largest_folded_size;  ///< elements that results may still have
+  /// A node to add, and whether it is of a loop's round.
+  struct Waiting {
+    const Node* node;
+    bool is_repeated;
+  };
+  std::vector<Waiting> waiting_;  ///< the next one last
+  const Node* root_ = nullptr;    ///< the description's node that is being added
+  bool is_repeated_ = false;      ///< whether the node that is being added is of a loop's round
+  ValueNames names_;
+  PlanBudget budget_;
+  std::set<std::string> repeated_before_;         ///< budget_.repeated, as earlier stages have left it
+  std::set<const Constant*> repeated_constants_;  ///< that nodes of loops' rounds read
   std::size_t problem_count_ = 0;
   std::string problems_;
   std::set<std::size_t> noted_;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <tapestry/core/compiled.hpp>
+#include <tapestry/nn/detail/network/plan_budget.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/description.hpp>
@@ -48,6 +49,7 @@ class StagedPass {
     std::vector<ElementType> types{};              ///< of its outputs
     NetworkDescription rest{};                     ///< the nodes that wait
     std::optional<Engine> engine{};                ///< as of StagedNetwork
+    PlanBudget budget{};                           ///< what is left behind this stage
   };
   struct Run {
     std::shared_ptr<const Stage> stage{};
@@ -75,8 +77,10 @@ template <std::floating_point T>
 class StagedNetwork {
  public:
   /// \param shapes  extents of inputs, as of Network
+  /// \param budget  for all plans of a run
   /// \throws FileError (mismatch) naming operators that are not supported, or an input whose extents are open
-  explicit StagedNetwork(NetworkDescription description, const std::map<std::string, Shape>& shapes = {});
+  explicit StagedNetwork(NetworkDescription description, const std::map<std::string, Shape>& shapes = {},
+                         PlanBudget budget = {});
 
   /// How convolutions of passes to come are computed, see Network::set_engine().
   void set_engine(Engine engine);
@@ -85,7 +89,8 @@ class StagedNetwork {
   [[nodiscard]] const Shape& input_shape(std::size_t i) const { return shapes_.at(inputs_.at(i).name); }
 
   /// \param inputs  values of each input, of input_shape(), readable 128 bytes past their end
-  /// \throws FileError (mismatch) naming nodes that cannot be run at the extents that come out
+  /// \throws FileError (mismatch) naming nodes that cannot be run at the extents that come out; limit for
+  ///         loops beyond PlanBudget
   void forward(const std::vector<const T*>& inputs, StagedPass<T>& pass, Mode mode = Mode::inference) const;
 
   /// Adds the adjoint of each input to `inputs_adjoint`.

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -45,6 +46,14 @@ template <std::floating_point T>
   const auto whole = static_cast<std::int64_t>(index), count = static_cast<std::int64_t>(extent);
   const std::int64_t place = whole < 0 ? whole + count : whole;
   return place >= 0 && place < count ? static_cast<std::size_t>(place) : extent;
+}
+
+/// An index in messages: without a fraction if it has none.
+template <std::floating_point T>
+[[nodiscard]] std::string index_text(T index) {
+  return index > T(-0x1p62) && index < T(0x1p62) && index == std::trunc(index)
+             ? std::to_string(static_cast<std::int64_t>(index))
+             : std::to_string(index);
 }
 
 /// Meaning of the elements of a tensor. All are computed in one floating type. Integers (indices and extents)

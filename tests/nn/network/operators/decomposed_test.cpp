@@ -221,6 +221,25 @@ TEST_CASE("recurrent layers refuse what they do not run", "[nn][network][recurre
   CHECK_THAT(complaint({{"direction", std::string("bidirectional")}}, {1, 8, 3}),
              contains("expected [2, 8, 3] and [2, 8, 2]"));
   CHECK_THAT(complaint({{"direction", std::string("up")}}, {1, 8, 3}), contains("direction is 'up'"));
+  CHECK_THAT(complaint({{"layout", std::int64_t(7)}}, {1, 8, 3}), contains("'layout' is 7, expected 0 or 1"));
+  const auto of_operand = [](std::size_t place, const nn::Shape& shape) {
+    OperatorCase test{"LSTM", {{4, 2, 3}, {1, 8, 3}, {1, 8, 2}, shape}};
+    nn::NetworkDescription network = description_of(test);
+    network.nodes[0].inputs.insert(network.nodes[0].inputs.begin() + 3, place - 3, "");
+    try {
+      const nn::Network<double> made(network);
+    } catch (const tapestry::Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK(of_operand(3, {1, 16}).empty());
+  CHECK_THAT(of_operand(3, {1, 8}),
+             contains("LSTM \"y0\" (opset 17): the bias, input 3, is [1, 8], expected [1, 16]"));
+  CHECK_THAT(of_operand(5, {1, 2, 3}),
+             contains("the first output, input 5, is [1, 2, 3], expected [1, 2, 2]"));
+  CHECK_THAT(of_operand(6, {2, 2}), contains("the first cell, input 6, is [2, 2], expected [1, 2, 2]"));
+  CHECK_THAT(of_operand(7, {1, 8}), contains("the peepholes, input 7, is [1, 8], expected [1, 6]"));
   CHECK_THAT(complaint({{"clip", 1.0}}, {1, 8, 3}), contains("'clip' is not supported"));
   CHECK_THAT(complaint({{"activations", std::vector<std::string>{"Sigmoid", "Affine", "Tanh"}}}, {1, 8, 3}),
              contains("'Affine' is not supported"));
@@ -260,6 +279,35 @@ TEST_CASE("Attention weighs values by the softmax of products", "[nn][network][a
       check(network_of("Attention", operands, {{"is_causal", std::int64_t(is_causal)}, {"scale", 0.7}}),
             expected);
     }
+}
+
+TEST_CASE("a query whose keys are all masked attends to nothing", "[nn][network][attention]") {
+  constexpr double nothing = -std::numeric_limits<double>::infinity();
+  const auto q = given({1, 1, 3, 2}, 1), k = given({1, 1, 4, 2}, 2), v = given({1, 1, 4, 2}, 3);
+  const Numbers truths{1, 1, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0};  // row 1: all masked; row 2: key 1 alone
+  Numbers sums = truths;
+  for (double& sum : sums) sum = sum != 0 ? 0.0 : nothing;
+  for (const bool is_truth : {false, true}) {
+    const TestOperand mask{TestOperand::Kind::constant,
+                           {3, 4},
+                           is_truth ? truths : sums,
+                           is_truth ? nn::ElementType::boolean : nn::ElementType::floating};
+    const auto test = network_of("Attention", {q, k, v, mask}, {});
+    const auto found = result_of<double>(test);
+    CHECK(Numbers(found.begin() + 2, found.end()) == Numbers{0, 0, v.values[2], v.values[3]});
+    check_adjoints(test);  // NaN is no slope
+  }
+}
+
+TEST_CASE("Softmax of nothing is not a number, as ONNX's formula", "[nn][network][attention]") {
+  constexpr double nothing = -std::numeric_limits<double>::infinity();
+  const TestOperand x{TestOperand::Kind::given, {2, 2}, {nothing, nothing, nothing, 1}};
+  for (const char* operation : {"Softmax", "LogSoftmax"}) {
+    const auto found = result_of<double>(network_of(operation, {x}, {{"axis", std::int64_t(-1)}}));
+    CHECK(std::isnan(found[0]));
+    CHECK(std::isnan(found[1]));
+    CHECK(found[3] == (std::string(operation) == "Softmax" ? 1 : 0));
+  }
 }
 
 TEST_CASE("RMSNormalization divides by the root of the mean of squares", "[nn][network][normalization]") {

@@ -66,6 +66,54 @@ TEST_CASE("Resize reads the nearest value", "[nn][network][resize]") {
         {1, 1, 2, 2, 1, 1, 2, 2, 3, 3, 4, 4});
 }
 
+TEST_CASE("the nearest value is exact where two are equally near", "[nn][network][resize]") {
+  // Coordinates as fractions n / d of whole numbers: ties are seen as they are.
+  struct Fraction {
+    std::int64_t n, d;
+    [[nodiscard]] std::int64_t floor() const { return n >= 0 ? n / d : -((-n + d - 1) / d); }
+    [[nodiscard]] std::int64_t ceil() const { return -Fraction{-n, d}.floor(); }
+    [[nodiscard]] Fraction plus_half(int sign) const { return {2 * n + sign * d, 2 * d}; }
+  };
+  const auto expected_at = [](const std::string& coordinates, const std::string& nearest, std::int64_t in,
+                              std::int64_t out, std::int64_t i) {
+    const Fraction x = coordinates == "asymmetric"             ? Fraction{i * in, out}
+                       : coordinates == "tf_half_pixel_for_nn" ? Fraction{(2 * i + 1) * in, 2 * out}
+                       : coordinates == "pytorch_half_pixel" && out == 1
+                           ? Fraction{0, 1}
+                           : Fraction{(2 * i + 1) * in - out, 2 * out};
+    const std::int64_t place = nearest == "floor"                ? x.floor()
+                               : nearest == "ceil"               ? x.ceil()
+                               : nearest == "round_prefer_floor" ? x.plus_half(-1).ceil()
+                                                                 : x.plus_half(1).floor();
+    return static_cast<double>(std::clamp<std::int64_t>(place, 0, in - 1));
+  };
+  std::size_t wrong = 0, count = 0;
+  for (const std::string coordinates :
+       {"half_pixel", "asymmetric", "pytorch_half_pixel", "half_pixel_symmetric", "tf_half_pixel_for_nn"})
+    for (const std::string nearest : {"round_prefer_floor", "round_prefer_ceil", "floor", "ceil"})
+      for (std::int64_t in = 1; in <= 12; ++in)
+        for (std::int64_t out = 1; out <= 24; ++out) {
+          std::vector<double> x, expected;
+          for (std::int64_t i = 0; i < in; ++i) x.push_back(static_cast<double>(i));
+          for (std::int64_t i = 0; i < out; ++i)
+            expected.push_back(expected_at(coordinates, nearest, in, out, i));
+          const auto ratio = static_cast<double>(static_cast<float>(out) / static_cast<float>(in));
+          const bool fits = std::floor(ratio * static_cast<double>(in)) == static_cast<double>(out);
+          for (const bool is_scale : {false, true}) {
+            if (is_scale && !fits) continue;  // other extents come out
+            const auto found = result_of<float>(picture(
+                x, 1, static_cast<std::size_t>(in), is_scale ? scales({1, 1, 1, ratio}) : TestOperand{},
+                is_scale ? TestOperand{} : numbers({1, 1, 1, static_cast<double>(out)}),
+                {{"coordinate_transformation_mode", nn::Attribute(coordinates)},
+                 {"nearest_mode", nn::Attribute(nearest)}}));
+            ++count;
+            if (std::vector<double>(found.begin(), found.end()) != expected) ++wrong;
+          }
+        }
+  CHECK(wrong == 0);
+  CHECK(count > 9000);
+}
+
 TEST_CASE("Resize interpolates linearly", "[nn][network][resize]") {
   const auto mode = name("linear");
   check(picture(four, 2, 2, scales({1, 1, 2, 2}), {}, {{"mode", mode}}), {1, 1, 4, 4},

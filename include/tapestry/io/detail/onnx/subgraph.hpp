@@ -30,14 +30,15 @@ class SubgraphReader {
     for (const auto& [name, constant] : graph_.constants) known_.insert(name);
     for (PlacedNode& placed : nodes_) add(placed);
     for (const std::string& output : graph_.outputs) capture(output);
+    if (graph_.output_types.size() != graph_.outputs.size()) graph_.output_types.clear();
     return std::move(graph_);
   }
 
  private:
   void read_field(ProtobufMessage& message) {
-    const auto name_in = [&](const char* field) {
+    const auto value_in = [&](const char* field) {
       records_.count(message);
-      return name_within(message.message(field, message_.place() + ", " + field));
+      return message.message(field, message_.place() + ", " + field);
     };
     switch (message.tag()) {
       case 1: {
@@ -52,11 +53,14 @@ class SubgraphReader {
                         graph_.constants);
         break;
       case 11:
-        graph_.inputs.push_back(name_in("input"));
+        graph_.inputs.push_back(name_within(value_in("input")));
         break;
-      case 12:
-        graph_.outputs.push_back(name_in("output"));
+      case 12: {
+        const ProtobufMessage output = value_in("output");
+        graph_.outputs.push_back(name_within(output));
+        if (const auto type = stated_type(output)) graph_.output_types.push_back(*type);
         break;
+      }
       case 15:
         message.fail("sparse initialisers are not supported");
       default:

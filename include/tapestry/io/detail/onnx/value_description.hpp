@@ -152,6 +152,25 @@ inline void read_type(ProtobufMessage message, nn::InputDescription& input) {
 /// \throws FileError (malformed)  for a value without a name
 [[nodiscard]] inline std::string read_output(ProtobufMessage value) { return detail::read_value_name(value); }
 
+/// What the elements of a ValueInfoProto are; none if it does not state that.
+/// \throws FileError (malformed)  for bytes that are no such message
+[[nodiscard]] inline std::optional<nn::ElementType> stated_type(const ProtobufMessage& value) {
+  std::optional<nn::ElementType> stated;
+  detail::each_message(value, 2, "type", [&](const ProtobufMessage& type) {
+    detail::each_message(type, 1, "tensor_type", [&](ProtobufMessage tensor) {
+      while (tensor.next()) {
+        if (tensor.tag() != 1) {
+          tensor.skip();
+          continue;
+        }
+        const auto number = static_cast<OnnxType>(tensor.integer("elem_type"));
+        if (is_supported(number)) stated = facts_of(number).meaning;
+      }
+    });
+  });
+  return stated;
+}
+
 /// Adds the extents that a ValueInfoProto states to stated_shapes, unless it states none. Nothing is computed
 /// from them, so that names and extents that make no sense are left out instead of refused.
 /// \throws FileError (malformed)  for bytes that are no such message

@@ -8,6 +8,7 @@
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/nn/detail/network/operator_context.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
+#include <tapestry/nn/detail/network/plan_budget.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <utility>
 #include <vector>
@@ -20,6 +21,22 @@ struct Decomposition {
   std::map<std::string, Constant> constants{};
 };
 
+/// Names of a network's values, to which those between parts are added.
+struct ValueNames {
+  std::set<std::string> taken{};
+  std::map<std::string, std::size_t> counts{};            ///< numbers that stems have had
+  std::map<const Constant*, std::string> of_constants{};  ///< of graphs within nodes, written once
+
+  /// A new name: the stem and a number.
+  [[nodiscard]] std::string next(const std::string& stem) {
+    std::string name;
+    std::size_t& count = counts[stem];
+    do name = stem + "#" + std::to_string(count++);
+    while (!taken.insert(name).second);
+    return name;
+  }
+};
+
 /// Writes the nodes that take the place of one. Values between them are called as its first result, with a
 /// number behind.
 class Decomposer {
@@ -27,9 +44,9 @@ class Decomposer {
   using Names = std::vector<std::string>;
   using Attributes = std::map<std::string, Attribute>;
 
-  /// \param taken  names of other values, to which those of this are added
-  Decomposer(const Node& node, std::int64_t opset, std::set<std::string>& taken)
-      : node_(node), opset_(opset), taken_(taken) {
+  /// \param budget  from which nodes are taken; all members throw Error (limit) when it is used up
+  Decomposer(const Node& node, std::int64_t opset, ValueNames& names, PlanBudget& budget)
+      : node_(node), opset_(opset), names_(names), budget_(budget) {
     for (const auto& output : node.outputs)
       if (stem_.empty()) stem_ = output;
   }
@@ -40,14 +57,13 @@ class Decomposer {
   /// Adds a node, and returns its result.
   std::string add(const char* operation, Names inputs, Attributes attributes = {}) {
     std::string name = next_name();
-    parts_.nodes.push_back({node_.name, operation, std::move(inputs), {name}, std::move(attributes)});
+    push({node_.name, operation, std::move(inputs), {name}, std::move(attributes)});
     return name;
   }
   /// Adds a node that makes the result i, unless the node leaves that out.
   void finish(std::size_t i, const char* operation, Names inputs, Attributes attributes = {}) {
     if (i >= node_.outputs.size() || node_.outputs[i].empty()) return;
-    parts_.nodes.push_back(
-        {node_.name, operation, std::move(inputs), {node_.outputs[i]}, std::move(attributes)});
+    push({node_.name, operation, std::move(inputs), {node_.outputs[i]}, std::move(attributes)});
   }
   /// Makes the result i of a value within bounds.
   void finish_clipped(std::size_t i, const std::string& value, double least, double most) {
@@ -56,7 +72,7 @@ class Decomposer {
   }
   /// Adds a node that makes all results.
   void finish_all(const char* operation, Names inputs, Attributes attributes) {
-    parts_.nodes.push_back({node_.name, operation, std::move(inputs), node_.outputs, std::move(attributes)});
+    push({node_.name, operation, std::move(inputs), node_.outputs, std::move(attributes)});
   }
 
   std::string integers(const std::vector<std::int64_t>& values) {
@@ -114,9 +130,13 @@ class Decomposer {
   /// \returns what its results are called
   Names inlined(const Subgraph& graph, std::map<std::string, std::string> names) {
     const auto renamed = [&](const std::string& name) { return name.empty() ? name : names.at(name); };
-    for (const auto& [name, value] : graph.constants) names[name] = constant(value);
+    for (const auto& [name, value] : graph.constants) {
+      const auto [shared, is_new] = names_.of_constants.try_emplace(&value);
+      if (is_new) shared->second = constant(value);
+      names[name] = shared->second;
+    }
     for (const Node& node : graph.nodes) {
-      Node& copy = parts_.nodes.emplace_back(node);
+      Node& copy = push(node);
       for (std::string& input : copy.inputs) input = renamed(input);
       for (std::string& output : copy.outputs)
         if (!output.empty()) output = names[output] = next_name();
@@ -129,6 +149,11 @@ class Decomposer {
   [[nodiscard]] Decomposition take() { return std::move(parts_); }
 
  private:
+  Node& push(Node node) {
+    budget_.take_node(node.inputs.size());
+    return parts_.nodes.emplace_back(std::move(node));
+  }
+
   /// A value with axes, which are an operand since opset 13.
   [[nodiscard]] std::pair<Names, Attributes> along(const std::string& value,
                                                    const std::vector<std::int64_t>& axes) {
@@ -136,18 +161,13 @@ class Decomposer {
     return {{value}, {{"axes", axes}}};
   }
 
-  [[nodiscard]] std::string next_name() {
-    std::string name;
-    do name = stem_ + "#" + std::to_string(count_++);
-    while (!taken_.insert(name).second);
-    return name;
-  }
+  [[nodiscard]] std::string next_name() { return names_.next(stem_); }
 
   const Node& node_;
   std::int64_t opset_;
-  std::set<std::string>& taken_;
+  ValueNames& names_;
+  PlanBudget& budget_;
   std::string stem_{};
-  std::size_t count_ = 0;
   Decomposition parts_{};
 };
 

@@ -83,6 +83,13 @@ class OperatorContext {
     const auto* value = find<std::int64_t>(name, "an integer");
     return value == nullptr ? otherwise : *value;
   }
+  /// An attribute that is 0 or 1. \throws DomainError for another number
+  [[nodiscard]] bool flag(const std::string& name, std::int64_t otherwise) {
+    const std::int64_t value = integer(name, otherwise);
+    if (value != 0 && value != 1)
+      throw DomainError({"attribute ", in_quotes(name), " is ", value, ", expected 0 or 1"});
+    return value == 1;
+  }
   [[nodiscard]] double number(const std::string& name, double otherwise) {
     const auto* value = find<double>(name, "a number");
     return value == nullptr ? otherwise : *value;

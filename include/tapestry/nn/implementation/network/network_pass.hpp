@@ -95,8 +95,12 @@ void NetworkPass<T>::run(const Program<T>& program, const ProgramUse& use, std::
     results_.clear();
     for (const std::size_t value : step.outputs)
       results_.push_back(view(program.values[value], buffers_[value].data(), n));
-    step.operation->forward({inputs_, results_, states_[s * batch_ + n], keeps, engine, batch,
-                             holds_ ? window_of(plan_.get(), step.outputs.front()) : nullptr});
+    try {
+      step.operation->forward({inputs_, results_, states_[s * batch_ + n], keeps, engine, batch,
+                               holds_ ? window_of(plan_.get(), step.outputs.front()) : nullptr});
+    } catch (const Error& error) {  // of an operand's values, such as an index
+      throw FileError(ErrorKind::mismatch, {program.path, "", step.label + ": " + error.what()});
+    }
   });
   if (kept_ == nullptr) return;
   for (const std::size_t value : step.outputs) {

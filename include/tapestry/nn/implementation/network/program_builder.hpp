@@ -8,30 +8,32 @@ namespace tapestry::nn {
 template <std::floating_point T>
 ProgramBuilder<T>::ProgramBuilder(const NetworkDescription& description,
                                   const std::map<std::string, Shape>& shapes, bool pictures_channels_last,
-                                  bool stores_constants)
-    : description_(description), stores_constants_(stores_constants) {
+                                  bool stores_constants, PlanBudget budget)
+    : description_(description), stores_constants_(stores_constants), budget_(std::move(budget)) {
+  repeated_before_.swap(budget_.repeated);
+  std::size_t elements = readable_past_end;
   for (const auto& [name, constant] : description.constants) {
     require_room_for("constant", name, constant.shape);
     known_[name].constant = &constant;
-    foldable_ += 4 * constant.size();
+    elements += constant.size();
   }
-  std::size_t elements = readable_past_end;
-  for (const auto& [name, constant] : description.constants) elements += constant.size();
+  for (const InputDescription& input : description.inputs)
+    require_room_for("input", input.name, shapes.at(input.name));
+  if (!std::exchange(budget_.is_begun, true)) {
+    budget_.folded += 4 * elements;
+    budget_.values += 4096 * elements;
+    for (const InputDescription& input : description.inputs)
+      budget_.values += 4096 * size_of(shapes.at(input.name));
+  }
   if (stores_constants_) program_.constants.reserve(elements);  // growing would take them twice
   for (const InputDescription& input : description.inputs) {
     Known& known = known_[input.name];
     known.shape = shapes.at(input.name);
-    require_room_for("input", input.name, known.shape);
     known.type = input.type;
     const bool is_last = pictures_channels_last && known.shape.size() == 4;
     known.value[is_last ? 1 : 0] = add_value(input.name, known.shape, input.type, is_last);
     program_.inputs.push_back(known.value[is_last ? 1 : 0]);
   }
-}
-
-template <std::floating_point T>
-void ProgramBuilder<T>::add_nodes() {
-  for (const Node& node : description_.nodes) add_node(node);
 }
 
 template <std::floating_point T>
@@ -46,6 +48,7 @@ Program<T> ProgramBuilder<T>::build() {
     program_.outputs.push_back(value_of(name, known_.at(name), false, shape_of(known_.at(name)).size()));
   if (stores_constants_) put_weights_first();
   program_.constants.resize(program_.constants.size() + readable_past_end, T(0));
+  program_.path = description_.path;
   return std::move(program_);
 }
 
@@ -98,7 +101,9 @@ void ProgramBuilder<T>::add_node(const Node& node) {
     if (all_constant || asks_extents) return fold(node);
     make(node, found->second);
   } catch (const Error& error) {
-    add_problem(label_of(node) + " (opset " + std::to_string(description_.opset) + "): " + error.what());
+    const std::string problem = label_of_part(node) + ": " + error.what();
+    if (error.kind() == ErrorKind::limit) throw FileError(ErrorKind::limit, {description_.path, "", problem});
+    add_problem(problem);
     fail(node);
   }
 }
@@ -121,8 +126,8 @@ void ProgramBuilder<T>::fold(const Node& node) {
     const Known& known = known_.at(input);
     operands.push_back({known.constant, shape_of(known), true});
   }
-  auto results = fold_node<T>(node, description_.opset, operands, foldable_);
-  for (const Constant& result : results) foldable_ -= std::min(foldable_, result.size());
+  auto results = fold_node<T>(node, description_.opset, operands, budget_.folded);
+  for (const Constant& result : results) budget_.folded -= std::min(budget_.folded, result.size());
   for (std::size_t i = 0; i < node.outputs.size(); ++i) {
     if (node.outputs[i].empty()) continue;
     require_result(i, results.size());
@@ -166,6 +171,9 @@ void ProgramBuilder<T>::make(const Node& node, const Operator<T>& kind) {
     step.inputs.push_back(input.empty() ? no_value
                                         : value_of(input, known_.at(input), is_data, is_data ? 4 : 0));
   }
+  if (is_repeated_) take_repeated(node, *step.operation);
+  for (const auto& result : step.operation->results())
+    budget_.take(&PlanBudget::values, size_of(result.shape), "elements of results");
   note_weights(step);
   for (std::size_t i = 0; i < node.outputs.size(); ++i) add_output(node.outputs[i], i, is_last, step);
   program_.steps.push_back(std::move(step));

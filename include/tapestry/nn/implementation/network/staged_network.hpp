@@ -44,13 +44,15 @@ void require_known_operators(const std::string& path, const std::vector<Node>& n
 }  // namespace detail
 
 template <std::floating_point T>
-StagedNetwork<T>::StagedNetwork(NetworkDescription description, const std::map<std::string, Shape>& shapes)
+StagedNetwork<T>::StagedNetwork(NetworkDescription description, const std::map<std::string, Shape>& shapes,
+                                PlanBudget budget)
     : inputs_(description.inputs),
       shapes_(Network<T>::input_shapes(description, shapes)),
       outputs_(description.outputs) {
   detail::require_known_operators<T>(description.path, description.nodes);
   Stage stage;
   stage.shapes = shapes_;
+  stage.budget = std::move(budget);
   first_ = made(std::move(description), std::move(stage));
 }
 
@@ -62,11 +64,19 @@ void StagedNetwork<T>::set_engine(Engine engine) {
 
 template <std::floating_point T>
 auto StagedNetwork<T>::made(NetworkDescription description, Stage stage) -> std::shared_ptr<const Stage> {
-  ProgramBuilder<T> finder(description, stage.shapes, false, false);
+  if (stage.before) try {
+      stage.budget.take(&PlanBudget::stages, 1, "networks, one after another as values come to be known,");
+      stage.budget.take(&PlanBudget::planned, description.nodes.size(), "nodes planned anew");
+    } catch (const Error& error) {
+      throw FileError(error.kind(), {description.path, "", error.what()});
+    }
+  ProgramBuilder<T> finder(description, stage.shapes, false, false, std::move(stage.budget));
   finder.add_nodes();
+  stage.budget = finder.budget();
   auto [nodes, left, constants] = finder.divided();
-  // Without new nodes the next stage would be this one again.
-  if (nodes.empty() && left.size() == description.nodes.size()) finder.require_no_problems();
+  // Without new nodes the next stage would be this one again, but for what is chosen by the inputs' values.
+  const bool may_choose = !stage.before && std::ranges::any_of(left, detail::chooses_by_values);
+  if (nodes.empty() && left.size() == description.nodes.size() && !may_choose) finder.require_no_problems();
   const NetworkFacts facts = finder.facts();
   std::set<std::string> wanted(description.outputs.begin(), description.outputs.end());
   for (const Node& node : left) wanted.insert(node.inputs.begin(), node.inputs.end());
@@ -118,7 +128,7 @@ void StagedNetwork<T>::choose(const Stage& before, const StagedPass<T>& pass,
     }
     if (!is_known) continue;
     try {
-      auto results = fold_node<T>(node, before.rest.opset, operands, largest_folded_size);
+      auto results = fold_node<T>(node, before.rest.opset, operands, before.budget.folded);
       found[node.outputs.front()] = std::move(results.front());
     } catch (const Error& error) {
       throw FileError(ErrorKind::mismatch,
@@ -133,6 +143,7 @@ auto StagedNetwork<T>::next(const std::shared_ptr<const Stage>& before, StagedPa
   Stage stage;
   stage.before = before;
   stage.engine = engine_;
+  stage.budget = before->budget;
   for (const auto& [name, value] : pass.known_) {
     if (value.type == ElementType::floating)
       stage.shapes[name] = value.shape;

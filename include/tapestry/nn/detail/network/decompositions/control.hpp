@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -31,6 +32,12 @@ inline void decompose_if(OperatorContext& context, Decomposer& parts) {
   const auto &otherwise = context.graph("else_branch"), &then = context.graph("then_branch");
   const bool holds = truth_of(context, 0);
   const Node& node = parts.node();
+  if (node.inputs.size() != 1 + otherwise->captured.size() + then->captured.size())
+    throw DomainError({"the node has ", node.inputs.size(), " inputs with those of its branches"});
+  const auto &types = then->output_types, &other_types = otherwise->output_types;
+  for (std::size_t i = 0; i < std::min(types.size(), other_types.size()); ++i)
+    if (types[i] != other_types[i])
+      throw DomainError({"result ", i, " is of another type in the other branch"});
   const Subgraph& branch = holds ? *then : *otherwise;
   // Attributes are in the order of their names: what "else_branch" captures comes first.
   const std::size_t first = 1 + (holds ? otherwise->captured.size() : 0);
@@ -40,26 +47,31 @@ inline void decompose_if(OperatorContext& context, Decomposer& parts) {
   for (std::size_t i = 0; i < results.size(); ++i) parts.finish(i, "Identity", {results[i]});
 }
 
-/// Loop, as its first round and a Loop of the others; what rounds that are over have scanned is carried along
-/// behind the other carried values. Source: onnx.ai, Operators.md.
+/// Loop, as its first round and a Loop of the others. What each round that is over has scanned is carried
+/// along behind the other carried values, in pieces: 32 rounds become one piece, so that long loops neither
+/// copy what they have at every round nor carry a name for each. Source: onnx.ai, Operators.md.
 class LoopParts {
  public:
   LoopParts(OperatorContext& context, Decomposer& parts)
       : context_(context), parts_(parts), node_(parts.node()), body_(context.graph("body")) {
     round_ = context.integer(round_name, 0);
+    if (round_ < 0 || round_ > most_rounds) throw DomainError({"round ", round_, " of a loop"});
     if (body_->inputs.size() < 2 || body_->outputs.empty()) throw ShapeError("the body has too few values");
     carried_ = body_->inputs.size() - 2;
     if (body_->outputs.size() < 1 + carried_) throw ShapeError("the body has too few results");
     scanned_ = body_->outputs.size() - 1 - carried_;
     if (node_.outputs.size() > carried_ + scanned_) throw ShapeError("the body has too few results");
-    captures_at_ = 2 + carried_ + (round_ > 0 ? scanned_ : 0);
+    captures_at_ = 2 + carried_ + scanned_ * piece_count();
     if (node_.inputs.size() != captures_at_ + body_->captured.size())
       throw ShapeError({"the body takes ", carried_, " values, and the node has ", node_.inputs.size()});
   }
 
   void write() {
     const bool is_counted = context_.has_input(0);
-    const std::int64_t left = is_counted ? context_.integers(count_input).at(0) : most_rounds + 1;
+    if (is_counted && context_.constant(count_input).size() != 1)
+      throw ShapeError(
+          {"the number of rounds has ", context_.constant(count_input).size(), " elements, expected 1"});
+    const std::int64_t left = is_counted ? context_.integers(count_input)[0] : most_rounds + 1;
     const bool goes_on = !context_.has_input(1) || truth_of(context_, 1);
     if (left <= 0 || !goes_on) return end();
     if (round_ == most_rounds) throw DomainError({"a loop of more than ", most_rounds, " rounds"});
@@ -71,13 +83,16 @@ class LoopParts {
     Decomposer::Names rest{is_counted ? parts_.constant(number(static_cast<double>(left - 1))) : "",
                            results[0]};
     for (std::size_t i = 0; i < carried_; ++i) rest.push_back(results[1 + i]);
-    for (std::size_t i = 0; i < scanned_; ++i) rest.push_back(with_scanned(i, results[1 + carried_ + i]));
+    for (std::size_t i = 0; i < scanned_; ++i) {
+      const Decomposer::Names pieces = with_scanned(i, results[1 + carried_ + i]);
+      rest.insert(rest.end(), pieces.begin(), pieces.end());
+    }
     for (std::size_t i = captures_at_; i < node_.inputs.size(); ++i) rest.push_back(node_.inputs[i]);
     parts_.finish_all("Loop", std::move(rest), {{"body", body_}, {round_name, round_ + 1}});
   }
 
  private:
-  static constexpr std::int64_t most_rounds = 1000;
+  static constexpr std::int64_t most_rounds = 1000, rounds_a_piece = 32;
   static constexpr std::size_t count_input = 0;
   static constexpr const char* round_name = "tapestry.round";
 
@@ -85,18 +100,34 @@ class LoopParts {
     return {{}, ElementType::integer, std::vector<double>{value}};
   }
 
+  /// Pieces of each scanned value before this round.
+  [[nodiscard]] std::size_t piece_count() const {
+    return static_cast<std::size_t>(round_ / rounds_a_piece + round_ % rounds_a_piece);
+  }
+  [[nodiscard]] Decomposer::Names pieces_of(std::size_t i) const {
+    const auto first = node_.inputs.begin() + static_cast<std::ptrdiff_t>(2 + carried_ + i * piece_count());
+    return {first, first + static_cast<std::ptrdiff_t>(piece_count())};
+  }
+
   /// Adds one round to what was scanned before, along a new first axis.
-  [[nodiscard]] std::string with_scanned(std::size_t i, const std::string& value) {
-    const std::string one = parts_.raised(value);
-    if (round_ == 0) return one;
-    return parts_.add("Concat", {node_.inputs[2 + carried_ + i], one}, {{"axis", std::int64_t{0}}});
+  [[nodiscard]] Decomposer::Names with_scanned(std::size_t i, const std::string& value) {
+    Decomposer::Names pieces = pieces_of(i);
+    pieces.push_back(parts_.raised(value));
+    if ((round_ + 1) % rounds_a_piece != 0) return pieces;
+    const Decomposer::Names last(pieces.end() - rounds_a_piece, pieces.end());
+    pieces.resize(pieces.size() - rounds_a_piece);
+    pieces.push_back(parts_.add("Concat", last, {{"axis", std::int64_t{0}}}));
+    return pieces;
   }
 
   void end() {
     for (std::size_t i = 0; i < node_.outputs.size(); ++i) {
       if (node_.outputs[i].empty()) continue;
       if (i >= carried_ && round_ == 0) throw DomainError("a loop of no rounds has no extents to scan");
-      parts_.finish(i, "Identity", {node_.inputs[2 + i]});
+      if (i < carried_)
+        parts_.finish(i, "Identity", {node_.inputs[2 + i]});
+      else
+        parts_.finish(i, "Concat", pieces_of(i - carried_), {{"axis", std::int64_t{0}}});
     }
   }
 

@@ -9,6 +9,7 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
+#include <tapestry/nn/detail/network/operators/softmax.hpp>
 #include <vector>
 
 namespace tapestry::nn::detail {
@@ -36,8 +37,8 @@ inline void decompose_rms_normalization(OperatorContext& context, Decomposer& pa
   parts.finish(0, "Mul", {parts.add("Div", {x, root}), parts.input(1)});
 }
 
-/// softmax(Q·Kᵀ·scale + mask)·V of heads, [batch, heads, length, width], or [batch, length, heads · width].
-/// Source: onnx.ai, Attention of opset 23.
+/// softmax(Q·Kᵀ·scale + mask)·V of heads, [batch, heads, length, width], or [batch, length, heads · width]; 0
+/// for a query whose keys are all masked. Source: onnx.ai, Attention of opset 23, with its errata (PR 8068).
 class AttentionParts {
  public:
   AttentionParts(OperatorContext& context, Decomposer& parts) : context_(context), parts_(parts) {
@@ -59,11 +60,12 @@ class AttentionParts {
     keys_ = k[is_flat_ ? 1 : 2];
     const std::size_t width = is_flat_ ? q[2] / heads_ : q[3];
     scale_ = context.number("scale", 1 / std::sqrt(static_cast<double>(width)));
-    is_causal_ = context.integer("is_causal", 0) != 0;
+    is_causal_ = context.flag("is_causal", 0);
   }
 
   void write() {
-    const std::string shares = parts_.add("Softmax", {masked_scores()}, {{"axis", std::int64_t{-1}}});
+    const std::string shares =
+        parts_.add("Softmax", {masked_scores()}, {{"axis", std::int64_t{-1}}, {masks_rows, std::int64_t{1}}});
     if (!is_flat_) return parts_.finish(0, "MatMul", {shares, repeated(2)});
     const std::string apart = parts_.transposed(parts_.add("MatMul", {shares, repeated(2)}), {0, 2, 1, 3});
     const std::size_t width = context_.input(2).shape[2] / key_heads_;

@@ -26,7 +26,7 @@ class RecurrentParts {
     const Shape& r = context.input(2).shape;
     if (x.size() != 3 || context.input(1).shape.size() != 3 || r.size() != 3)
       throw ShapeError("operands 0, 1 and 2 need three axes each");
-    is_batch_first_ = context.integer("layout", 0) != 0;
+    is_batch_first_ = context.flag("layout", 0);
     steps_ = x[is_batch_first_ ? 1 : 0];
     batch_ = x[is_batch_first_ ? 0 : 1];
     inputs_ = x[2];
@@ -51,8 +51,9 @@ class RecurrentParts {
         if (length != static_cast<std::int64_t>(steps_))
           throw DomainError({"a sequence of length ", length, " among ", steps_, " steps is not supported"});
     if (context.has_attribute("clip")) throw DomainError("attribute 'clip' is not supported");
-    resets_after_ = kind == Kind::gru && context.integer("linear_before_reset", 0) != 0;
-    if (kind == Kind::lstm && context.integer("input_forget", 0) != 0)
+    resets_after_ = kind == Kind::gru && context.flag("linear_before_reset", 0);
+    require_states();
+    if (kind == Kind::lstm && context.flag("input_forget", 0))
       throw DomainError("attribute 'input_forget' is not supported");
     read_activations();
   }
@@ -75,6 +76,20 @@ class RecurrentParts {
   }
 
  private:
+  /// \throws ShapeError naming a bias, a first state or peepholes that do not fit the weights
+  void require_states() const {
+    const std::size_t rows = gates_ * size_;
+    const Shape state =
+        is_batch_first_ ? Shape{batch_, directions_, size_} : Shape{directions_, batch_, size_};
+    const std::array<const char*, 8> names{"", "", "", "bias", "", "first output", "first cell", "peepholes"};
+    const std::array<Shape, 8> shapes{
+        {{}, {}, {}, {directions_, 2 * rows}, {}, state, state, {directions_, 3 * size_}}};
+    for (const std::size_t i : {3U, 5U, 6U, 7U})
+      if (context_.has_input(i) && context_.input(i).shape != shapes[i])
+        throw ShapeError(
+            {"the ", names[i], ", input ", i, ", is ", context_.input(i).shape, ", expected ", shapes[i]});
+  }
+
   struct Ends {
     std::string hidden, cell;
   };

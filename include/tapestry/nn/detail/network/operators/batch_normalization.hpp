@@ -256,7 +256,7 @@ void add_batch_normalization(OperatorTable<T>& table) {
       [](OperatorContext& context) -> std::unique_ptr<Operation<T>> {
         const double momentum = context.number("momentum", 0.9);
         context.ignore("spatial");  // 0 is refused by the extents of what is given for each channel
-        const bool is_training = context.integer("training_mode", 0) != 0;
+        const bool is_training = context.flag("training_mode", 0);
         const ChannelExtents extents = channel_extents(context);
         for (std::size_t input = 1; input < 5; ++input) require_channels(context, input, extents.channels);
         const Shape& shape = context.input(0).shape;

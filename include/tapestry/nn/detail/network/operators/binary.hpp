@@ -182,7 +182,7 @@ void add_binary(OperatorTable<T>& table, const char* name, BinaryKind kind) {
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_mod(OperatorContext& context) {
   const Operand &a = context.input(0), &b = context.input(1);
-  const bool has_sign_of_first = context.integer("fmod", 0) != 0;
+  const bool has_sign_of_first = context.flag("fmod", 0);
   if (!has_sign_of_first && a.type == ElementType::floating)
     throw DomainError("fmod is 0, expected 1 for numbers that are not integers");
   const auto loops =

@@ -271,7 +271,7 @@ void add_convolution(OperatorTable<T>& table) {
                         [](OperatorContext& context) {
                           ConvolutionPlan<T> plan = detail::plan_convolution<T>(context, 2);
                           plan.activation = fused_activation<T>(context);
-                          plan.adds_first = context.integer("adds_first", 0) != 0;
+                          plan.adds_first = context.flag("adds_first", 0);
                           if (context.has_input(1)) plan.addend = 1;
                           auto convolution = std::make_unique<Convolution<T>>(plan);
                           if (context.has_input(1) && context.input(1).shape != convolution->result_shape())

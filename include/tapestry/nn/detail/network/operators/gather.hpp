@@ -97,7 +97,7 @@ struct IndexPlan {
   template <std::floating_point T>
   [[nodiscard]] std::ptrdiff_t offset(T index, std::size_t j) const {
     const std::size_t place = place_of_index(index, extents[j]);
-    if (place == extents[j]) throw DomainError({"index ", index, " of ", extents[j]});
+    if (place == extents[j]) throw DomainError({"index ", index_text(index), " of ", extents[j]});
     return static_cast<std::ptrdiff_t>(place) * strides[j];
   }
 };

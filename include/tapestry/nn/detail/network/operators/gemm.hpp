@@ -123,8 +123,8 @@ class Gemm : public Operation<T> {
 [[nodiscard]] inline GemmPlan plan_gemm(OperatorContext& context) {
   const Shape &a = context.input(0).shape, &b = context.input(1).shape;
   GemmPlan plan;
-  plan.turns_a = context.integer("transA", 0) != 0;
-  plan.turns_b = context.integer("transB", 0) != 0;
+  plan.turns_a = context.flag("transA", 0);
+  plan.turns_b = context.flag("transB", 0);
   plan.alpha = context.number("alpha", 1);
   plan.beta = context.number("beta", 1);
   const auto refuse = [&] { throw ShapeError({a, " and ", b, " cannot be multiplied"}); };

@@ -183,8 +183,7 @@ template <std::floating_point T>
   const Operand& x = context.input(0);
   if (x.shape.size() < 2) throw ShapeError({x.shape, " is no matrix"});
   const double diagonal = context.has_input(1) ? scalar_of(context, 1) : 0;
-  return std::make_unique<Trilu<T>>(x, OperatorContext::to_integer(diagonal),
-                                    context.integer("upper", 1) != 0);
+  return std::make_unique<Trilu<T>>(x, OperatorContext::to_integer(diagonal), context.flag("upper", 1));
 }
 }  // namespace detail
 

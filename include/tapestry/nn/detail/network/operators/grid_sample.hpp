@@ -182,7 +182,7 @@ namespace detail {
   GridSampling rule;
   const std::string mode = context.text("mode", "bilinear");
   const std::string padding = context.text("padding_mode", "zeros");
-  rule.align_corners = context.integer("align_corners", 0) != 0;
+  rule.align_corners = context.flag("align_corners", 0);
   using Mode = GridSampling::Mode;
   using Padding = GridSampling::Padding;
   if (mode == "nearest") {

@@ -194,7 +194,7 @@ struct PoolingPlan {
 [[nodiscard]] inline PoolingPlan plan_pooling(OperatorContext& context, bool may_be_empty) {
   const Shape& picture = picture_shape(context);
   KernelAttributes window = window_attributes(context);
-  const bool rounds_up = context.integer("ceil_mode", 0) != 0;
+  const bool rounds_up = context.flag("ceil_mode", 0);
   PoolingPlan plan;
   plan.images = picture[0];
   plan.channels = picture[3];

@@ -106,7 +106,7 @@ template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_non_max_suppression(OperatorContext& context) {
   const Operand &boxes = context.input(0), &scores = context.input(1);
   SuppressionSettings settings;
-  settings.has_centres = context.integer("center_point_box", 0) != 0;
+  settings.has_centres = context.flag("center_point_box", 0);
   const double most = suppression_bound(context, 2, 0);
   settings.overlap = suppression_bound(context, 3, settings.overlap);
   settings.score = suppression_bound(context, 4, settings.score);

@@ -179,17 +179,17 @@ template <std::floating_point T>
   if (x.shape[axis] == 0) throw ShapeError({"axis ", axis, " has no elements"});
   Shape shape = x.shape;
   shape[axis] = 1;
-  if (context.integer("keepdims", 1) == 0) shape.erase(shape.begin() + static_cast<std::ptrdiff_t>(axis));
+  if (!context.flag("keepdims", 1)) shape.erase(shape.begin() + static_cast<std::ptrdiff_t>(axis));
   return std::make_unique<ArgExtreme<T>>(shape, AxisRuns(x.shape, axis, axis + 1), is_largest,
-                                         context.integer("select_last_index", 0) != 0);
+                                         context.flag("select_last_index", 0));
 }
 
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_top_k(OperatorContext& context) {
   const Operand& x = context.input(0);
   const std::size_t axis = axis_of(context, x.shape, -1);
-  const bool is_largest = context.integer("largest", 1) != 0;
-  context.ignore("sorted");
+  const bool is_largest = context.flag("largest", 1);
+  static_cast<void>(context.flag("sorted", 1));
   std::int64_t k = context.opset() < 10 ? context.integer("k", -1) : 0;
   if (context.opset() >= 10) {
     const auto wanted = context.integers(1);
@@ -209,9 +209,8 @@ template <std::floating_point T>
   const auto wanted = context.integers(1);
   if (wanted.size() != 1 || x.shape.empty()) throw ShapeError("axis is not one of the operand's");
   const std::size_t axis = context.axis(wanted[0], x.shape.size());
-  return std::make_unique<CumSum<T>>(x, AxisRuns(x.shape, axis, axis + 1),
-                                     context.integer("exclusive", 0) != 0,
-                                     context.integer("reverse", 0) != 0);
+  return std::make_unique<CumSum<T>>(x, AxisRuns(x.shape, axis, axis + 1), context.flag("exclusive", 0),
+                                     context.flag("reverse", 0));
 }
 }  // namespace detail
 

@@ -141,7 +141,7 @@ void add_max_pool(OperatorTable<T>& table) {
                       false,
                       {{1, 1}},
                       [](OperatorContext& context) {
-                        context.ignore("storage_order");  // concerns only Indices
+                        static_cast<void>(context.flag("storage_order", 0));  // concerns only Indices
                         return std::make_unique<MaxPool<T>>(plan_pooling(context, false));
                       },
                       window_ranges()};
@@ -266,7 +266,7 @@ class LpPool : public Operation<T> {
 template <std::floating_point T>
 void add_average_pool(OperatorTable<T>& table) {
   const auto average = [](OperatorContext& context) {
-    const bool counts_padding = context.integer("count_include_pad", 0) != 0;
+    const bool counts_padding = context.flag("count_include_pad", 0);
     return std::make_unique<AveragePool<T>>(plan_pooling(context, true), counts_padding);
   };
   const auto average_all = [](OperatorContext& context) {

@@ -219,8 +219,8 @@ template <std::floating_point T>
                                                         std::int64_t since) {
   const Operand& x = context.input(0);
   const std::size_t rank = x.shape.size();
-  bool keeps_axes = context.integer("keepdims", 1) != 0;
-  const bool none_is_all = context.integer("noop_with_empty_axes", 0) == 0;
+  bool keeps_axes = context.flag("keepdims", 1);
+  const bool none_is_all = !context.flag("noop_with_empty_axes", 0);
   const auto axes = axes_of(context, since, rank);
   const bool has_axes = axes && !axes->empty();
   std::vector<bool> is_reduced(rank, !has_axes && none_is_all);

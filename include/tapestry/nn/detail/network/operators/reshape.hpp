@@ -71,7 +71,7 @@ namespace detail {
 
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_reshape(OperatorContext& context) {
-  const bool allows_zero = context.integer("allowzero", 0) != 0;
+  const bool allows_zero = context.flag("allowzero", 0);
   const Operand& x = context.input(0);
   return std::make_unique<PassOn<T>>(reshaped(x.shape, context.integers(1), allows_zero), x.type);
 }

@@ -58,18 +58,24 @@ struct ResizeTable {
 };
 
 namespace detail {
-/// Coordinate of output i among the inputs.
+/// Coordinate of output i among the inputs. The nearest value is that of a tie wherever the extents make one:
+/// there a scale that is their ratio, rounded to single precision as in files, stands for the ratio.
 [[nodiscard]] inline double resize_coordinate(const ResizeRule& rule, const ResizeAxis& axis, std::size_t i) {
   const auto x = static_cast<double>(i), scale = axis.scale;
   const auto input = static_cast<double>(axis.input), output = static_cast<double>(axis.output);
   const std::string& mode = rule.coordinates;
-  if (mode == "half_pixel") return (x + 0.5) / scale - 0.5;
-  if (mode == "half_pixel_symmetric")
-    return input / 2 * (1 - output / (scale * input)) + (x + 0.5) / scale - 0.5;
-  if (mode == "pytorch_half_pixel") return output > 1 ? (x + 0.5) / scale - 0.5 : 0;
+  const bool is_ratio =
+      rule.mode == "nearest" && static_cast<float>(scale) == static_cast<float>(output / input);
+  const auto unscaled = [&](double place) { return is_ratio ? place * input / output : place / scale; };
+  if (mode == "half_pixel") return unscaled(x + 0.5) - 0.5;
+  if (mode == "half_pixel_symmetric") {
+    const double margin = is_ratio ? 0 : input / 2 * (1 - output / (scale * input));
+    return margin + unscaled(x + 0.5) - 0.5;
+  }
+  if (mode == "pytorch_half_pixel") return output > 1 ? unscaled(x + 0.5) - 0.5 : 0;
   if (mode == "align_corners") return output > 1 ? x * (input - 1) / (output - 1) : 0;
-  if (mode == "asymmetric") return x / scale;
-  if (mode == "tf_half_pixel_for_nn") return (x + 0.5) / scale;
+  if (mode == "asymmetric") return unscaled(x);
+  if (mode == "tf_half_pixel_for_nn") return unscaled(x + 0.5);
   if (mode == "tf_crop_and_resize")
     return output > 1 ? axis.start * (input - 1) + x * (axis.end - axis.start) * (input - 1) / (output - 1)
                       : 0.5 * (axis.start + axis.end) * (input - 1);
@@ -230,8 +236,8 @@ inline void apply_sizes(const std::vector<double>& sizes, const std::string& pol
   rule.coordinates = context.text("coordinate_transformation_mode", rule.coordinates);
   rule.nearest = context.text("nearest_mode", rule.nearest);
   rule.cubic_a = context.number("cubic_coeff_a", rule.cubic_a);
-  rule.excludes_outside = context.integer("exclude_outside", 0) != 0;
-  rule.antialiases = context.integer("antialias", 0) != 0;
+  rule.excludes_outside = context.flag("exclude_outside", 0);
+  rule.antialiases = context.flag("antialias", 0);
   return rule;
 }
 }  // namespace detail

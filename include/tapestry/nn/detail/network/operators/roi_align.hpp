@@ -11,72 +11,13 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
+#include <tapestry/nn/detail/network/operators/roi_sampling.hpp>
 #include <vector>
 
 namespace tapestry::nn {
 
-/// How RoiAlign lays samples in a box. Source: onnx.ai, Operators.md, RoiAlign; He et al., "Mask R-CNN"
-/// (2017).
-struct RoiSampling {
-  bool takes_largest = false;  ///< of the weighted pixels of all samples, instead of the samples' mean
-  bool is_half_pixel = true;   ///< pixel centres lie at +½; if not, boxes are at least one pixel large
-  std::size_t rows = 1, columns = 1;  ///< of the result
-  std::size_t samples =
-      0;  ///< of an output pixel, along each axis; 0: one for each pixel of the input that it covers
-  double scale = 1;  ///< pixels of the input per unit of the boxes
-};
-
-namespace detail {
-
-/// The two pixels between which a sample lies along one axis, and the share of the second.
-struct RoiTaps {
-  std::size_t low = 0, high = 0;
-  double share = 0;
-  bool is_outside = false;  ///< more than a pixel beyond the picture: it counts as 0
-  bool moves = false;       ///< whether the share grows with the place
-
-  RoiTaps(double place, std::size_t extent) {
-    const auto last = static_cast<double>(extent) - 1;
-    is_outside = !(place >= -1 && place <= static_cast<double>(extent));
-    if (is_outside) return;
-    const double inside = std::max(place, 0.0);
-    low = std::min(static_cast<std::size_t>(inside), extent - 1);
-    high = std::min(low + 1, extent - 1);
-    if (inside < last) share = inside - static_cast<double>(low);
-    moves = place > 0 && inside < last;
-  }
-};
-
-/// A box along one axis of the input.
-struct RoiAxis {
-  double first = 0, bin = 0;
-  std::size_t samples = 1;
-  bool is_least = false;  ///< widened to one pixel
-  std::size_t bins = 1;
-
-  RoiAxis(double low, double high, std::size_t bins_of, const RoiSampling& rule) : bins(bins_of) {
-    const double shift = rule.is_half_pixel ? 0.5 : 0;
-    first = low * rule.scale - shift;
-    double extent = high * rule.scale - shift - first;
-    is_least = !rule.is_half_pixel && extent < 1;
-    if (is_least) extent = 1;
-    bin = extent / static_cast<double>(bins);
-    constexpr double most = 4096;  // samples of a bin
-    samples = rule.samples;
-    if (samples == 0 && bin > 0) samples = static_cast<std::size_t>(std::min(std::ceil(bin), most));
-  }
-  /// Share of the box at which a sample lies.
-  [[nodiscard]] double share(std::size_t index, std::size_t sample) const {
-    return (static_cast<double>(index) + (static_cast<double>(sample) + 0.5) / static_cast<double>(samples)) /
-           static_cast<double>(bins);
-  }
-  [[nodiscard]] double place(double share) const { return first + share * bin * static_cast<double>(bins); }
-};
-
-}  // namespace detail
-
-/// Boxes of feature maps, resampled to one size. Differentiable by features and, unless it takes the largest,
-/// by boxes; the number of samples, and which pixel is the largest, are held still.
+/// Boxes of feature maps, resampled to one size. Differentiable by features and by boxes; the number of
+/// samples, and which weighted pixel is the largest, are held still.
 template <std::floating_point T>
 class RoiAlign : public Operation<T> {
  public:
@@ -86,11 +27,15 @@ class RoiAlign : public Operation<T> {
         count_(boxes[0]),
         rule_(rule) {}
 
+  /// \throws DomainError for a box that is not finite or lies in none of the pictures
   void forward(const ForwardCall<T>& call) const override {
+    for (std::size_t box = 0; box < count_; ++box)
+      require_sound(call.inputs[1].values, call.inputs[2].values, box);
     T* const out = call.outputs[0].values;
     const std::size_t plane = x_[2] * x_[3], pixels = rule_.rows * rule_.columns;
     parallel_for(count_, [&](std::size_t box) {
-      const T* const maps = call.inputs[0].values + image_of(call.inputs[2].values, box) * x_[1] * plane;
+      const auto image = static_cast<std::size_t>(call.inputs[2].values[box]);
+      const T* const maps = call.inputs[0].values + image * x_[1] * plane;
       T* const to = out + box * x_[1] * pixels;
       const bool takes_largest = rule_.takes_largest;
       const Grid grid = grid_of(call.inputs[1].values, box);
@@ -122,36 +67,20 @@ class RoiAlign : public Operation<T> {
     const T *const x = call.inputs[0].values, *const boxes = call.inputs[1].values;
     const T* const of_out = call.output_adjoints[0].values;
     T* const of_x = call.wants(0) ? call.accumulate(0) : nullptr;
-    T* const of_boxes = call.wants(1) && !rule_.takes_largest ? call.accumulate(1) : nullptr;
+    T* const of_boxes = call.wants(1) ? call.accumulate(1) : nullptr;
     const std::size_t plane = x_[2] * x_[3], pixels = rule_.rows * rule_.columns;
     for (std::size_t box = 0; box < count_; ++box) {
-      const std::size_t first = image_of(call.inputs[2].values, box) * x_[1] * plane;
+      const std::size_t first = static_cast<std::size_t>(call.inputs[2].values[box]) * x_[1] * plane;
       const Grid grid = grid_of(boxes, box);
       if (grid.samples == 0) continue;
       for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
         const T* const adjoint = of_out + box * x_[1] * pixels + pixel;
-        if (rule_.takes_largest) {
-          if (of_x != nullptr) pull_largest(x + first, grid, pixel, adjoint, of_x + first);
-          continue;
-        }
-        const double scale = 1 / static_cast<double>(grid.samples);
         std::array<double, 4> box_slope{};
-        for_each_sample(grid, pixel, [&](const Sample& sample) {
-          double by_row = 0, by_column = 0;
-          for (std::size_t c = 0; c < x_[1]; ++c) {
-            const double own = scale * static_cast<double>(adjoint[c * pixels]);
-            for (std::size_t tap = 0; tap < 4; ++tap) {
-              const std::size_t at = first + c * plane + sample.index[tap];
-              if (of_x != nullptr) of_x[at] += static_cast<T>(own * sample.weight[tap]);
-              by_row += own * sample.row_slope[tap] * static_cast<double>(x[at]);
-              by_column += own * sample.column_slope[tap] * static_cast<double>(x[at]);
-            }
-          }
-          for (std::size_t k = 0; k < 2; ++k) {
-            box_slope[2 * k] += by_column * sample.column_by_ends[k];
-            box_slope[2 * k + 1] += by_row * sample.row_by_ends[k];
-          }
-        });
+        T* const of_maps = of_x == nullptr ? nullptr : of_x + first;
+        if (rule_.takes_largest)
+          pull_largest(x + first, grid, pixel, adjoint, of_maps, box_slope);
+        else
+          pull_mean(x + first, grid, pixel, adjoint, of_maps, box_slope);
         if (of_boxes != nullptr)
           for (std::size_t k = 0; k < 4; ++k) of_boxes[4 * box + k] += static_cast<T>(box_slope[k]);
       }
@@ -159,9 +88,7 @@ class RoiAlign : public Operation<T> {
   }
 
   [[nodiscard]] AdjointReads adjoint_reads() const override { return {7, 0}; }
-  [[nodiscard]] bool is_differentiable(std::size_t input) const override {
-    return input == 0 || (input == 1 && !rule_.takes_largest);
-  }
+  [[nodiscard]] bool is_differentiable(std::size_t input) const override { return input < 2; }
 
  private:
   /// One sample: its four pixels, and how their weights move.
@@ -169,12 +96,22 @@ class RoiAlign : public Operation<T> {
     std::array<std::size_t, 4> index;
     std::array<double, 4> weight, row_slope, column_slope;  ///< derivatives by the sample's place
     std::array<double, 2> row_by_ends, column_by_ends;  ///< derivatives of the place by both ends of the box
+
+    /// Adds the slope by the box from those by the sample's place.
+    void add_slope(double by_row, double by_column, std::array<double, 4>& box_slope) const {
+      for (std::size_t k = 0; k < 2; ++k) {
+        box_slope[2 * k] += by_column * column_by_ends[k];
+        box_slope[2 * k + 1] += by_row * row_by_ends[k];
+      }
+    }
   };
 
-  /// The picture that a box lies in; the nearest for a number out of range.
-  [[nodiscard]] std::size_t image_of(const T* images, std::size_t box) const {
-    const T image = images[box];
-    return image > 0 ? std::min(static_cast<std::size_t>(std::min(image, T(1 << 30))), x_[0] - 1) : 0;
+  void require_sound(const T* boxes, const T* images, std::size_t box) const {
+    for (std::size_t k = 0; k < 4; ++k)
+      if (!std::isfinite(boxes[4 * box + k]))
+        throw DomainError({"box ", box, " has a corner at ", boxes[4 * box + k]});
+    if (!(images[box] >= 0 && images[box] < static_cast<T>(x_[0])))
+      throw DomainError({"box ", box, " lies in picture ", index_text(images[box]), " of ", x_[0]});
   }
 
   /// The samples of a box, along both axes.
@@ -200,8 +137,10 @@ class RoiAlign : public Operation<T> {
       return std::array<double, 2>{rule_.scale * (axis.is_least ? 1 : 1 - share),
                                    axis.is_least ? 0 : rule_.scale * share};
     };
-    for (std::size_t i = 0; i < down.samples; ++i)
-      for (std::size_t j = 0; j < across.samples; ++j) {
+    const auto rows = down.inside(pixel / rule_.columns, x_[2]);
+    const auto columns = across.inside(pixel % rule_.columns, x_[3]);
+    for (std::size_t i = rows[0]; i < rows[1]; ++i)
+      for (std::size_t j = columns[0]; j < columns[1]; ++j) {
         const double row_share = down.share(pixel / rule_.columns, i);
         const double column_share = across.share(pixel % rule_.columns, j);
         const detail::RoiTaps row(down.place(row_share), x_[2]), column(across.place(column_share), x_[3]);
@@ -219,23 +158,49 @@ class RoiAlign : public Operation<T> {
       }
   }
 
-  /// The adjoint goes to the pixel whose weighted value is the largest, of equals the first.
-  void pull_largest(const T* maps, const Grid& grid, std::size_t pixel, const T* adjoint, T* of_maps) const {
+  /// Adds the adjoint of an output pixel to its samples' pixels, unless that is null, and to its box.
+  void pull_mean(const T* maps, const Grid& grid, std::size_t pixel, const T* adjoint, T* of_maps,
+                 std::array<double, 4>& box_slope) const {
+    const std::size_t plane = x_[2] * x_[3], pixels = rule_.rows * rule_.columns;
+    const double scale = 1 / static_cast<double>(grid.samples);
+    for_each_sample(grid, pixel, [&](const Sample& sample) {
+      double by_row = 0, by_column = 0;
+      for (std::size_t c = 0; c < x_[1]; ++c) {
+        const double own = scale * static_cast<double>(adjoint[c * pixels]);
+        for (std::size_t tap = 0; tap < 4; ++tap) {
+          const std::size_t at = c * plane + sample.index[tap];
+          if (of_maps != nullptr) of_maps[at] += static_cast<T>(own * sample.weight[tap]);
+          by_row += own * sample.row_slope[tap] * static_cast<double>(maps[at]);
+          by_column += own * sample.column_slope[tap] * static_cast<double>(maps[at]);
+        }
+      }
+      sample.add_slope(by_row, by_column, box_slope);
+    });
+  }
+
+  /// Likewise for the largest: all goes to the weighted pixel that is it, of equals the first.
+  void pull_largest(const T* maps, const Grid& grid, std::size_t pixel, const T* adjoint, T* of_maps,
+                    std::array<double, 4>& box_slope) const {
     const std::size_t plane = x_[2] * x_[3], pixels = rule_.rows * rule_.columns;
     for (std::size_t c = 0; c < x_[1]; ++c) {
-      double largest = 0, weight = 0;
-      std::size_t place = plane;
+      double largest = 0;
+      std::size_t tap_of_largest = 4;
+      Sample best{};
       for_each_sample(grid, pixel, [&](const Sample& sample) {
         for (std::size_t tap = 0; tap < 4; ++tap) {
           const double part = sample.weight[tap] * static_cast<double>(maps[c * plane + sample.index[tap]]);
-          if (place < plane && !(part > largest)) continue;
+          if (tap_of_largest < 4 && !(part > largest)) continue;
           largest = part;
-          weight = sample.weight[tap];
-          place = sample.index[tap];
+          tap_of_largest = tap;
+          best = sample;
         }
       });
-      if (place < plane)
-        of_maps[c * plane + place] += static_cast<T>(weight * static_cast<double>(adjoint[c * pixels]));
+      if (tap_of_largest == 4) continue;
+      const std::size_t tap = tap_of_largest, at = c * plane + best.index[tap];
+      const double own = static_cast<double>(adjoint[c * pixels]),
+                   value = own * static_cast<double>(maps[at]);
+      if (of_maps != nullptr) of_maps[at] += static_cast<T>(best.weight[tap] * own);
+      best.add_slope(value * best.row_slope[tap], value * best.column_slope[tap], box_slope);
     }
   }
 
@@ -259,6 +224,7 @@ void add_roi_align(OperatorTable<T>& table) {
           throw ShapeError({"features, boxes and their pictures are ", x, ", ", boxes, " and ",
                             context.input(2).shape, ", expected [N, C, H, W], [boxes, 4] and [boxes]"});
         context.require_type(1, ElementType::floating);
+        context.require_type(2, ElementType::integer);
         const std::string mode = context.text("mode", "avg");
         if (mode != "avg" && mode != "max")
           throw DomainError({"mode is ", in_quotes(mode), ", expected avg or max"});
@@ -276,6 +242,10 @@ void add_roi_align(OperatorTable<T>& table) {
                                extent("output_width"),
                                static_cast<std::size_t>(context.integer("sampling_ratio", 0)),
                                context.number("spatial_scale", 1)};
+        constexpr std::size_t most = std::size_t(1) << 22U;
+        if (const std::size_t samples = rule.rows * rule.samples * rule.columns * rule.samples;
+            samples > most)
+          throw DomainError({samples, " samples a box, expected at most ", most});
         if (!std::isfinite(rule.scale)) throw DomainError({"spatial_scale is ", rule.scale});
         return std::make_unique<RoiAlign<T>>(x, boxes, rule);
       },

@@ -41,12 +41,13 @@ struct AxisRuns {
 };
 
 /// e^xᵢ / Σ e^xⱼ along some axes, or its logarithm. The largest x is subtracted first, and sums are taken in
-/// double. NaN where all x are −∞.
+/// double. Where all x are −∞ it is NaN, as ONNX's formula is; 0 for Attention, whose rows may be masked.
 template <std::floating_point T>
 class Softmax : public Operation<T> {
  public:
-  Softmax(const Operand& x, const AxisRuns& runs, bool is_log)
-      : Operation<T>({{x.shape, x.type}}), runs_(runs), is_log_(is_log) {}
+  /// \param masks  whether shares of nothing are 0
+  Softmax(const Operand& x, const AxisRuns& runs, bool is_log, bool masks)
+      : Operation<T>({{x.shape, x.type}}), runs_(runs), is_log_(is_log), masks_(masks) {}
 
   void forward(const ForwardCall<T>& call) const override {
     const T* const x = call.inputs[0].values;
@@ -99,11 +100,16 @@ class Softmax : public Operation<T> {
   [[nodiscard, gnu::always_inline]] static T larger(T best, T value) {
     return value > best || value != value ? value : best;
   }
+  /// Whether all x are masked whose largest this is.
+  [[nodiscard]] bool is_masked(T largest) const {
+    return masks_ && largest == -std::numeric_limits<T>::infinity();
+  }
   [[nodiscard]] T pulled(T y, T dy, T sum) const { return is_log_ ? dy - std::exp(y) * sum : y * (dy - sum); }
 
   void take_row(const T* x, T* y) const {
     const std::size_t count = runs_.count;
     const T largest = static_cast<T>(detail::reduce_run<LargestStep>(x, 0, LargestStep::first(), count));
+    if (is_masked(largest)) return static_cast<void>(std::fill_n(y, count, T(0)));
     if (is_log_) {
       double sum = 0;
       for (std::size_t i = 0; i < count; ++i) sum += static_cast<double>(std::exp(x[i] - largest));
@@ -170,10 +176,13 @@ class Softmax : public Operation<T> {
   }
 
   AxisRuns runs_;
-  bool is_log_;
+  bool is_log_, masks_;
 };
 
 namespace detail {
+/// Attribute of a Softmax along the last axis, within Attention: rows that are −∞ throughout give 0.
+inline constexpr const char* masks_rows = "tapestry.masks";
+
 /// Axes of Softmax and the like: one axis from opset 13 on, before that this axis and all behind it.
 [[nodiscard]] inline AxisRuns softmax_runs(OperatorContext& context) {
   const Shape& shape = context.input(0).shape;
@@ -195,7 +204,9 @@ template <std::floating_point T>
 void add_softmax_operators(OperatorTable<T>& table) {
   for (const bool is_log : {false, true}) {
     const auto make = [is_log](OperatorContext& context) {
-      return std::make_unique<Softmax<T>>(context.input(0), detail::softmax_runs(context), is_log);
+      const AxisRuns runs = detail::softmax_runs(context);
+      const bool masks = !is_log && runs.inner == 1 && context.flag(detail::masks_rows, 0);
+      return std::make_unique<Softmax<T>>(context.input(0), runs, is_log, masks);
     };
     table[is_log ? "LogSoftmax" : "Softmax"] = {LayoutRule::any, 1, false, {{1, 1}}, make};
   }

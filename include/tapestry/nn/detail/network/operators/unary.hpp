@@ -199,8 +199,8 @@ template <std::floating_point T>
 
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_is_inf(OperatorContext& context) {
-  const T below = context.integer("detect_negative", 1) != 0 ? T(1) : T(0);
-  const T above = context.integer("detect_positive", 1) != 0 ? T(1) : T(0);
+  const T below = context.flag("detect_negative", 1) ? T(1) : T(0);
+  const T above = context.flag("detect_positive", 1) ? T(1) : T(0);
   return std::make_unique<UnaryOperation<T>>(context.input(0), ElementType::boolean,
                                              unary_loops<unary::IsInf, T>(), below, above);
 }

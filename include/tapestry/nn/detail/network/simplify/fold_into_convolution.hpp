@@ -15,17 +15,6 @@
 namespace tapestry::nn {
 namespace detail {
 
-/// A bound of Clip: an attribute up to the 10th opset, then an operand.
-[[nodiscard]] inline bool read_bound(const EditableGraph& graph, const Node& clip, std::size_t which,
-                                     double& to) {
-  to = attribute_of(clip, which == 0 ? "min" : "max", to);
-  if (graph.opset() < 11 || clip.inputs.size() <= which + 1 || clip.inputs[which + 1].empty()) return true;
-  const Constant* known = graph.constant(clip.inputs[which + 1]);
-  if (known == nullptr || known->size() != 1) return false;
-  to = known->at(0);
-  return true;
-}
-
 /// The slope of a LeakyRelu, or of a PRelu applied to `value` with one slope for all channels; otherwise NaN.
 [[nodiscard]] inline double common_slope(const EditableGraph& graph, const Node& node,
                                          const std::string& value) {

@@ -17,6 +17,17 @@ namespace detail {
   return node.inputs[node.inputs[0] == value ? 1 : 0];
 }
 
+/// A bound of Clip: an attribute up to the 10th opset, then an operand.
+[[nodiscard]] inline bool read_bound(const EditableGraph& graph, const Node& clip, std::size_t which,
+                                     double& to) {
+  to = attribute_of(clip, which == 0 ? "min" : "max", to);
+  if (graph.opset() < 11 || clip.inputs.size() <= which + 1 || clip.inputs[which + 1].empty()) return true;
+  const Constant* known = graph.constant(clip.inputs[which + 1]);
+  if (known == nullptr || known->size() != 1) return false;
+  to = known->at(0);
+  return true;
+}
+
 /// Merges x · Sigmoid(x) to Swish, and x · HardSigmoid(x) with the numbers of HardSwish to HardSwish; i is
 /// the inner function.
 inline void merge_gate(EditableGraph& graph, std::size_t i) {
@@ -36,6 +47,42 @@ inline void merge_gate(EditableGraph& graph, std::size_t i) {
               {}};
   graph.remove(i);
   graph.replace(product, std::move(merged));
+}
+
+/// Merges x · Clip(x + 3, 0, 6) / 6, in either order of product and quotient, to HardSwish; i is the Clip.
+inline void merge_hard_swish(EditableGraph& graph, std::size_t i) {
+  double low = -1, high = -1;
+  if (!graph.is(i, "Clip") || !read_bound(graph, graph.node(i), 0, low) ||
+      !read_bound(graph, graph.node(i), 1, high) || low != 0 || high != 6)
+    return;
+  const auto number = [&](const std::string& value) {
+    const Constant* const constant = graph.constant(value);
+    const bool is_one =
+        constant != nullptr && constant->size() == 1 && constant->type == ElementType::floating;
+    return is_one ? constant->at(0) : 0;
+  };
+  const std::string &raised = graph.node(i).inputs[0], &clipped = graph.node(i).outputs[0];
+  const std::size_t sum = graph.maker(raised), second = graph.only_reader(clipped);
+  if (!graph.is(sum, "Add") || graph.only_reader(raised) != i || second == EditableGraph::none) return;
+  const bool is_second = number(graph.node(sum).inputs[1]) == 3;
+  if (!is_second && number(graph.node(sum).inputs[0]) != 3) return;
+  const std::string x = graph.node(sum).inputs[is_second ? 0 : 1], between = graph.node(second).outputs[0];
+  const std::size_t third = graph.only_reader(between);
+  if (third == EditableGraph::none || !graph.have_same_shape(x, graph.node(third).outputs[0])) return;
+  const auto multiplies = [&](const Node& node, const std::string& value) {
+    return node.operation == "Mul" && other_operand(node, value) == x;
+  };
+  const auto divides = [&](const Node& node, const std::string& value) {  // a sixth is rounded in files
+    if (node.operation == "Div") return node.inputs[0] == value && number(node.inputs[1]) == 6;
+    return node.operation == "Mul" && std::abs(number(other_operand(node, value)) - 1.0 / 6) < 1e-8;
+  };
+  const Node &one = graph.node(second), &other = graph.node(third);
+  if (!(multiplies(one, clipped) && divides(other, between)) &&
+      !(divides(one, clipped) && multiplies(other, between)))
+    return;
+  Node merged{other.name, "HardSwish", {x}, other.outputs, {}};
+  for (const std::size_t gone : {sum, i, second}) graph.remove(gone);
+  graph.replace(third, std::move(merged));
 }
 
 /// Merges Reshape to [N, g, C/g, H, W], Transpose of axes 1 and 2, and Reshape back to ChannelShuffle; i is
@@ -134,6 +181,7 @@ inline void remove_copies(EditableGraph& graph) {
 inline void merge_patterns(EditableGraph& graph) {
   for (std::size_t i = 0; i < graph.size(); ++i) {
     detail::merge_gate(graph, i);
+    detail::merge_hard_swish(graph, i);
     detail::merge_shuffle(graph, i);
     detail::merge_pad(graph, i);
   }
