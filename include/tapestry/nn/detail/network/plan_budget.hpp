@@ -24,7 +24,8 @@ struct PlanBudget {
   /// Takes an amount of one of these. \throws Error (limit)
   void take(std::size_t PlanBudget::*what, std::size_t amount, const char* of) {
     if (amount > this->*what)
-      throw Error(ErrorKind::limit, {"more ", of, " than the budget of a network, ", PlanBudget().*what});
+      throw Error(ErrorKind::limit,
+                  {"more ", of, " than a network's budget: ", amount, " where ", this->*what, " are left"});
     this->*what -= amount;
   }
   /// Takes a node; its operands count if there are many. \throws Error (limit)

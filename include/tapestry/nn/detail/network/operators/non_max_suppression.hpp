@@ -131,9 +131,7 @@ template <std::floating_point T>
 
 template <std::floating_point T>
 void add_non_max_suppression(OperatorTable<T>& table) {
-  table["NonMaxSuppression"] = {
-      LayoutRule::plain,           2, false, {{2, 5}}, detail::make_non_max_suppression<T>,
-      {{"center_point_box", 0, 1}}};
+  table["NonMaxSuppression"] = {LayoutRule::plain, 2, false, {{2, 5}}, detail::make_non_max_suppression<T>};
 }
 
 }  // namespace tapestry::nn
