@@ -299,6 +299,23 @@ TEST_CASE("a query whose keys are all masked attends to nothing", "[nn][network]
   }
 }
 
+TEST_CASE("masks that are stored channels last mask all keys as well", "[nn][network][attention]") {
+  constexpr double nothing = -std::numeric_limits<double>::infinity();
+  auto test =
+      network_of("Attention", {given({1, 1, 3, 2}, 1), given({1, 1, 4, 2}, 2), given({1, 1, 4, 2}, 3)}, {});
+  test.operands.push_back(
+      {TestOperand::Kind::given,
+       {1, 1, 3, 4},
+       {0, 0, nothing, 0, nothing, nothing, nothing, nothing, nothing, 0, nothing, nothing}});
+  const auto plain = result_of<double>(test);
+  CHECK(plain[2] == 0);
+  const nn::Network<double> network(test.description(), {}, true, false);  // of one channel: the same order
+  nn::NetworkPass<double> pass;
+  const auto inputs = test.inputs<double>();
+  network.forward(addresses(inputs), pass);
+  CHECK(largest_difference(std::vector<double>(pass.output(0), pass.output(0) + 6), plain) <= 1e-15);
+}
+
 TEST_CASE("Softmax of nothing is not a number, as ONNX's formula", "[nn][network][attention]") {
   constexpr double nothing = -std::numeric_limits<double>::infinity();
   const TestOperand x{TestOperand::Kind::given, {2, 2}, {nothing, nothing, nothing, 1}};

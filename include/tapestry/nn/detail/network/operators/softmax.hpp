@@ -130,6 +130,8 @@ class Softmax : public Operation<T> {
     std::copy_n(x, lanes, largest);
     for (std::size_t i = step; i < end; i += step)
       plain_block<16>(lanes, [&](std::size_t l) { largest[l] = larger(largest[l], x[i + l]); });
+    for (std::size_t l = 0; l < lanes; ++l)
+      if (is_masked(largest[l])) largest[l] = 0;
     for (std::size_t i = 0; i < end; i += step) {
       if (is_log_) {
         for (std::size_t l = 0; l < lanes; ++l)
@@ -140,7 +142,7 @@ class Softmax : public Operation<T> {
       plain_block<16>(lanes, [&](std::size_t l) { sums[l] += static_cast<double>(y[i + l]); });
     }
     for (std::size_t l = 0; l < lanes; ++l)
-      scale[l] = static_cast<T>(is_log_ ? std::log(sums[l]) : 1 / sums[l]);
+      scale[l] = static_cast<T>(is_log_ ? std::log(sums[l]) : masks_ && sums[l] == 0 ? 0 : 1 / sums[l]);
     for (std::size_t i = 0; i < end; i += step)
       if (is_log_) {
         plain_block<16>(lanes, [&](std::size_t l) { y[i + l] = x[i + l] - largest[l] - scale[l]; });
@@ -180,7 +182,7 @@ class Softmax : public Operation<T> {
 };
 
 namespace detail {
-/// Attribute of a Softmax along the last axis, within Attention: rows that are −∞ throughout give 0.
+/// Attribute of a Softmax within Attention: rows that are −∞ throughout give 0.
 inline constexpr const char* masks_rows = "tapestry.masks";
 
 /// Axes of Softmax and the like: one axis from opset 13 on, before that this axis and all behind it.
@@ -205,7 +207,7 @@ void add_softmax_operators(OperatorTable<T>& table) {
   for (const bool is_log : {false, true}) {
     const auto make = [is_log](OperatorContext& context) {
       const AxisRuns runs = detail::softmax_runs(context);
-      const bool masks = !is_log && runs.inner == 1 && context.flag(detail::masks_rows, 0);
+      const bool masks = !is_log && context.flag(detail::masks_rows, 0);
       return std::make_unique<Softmax<T>>(context.input(0), runs, is_log, masks);
     };
     table[is_log ? "LogSoftmax" : "Softmax"] = {LayoutRule::any, 1, false, {{1, 1}}, make};
