@@ -11,9 +11,8 @@
 /// overflows, it may be NaN for atan2, by both operands, or on a tape of duals of duals; those of exp2 are
 /// infinite where exp2 is. tests/autodiff/function_table_test.cpp tests every function for this.
 ///
-/// A template of your own named like one of these that <cmath> lacks, `template <class T> T sigmoid(T x)`, can
-/// be called as sigmoid<T>(a * b + c): ours, whose first template argument is no type of a scalar, does not
-/// fit.
+/// A template of your own named like one of these that <cmath> lacks can be called with an explicit argument,
+/// as sigmoid<T>(a * b + c): ours take no type of a scalar there, so that they do not fit.
 #include <tapestry/autodiff/detail/functions/arithmetic.hpp>
 #include <tapestry/autodiff/detail/functions/exponential.hpp>
 #include <tapestry/autodiff/detail/functions/hyperbolic.hpp>

@@ -187,25 +187,28 @@ template <class T, class Pullback, class... Slots>
 }  // namespace detail
 
 /// States that a pullback is written for duals: it computes in the scalar of its tape throughout, and
-/// captures values with their tangents. check_hessian() tests that.
+/// captures values with their tangents, or is linear. check_hessian() tests that.
 template <class Pullback>
-struct CarriesTangents : Pullback {};
+struct CarriesTangents {
+  Pullback pullback;
+};
 template <class Pullback>
 CarriesTangents(Pullback) -> CarriesTangents<Pullback>;
 
 namespace detail {
-template <class Pullback>
-inline constexpr bool carries_tangents = std::is_empty_v<Pullback>;  // its slopes can only be constants
-template <class Pullback>
-inline constexpr bool carries_tangents<CarriesTangents<Pullback>> = true;
-
-/// Refuses plain numbers on a tape of duals, where they would be constants, so that second derivatives would
-/// silently lack a part. Captures cannot be seen from outside.
+/// The pullback of an own operation on a tape of T. Refuses plain numbers on a tape of duals, where they
+/// would be constants, so that second derivatives would silently lack a part. Captures cannot be seen from
+/// outside; without any, slopes can only be constants.
 template <class T, class Pullback>
-constexpr void require_tangents() {
-  static_assert(!DualNumber<T> || carries_tangents<Pullback>,
+[[nodiscard]] Pullback accepted(Pullback pullback) {
+  static_assert(!DualNumber<T> || std::is_empty_v<Pullback>,
                 "on a tape of duals, plain numbers in a pullback are constants and give wrong second "
                 "derivatives: compute in the tape's scalar and pass CarriesTangents{pullback}");
+  return pullback;
+}
+template <class T, class Pullback>
+[[nodiscard]] Pullback accepted(CarriesTangents<Pullback> stated) {
+  return std::move(stated.pullback);
 }
 }  // namespace detail
 
@@ -230,17 +233,16 @@ constexpr void require_tangents() {
 template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] ArrayVariable<T, Rank> record_array(Array<T, Rank> value, Pullback pullback,
                                                   const Inputs&... inputs) {
-  detail::require_tangents<T, Pullback>();
   return detail::record_array_slots<T, Rank>(std::make_shared<const Array<T, Rank>>(std::move(value)),
-                                             std::move(pullback), detail::slot_of<T>(inputs)...);
+                                             detail::accepted<T>(std::move(pullback)),
+                                             detail::slot_of<T>(inputs)...);
 }
 
 /// The same for a result that the pullback reads, too, and therefore shares.
 template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] ArrayVariable<T, Rank> record_array(std::shared_ptr<const Array<T, Rank>> value,
                                                   Pullback pullback, const Inputs&... inputs) {
-  detail::require_tangents<T, Pullback>();
-  return detail::record_array_slots<T, Rank>(std::move(value), std::move(pullback),
+  return detail::record_array_slots<T, Rank>(std::move(value), detail::accepted<T>(std::move(pullback)),
                                              detail::slot_of<T>(inputs)...);
 }
 
@@ -250,8 +252,7 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
 template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_shared_arrays(
     std::vector<std::shared_ptr<const Array<T, Rank>>> values, Pullback pullback, const Inputs&... inputs) {
-  detail::require_tangents<T, Pullback>();
-  return detail::record_arrays_slots<T, Rank>(std::move(values), std::move(pullback),
+  return detail::record_arrays_slots<T, Rank>(std::move(values), detail::accepted<T>(std::move(pullback)),
                                               detail::slot_of<T>(inputs)...);
 }
 
@@ -269,15 +270,15 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
 /// zero.
 template <class T, class Pullback, class... Inputs>
 [[nodiscard]] Variable<T> record_scalar(T value, Pullback pullback, const Inputs&... inputs) {
-  detail::require_tangents<T, Pullback>();
-  return detail::record_scalar_slots<T>(value, std::move(pullback), detail::slot_of<T>(inputs)...);
+  return detail::record_scalar_slots<T>(value, detail::accepted<T>(std::move(pullback)),
+                                        detail::slot_of<T>(inputs)...);
 }
 
 /// Refuses a value that would be a constant on a tape of duals.
 template <DualNumber T, std::convertible_to<T> Value, class Pullback, class... Inputs>
 requires(!std::same_as<Value, T>) Variable<T> record_scalar(const Value& value, const Pullback&,
                                                             const Inputs&...) {
-  static_assert(detail::carries_tangents<Value>,
+  static_assert(DualNumber<Value> && std::same_as<Value, T>,
                 "on a tape of duals, record_scalar() takes the value as a dual, with its tangents; a plain "
                 "number is a constant");
   return T(value);

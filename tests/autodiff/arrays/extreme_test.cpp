@@ -1,3 +1,4 @@
+#include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/autodiff/detail/arrays/extreme.hpp>
 
 #include <cmath>
@@ -61,4 +62,19 @@ TEST_CASE("extremes name what does not fit", "[autodiff][extreme]") {
   CHECK_THROWS_WITH(smallest_along(none, 1), "smallest_along: no elements along axis 1 of [2, 0]");
   CHECK(largest_along(none, 0).size() == 0);
   CHECK(std::isnan(mean_along(none, 1).value()(0)));
+}
+
+TEST_CASE("elements and extremes of an array of duals have second derivatives", "[autodiff][extreme]") {
+  using D = tapestry::Dual<double>;
+  Tape<D> tape;
+  const auto scope = tape.activate();
+  const auto x = tape.input(Array<D, 1>{D(2, {1}), D(3, {0}), D(0.5, {0})});  // along the first
+  const Variable<D> first = tapestry::element(x, {0}), top = tapestry::largest(x),
+                    low = tapestry::smallest(tapestry::gather(x, {0, 2}));
+  const Variable<D> root = first * first * top + low * first;  // x² y + z x
+  tape.reverse(root);
+  CHECK(x.adjoint()(0).value() == 2 * 2 * 3 + 0.5);
+  CHECK(x.adjoint()(0).tangent() == 2 * 3);
+  CHECK(x.adjoint()(1).tangent() == 2 * 2);
+  CHECK(x.adjoint()(2).tangent() == 1);
 }

@@ -23,7 +23,7 @@ template <class T, std::size_t Rank>
   const auto pullback = [place](T value_adjoint, Array<T, Rank>* x_adjoint) {
     x_adjoint->data()[place] += value_adjoint;
   };
-  return record_scalar(x.value().data()[place], pullback, x);
+  return record_scalar(x.value().data()[place], CarriesTangents{pullback}, x);
 }
 
 /// The same elements in row-major order under other extents. \throws ShapeError if their number differs
@@ -38,7 +38,7 @@ template <std::size_t NewRank, DifferentiableArray X>
   const auto pullback = [](const Array<T, NewRank>& value_adjoint, Array<T, X::rank>* x_adjoint) {
     for (std::size_t i = 0; i < value_adjoint.size(); ++i) x_adjoint->data()[i] += value_adjoint.data()[i];
   };
-  return record_array(std::move(value), pullback, variable);
+  return record_array(std::move(value), CarriesTangents{pullback}, variable);
 }
 
 namespace detail {
@@ -61,7 +61,7 @@ template <DifferentiableArray X>
                                                    Array<T, X::rank>* x_adjoint) {
     for (std::size_t i = 0; i < from.size(); ++i) x_adjoint->data()[from[i]] += value_adjoint.data()[i];
   };
-  return record_array(std::move(value), pullback, variable);
+  return record_array(std::move(value), CarriesTangents{pullback}, variable);
 }
 
 /// An array of zeros to which element i of x, in row-major order, is added at places[i].
@@ -79,7 +79,7 @@ template <std::size_t Rank, DifferentiableArray X>
                                                  Array<T, X::rank>* x_adjoint) {
     for (std::size_t i = 0; i < to.size(); ++i) x_adjoint->data()[i] += value_adjoint.data()[to[i]];
   };
-  return record_array(std::move(value), pullback, variable);
+  return record_array(std::move(value), CarriesTangents{pullback}, variable);
 }
 
 }  // namespace tapestry

@@ -38,7 +38,7 @@ template <class X, class IsBetter>
     for (std::size_t line = 0; line < places.size(); ++line)
       x_adjoint->data()[places[line]] += value_adjoint.data()[line];
   };
-  return record_array(std::move(value), std::move(pullback), variable);
+  return record_array(std::move(value), CarriesTangents{std::move(pullback)}, variable);
 }
 }  // namespace detail
 

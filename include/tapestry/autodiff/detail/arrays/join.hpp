@@ -32,7 +32,7 @@ template <class T, std::size_t Rank>
     for (std::size_t i = 0; i < scalar_adjoints.size(); ++i)
       if (scalar_adjoints[i] != nullptr) *scalar_adjoints[i] += value_adjoint.data()[i];
   };
-  return record_array(std::move(value), pullback, scalars);
+  return record_array(std::move(value), CarriesTangents{pullback}, scalars);
 }
 
 /// Arrays one behind the other along an axis.
@@ -69,7 +69,7 @@ template <class T, std::size_t Rank>
         for (std::size_t i = 0; i < lengths[p]; ++i) part[i] += from[i];
       }
   };
-  return record_array(std::move(value), pullback, parts);
+  return record_array(std::move(value), CarriesTangents{pullback}, parts);
 }
 
 }  // namespace tapestry

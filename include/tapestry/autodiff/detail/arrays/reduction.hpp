@@ -268,7 +268,7 @@ template <class T, std::size_t Rank, class Better>
   const auto pullback = [best](T value_adjoint, Array<T, Rank>* x_adjoint) {
     x_adjoint->data()[best] += value_adjoint;
   };
-  return record_scalar(elements[best], pullback, x);
+  return record_scalar(elements[best], CarriesTangents{pullback}, x);
 }
 }  // namespace detail
 

@@ -51,11 +51,11 @@ struct SharedSelection : Choice {
     }
     return Choice::value(x, y);
   }
-  static auto partial_x(auto x, auto y, auto f) {
-    return x == y ? decltype(x)(0.5F) : Choice::partial_x(x, y, f);
+  static auto partial_x(auto x, auto y, auto) {
+    return decltype(x)(Choice::takes_x(x, y) ? (x == y ? 0.5F : 1.0F) : 0.0F);
   }
-  static auto partial_y(auto x, auto y, auto f) {
-    return x == y ? decltype(x)(0.5F) : Choice::partial_y(x, y, f);
+  static auto partial_y(auto x, auto y, auto) {
+    return decltype(x)(Choice::takes_x(x, y) ? (x == y ? 0.5F : 0.0F) : 1.0F);
   }
   static auto pass_x(auto g, auto x, auto y) { return x == y ? g / 2 : Choice::pass_x(g, x, y); }
   static auto pass_y(auto g, auto x, auto y) { return x == y ? g / 2 : Choice::pass_y(g, x, y); }

@@ -158,7 +158,9 @@ template <ArrayExpression E>
                  [&](std::size_t) { return static_cast<const T*>(g); });
   };
   return std::apply(
-      [&](const auto&... leaves) { return record_scalar(static_cast<T>(sum.total()), pullback, leaves...); },
+      [&](const auto&... leaves) {
+        return record_scalar(static_cast<T>(sum.total()), CarriesTangents{pullback}, leaves...);
+      },
       node.leaves());
 }
 
@@ -195,7 +197,7 @@ template <class T, std::size_t Whole>
     T* const whole = whole_adjoint->data();
     for_each_on_its_side(view, [=](std::ptrdiff_t at, std::size_t place) { whole[at] += g[place]; });
   };
-  return record_array(std::shared_ptr<const Array<T, 2>>(value), pullback, view.whole());
+  return record_array(std::shared_ptr<const Array<T, 2>>(value), CarriesTangents{pullback}, view.whole());
 }
 }  // namespace detail
 
@@ -226,7 +228,8 @@ template <ArrayExpression E>
   };
   return std::apply(
       [&](const auto&... leaves) {
-        return record_array(std::shared_ptr<const Array<T, rank>>(value), pullback, leaves...);
+        return record_array(std::shared_ptr<const Array<T, rank>>(value), CarriesTangents{pullback},
+                            leaves...);
       },
       node.leaves());
 }
