@@ -222,6 +222,29 @@ TEST_CASE("PNG picture data may come in any pieces and at any level of compressi
     }
 }
 
+TEST_CASE("a texture that is not opaque is named, its colours are those of its pixels", "[io][image]") {
+  const tapestry::test::TemporaryFolder folder;
+  const std::string palette = png_chunk("PLTE", bytes({1, 2, 3}));
+  const struct {
+    PngParts parts;
+    bool is_opaque;
+  } rows[]{
+      {{.colour_type = 6, .rows = bytes({0, 1, 2, 3, 255})}, true},
+      {{.colour_type = 6, .rows = bytes({0, 1, 2, 3, 254})}, false},
+      {{.colour_type = 4, .rows = bytes({0, 9, 0})}, false},
+      {{.colour_type = 2, .rows = bytes({0, 1, 2, 3})}, true},
+      {{.colour_type = 3, .rows = bytes({0, 0}), .before_data = palette}, true},
+      {{.colour_type = 3, .rows = bytes({0, 0}), .before_data = palette + png_chunk("tRNS", "\x80")}, false},
+  };
+  for (const auto& [parts, is_opaque] : rows) {
+    const std::string path = folder.write("a.png", png(parts));
+    std::vector<std::string> warnings;
+    CHECK((io::read_texture(path, &warnings) == io::read_image(path, &warnings)));
+    CHECK(warnings.size() == (is_opaque ? 0U : 1U));
+    for (const std::string& word : warnings) CHECK_THAT(word, tapestry::test::contains("transparency"));
+  }
+}
+
 TEST_CASE("a PNG is turned upright by its EXIF block", "[io][image]") {
   const tapestry::test::TemporaryFolder folder;
   const PixelKind kind{2, 8};
@@ -233,6 +256,7 @@ TEST_CASE("a PNG is turned upright by its EXIF block", "[io][image]") {
     parts.before_data = png_chunk("eXIf", block);
     const std::string path = folder.write("a.png", png(parts));
     CHECK((io::read_image(path) == io::turned_upright(stored, orientation)));
+    CHECK((io::read_texture(path) == stored));
     const auto mask = io::read_mask(path);
     CHECK(mask.shape(0) == (orientation < 5 ? stored.shape(0) : stored.shape(1)));
   }

@@ -178,7 +178,8 @@ TEST_CASE("a JPEG shows what was put into it, baseline or progressive, colour or
   for (std::size_t i = 0; i < grey.size(); i += 3) CHECK(grey.data()[i] == grey.data()[i + 2]);
 }
 
-TEST_CASE("a photograph taken on its side is read upright", "[io][jpeg]") {
+TEST_CASE("a photograph taken on its side is read upright, a texture as it is stored", "[io][jpeg]") {
+  const tapestry::test::TemporaryFolder folder;
   const std::string plain = jpeg_of(smooth_picture(24, 40));
   const Picture stored = io::parse_jpeg(plain, "a.jpg");
   for (const bool is_little : {true, false})
@@ -187,6 +188,7 @@ TEST_CASE("a photograph taken on its side is read upright", "[io][jpeg]") {
       const Picture read = io::parse_jpeg(tagged, "a.jpg");
       CHECK(read.shape(0) == (orientation >= 5 ? 40 : 24));
       CHECK(largest_difference(read, io::turned_upright(stored, orientation)) == 0);
+      CHECK(largest_difference(io::read_texture(folder.write("a.jpg", tagged)), stored) == 0);
     }
 }
 

@@ -324,6 +324,21 @@ TEST_CASE("materials may be defined after their use, and what hides a colour or 
              contains("1 faces of a material with a texture (map_Kd) have no texture coordinates"));
 }
 
+TEST_CASE("opacity and light of a material are named where they are not drawn", "[io][mtl][bad_input]") {
+  const tapestry::test::TemporaryFolder folder;
+  const auto warnings_of = [&](const std::string& records) {
+    std::vector<std::string> warnings;
+    (void)io::read_mtl(folder.write("a.mtl", "newmtl a\n" + records), warnings);
+    return warnings;
+  };
+  CHECK(warnings_of("d 1\nd -halo 1.0\nTr 0\nKe 0 0 0 # none\nKe\n").empty());
+  for (const char* record : {"d .5", "d 0", "d -halo 0.2", "Tr 0.3", "map_d holes.png"})
+    CHECK_THAT(warnings_of(record).at(0), contains("a.mtl:2: '") && contains("the material is opaque"));
+  for (const char* record : {"Ke 0 0 2", "map_Ke lamps.png"})
+    CHECK_THAT(warnings_of(record).at(0), contains("is not drawn") && contains("emits no light"));
+  CHECK(warnings_of("d .5\nnewmtl b\nd .7\nnewmtl c\nTr .2\n").size() == 1);  // once for a file
+}
+
 TEST_CASE("material files with odd colours are read with a warning", "[io][mtl][bad_input]") {  // O26
   const tapestry::test::TemporaryFolder folder;
   std::vector<std::string> warnings;

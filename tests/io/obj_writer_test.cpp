@@ -81,7 +81,9 @@ TEST_CASE("a mesh is written with the pictures of its materials, each of them on
   const std::string skin = folder.path("own/skin.png");
   io::write_image(skin, tapestry::test::random_array<float>({3, 5, 3}, 2));
   auto mesh = small_mesh();
-  mesh.materials = {{"body", {}, skin}, {"hood", {}, skin}, {"gone", {}, folder.path("own/gone.png")}};
+  mesh.materials = {{"body", {0.5F, 0.25F, 0.5F}, skin},
+                    {"hood", {}, skin},
+                    {"gone", {0.5F, 0.25F, 0.5F}, folder.path("own/gone.png")}};
   mesh.face_uvs = {{0, 1, 2}, {2, 0, 1}, {2, 1, 0}};
   mesh.face_materials = {0, 1, 2};
   mesh.groups.clear();
@@ -95,6 +97,8 @@ TEST_CASE("a mesh is written with the pictures of its materials, each of them on
     return names;
   };
   CHECK(textures() == std::vector<std::string>{folder.path("car-1.png"), folder.path("car-1.png"), ""});
+  CHECK_THAT(folder.read("car.mtl"), contains("newmtl body\nKd 1 1 1\nmap_Kd car-1.png"));  // as in a .glb
+  CHECK_THAT(folder.read("car.mtl"), contains("newmtl gone\nKd 0.5 0.25 0.5\n"));
   CHECK((io::read_image(folder.path("car-1.png")) == io::read_image(skin)));
   CHECK_FALSE(std::filesystem::exists(folder.path("car-2.png")));
 

@@ -41,7 +41,7 @@ inline ExportedCar read_exported_car(const std::string& obj, const raster::Paint
             texture.filename();
     car.painted.push_back(is_paint ? 1 : 0);
   }
-  const auto atlas = image::from_bytes<float>(io::read_image(texture.string()));
+  const auto atlas = image::from_bytes<float>(io::read_texture(texture.string()));
   car.layout.kind = raster::TextureKind::atlas;
   car.layout.height = atlas.shape(0);
   car.layout.width = atlas.shape(1);

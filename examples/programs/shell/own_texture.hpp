@@ -41,7 +41,7 @@ inline std::vector<OwnTexture> own_textures(geometry::Mesh& mesh, std::vector<st
   std::vector<OwnTexture> textures;
   for (const auto& [path, count] : face_counts) {
     try {
-      OwnTexture own{path, io::read_image(path, &warnings), {}};
+      OwnTexture own{path, io::read_texture(path, &warnings), {}};
       while (std::min(own.picture.shape(0), own.picture.shape(1)) > 2048) own.picture = halved(own.picture);
       for (std::size_t face = 0; face < mesh.faces.size(); ++face)
         own.faces.push_back(texture_of(mesh, face) == path ? 1 : 0);

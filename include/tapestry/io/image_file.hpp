@@ -61,6 +61,11 @@ inline void require_picture_size(std::uint64_t width, std::uint64_t height, cons
 /// interleaved. Empty if stb cannot decode the file.
 std::vector<std::uint16_t> decode_png_16(std::string_view file, int channels);
 std::vector<std::uint8_t> decode_png_8(std::string_view file, int channels);
+
+/// read_texture() or read_image().
+Array<std::uint8_t, 3> read_picture(const std::string& path, std::vector<std::string>* warnings,
+                                    bool is_texture);
+
 std::string encode_png(const std::uint8_t* pixels, std::size_t height, std::size_t width, int channels);
 std::string encode_jpeg(const std::uint8_t* pixels, std::size_t height, std::size_t width, int quality);
 
@@ -80,11 +85,11 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
 /// Reads a PNG, JPEG, BMP, PBM, PGM or PPM as RGB, [H, W, 3]. The format is found from the content, not the
 /// name.
 ///
-/// Every kind of PNG is converted: grey is repeated in the three channels, palettes are looked up (black
-/// beyond their end), 1 to 4 bits are scaled to 0-255, and of 16 bits the upper 8 are kept. Transparency is
-/// dropped and colours are taken as stored (PNG does not premultiply). Colour profiles and gamma are ignored.
-/// For the other formats see parse_jpeg(), parse_bmp() and parse_pnm().
-/// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
+/// Pictures are turned upright by their EXIF. Every kind of PNG is converted: grey is repeated in the three
+/// channels, palettes are looked up (black beyond their end), 1 to 4 bits are scaled to 0-255, and of 16 bits
+/// the upper 8 are kept. Transparency is dropped and colours are taken as stored (PNG does not premultiply).
+/// Colour profiles and gamma are ignored. For the other formats see parse_jpeg(), parse_bmp() and
+/// parse_pnm(). Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
 ///
 /// \param warnings  receives sentences about damage that leaves a picture: surplus data of a PNG, a JPEG with
 ///                  junk bytes or a cut end. Null refuses such a JPEG
@@ -92,6 +97,11 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
 ///         64 Mpx)
 [[nodiscard]] Array<std::uint8_t, 3> read_image(const std::string& path,
                                                 std::vector<std::string>* warnings = nullptr);
+
+/// read_image() of a picture that uv point into: as it is stored, since no viewer turns a texture by its
+/// EXIF. A picture that is not opaque adds a warning.
+[[nodiscard]] Array<std::uint8_t, 3> read_texture(const std::string& path,
+                                                  std::vector<std::string>* warnings = nullptr);
 
 /// Reads a PNG, BMP, PBM, PGM or PPM as grey in [0, 1], [H, W]: value / 255, or / 65535 where the file has 16
 /// bits (PGM and PPM: divided by the maximum that they state). Colours become (77 R + 150 G + 29 B) / 256;

@@ -135,9 +135,11 @@ JpegComplaint decode_jpeg(std::string_view file, const JpegHeader& header, bool 
 /// \param path      for messages
 /// \param warnings  receives a sentence about picture data with junk bytes, damaged or cut, of which the rest
 ///                  is read: what is missing is grey. Null refuses such a file
+/// \param is_upright  whether the picture is turned; else it is left as it is stored
 /// \throws FileError: as scan_jpeg(); malformed for picture data that cannot be decoded; mismatch if the
 ///         program was built without libjpeg-turbo
 [[nodiscard]] Array<std::uint8_t, 3> parse_jpeg(std::string_view file, const std::string& path,
-                                                std::vector<std::string>* warnings = nullptr);
+                                                std::vector<std::string>* warnings = nullptr,
+                                                bool is_upright = true);
 
 }  // namespace tapestry::io

@@ -29,6 +29,7 @@ struct PngHeader {
   bool interlaced = false;
   std::size_t palette_at = 0;    ///< offset of the palette's chunk, 0 without one
   std::size_t palette_size = 0;  ///< bytes of its content
+  bool has_alpha = false;        ///< whether it states opacity, by a channel or a colour
   int orientation = 1;           ///< by its EXIF block, see turned_upright()
   std::size_t end_at = 0;        ///< where a sound end chunk is missing behind whole picture data, else 0
 };
@@ -65,6 +66,7 @@ class PngScan {
         if (!pieces_.empty() && !follows_data) fail(at, "PNG picture data are interrupted by another chunk");
         pieces_.push_back(content);
       }
+      if (type == "tRNS") header_.has_alpha = true;
       if (type == "eXIf") header_.orientation = ExifReader(content).orientation();
       follows_data = type == "IDAT";
       if (type[0] < 'a' && type != "IHDR" && type != "PLTE" && type != "IDAT" && type != "IEND")
@@ -147,6 +149,7 @@ class PngScan {
     };
     header_.bits = byte(8);
     header_.colour_type = byte(9);
+    header_.has_alpha = header_.colour_type == 4 || header_.colour_type == 6;
     header_.interlaced = byte(12) == 1;
     const std::string size = std::to_string(header_.width) + " x " + std::to_string(header_.height);
     if (header_.width == 0 || header_.height == 0) fail(16, "PNG without a pixel", "1 x 1 or more", size);

@@ -19,17 +19,34 @@
 
 namespace tapestry::io {
 
-Array<std::uint8_t, 3> read_image(const std::string& path, std::vector<std::string>* warnings) {
+Array<std::uint8_t, 3> detail::read_picture(const std::string& path, std::vector<std::string>* warnings,
+                                            bool is_texture) {
   std::string file = read_text_file(path, png_file_limit);
-  if (is_jpeg(file)) return parse_jpeg(file, path, warnings);
+  if (is_jpeg(file)) return parse_jpeg(file, path, warnings, !is_texture);
   if (is_bmp(file)) return rgb_levels(parse_bmp(file, path));
   if (is_pnm(file)) return rgb_levels(parse_pnm(file, path));
   const PngHeader header = scan_png(file, path, warnings);
-  const auto pixels = detail::decode_png_8(with_whole_palette(std::move(file), header), 3);
-  detail::require_decoded(pixels, header.height * header.width * 3, path);
+  const std::size_t channels = is_texture && header.has_alpha ? 4 : 3;
+  const auto pixels =
+      detail::decode_png_8(with_whole_palette(std::move(file), header), static_cast<int>(channels));
+  detail::require_decoded(pixels, header.height * header.width * channels, path);
   Array<std::uint8_t, 3> image(Extents<3>{header.height, header.width, 3});
-  std::copy(pixels.begin(), pixels.end(), image.data());
-  return turned_upright(image, header.orientation);
+  bool is_opaque = true;
+  for (std::size_t i = 0; i < header.height * header.width; ++i) {
+    std::copy_n(pixels.data() + i * channels, 3, image.data() + 3 * i);
+    is_opaque = is_opaque && (channels == 3 || pixels[i * channels + 3] == 255);
+  }
+  if (!is_opaque && warnings != nullptr)
+    warnings->push_back(path + ": the picture's transparency is not drawn; its colours count as opaque");
+  return is_texture ? image : turned_upright(image, header.orientation);
+}
+
+Array<std::uint8_t, 3> read_image(const std::string& path, std::vector<std::string>* warnings) {
+  return detail::read_picture(path, warnings, false);
+}
+
+Array<std::uint8_t, 3> read_texture(const std::string& path, std::vector<std::string>* warnings) {
+  return detail::read_picture(path, warnings, true);
 }
 
 Array<float, 2> read_mask(const std::string& path, std::vector<std::string>* warnings) {

@@ -13,7 +13,7 @@ Array<std::uint8_t, 3> detail::rgb_of_inverted_cmyk(const Array<std::uint8_t, 3>
 }
 
 Array<std::uint8_t, 3> parse_jpeg(std::string_view file, const std::string& path,
-                                  std::vector<std::string>* warnings) {
+                                  std::vector<std::string>* warnings, bool is_upright) {
   const JpegHeader header = scan_jpeg(file, path);
   const bool is_cmyk = header.channels == 4;
   Array<std::uint8_t, 3> stored(Extents<3>{header.height, header.width, is_cmyk ? 4U : 3U});
@@ -26,7 +26,8 @@ Array<std::uint8_t, 3> parse_jpeg(std::string_view file, const std::string& path
   if (is_damaged)
     warnings->push_back(path + ": JPEG is damaged or cut (" + complaint.text +
                         "); the rest is read, and what is missing is grey");
-  return turned_upright(is_cmyk ? detail::rgb_of_inverted_cmyk(stored) : stored, header.orientation);
+  return turned_upright(is_cmyk ? detail::rgb_of_inverted_cmyk(stored) : stored,
+                        is_upright ? header.orientation : 1);
 }
 
 }  // namespace tapestry::io

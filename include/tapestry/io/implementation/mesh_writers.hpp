@@ -78,6 +78,7 @@ inline std::string obj_text(const geometry::Mesh& mesh, const std::vector<std::u
 /// \param pictures  files of the materials' pictures, one a material, empty for none
 inline std::string mtl_text(const geometry::Mesh& mesh, const std::string& texture,
                             const std::vector<std::string>& pictures) {
+  constexpr std::array<float, 3> white{1, 1, 1};  // many viewers multiply a picture by Kd
   std::string text;
   const auto add = [&](const std::string& name, const std::array<float, 3>& colour, const std::string& file) {
     text += "newmtl " + name + "\nKd";
@@ -90,11 +91,12 @@ inline std::string mtl_text(const geometry::Mesh& mesh, const std::string& textu
   };
   bool has_none = false;
   for (std::size_t i = 0; i < mesh.materials.size(); ++i) {
-    add(mesh.materials[i].name, mesh.materials[i].colour, pictures[i]);
+    const auto& [name, colour, source] = mesh.materials[i];
+    add(name, pictures[i].empty() ? colour : white, pictures[i]);
     has_none = has_none || mesh.materials[i].name == "none";
   }
   if (!has_none) add("none", geometry::Material{}.colour, "");
-  if (!texture.empty()) add(paint_name(mesh), {1, 1, 1}, texture);
+  if (!texture.empty()) add(paint_name(mesh), white, texture);
   return text;
 }
 

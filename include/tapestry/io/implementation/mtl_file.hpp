@@ -42,6 +42,22 @@ inline std::optional<std::array<float, 3>> diffuse_colour(TextLines& lines, Line
   return colour;
 }
 
+/// Adds an oddity for a record of opacity or of a light of the material's own that draws differently from an
+/// opaque, dark material.
+inline void remark_on_undrawn(const std::string& keyword, TextLines& lines, LineOddities& oddities) {
+  const std::string record = keyword + " " + std::string(lines.rest_of_line());
+  if (keyword.starts_with("map_"))
+    return oddities.add("% is not drawn: the material is opaque and emits no light", lines, record);
+  const double plain = keyword == "d" ? 1 : 0;
+  for (std::string_view word = lines.word(); !word.empty() && !word.starts_with('#'); word = lines.word()) {
+    double value = plain;
+    if (!parse_number(word, value) || std::clamp(value, 0.0, 1.0) == plain) continue;
+    return oddities.add(keyword == "ke" ? "% is not drawn: the material emits no light"
+                                        : "% is not drawn: the material is opaque",
+                        lines, record);
+  }
+}
+
 /// Least and largest number of words behind an option of a map record; none for a word that is no option.
 struct MapOption {
   std::string_view name;
@@ -129,6 +145,9 @@ std::vector<geometry::Material> parse_mtl(std::string_view text, const std::stri
       const auto colour = detail::diffuse_colour(lines, oddities);
       if (counts && colour) materials.back().colour = *colour;
       if (materials.empty()) oddities.add("colour before the first material (newmtl) is ignored", lines);
+    } else if (keyword == "d" || keyword == "tr" || keyword == "ke" || keyword == "map_d" ||
+               keyword == "map_ke") {
+      detail::remark_on_undrawn(keyword, lines, oddities);
     }
   }
   oddities.append_to(warnings, path);

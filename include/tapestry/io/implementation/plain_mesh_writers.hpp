@@ -52,7 +52,7 @@ inline std::optional<Array<std::uint8_t, 3>> shown_picture(const geometry::Mesh&
   if (mesh.materials[material].texture.empty() || face == faces) return std::nullopt;
   try {
     std::vector<std::string> told_before;
-    return read_image(mesh.materials[material].texture, &told_before);
+    return read_texture(mesh.materials[material].texture, &told_before);
   } catch (const FileError&) {
     return std::nullopt;
   }
