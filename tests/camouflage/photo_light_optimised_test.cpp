@@ -305,7 +305,7 @@ TEST_CASE("faces without paint show the photograph where its mask is the car's s
     body.painted[face] = body.mesh.positions[static_cast<std::size_t>(body.mesh.faces[face][0])][2] > 0;
   for (std::size_t i = 0; i < frame.image.size(); i += 7) frame.image.data()[i] = 200;  // dirt
   const Array<float, 2> white = tapestry::filled<float, 2>(tapestry::Extents<2>{1, 3}, 1.0F);
-  const auto light = GENERATE(std::optional<camouflage::PhotoLight>{}, camouflage::PhotoLight{});
+  auto light = GENERATE(std::optional<camouflage::PhotoLight>{}, camouflage::PhotoLight{});
   const auto view_of = [&] { return camouflage::make_view<float>(frame, body, side, side, 2, {}, light); };
   const auto unpainted_off = [&](const camouflage::View<float>& view) {  // largest difference off the paint
     const auto picture = camouflage::picture_of(view, white);
@@ -320,10 +320,28 @@ TEST_CASE("faces without paint show the photograph where its mask is the car's s
             std::max(largest, static_cast<double>(std::abs(picture.data()[i] - view.background.data()[i])));
     return largest;
   };
-  const auto without_mask = view_of();
-  CHECK(without_mask.keeps_photograph == light.has_value());  // where points made the car out
+  const auto without_mask = view_of();  // nothing agrees that the photograph holds the car
+  CHECK_FALSE(without_mask.keeps_photograph);
   CHECK_FALSE(without_mask.registration);
-  CHECK((unpainted_off(without_mask) <= 1e-5) == light.has_value());
+  CHECK_FALSE(without_mask.shows_car);
+  CHECK((without_mask.photo_light != nullptr) == light.has_value());
+  CHECK(unpainted_off(without_mask) > 0.05);
+  if (light) {
+    const bool is_found = GENERATE(true, false);
+    light->shows_car = [&](const Array<float, 3>& picture, const std::string& name,
+                           const tapestry::detect::Box& box) {
+      CHECK(picture == without_mask.background);
+      CHECK(name == frame.name);
+      CHECK(box.w == without_mask.target.w);
+      CHECK(box.cx == without_mask.target.cx);
+      return is_found;
+    };
+    const auto asked = view_of();
+    CHECK(asked.shows_car == is_found);
+    CHECK(asked.keeps_photograph == is_found);
+    CHECK((asked.photo_light != nullptr) == is_found);
+    CHECK((unpainted_off(asked) <= 1e-5) == is_found);
+  }
 
   const auto silhouette = raster::visibility(body.mesh, *frame.camera, side, side, 1);
   frame.mask = Array<std::uint8_t, 2>(tapestry::Extents<2>{side, side});

@@ -186,3 +186,26 @@ TEST_CASE("charts need a mesh that fits its texture", "[raster][texture_charts][
   body.painted.pop_back();
   CHECK_THROWS_AS(raster::texture_charts(body), tapestry::ShapeError);
 }
+
+TEST_CASE("the share of the paint without texels is that of faces at points of a palette",
+          "[raster][texture_charts]") {
+  const std::vector<UvTriangle> point{{{{0.25, 0.5}, {0.25, 0.5}, {0.25, 0.5}}}};
+  CHECK(raster::starved_share(body_of(rectangle(0, 1, 0, 1), 8, 8)) == 0);
+  CHECK(raster::starved_share(body_of(point, 8, 8)) == 1);
+  CHECK(raster::starved_share(body_of(rectangle(0.2, 0.3, 0.2, 0.3), 8, 8)) == 1);    // .64 texels
+  CHECK(raster::starved_share(body_of(rectangle(0.2, 0.3, 0.2, 0.3), 16, 16)) == 0);  // 2.56
+  auto mixed = body_of(both(rectangle(0, 1, 0, 1), point), 64, 64);
+  CHECK(raster::starved_share(mixed) == Approx(1.0 / 3));
+  mixed.painted[2] = 0;
+  CHECK(raster::starved_share(mixed) == 0);
+  std::vector<UvTriangle> fine;  // no face of it has a texel of its own, but they hang together
+  for (double i = 0; i < 400; ++i) fine = both(fine, rectangle(i / 400, (i + 1) / 400, 0, 1));
+  CHECK(raster::starved_share(body_of(fine, 4, 4)) == 0);
+  // A cell of a palette for many faces: less than a hundredth of what is due to their area.
+  std::vector<UvTriangle> cell;
+  for (int i = 0; i < 100; ++i) cell = both(cell, rectangle(0.5, 0.52, 0.5, 0.52));
+  CHECK(raster::starved_share(body_of(cell, 100, 100)) == 1);
+  mixed.layout.kind = raster::TextureKind::cube;
+  mixed.layout.texels_per_edge = 4;
+  CHECK(raster::starved_share(mixed) == 0);
+}

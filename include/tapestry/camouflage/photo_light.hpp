@@ -1,8 +1,12 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <tapestry/core/array.hpp>
+#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/raster/estimated_light.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
@@ -18,6 +22,10 @@ struct PhotoLight {
   std::size_t shadow_pixels = 512;               ///< pixels of the car in the view from the sun
   std::optional<std::array<double, 3>> paint{};  ///< the photographed car's, if known, see estimated_light()
   bool coat = true;  ///< whether the paint is taken to be lacquered, see raster::coated_light()
+  /// Whether a photograph without a mask shows the car: called as shows_car(picture, name of the frame, box
+  /// of the mesh), the picture as the detector takes it, [H, W, 3], by several threads at once. Null: not
+  /// known.
+  std::function<bool(const Array<float, 3>&, const std::string&, const detect::Box&)> shows_car{};
 };
 
 /// Points of the car's painted faces in a photograph: at most most_points, spread evenly over the pixels that

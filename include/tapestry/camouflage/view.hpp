@@ -56,6 +56,7 @@ struct View {
   /// IoU of the car's silhouette and the frame's mask; none without a mask, or where no photograph was to be
   /// kept.
   std::optional<double> registration{};
+  std::optional<bool> shows_car{};          ///< see PhotoLight::shows_car; none where that was not called
   bool keeps_photograph = false;            ///< whether faces without paint show the frame's own pixels
   std::shared_ptr<const Sight<T>> sight{};  ///< null where the car's shape stays
 };
@@ -85,11 +86,12 @@ template <std::floating_point T>
 /// The car is hidden in the view when it lies outside the picture or wholly behind the mask: then
 /// visible_pixels is 0 and the target an empty box.
 /// \param car    with the pyramid of its atlas if that is filtered
-/// \param photo  settings for estimating light from the frame's picture; without them, or if no point of the
-///               car can be made out in it, the light is io::frame_light()
+/// \param photo  settings for estimating light from the frame's picture; without them, if no point of the
+///               car can be made out in it, or if shows_car() of a frame without a mask is false, the light
+///               is io::frame_light()
 /// \param keeps_photograph  whether faces without paint show the frame's own pixels where the frame holds the
 ///               car: where its mask is the car's silhouette by an IoU of at least least_registration, or,
-///               without a mask, where `photo` made the car out. Else they show their materials
+///               without a mask, where shows_car() of `photo` is true. Else they show their materials
 /// \throws ShapeError if the frame's mask has other extents than its image; DomainError for a filtered atlas
 ///         without a pyramid, and as io::camera_of()
 template <std::floating_point T>

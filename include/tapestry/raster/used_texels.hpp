@@ -50,6 +50,12 @@ std::vector<std::size_t> used_cube_texels(std::size_t edge);
 /// \throws ShapeError, DomainError, Error (mismatch, limit) as texture_operator() does
 [[nodiscard]] std::vector<TextureChart> texture_charts(const PaintedMesh& body);
 
+/// Share of the painted area that an atlas hardly holds: that of charts with less than one texel, or with
+/// less than a hundredth of the texels that an even atlas of its size would give them. Faces whose corners
+/// share a point of a palette are such charts. \returns  0 to 1; 0 for textures of other kinds and where the
+/// painted faces have no area \throws as texture_charts()
+[[nodiscard]] double starved_share(const PaintedMesh& body);
+
 /// Charts restricted to painted texels: the pieces of each chart that are connected side by side.
 /// \param painted  [texel], 1 where painted; empty: everywhere, which leaves the charts as they are
 /// \throws ShapeError if a texel of a chart has no entry

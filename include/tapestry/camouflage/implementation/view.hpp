@@ -65,10 +65,30 @@ inline double registration_of(const io::Frame& frame, const geometry::Mesh& car)
   return either > 0 ? static_cast<double>(both) / static_cast<double>(either) : 0;
 }
 
+inline detect::Box box_around(const image::PixelWindow& window) {
+  const auto height = static_cast<double>(window.height), width = static_cast<double>(window.width);
+  return {static_cast<double>(window.left) + width / 2, static_cast<double>(window.top) + height / 2, width,
+          height};
+}
+
+/// PhotoLight::shows_car of a frame without a mask; none where it cannot be asked.
+template <std::floating_point T>
+std::optional<bool> car_is_shown(const io::Frame& frame, const geometry::Mesh& car, const Sight<T>& sight,
+                                 const Array<T, 3>& picture, const std::optional<PhotoLight>& photo) {
+  if (frame.mask || !photo || !photo->shows_car) return std::nullopt;
+  const auto seen = raster::visibility(car, sight.camera, picture.shape(0), picture.shape(1), 1);
+  Array<T, 2> covered(Extents<2>{picture.shape(0), picture.shape(1)});
+  for (std::size_t i = 0; i < covered.size(); ++i) covered.data()[i] = seen.face[i] >= 0 ? T(1) : T(0);
+  Array<float, 3> numbers(picture.shape());
+  std::copy(picture.begin(), picture.end(), numbers.begin());
+  return photo->shows_car(numbers, frame.name, box_around(raster::covered_window(covered)));
+}
+
 /// Pixels of the frame for faces without paint, if it holds the car; else null. See make_view().
 template <std::floating_point T>
 std::shared_ptr<const Array<float, 3>> kept_photograph(const View<T>& view, bool is_lit_by_photograph) {
-  const bool holds_car = view.registration ? *view.registration >= least_registration : is_lit_by_photograph;
+  const bool holds_car = view.registration ? *view.registration >= least_registration
+                                           : is_lit_by_photograph && view.shows_car.value_or(false);
   if (!holds_car) return nullptr;
   Array<float, 3> pixels(view.background.shape());
   std::copy(view.background.begin(), view.background.end(), pixels.begin());
@@ -84,12 +104,6 @@ std::shared_ptr<const Array<float, 3>> kept_photograph(const View<T>& view, bool
   estimate.light.surroundings = nullptr;
   estimate.light.gloss = nullptr;
   return std::make_shared<const raster::EstimatedLight>(std::move(estimate));
-}
-
-inline detect::Box box_around(const image::PixelWindow& window) {
-  const auto height = static_cast<double>(window.height), width = static_cast<double>(window.width);
-  return {static_cast<double>(window.left) + width / 2, static_cast<double>(window.top) + height / 2, width,
-          height};
 }
 
 }  // namespace tapestry::camouflage::detail
@@ -124,7 +138,8 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
   };
   view.space = car.space;
   if (frame.mask && keeps_photograph) view.registration = detail::registration_of(frame, car.mesh);
-  auto estimate = photo ? photo_light(frame, car, *photo) : std::nullopt;
+  view.shows_car = detail::car_is_shown(frame, car.mesh, sight, view.background, photo);
+  auto estimate = photo && view.shows_car.value_or(true) ? photo_light(frame, car, *photo) : std::nullopt;
   raster::KeptPhotograph kept;
   if (keeps_photograph) kept.photograph = detail::kept_photograph(view, estimate.has_value());
   view.keeps_photograph = kept.photograph != nullptr;

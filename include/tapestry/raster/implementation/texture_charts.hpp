@@ -204,6 +204,41 @@ std::vector<TextureChart> texture_charts(const PaintedMesh& body) {
   return {TextureChart{1, 1, {{0, 0, 0}}}};
 }
 
+double starved_share(const PaintedMesh& body) {
+  detail::require_layout("starved_share", body);
+  const TextureLayout& layout = body.layout;
+  if (layout.kind != TextureKind::atlas) return 0;
+  const auto& mesh = body.mesh;
+  const double texels_by_uv = static_cast<double>(layout.height * layout.width) / layout.u_extent;
+  const std::vector<std::size_t> chart_of_face = detail::chart_of_faces(body);
+  struct Sums {
+    double area = 0, texels = 0;
+  };
+  std::map<std::size_t, Sums> charts;
+  double whole = 0, starved = 0;
+  for (std::size_t face = 0; face < body.painted.size(); ++face) {
+    if (body.painted[face] == 0) continue;
+    std::array<geometry::Vector3, 3> corner{};
+    std::array<std::array<double, 2>, 3> uv{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      corner[k] = mesh.positions[static_cast<std::size_t>(mesh.faces[face][k])];
+      uv[k] = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][k])];
+    }
+    const double area = geometry::length(
+        geometry::cross(geometry::subtract(corner[1], corner[0]), geometry::subtract(corner[2], corner[0])));
+    const double across = (uv[1][0] - uv[0][0]) * (uv[2][1] - uv[0][1]),
+                 back = (uv[2][0] - uv[0][0]) * (uv[1][1] - uv[0][1]);
+    Sums& sums = charts[chart_of_face[face]];
+    sums.area += area / 2;
+    sums.texels += std::abs(across - back) / 2 * texels_by_uv;
+    whole += area / 2;
+  }
+  const auto texel_count = static_cast<double>(layout.height * layout.width);
+  for (const auto& [chart, sums] : charts)
+    if (sums.texels < std::max(1.0, 0.01 * texel_count * sums.area / whole)) starved += sums.area;
+  return whole > 0 ? starved / whole : 0;
+}
+
 std::vector<TextureChart> painted_charts(std::vector<TextureChart> charts,
                                          const std::vector<std::uint8_t>& painted) {
   if (painted.empty()) return charts;
