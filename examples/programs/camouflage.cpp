@@ -25,6 +25,7 @@ Inputs load_all(CamouflageOptions& options) {
   const bool scatters = maps_attention(options.optimisation.method);
   if (scatters) layers.emplace_back();  // the last one of all heads
   Inputs inputs = load_inputs(options.scene, options.detector, layers);
+  if (!options.resume && options.optimisation.method != "solid") require_texels(options.scene, inputs.car);
   if (scatters && options.optimisation.smoothness > 0)
     inputs.warnings.push_back("--method " + options.optimisation.method +
                               ": smoothness outweighs the loss of attention by far; DAS has no such term, "

@@ -261,16 +261,18 @@ struct MeasuredViews {
                  options.scene.samples,
                  std::size_t(4) << 30U,
                  inputs.detector.fit(),
-                 inputs.photo_light,
+                 witnessed(inputs.photo_light, inputs.detector, inputs.class_index, options.detector),
                  false,
                  inputs.keeps_photograph},
         loaders(frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed)),
         store(car, settings, loaders),
-        usable(views_with_car(store, inputs.warnings)),
+        usable(views_with_car(store, options.scene.mesh, car.mesh, inputs.warnings)),
         reshaped(reshaped_by(options.clean_only ? CamouflageSource() : options.camouflage)),
         reshaped_by_other(reshaped_by({options.against, ""})) {
     print_warnings(inputs.warnings);
-    if (usable.empty()) throw Error(ErrorKind::mismatch, options.scene.frames + ": no frame shows the car");
+    if (usable.empty())
+      throw Error(ErrorKind::mismatch,
+                  options.scene.frames + ": no frame shows the car" + word_on_size(car.mesh));
   }
 
   std::optional<ReshapedViews> reshaped_by(const CamouflageSource& source) {
@@ -296,11 +298,13 @@ evaluate::SurveyedTextures surveyed_textures(const Options& options, const Car& 
   const auto& car = loaded.painted;
   evaluate::SurveyedTextures textures{camouflage::without_paint(camouflage::own_colours<float>(car)), {}, {}};
   const std::size_t texel_count = textures.clean.colours.shape(0);
-  if (!options.clean_only) textures.adversarial = read_camouflage(options.camouflage, loaded);
+  if (!options.clean_only)
+    textures.adversarial = read_camouflage(options.camouflage, loaded, options.scene.mesh);
   textures.controls = textures.adversarial ? evaluate::make_controls(car, *textures.adversarial, options.seed)
                                            : evaluate::plain_controls(texel_count, options.seed);
   if (!options.against.empty())
-    textures.controls.push_back({evaluate::other_run_name, read_camouflage({options.against, ""}, loaded)});
+    textures.controls.push_back(
+        {evaluate::other_run_name, read_camouflage({options.against, ""}, loaded, "")});
   if (views.reshaped) textures.reshaped = &views.reshaped->store();
   if (views.reshaped_by_other) textures.reshaped_by_other = &views.reshaped_by_other->store();
   return textures;
@@ -337,8 +341,8 @@ void write_folder(const Options& options, const Written& what, const raster::Pai
                   contact_sheet(pairs.above, sheet_columns(pairs.above.size())));
   write_text(options.output + "/metrics.csv", metrics_csv(what.report));
   write_text(options.output + "/views.csv", views_csv(list));
-  remark_on_unpainted(list);
   auto page = page_of(what.report, "Evaluation", options.command, std::move(list));
+  remark_on_photographs(page);
   if (!what.changed.empty())
     page.findings = "<p><b>Inputs have changed since the run: " + escaped(text_of(what.changed)) +
                     ".</b></p>\n" + page.findings;

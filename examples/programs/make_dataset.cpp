@@ -209,6 +209,12 @@ void require_usable(const Options& options, const scenes::Vehicle& vehicle, cons
                     std::vector<std::string>& warnings) {
   const auto picture = io::read_image(source.path, &warnings);
   const auto scene = camera_of_photograph(options, source, options.fov.first);
+  constexpr std::size_t least = 64;
+  if (std::min(picture.shape(0), picture.shape(1)) < least)
+    throw FileError(ErrorKind::mismatch,
+                    {source.path, "", "too small for a photograph",
+                     "at least " + std::to_string(least) + " pixels a side",
+                     std::to_string(picture.shape(1)) + " x " + std::to_string(picture.shape(0))});
   const double aspect = static_cast<double>(picture.shape(1)) / static_cast<double>(picture.shape(0));
   if (!scenes::shows_whole_vehicle(vehicle, scene, aspect))
     refuse_photograph(options, source, scene.fov_deg,
@@ -357,6 +363,7 @@ void remark_preview(const CLI::App& app, const Options& options, const std::vect
     remark("field of view of " + std::to_string(pictures.size() - without_fov) + " of " +
            std::to_string(pictures.size()) + " photographs is by their EXIF");
   if (const auto assumed = assumptions(app, options, without_fov == 0); !assumed.empty()) remark(assumed);
+  remark("sun and sky of each frame are drawn at random, not taken from its photograph");
   remark("  its blue line is the horizon: if it lies below that of a photograph, raise --camera-pitch;");
   remark("  if cars are too small for where they stand, lower --camera-height");
 }

@@ -278,7 +278,7 @@ struct GivenTexture {
 /// Takes what the description of the texture says and no option does; says what is assumed without one.
 GivenTexture given_texture(Options& o, std::vector<std::string>& warnings) {
   if (o.texture.empty()) return {};
-  GivenTexture given{io::read_image(o.texture, &warnings)};
+  GivenTexture given{io::read_texture(o.texture, &warnings)};
   given.description = read_texture_description(o.texture, {given.picture->shape(0), given.picture->shape(1)});
   if (!given.description) {
     if (o.u_extent == 0)
@@ -299,6 +299,23 @@ GivenTexture given_texture(Options& o, std::vector<std::string>& warnings) {
       o.material.empty() && o.faces.empty() && painted.contains("materials"))
     o.material = painted["materials"].get<std::vector<std::string>>();
   return given;
+}
+
+/// \throws FileError (mismatch) for a texture on charts of the faces, unless the mesh has the material that
+/// is
+///         exported with them
+void require_own_charts(const Options& o, const Json& described, const geometry::Mesh& mesh) {
+  if (described.value("charts", Json()) != "of the faces" || !described["painted"].contains("materials"))
+    return;
+  for (const Json& name : described["painted"]["materials"])
+    if (std::ranges::find(mesh.materials, name.get<std::string>(), &geometry::Material::name) ==
+        mesh.materials.end())
+      throw FileError(
+          ErrorKind::mismatch,
+          {o.mesh, "",
+           o.texture + ", of a run with --texture cube, lies on the mesh that the run wrote beside it, "
+                       "not on the uv of this one",
+           "--mesh " + std::filesystem::path(o.texture).replace_filename("painted.obj").string(), ""});
 }
 
 /// \throws FileError (mismatch) unless mesh and options are those that the texture's description names
@@ -368,6 +385,7 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   const GivenTexture texture = given_texture(o, loaded.warnings);
   PaintedScene scene;
   scene.painted.assign(loaded.mesh.faces.size(), 1);
+  if (texture.description) require_own_charts(o, *texture.description, loaded.mesh);
   if (!o.material.empty() || !o.faces.empty())
     scene.painted = selected_faces(o.mesh, loaded.mesh, o.material, o.faces, loaded.warnings);
   require_kept(o, loaded);

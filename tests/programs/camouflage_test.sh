@@ -106,6 +106,22 @@ expect_exit 7 "a run resumed in another colour space" "$camouflage" --resume --c
 expect_error_line '--colour-space \(was "encoded", now "linear"\)'
 expect_exit 0 "an encoded run measured again" "$programs/evaluate" --run by_numbers --output measured_by_numbers
 grep -q '"colour-space"' measured_by_numbers/metrics.json && fail "an encoded run was measured in light" || pass
+# A frame without a mask lends its light only where the detector finds the car in its photograph.
+expect_exit 0 "frames in parts" "$programs/make_dataset" --train 0 --test 4 --size 256 --occluded 0 --format png --output held
+rm -r held/test/masks
+look=("$programs/evaluate" --clean-only --confidence 0.1 --light)
+expect_exit 0 "cars without masks" "${look[@]}" photo --frames held
+cp -r held bare
+expect_exit 0 "a picture of nothing" "$programs/render" --distance 5000 --size 256 --background 0.4 0.4 0.4 --output nothing.png
+cp nothing.png bare/test/0001.png
+expect_exit 0 "one frame without the car" "${look[@]}" photo --frames bare --output bare_run
+grep -q '^warning: frame 0001 has no mask, and the detector finds no car where the mesh is' command.err && pass ||
+  fail "no word on a frame without the car: $(cat command.err)"
+grep -q 'in 1 view.s., such as 0001, there is no mask and the detector finds no car' bare_run/report.html && pass || fail "the report is silent on it"
+for frame in 0 2 3; do cp nothing.png bare/test/000$frame.png; done
+expect_exit 4 "no frame with the car" "${look[@]}" photo --frames bare
+expect_error_line '^error: --light photo: no photograph shows the car to the detector'
+expect_exit 0 "no frame with the car, in another light" "${look[@]}" frame --frames bare
 expect_exit 0 "light estimated from photographs" "$camouflage" --frames "four frames" --scenes 4 --texels 32 --epochs 1 --light photo \
   --output by_photo
 grep -q '"sky"' by_photo/light.json && pass || fail "the estimated light is not exported"

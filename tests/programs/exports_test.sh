@@ -54,6 +54,17 @@ grep -q '^vt ' plain/painted.obj && pass || fail "the exported mesh has no textu
 [ "$("$render" --mesh plain/painted.obj --size 256 --output plain.png >/dev/null && wc -c <plain.png)" -gt 15000 ] && pass ||
   fail "the exported paint is of one colour"
 
+# All faces of a colour at one point of a palette: an atlas has no texels for them, a cube has.
+awk '$1 == "vt" { print "vt 0.25 0.5"; next } { print }' whole.obj >palette.obj
+for check in "" --check; do
+  expect_exit 4 "uv of a palette" "$camouflage" --mesh palette.obj --material body --frames frames --output none $check
+  expect_error_line '^error: palette.obj: 100 % of the painted area has hardly a texel .*; --texture cube gives every face texels'
+done
+expect_exit 0 "one colour on a palette" "$camouflage" --mesh palette.obj --material body --frames frames --method solid --epochs 1 \
+  --output one-colour
+grep -q '^warning: palette.obj: 100 % of the painted area' command.err && pass || fail "no word on it: $(cat command.err)"
+exports_well palette --texture cube --texels 4
+
 # Several materials with texture coordinates, of which one is painted and another has a picture of its own.
 awk '$1 == "usemtl" && $2 == "body" && ++parts % 2 { print "usemtl hood"; next } { print }' whole.obj >several.obj
 exports_well several --texels 16
@@ -128,7 +139,9 @@ expect_exit 4 "another axis" "${draw[@]}" --mesh whole.obj --object any --up x -
 expect_error_line "whole/texture.json: $otherwise: up"
 expect_exit 4 "charts of the faces on a mesh's own uv" "$render" --mesh shared.obj --material body --up z \
   --texture shared/texture.png --output none.png
-expect_error_line "shared/texture.json: $otherwise: charts; expected \"of the mesh\", found \"of the faces\"$"
+expect_error_line '^error: shared.obj: shared/texture.png, of a run with --texture cube, .* expected --mesh shared/painted.obj$'
+expect_exit 4 "the same as the page has it" "$render" --mesh shared.obj --texture shared/texture.png --output none.png
+expect_error_line 'expected --mesh shared/painted.obj$'
 expect_exit 0 "charts on the mesh that is written with them" "$render" --mesh shared/painted.obj --texture shared/texture.png \
   --size 128 --output charts.png
 expect_exit 0 "that mesh alone" "$render" --mesh shared/painted.obj --filter bilinear --size 128 --output alone.png

@@ -26,6 +26,21 @@ grep -q '^theirs,' tables/paints.csv && pass || fail "no row of another's paint"
 mkdir plain && cp run/texture.png plain/once.png
 expect_exit 0 "without a description" "$evaluate" --paint plain/once.png "${measured[@]}"
 grep -q 'plain/once.png: no description beside it; assumed: its width is 1 in u' command.out command.err && pass || fail "assumed in silence"
+# The mesh's own material may name the paint: clean would be the camouflage. A copy of other bytes and size is the same paint.
+expect_exit 4 "clean is the paint" "$evaluate" --paint run/painted.png --mesh run/painted.obj --material paint --frames frames
+expect_error_line '^error: run/painted.obj: run/painted.mtl gives painted faces the texture run/painted.png .map_Kd., which is the paint run/painted.png: '
+mkdir twin && cp run/painted.{obj,mtl} twin
+expect_exit 0 "the paint once more" "$programs/render" --mesh run/painted.obj --material paint --texture run/painted.png --size 32 \
+  --export twin/painted.obj --output look.png
+expect_exit 4 "a protocol of it" "$evaluate" --paint run/painted.png --mesh twin/painted.obj --material paint_ --protocol traffic \
+  --quick --controls matched
+expect_error_line 'twin/painted.mtl gives painted faces the texture twin/painted.png'
+expect_exit 4 "the run's own texture" "$evaluate" --paint run/texture.png --mesh run/painted.obj --material paint --frames frames --texels 32
+expect_error_line 'which is the paint run/texture.png'
+sed -i '/^map_Kd/d' twin/painted.mtl
+expect_exit 0 "without it" "$evaluate" --paint run/painted.png --mesh twin/painted.obj --material paint_ --frames frames --texels 16
+grep -q '^warning: run/painted.png: its 32 rows are averaged to the 16 of the atlas; --texels 32 keeps them$' command.err && pass ||
+  fail "averaged in silence"
 expect_exit 2 "two camouflages" "$evaluate" --paint run/texture.png --run run
 expect_exit 2 "a picture on a cube" "$evaluate" --paint run/texture.png --texture cube --frames frames
 expect_error_line '^error: --paint needs --texture atlas'

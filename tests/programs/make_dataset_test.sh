@@ -65,6 +65,22 @@ cp "$assets/car_sedan.mtl" .
 expect_exit 0 "centimetres" frames --mesh centimetres.obj --material body --length 4.8 --output centimetres
 expect_exit 0 "camouflage takes them" "$programs/camouflage" --mesh centimetres.obj --material body \
   --frames centimetres --epochs 1 --batch 2 --texels 8 --output run
+# In frames of metres the same car has to be scaled, which the size of the car in them tells.
+plain=("$programs/camouflage" --material body --frames metres --epochs 1 --batch 2 --texels 8)
+expect_exit 4 "units of a hundredth" "${plain[@]}" --mesh centimetres.obj --output none
+expect_error_line 'the mesh is 4[0-9]* long, and a car in metres 1 to 30: --scale 0.01 makes it 4'
+expect_exit 0 "scaled" "${plain[@]}" --mesh centimetres.obj --scale 0.01 --output scaled
+expect_exit 0 "resumed" "$programs/camouflage" --resume --output scaled
+expect_exit 7 "resumed at another scale" "$programs/camouflage" --resume --output scaled --scale 1
+expect_exit 0 "the car in metres" "${plain[@]}" --mesh "$assets/car_sedan.obj" --output unscaled
+grep -q '"scale": "0.01"' scaled/manifest.json && pass || fail "the manifest lacks the scale"
+grep -q '"scale"' unscaled/manifest.json && fail "the manifest names a scale that was not given" || pass
+awk -F , 'NR == FNR { best[$1] = $7; next } FNR > 1 && ($7 - best[$1]) ^ 2 > 0.01 ^ 2 { exit 1 } END { exit !(FNR > 5) }' \
+  unscaled/metrics.csv scaled/metrics.csv && pass || fail "the scaled car is another car"
+awk '$1 == "v" { printf "v %.9g %.9g %.9g\n", $2 / 10000, $3 / 10000, $4 / 10000; next } { print }' centimetres.obj >tiny.obj
+expect_exit 4 "units of hundreds of metres" "${plain[@]}" --mesh tiny.obj --output none
+expect_error_line '^error: tiny.obj: the car covers at most .* of a frame.s picture; the mesh is .*: --scale 100 makes it 4'
+expect_exit 2 "no scale" "${plain[@]}" --mesh tiny.obj --scale 0 --output none
 expect_exit 0 "from afar" frames --distance 20 30 --fov 20 25 --elevation 0 10 --occluded 0 --output afar
 
 # Frames in three parts are the same frames.
@@ -105,11 +121,21 @@ grep -qx 'assumed of the camera: field of view 50 to 60 degrees; set --fov to wh
   fail "what is assumed: $(cat command.out)"
 expect_exit 0 "all is given" frames --backgrounds photographs --camera-height 2 --camera-pitch 8 --fov 60 60 --check --output given
 grep -q 'assumed' command.out && fail "what is given is assumed" || pass
+grep -q '^sun and sky of each frame are drawn at random' command.out && pass || fail "the light is assumed in silence"
+grep -q '^warning: photographs: 3 photographs are few' command.err && pass || fail "three photographs are taken without a word"
+expect_exit 2 "one of two numbers" frames --backgrounds photographs --fov 90 --check --output given
+expect_error_line '^error: --fov: one of 2 values is missing before --check$'
 [ "$(ls photographed/train photographed/test | grep -c npz)" = 5 ] && pass || fail "there are $(ls photographed/*)"
 expect_exit 0 "camouflage takes them" "$programs/camouflage" --frames photographed --epochs 1 --batch 2 --texels 8 --output run2
 printf 'no picture' >photographs/d.png
+printf 'P6 1 1 255\n\377\200\100' >photographs/e.ppm
+cp photographs/d.png photographs/f.WebP
 expect_exit 0 "one unusable photograph" frames --backgrounds photographs --camera-height 2 --camera-pitch 8 --output three
 grep -q '^warning: photographs/d.png:.*; the photograph is left out$' command.err && pass || fail "no word on it: $(cat command.err)"
+grep -q '^warning: photographs/e.ppm: too small for a photograph; expected at least 64 pixels a side, found 1 x 1' command.err && pass ||
+  fail "a street of one pixel: $(cat command.err)"
+grep -q '^warning: 1 picture(s) such as photographs/f.WebP are left out' command.err && pass || fail "no word on a WebP"
+rm photographs/[ef].*
 expect_same three/test/0001.npz photographed/test/0001.npz
 expect_exit 4 "a lens in which no car fits" frames --backgrounds photographs --fov 5 5 --output tele
 expect_error_line "photographs: too few .*found 0, and 4 left out, such as photographs/a.png: the car does not lie in it"

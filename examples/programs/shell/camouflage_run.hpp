@@ -92,7 +92,8 @@ class CamouflageRun {
     const auto usable_test = inputs_.frames.held_out ? prepared(test) : usable_train;  // all of them
     print_warnings(inputs_.warnings);
     if (usable_train.empty() || usable_test.empty())
-      throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car");
+      throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car" +
+                                           word_on_size(inputs_.car.painted.mesh));
     validation_.emplace(usable_train, options_.optimisation.validation, path("best.npz"));
     auto& epochs = options_.optimisation.epochs;
     if (epochs == 0) epochs = default_epochs(usable_train.size(), inputs_.frames.drawn > 0);
@@ -143,7 +144,7 @@ class CamouflageRun {
             options_.scene.samples,
             options_.keep_mib << 20U,
             inputs_.detector.fit(),
-            inputs_.photo_light,
+            witnessed(inputs_.photo_light, inputs_.detector, inputs_.class_index, options_.detector),
             moves_shape(options_.optimisation.method),
             inputs_.keeps_photograph};
   }
@@ -171,7 +172,7 @@ class CamouflageRun {
     std::vector<std::size_t> usable;
     bool stopped = false;
     try {
-      usable = views_with_car(store, inputs_.warnings);
+      usable = views_with_car(store, options_.scene.mesh, inputs_.car.painted.mesh, inputs_.warnings);
     } catch (const Stopped&) {
       stopped = true;
     }
@@ -318,10 +319,10 @@ class CamouflageRun {
                     PicturePairs pairs, Bitmap side_by_side) const {
     io::write_image(path("side_by_side.png"), side_by_side);
     write_text(path("views.csv"), views_csv(list));
-    remark_on_unpainted(list);
     auto page = page_of(report, "Camouflage run",
                         repeating_line("camouflage", report.options, settings_json(CamouflageOptions{})),
                         std::move(list));
+    remark_on_photographs(page);
     page.pairs = std::move(pairs);
     page.side_by_side = std::move(side_by_side);
     add_paint(page, textures);

@@ -2,17 +2,20 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <set>
 #include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/input_ledger.hpp>
+#include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <utility>
 #include <vector>
 
 #include "inputs.hpp"
+#include "own_texture.hpp"
 #include "program.hpp"
 #include "texture_description.hpp"
 
@@ -29,7 +32,7 @@ struct CamouflageSource {
 /// Rows of an atlas that shows a picture texel for texel, but for very large ones.
 inline std::size_t rows_for_picture(const std::string& path) {
   constexpr std::size_t most = 1024;
-  return std::min(most, io::read_image(path).shape(0));
+  return std::min(most, io::read_texture(path).shape(0));
 }
 
 /// Means of a picture along an axis over `count` equal parts of a stretch of it; beyond its end it repeats.
@@ -57,32 +60,89 @@ inline Array<float, 3> means_along(const Array<float, 3>& picture, std::size_t a
   return means;
 }
 
+/// Root of the mean square of the differences of two arrays, over the entries that count.
+template <class Values, class IsCounted>
+double difference_of(const Values& one, const Values& other, IsCounted is_counted) {
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < one.size(); ++i)
+    if (is_counted(i)) sum += std::pow(static_cast<double>(one.data()[i] - other.data()[i]), 2), ++count;
+  return std::sqrt(sum / count);
+}
+
+/// \throws FileError (mismatch) if the painted faces have the paint as their own texture, so that the car in
+///         its own colours would wear it: as a picture, in 32 x 32 parts, or on the mesh, in its texels
+inline void require_other_than_own(const std::string& path, const Bitmap& picture,
+                                   const Array<float, 2>& colours, const Car& car,
+                                   const std::string& mesh_path) {
+  constexpr double most = 0.01;  // of compression and resampling
+  const auto& body = car.painted;
+  std::set<std::string> textures;
+  for (std::size_t face = 0; face < body.painted.size(); ++face)
+    if (body.painted[face] != 0) textures.insert(texture_of(body.mesh, face));
+  textures.erase("");
+  if (textures.empty()) return;
+  std::vector<bool> shown(colours.size());  // by a texel's centre: others may show no face's colour alone
+  for (std::size_t face = 0; face < body.painted.size(); ++face)
+    if (body.painted[face] != 0)
+      raster::for_each_atlas_texel(
+          body.mesh, body.layout, face, [&](std::size_t row, std::size_t column, const auto& barycentric) {
+            if (std::ranges::min(barycentric) >= 0)
+              std::fill_n(shown.begin() + static_cast<long>(3 * (row * body.layout.width + column)), 3, true);
+          });
+  bool is_same = difference_of(camouflage::own_colours<float>(body), colours,
+                               [&](std::size_t i) { return shown[i]; }) <= most;
+  const auto small = [](const Bitmap& bitmap) {
+    return means_along(means_along(image::from_bytes<float>(bitmap), 0, 32, 1), 1, 32, 1);
+  };
+  for (const std::string& texture : textures) {
+    std::vector<std::string> told_before;
+    const auto own = small(io::read_texture(texture, &told_before));
+    is_same = is_same || difference_of(own, small(picture), [](std::size_t) { return true; }) <= most;
+    if (!is_same) continue;
+    const std::string file = car.material_files.empty() ? "the material file" : car.material_files.front();
+    throw FileError(ErrorKind::mismatch,
+                    {mesh_path, "",
+                     file + " gives painted faces the texture " + texture + " (map_Kd), which is the paint " +
+                         path + ": the clean car would wear it",
+                     "a material file with the car's own colours", ""});
+  }
+}
+
 /// A picture as the paint of a car with an atlas, each texel the mean, in the car's colour space, of what it
 /// covers of the picture. Where u leaves the picture, it repeats.
-/// \throws FileError as io::read_image() and read_texture_description()
-inline camouflage::Paint<float> picture_paint(const std::string& path, const raster::PaintedMesh& car) {
+/// \throws FileError as io::read_texture(), read_texture_description() and require_other_than_own()
+inline camouflage::Paint<float> picture_paint(const std::string& path, const Car& loaded,
+                                              const std::string& mesh_path) {
+  const raster::PaintedMesh& car = loaded.painted;
   std::vector<std::string> warnings;
-  const auto picture = io::read_image(path, &warnings);
+  const auto picture = io::read_texture(path, &warnings);
   const auto description = read_texture_description(path, {picture.shape(0), picture.shape(1)});
   if (!description) remark(path + ": no description beside it; assumed: its width is 1 in u");
-  print_warnings(warnings);
   const auto& layout = car.layout;
   const double width = description ? (*description)["u_extent"].get<double>() : 1;
+  if (layout.height < picture.shape(0))
+    warnings.push_back(path + ": its " + std::to_string(picture.shape(0)) + " rows are averaged to the " +
+                       std::to_string(layout.height) + " of the atlas; --texels " +
+                       std::to_string(picture.shape(0)) + " keeps them");
+  print_warnings(warnings);
   const auto light = image::in_space(car.space, image::from_bytes<float>(picture));
   const auto texels =
       means_along(means_along(light, 0, layout.height, 1), 1, layout.width, layout.u_extent / width);
   camouflage::Paint<float> paint{Array<float, 2>(Extents<2>{layout.height * layout.width, 3})};
   const auto encoded = car.space == image::ColourSpace::linear ? image::encoded(texels) : texels;
   std::copy(encoded.begin(), encoded.end(), paint.colours.begin());
+  require_other_than_own(path, picture, paint.colours, loaded, mesh_path);
   return paint;
 }
 
 /// Reads a camouflage for a car.
 /// \pre source.is_given()
+/// \param mesh_path  the car's, for messages
 /// \throws FileError as read_fitting_paint() or picture_paint()
-inline camouflage::Paint<float> read_camouflage(const CamouflageSource& source, const Car& car) {
+inline camouflage::Paint<float> read_camouflage(const CamouflageSource& source, const Car& car,
+                                                const std::string& mesh_path) {
   const io::InputLedger::Role role(camouflage_role);
-  if (!source.picture.empty()) return picture_paint(source.picture, car.painted);
+  if (!source.picture.empty()) return picture_paint(source.picture, car, mesh_path);
   return read_fitting_paint(source.run + "/texture.npz", car.painted, car.description);
 }
 

@@ -63,11 +63,13 @@ std::string complaint_about_number(const std::string& text, const char* expected
 /// Refuses values that CLI11 accepts: empty words, the next option in the place of a value, nan and inf, and
 /// negative numbers that wrap around.
 void require_sound_values(CLI::App& app) {
-  const auto complaint = [known = option_words(app)](const std::string& type,
-                                                     const std::string& text) -> std::string {
+  const auto missing = [known = option_words(app)](const std::string& text, int values) -> std::string {
     if (text.empty()) return "the value is empty";
-    if (std::find(known.begin(), known.end(), text.substr(0, text.find('='))) != known.end())
-      return "the value is missing before " + printable(text);
+    if (std::find(known.begin(), known.end(), text.substr(0, text.find('='))) == known.end()) return {};
+    return (values > 1 ? "one of " + std::to_string(values) + " values" : std::string("the value")) +
+           " is missing before " + printable(text);
+  };
+  const auto complaint = [](const std::string& type, const std::string& text) -> std::string {
     if (type.rfind("UINT", 0) == 0)
       return complaint_about_number<std::uint64_t>(text, "a whole number of at least 0");
     if (type.rfind("INT", 0) == 0) return complaint_about_number<int>(text, "a whole number");
@@ -76,7 +78,10 @@ void require_sound_values(CLI::App& app) {
   };
   for (auto* option : app.get_options()) {
     const std::string type = option->get_type_name();
-    if (!type.empty()) option->check([=](const std::string& text) { return complaint(type, text); });
+    if (type.empty()) continue;
+    option->check([=](const std::string& text) { return complaint(type, text); });
+    const int values = option->get_items_expected_min();  // transform() comes before all checks
+    option->transform(CLI::Validator([=](std::string& text) { return missing(text, values); }, ""));
   }
 }
 

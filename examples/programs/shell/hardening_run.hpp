@@ -70,11 +70,15 @@ class HardeningRun {
     const auto start = Clock::now();
     print_warnings(inputs_.warnings);
     std::vector<std::string> warnings;
-    usable_train_ = views_with_car(train_, warnings);
-    usable_test_ = inputs_.frames.held_out ? views_with_car(test_, warnings) : usable_train_;
+    const auto with_car = [&](camouflage::ViewStore<float>& store) {
+      return views_with_car(store, options_.scene.mesh, inputs_.car.painted.mesh, warnings);
+    };
+    usable_train_ = with_car(train_);
+    usable_test_ = inputs_.frames.held_out ? with_car(test_) : usable_train_;
     print_warnings(warnings);
     if (usable_train_.empty() || usable_test_.empty())
-      throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car");
+      throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car" +
+                                           word_on_size(inputs_.car.painted.mesh));
     if (options_.harden.epochs == 0)
       options_.harden.epochs = default_epochs(usable_train_.size(), inputs_.frames.drawn > 0);
     open_folder();
@@ -95,7 +99,7 @@ class HardeningRun {
             options_.scene.samples,
             options_.keep_mib << 20U,
             inputs_.detector.fit(),
-            inputs_.photo_light,
+            witnessed(inputs_.photo_light, inputs_.detector, inputs_.class_index, options_.detector),
             false,
             inputs_.keeps_photograph};
   }
@@ -276,9 +280,9 @@ class HardeningRun {
     write_text(path("report.md"), hardening_markdown(report));
     auto list = list_of(report, std::move(before.views));
     write_text(path("views.csv"), views_csv(list));
-    remark_on_unpainted(list);
     auto page = page_of(report, repeating_line("harden", report.options, settings_json(HardenOptions{})),
                         std::move(list), history_);
+    remark_on_photographs(page);
     page.files = {hardened_path().substr(options_.output.size() + 1),
                   "report.md",
                   "report.txt",

@@ -1,5 +1,6 @@
 #include "inputs.hpp"
 
+#include <tapestry/evaluate/meter.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/file_source.hpp>
@@ -14,6 +15,7 @@
 #include "../../scenes/dark_parts.hpp"
 #include "../../scenes/drawn_frames.hpp"
 #include "file_status.hpp"
+#include "formatted.hpp"
 #include "own_texture.hpp"
 #include "run_manifest.hpp"
 
@@ -39,6 +41,11 @@ raster::TextureLayout layout_of(const SceneSettings& settings, const raster::Pai
   layout.height = settings.texels;
   layout.width = settings.texels * static_cast<std::size_t>(layout.u_extent);
   return layout;
+}
+
+std::string word_on_starved(const SceneSettings& settings, const Car& car) {
+  return settings.mesh + ": " + formatted("%.0f", 100 * car.starved_share) +
+         " % of the painted area has hardly a texel of the atlas, since its uv share points, as of a palette";
 }
 
 /// Checks the files of a detector. The other files are checked even if the cfg is unsound.
@@ -126,12 +133,22 @@ Car load_car(const SceneSettings& settings) {
   car.painted.layout = layout_of(settings, car.painted);
   car.painted.mesh =
       upright_object(settings.mesh, std::move(car.painted.mesh), settings.axes, settings.object);
+  for (auto& position : car.painted.mesh.positions) position = geometry::scale(position, scale_of(settings));
+  car.starved_share = raster::starved_share(car.painted);
+  if (car.starved_share >= 0.05) car.warnings.push_back(word_on_starved(settings, car));
   car.painted.space = image::colour_space_by_name(settings.colour_space);
   car.painted.pyramid = raster::pyramid_of(car.painted);
   car.painted.pictures = pictures_of(own, car.painted.mesh, car.painted.layout.filter, car.painted.space);
   car.description = description_of(
       car.painted, painted_part(settings.material, settings.faces, car.painted.painted), settings.axes);
   return car;
+}
+
+void require_texels(const SceneSettings& settings, const Car& car) {
+  if (car.starved_share > 0.5)
+    throw FileError(ErrorKind::mismatch, {settings.mesh, "",
+                                          word_on_starved(settings, car).substr(settings.mesh.size() + 2) +
+                                              "; --texture cube gives every face texels of its own"});
 }
 
 FrameLists find_frames(const SceneSettings& scene) {
@@ -239,6 +256,18 @@ Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector, const std::
   return inputs;
 }
 
+std::optional<camouflage::PhotoLight> witnessed(std::optional<camouflage::PhotoLight> rule,
+                                                const detect::Detector<float>& detector,
+                                                std::size_t class_index, const DetectorSettings& settings) {
+  if (!rule) return rule;
+  const auto meter = std::make_shared<evaluate::Meter>(
+      detector, class_index, evaluate::MeterSettings{settings.confidence, settings.nms});
+  rule->shows_car = [meter](const Array<float, 3>& picture, const std::string& name, const detect::Box& box) {
+    return meter->examine(picture, name, box).found;
+  };
+  return rule;
+}
+
 FurtherDetector load_further_detector(const std::string& option, const std::string& path,
                                       DetectorSettings settings, std::vector<std::string>& warnings,
                                       const std::vector<std::string>& layers) {
@@ -286,8 +315,9 @@ void check_inputs(SceneSettings scene, const DetectorSettings& detector, Problem
   check_detector(detector, list, warnings);
   if (!scene.faces.empty() || !scene.material.empty())
     list.attempt([&] {
-      const auto found = load_car(scene).warnings;
-      warnings.insert(warnings.end(), found.begin(), found.end());
+      const Car car = load_car(scene);
+      warnings.insert(warnings.end(), car.warnings.begin(), car.warnings.end());
+      require_texels(scene, car);
     });
   FrameLists frames;
   list.attempt([&] { frames = find_frames(scene); });

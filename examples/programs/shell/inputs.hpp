@@ -33,9 +33,13 @@ struct Car {
   std::vector<std::string> warnings;
   Json description{};                         ///< of its texture, see description_of()
   std::vector<std::string> material_files{};  ///< read beside the mesh
+  double starved_share = 0;                   ///< see raster::starved_share()
 };
 
 Car load_car(const SceneSettings& settings);
+
+/// \throws FileError (mismatch) if most of the paint would have no texels of its own
+void require_texels(const SceneSettings& settings, const Car& car);
 
 /// The frames to optimise on and those to measure on; the same when the folder is not divided.
 struct FrameLists {
@@ -80,6 +84,13 @@ struct Inputs {
   std::shared_ptr<const Array<double, 2>> palette{};    ///< printable colours, if required
   MaskRule mask{};                                      ///< source of the frames' masks
 };
+
+/// The rule that estimates light, with a detector as the witness of what frames without a mask show, see
+/// camouflage::PhotoLight::shows_car.
+/// \param detector  must outlive the result
+std::optional<camouflage::PhotoLight> witnessed(std::optional<camouflage::PhotoLight> rule,
+                                                const detect::Detector<float>& detector,
+                                                std::size_t class_index, const DetectorSettings& settings);
 
 /// Roles of inputs in ledgers, see io::InputLedger::Role.
 inline constexpr const char *frame_role = "frame", *mesh_role = "mesh", *camouflage_role = "camouflage";

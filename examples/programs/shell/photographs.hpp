@@ -1,7 +1,10 @@
 #pragma once
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <tapestry/core/error.hpp>
@@ -32,6 +35,20 @@ inline double stated_fov_deg(const std::string& path) {
   return scenes::fov_of_lens_deg(static_cast<double>(header.focal_length_35mm), height, width);
 }
 
+/// A word on pictures of a folder whose formats are not read; empty if there are none.
+inline std::string word_on_unread(const std::string& folder) {
+  const auto is_unread = [](const std::filesystem::path& path) {
+    std::string ending = path.extension().string();
+    std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+    constexpr std::array endings{".webp", ".tif", ".tiff", ".gif", ".heic", ".heif", ".avif"};
+    return std::ranges::find(endings, ending) != endings.end();
+  };
+  const auto unread = io::listed_paths(folder, is_unread);
+  if (unread.empty()) return {};
+  return std::to_string(unread.size()) + " picture(s) such as " + unread.front() +
+         " are left out: this format is not read; convert them to PNG or JPEG";
+}
+
 /// The usable photographs of a folder, sorted by name; none for an empty name.
 /// \param require_usable  called in parallel as require_usable(photograph, warnings); throws an Error for a
 ///                        photograph to be left out
@@ -41,6 +58,8 @@ template <class RequireUsable>
 std::vector<Photograph> photographs(const std::string& folder, RequireUsable require_usable,
                                     std::vector<std::string>& warnings) {
   if (folder.empty()) return {};
+  constexpr std::size_t enough = 10;
+  if (const auto word = word_on_unread(folder); !word.empty()) warnings.push_back(word);
   const auto paths = io::listed_paths(folder, io::has_picture_name);
   struct Examined {
     std::optional<Photograph> usable{};
@@ -68,6 +87,10 @@ std::vector<Photograph> photographs(const std::string& folder, RequireUsable req
         {folder, "", "too few photographs to hold some out",
          std::string("at least 2 (") + io::picture_endings + ")",
          std::to_string(found.size()) + (warnings.empty() ? "" : ", and " + left_out + warnings.front())});
+  if (found.size() < enough)
+    warnings.push_back(folder + ": " + std::to_string(found.size()) +
+                       " photographs are few: a paint that hides the car in them may hide it nowhere else; "
+                       "10 or more are better");
   return found;
 }
 

@@ -33,8 +33,9 @@ class ReshapedViews {
   /// The views among `views`, in ascending order, that show the car in this shape, too.
   /// \throws Stopped when a signal arrives
   [[nodiscard]] std::vector<std::size_t> also_with_car(const std::vector<std::size_t>& views) {
-    std::vector<std::string> warnings;  // about the original car
-    const auto own = views_with_car(*store_, warnings);
+    const auto own = camouflage::usable_views(*store_, [](const camouflage::View<float>&) {
+                       StopSignal::throw_if_arrived();
+                     }).indices;
     std::vector<std::size_t> both;
     std::ranges::set_intersection(views, own, std::back_inserter(both));
     return both;

@@ -4,6 +4,7 @@
 #include <tapestry/camouflage/objective_terms.hpp>
 #include <utility>
 
+#include "verbosity.hpp"
 #include "word_table.hpp"
 
 namespace tapestry::shell {
@@ -79,6 +80,13 @@ ReportPage page_of(const RunReport& report, std::string title, std::string comma
   }
   page.options = report.options;
   return page;
+}
+
+void remark_on_photographs(ReportPage& page) {
+  for (const auto& words : words_on_photographs(page.list)) {
+    remark(words);
+    page.findings += "<p>" + escaped(words) + ".</p>\n";
+  }
 }
 
 }  // namespace tapestry::shell

@@ -14,4 +14,7 @@ ViewList list_of(const RunReport& report, std::vector<ViewFacts> views);
 /// \param report  must outlive the page
 ReportPage page_of(const RunReport& report, std::string title, std::string command, ViewList list);
 
+/// Prints words_on_photographs() of a page's views, and adds them to its findings.
+void remark_on_photographs(ReportPage& page);
+
 }  // namespace tapestry::shell

@@ -11,6 +11,7 @@
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/transform/chain.hpp>
+#include <tapestry/io/text_lines.hpp>
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <type_traits>
@@ -28,6 +29,7 @@ struct SceneSettings {
   std::string mesh;
   geometry::MeshAxes axes;
   std::string object = "car";
+  std::string scale = "1";
   std::vector<std::string> material;
   std::string faces;
   std::string frames;
@@ -95,6 +97,8 @@ void visit_settings(SceneSettings& s, Visit visit) {
   visit("up", s.axes.up, up_help);
   visit("forward", s.axes.forward, forward_help);
   visit("object", s.object, object_help);
+  visit("scale", s.scale,
+        "factor of the mesh's coordinates, such as 0.01 for a mesh in centimetres in frames of metres");
   visit("material", s.material, "materials whose faces are painted; left out, 'body' for the bundled car");
   visit("faces", s.faces,
         "text file of painted faces, one 1-based number a line, instead of --material; none when left out");
@@ -232,6 +236,7 @@ inline const char* value_when_lacking(const std::string& name) {
   if (name == "up") return "z";
   if (name == "forward") return "x";
   if (name == "object") return "car";
+  if (name == "scale") return "1";
   if (name == "method") return "fca";
   if (name == "precision") return "float";
   if (name == "validation") return "0";
@@ -261,11 +266,18 @@ nlohmann::ordered_json json_of_settings(const Settings&... settings) {
   return json;
 }
 
+/// The number of --scale; 0 for what is none.
+inline double scale_of(const SceneSettings& settings) {
+  double scale = 0;
+  return io::parse_number(settings.scale, scale) ? scale : 0;
+}
+
 /// Whether --start names a file.
 inline bool is_texture_file(const std::string& start) { return start.ends_with(".npz"); }
 
 inline void require_sound(const SceneSettings& s, ProblemList& list) {
   require_axes(s.axes, s.object, list);
+  list.require(scale_of(s) > 0, "--scale is '" + s.scale + "'; expected a number above 0, such as 0.01");
   list.require_choice("--mask", s.mask, {"auto", "silhouette", "file", "u2net"});
   list.require(s.segmenter.empty() || s.mask == "u2net", "--segmenter needs --mask u2net");
   list.require_choice("--texture", s.texture, {"atlas", "cube"});

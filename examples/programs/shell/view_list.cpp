@@ -1,5 +1,6 @@
 #include "view_list.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -27,25 +28,64 @@ ViewFacts facts_of(const camouflage::View<float>& view) {
           view.hidden_share,
           car_share_of(view),
           view.registration,
-          view.keeps_photograph};
+          view.keeps_photograph,
+          view.keeps_photograph && view.visible_pixels > 0
+              ? 1 - static_cast<double>(view.paint_to_picture->pixels.size()) /
+                        static_cast<double>(view.visible_pixels)
+              : 0,
+          view.shows_car};
 }
 
-void remark_on_unpainted(const ViewList& list) {
-  std::size_t kept = 0;
-  const ViewFacts* least = nullptr;
-  for (const ViewFacts& view : list.views) {
-    kept += view.keeps_photograph ? 1U : 0U;
-    if (view.registration && (least == nullptr || *view.registration < *least->registration)) least = &view;
+namespace {
+/// Views of a kind: how many, and the first.
+struct Counted {
+  std::size_t count = 0;
+  const ViewFacts* first = nullptr;
+
+  void add(const ViewFacts& view) {
+    if (count++ == 0) first = &view;
   }
-  if (kept == 0 && least == nullptr) return;
+  [[nodiscard]] std::string words() const {
+    return std::to_string(count) + " view(s), such as " + first->name + ", ";
+  }
+};
+}  // namespace
+
+std::vector<std::string> words_on_photographs(const ViewList& list) {
+  constexpr double no_confidence = 0.01;
+  const auto row = std::ranges::find(list.measurements, std::string("photo"), &NamedMeasurement::first);
   const std::size_t draws = list.measurements.empty() ? 1 : list.measurements.front().second->draws;
-  std::string text = "faces without paint show the photograph in " + std::to_string(kept / draws) + " of " +
-                     std::to_string(list.views.size() / draws) + " views";
+  double kept_share = 0;
+  const ViewFacts* least = nullptr;
+  Counted kept, without, doubtful;
+  for (std::size_t i = 0; i < list.views.size(); i += draws) {
+    const ViewFacts& view = list.views[i];
+    if (view.registration && (least == nullptr || *view.registration < *least->registration)) least = &view;
+    if (!view.shows_car.value_or(true)) without.add(view);
+    if (!view.keeps_photograph) continue;
+    kept.add(view);
+    kept_share += view.kept_share;
+    if (row != list.measurements.end() && row->second->best_confidence[i] < no_confidence) doubtful.add(view);
+  }
+  if (kept.count + without.count == 0 && least == nullptr) return {};
+  std::vector<std::string> words{"faces without paint show the photograph in " + std::to_string(kept.count) +
+                                 " of " + std::to_string(list.views.size() / draws) + " views"};
+  if (kept.count > 0)
+    words.back() += " (" + percent_text(kept_share / static_cast<double>(kept.count)) +
+                    " of the car's pixels are the photograph's)";
   if (least != nullptr && *least->registration < camouflage::least_registration)
-    text += "; in the others their materials, since the mask is not the car's silhouette, as in " +
-            least->name + " (IoU " + decimal_text(*least->registration) + ", needed " +
-            decimal_text(camouflage::least_registration) + ")";
-  remark(text);
+    words.back() += "; in the others their materials, since the mask is not the car's silhouette, as in " +
+                    least->name + " (IoU " + decimal_text(*least->registration) + ", needed " +
+                    decimal_text(camouflage::least_registration) + ")";
+  if (without.count > 0)
+    words.push_back("in " + without.words() +
+                    "there is no mask and the detector finds no car where the mesh is: their photographs "
+                    "give no light and no pixels");
+  if (doubtful.count > 0)
+    words.push_back("in " + doubtful.words() +
+                    "the untouched photograph, whose pixels the car shows, has less than .01 of confidence "
+                    "in a car there: does it hold the car?");
+  return words;
 }
 
 std::string views_csv(const ViewList& list) {

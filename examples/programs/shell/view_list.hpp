@@ -20,6 +20,8 @@ struct ViewFacts {
   double car_share;                      ///< of the picture that the car covers
   std::optional<double> registration{};  ///< see camouflage::View
   bool keeps_photograph = false;         ///< see camouflage::View
+  double kept_share = 0;                 ///< of the car's pixels, those that show the photograph alone
+  std::optional<bool> shows_car{};       ///< see camouflage::View
 };
 
 /// The share of a view's picture that the car covers.
@@ -37,9 +39,10 @@ struct ViewList {
   std::string sorted_by{};                       ///< the measurement that a page sorts by at first
 };
 
-/// Says in how many views faces without paint show the photograph, and which mask fits the car least, if any
-/// photograph was to be kept.
-void remark_on_unpainted(const ViewList& list);
+/// Sentences on the photographs of views: in how many of them, and in which share of the car, faces without
+/// paint show the photograph; which mask fits the car least; and where the detector finds no car in it. None
+/// if no photograph was to be kept.
+std::vector<std::string> words_on_photographs(const ViewList& list);
 
 /// Results of each picture of each view, for other programs: a line for each of them and each measurement.
 std::string views_csv(const ViewList& list);

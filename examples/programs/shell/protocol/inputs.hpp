@@ -132,7 +132,7 @@ inline std::vector<evaluate::Control> textures_of(const Car& loaded, const Proto
   std::vector<evaluate::Control> textures{
       {"clean", camouflage::without_paint(camouflage::own_colours<float>(car))}};
   if (!request.camouflage.is_given()) return textures;
-  auto paint = read_camouflage(request.camouflage, loaded);
+  auto paint = read_camouflage(request.camouflage, loaded, request.scene.mesh);
   const std::size_t draws = request.settings.noise_draws;
   auto controls = measured_controls(request.settings.controls, car, paint, request.seed, draws);
   if (draws_in_pictures) {

@@ -60,14 +60,17 @@ inline std::function<FrameViews(std::size_t frame)> views_source(const Protocol&
                                                                  const ProtocolRequest& request,
                                                                  const ProtocolInputs& inputs) {
   const std::size_t samples = request.scene.samples;
+  std::vector<std::optional<camouflage::PhotoLight>> lights;
+  for (const auto& [detector, class_index] : inputs.detectors)
+    lights.push_back(witnessed(inputs.photo_light, detector, class_index, request.detector));
   if (protocol.on_photographs)
-    return [&, samples](std::size_t frame) {
+    return [&, samples, lights](std::size_t frame) {
       const auto& detector = inputs.detectors[protocol.frames[frame].column].detector;
       const auto photograph =
           load_frame(inputs.photographs[frame % inputs.photographs.size()], inputs.mask, inputs.posed);
       return views_of_shapes(inputs, [&](const raster::PaintedMesh& car) {
         return camouflage::make_view<float>(photograph, car, detector.input_height(), detector.input_width(),
-                                            samples, detector.fit(), inputs.photo_light,
+                                            samples, detector.fit(), lights[protocol.frames[frame].column],
                                             inputs.keeps_photograph && &car == &inputs.car.painted);
       });
     };
