@@ -8,6 +8,7 @@
 
 #include "shell/camouflage_options.hpp"
 #include "shell/camouflage_run.hpp"
+#include "shell/clean_views.hpp"
 #include "shell/inputs.hpp"
 #include "shell/program.hpp"
 #include "shell/ranks.hpp"
@@ -48,10 +49,13 @@ Inputs load_all(CamouflageOptions& options) {
 int check_only(CamouflageOptions options, ProblemList& list) {
   std::vector<std::string> warnings;
   check_inputs(options.scene, options.detector, list, warnings);
-  print_warnings(warnings);
   list.attempt([&] { (void)palette_of(options.optimisation); });
-  const bool is_plain = options.optimisation.ensemble.empty() && options.optimisation.method == "fca";
-  if (!is_plain && list.problems().empty()) list.attempt([&] { (void)load_all(options); });
+  if (list.problems().empty())
+    list.attempt([&] {
+      const Inputs inputs = load_all(options);
+      require_car_found(inputs, options.scene, options.detector, warnings);
+    });
+  print_warnings(warnings);
   const auto& problems = list.problems();
   for (const auto& problem : problems) std::cerr << "error: " << for_terminal(problem.what()) << '\n';
   if (problems.empty())

@@ -30,6 +30,7 @@
 #include "shell/picture_sheet.hpp"
 #include "shell/program.hpp"
 #include "shell/run_folder.hpp"
+#include "shell/wild_boxes.hpp"
 
 namespace {
 using namespace tapestry;
@@ -198,8 +199,11 @@ class Detection {
       std::vector<std::string> warnings;
       auto picture = io::read_picture(path, &warnings);
       const auto pass = passes_.take();
-      Examined examined{cut_at_picture(detections_in(path, picture, options_.detector, detector_, *pass),
-                                       picture.shape(0), picture.shape(1))};
+      auto boxes = detections_in(path, picture, options_.detector, detector_, *pass);
+      WildBoxes wild;
+      wild.add(boxes, picture.shape(0), picture.shape(1));
+      if (const std::string word = wild.word(); !word.empty()) warnings.push_back(path + ": " + word);
+      Examined examined{cut_at_picture(std::move(boxes), picture.shape(0), picture.shape(1))};
       examined.warnings = std::move(warnings);
       const auto& found = examined.found;
       if (options_.profile)

@@ -226,7 +226,7 @@ TEST_CASE("a picture without candidates has room alone, and no slope; one with s
                     contains("5 candidates in a picture, at most 4; state more as 'candidates'"));
 }
 
-TEST_CASE("scores of FCOS, roots of products, and open axes are known by one word",
+TEST_CASE("scores of FCOS, roots of products, open axes and outputs of keypoints are known by one word",
           "[detect][named_export]") {
   auto network = flat_picture(13);
   network.inputs = {{"x", {std::nullopt, std::nullopt, std::nullopt}}};
@@ -240,10 +240,20 @@ TEST_CASE("scores of FCOS, roots of products, and open axes are known by one wor
   network.constants["kept"] = {{2}, nn::ElementType::integer, std::vector<double>{1, 4}};
   network.constants["all labels"] = {{6}, nn::ElementType::integer, std::vector<double>{0, 1, 0, 1, 0, 1}};
   network.nodes.push_back({"", "Gather", {"all boxes", "kept"}, {"boxes of these"}, {}});
-  network.nodes.push_back({"", "Concat", {"boxes of these"}, {"boxes"}, {{"axis", std::int64_t(1)}}});
+  network.constants["columns"] = {{4}, nn::ElementType::integer, std::vector<double>{1, 1, 1, 1}};
+  network.nodes.push_back({"",
+                           "Split",
+                           {"boxes of these", "columns"},
+                           {"left", "top", "right", "bottom"},
+                           {{"axis", std::int64_t(1)}}});
+  const std::map<std::string, nn::Attribute> side_by_side{{"axis", std::int64_t(1)}};
+  network.nodes.push_back({"", "Concat", {"left", "top", "right", "bottom"}, {"boxes"}, side_by_side});
   network.nodes.push_back({"", "Gather", {"all scores", "kept"}, {"scores"}, {}});
   network.nodes.push_back({"", "Gather", {"all labels", "kept"}, {"labels"}, {}});
+  // Keypoints, x, y and whether they are seen, are picked like boxes.
+  network.nodes.push_back({"", "Concat", {"left", "top", "right"}, {"keypoints"}, side_by_side});
   network.outputs = {"boxes", "scores", "labels"};
+  if (GENERATE(false, true)) network.outputs.insert(network.outputs.end(), {"keypoints", "scores"});
   CHECK(detect::recognised_export(network) == "torchvision");
   const auto found = detect::named_export(network, "torchvision", 2, side);
   CHECK(found.decoded.boxes == "all boxes");

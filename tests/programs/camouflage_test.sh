@@ -196,6 +196,11 @@ printf '[net]\nwidth=64\n' >broken.cfg
 expect_exit 3 "check with several problems" "$camouflage" --check --frames frames --cfg broken.cfg --weights absent.weights
 if [ "$(grep -c '^error: ' command.err)" -ge 2 ]; then pass; else fail "--check does not list all problems"; fi
 expect_exit 0 "check of sound inputs" "$camouflage" --check
+grep -Eq "the car is found as 'car' in [1-8] of 8 clean views" command.out && pass || fail "--check does not look for the car"
+grep -Eq "^input of .*detector.weights: .* rgb, 0 to 1, mean 0, std 1, by Darknet's convention" command.err && pass ||
+  fail "--check does not print how pictures go in"
+expect_exit 4 "a class that is found in no view" "$camouflage" --check --class clutter  # X32
+expect_error_line "the car is found as 'clutter' in none of 8 clean views, as 'car' in [1-8]"
 expect_exit 0 "help" "$camouflage" --help
 
 # From here on no scenes: a step takes a moment.

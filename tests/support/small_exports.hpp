@@ -39,10 +39,12 @@ class Exporter {
                 {"pads", std::vector<std::int64_t>{1, 1, 1, 1}}});
   }
 
+  /// \param second  name of a second output; empty for none
   std::string add(const std::string& operation, std::vector<std::string> inputs,
-                  std::map<std::string, nn::Attribute> attributes = {}) {
+                  std::map<std::string, nn::Attribute> attributes = {}, const std::string& second = "") {
     const std::string output = "v" + std::to_string(description_.nodes.size());
     description_.nodes.push_back({"", operation, std::move(inputs), {output}, std::move(attributes)});
+    if (!second.empty()) description_.nodes.back().outputs.push_back(second);
     return output;
   }
 
@@ -81,20 +83,21 @@ class Exporter {
 /// Classes of the detectors below.
 inline constexpr std::size_t exported_classes = 5;
 
-/// A network like YOLOX: boxes, objectness and exported_classes from convolutions of their own, joined, laid
-/// flat, joined again.
-inline nn::NetworkDescription yolox_like(std::size_t size) {
+/// A network like YOLOX: boxes, objectness and classes from convolutions of their own, joined, laid flat,
+/// joined again.
+inline nn::NetworkDescription yolox_like(std::size_t size, std::size_t classes = exported_classes) {
   Exporter exporter(size);
   std::vector<std::string> flat;
   const std::map<std::string, nn::Attribute> channels{{"axis", std::int64_t(1)}};
   for (const std::string& level : exporter.backbone()) {
-    const std::string scores = exporter.convolution(level, 8, exported_classes, 1);
+    const std::string scores = exporter.convolution(level, 8, classes, 1);
     const std::string boxes = exporter.convolution(level, 8, 4, 1);
     const std::string objectness = exporter.convolution(level, 8, 1, 1);
     const std::string joined = exporter.add(
         "Concat", {boxes, exporter.add("Sigmoid", {objectness}), exporter.add("Sigmoid", {scores})},
         channels);
-    flat.push_back(exporter.add("Reshape", {joined, exporter.integers({1, 5 + exported_classes, -1})}));
+    flat.push_back(
+        exporter.add("Reshape", {joined, exporter.integers({1, static_cast<double>(5 + classes), -1})}));
   }
   const std::string all = exporter.add("Concat", flat, {{"axis", std::int64_t(2)}});
   return exporter.finish({exporter.add("Transpose", {all}, {{"perm", std::vector<std::int64_t>{0, 2, 1}}})});
@@ -154,6 +157,48 @@ inline nn::NetworkDescription nanodet_like(std::size_t size, std::size_t grids =
   }
   scores.insert(scores.end(), distances.begin(), distances.end());
   return exporter.finish(scores);
+}
+
+/// A network like YOLOv8 before its decoding: for each level one output, [1, 64 + exported_classes, H, W].
+inline nn::NetworkDescription yolov8_like(std::size_t size) {
+  Exporter exporter(size);
+  std::vector<std::string> outputs;
+  for (const std::string& level : exporter.backbone())
+    outputs.push_back(exporter.add(
+        "Concat",
+        {exporter.convolution(level, 8, 64, 1), exporter.convolution(level, 8, exported_classes, 1)},
+        {{"axis", std::int64_t(1)}}));
+  return exporter.finish(outputs);
+}
+
+/// A network like DETR: cells of a picture attend to each other; outputs with numbers for names, [1, N,
+/// exported_classes + 1] of a linear layer and [1, N, 4] of a logistic function.
+/// \param chooses  whether queries are the surest cells, as in RT-DETR
+inline nn::NetworkDescription detr_like(std::size_t size, bool chooses) {
+  constexpr std::size_t channels = 8;
+  Exporter exporter(size, 17);
+  const auto cells = static_cast<double>(size / 8 * (size / 8));
+  const std::string flat =
+      exporter.add("Reshape", {exporter.backbone(1).front(), exporter.integers({1, channels, cells})});
+  std::string queries = exporter.add("Transpose", {flat}, {{"perm", std::vector<std::int64_t>{0, 2, 1}}});
+  Random random(5);
+  const auto linear = [&](const std::string& from, std::size_t out) {
+    std::vector<float> weights(channels * out);
+    for (float& weight : weights) weight = static_cast<float>(random.normal());
+    const std::string product = exporter.add("MatMul", {from, exporter.numbers({channels, out}, weights)});
+    return exporter.add("Add", {product, exporter.numbers({out}, std::vector<float>(out, 0.25F))});
+  };
+  const std::string weights =
+      exporter.add("Softmax", {exporter.add("MatMul", {queries, flat})}, {{"axis", std::int64_t(2)}});
+  queries = exporter.add("MatMul", {weights, queries});
+  if (chooses) {
+    const std::string sure = exporter.add(
+        "ReduceMax", {queries}, {{"axes", std::vector<std::int64_t>{0, 2}}, {"keepdims", std::int64_t(0)}});
+    exporter.add("TopK", {sure, exporter.integers({10})}, {}, "places");
+    queries = exporter.add("Gather", {queries, "places"}, {{"axis", std::int64_t(1)}});
+  }
+  const std::string scores = linear(queries, exported_classes + 1);
+  return exporter.finish({scores, exporter.add("Sigmoid", {linear(queries, 4)})});
 }
 
 /// A network like YOLOv5 since version 6: for each level one convolution for three anchors, which the export

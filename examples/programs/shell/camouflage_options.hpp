@@ -32,7 +32,9 @@ inline void describe(CLI::App& app, CamouflageOptions& options) {
                  "memory of each rank, MiB, for the parts of the network's layers that the car cannot reach, "
                  "so that a step need not compute them again; used for views where that saves a quarter of "
                  "the products or more. 0: everything is computed. Results do not depend on it");
-  app.add_flag("--check", options.check, "only check every input, report all problems, and leave");
+  app.add_flag(
+      "--check", options.check,
+      "only check every input, look for the car in a few clean views, report all problems, and leave");
   app.add_flag("--profile", options.profile, "print where the time of a step went");
 }
 

@@ -5,10 +5,16 @@
 #include <cctype>
 #include <cstddef>
 #include <cstdint>
+#include <iostream>
+#include <set>
 #include <string_view>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <utility>
+
+#include "formatted.hpp"
+#include "ranks.hpp"
+#include "verbosity.hpp"
 
 namespace tapestry::shell {
 namespace {
@@ -69,6 +75,27 @@ void name_coco_classes(const DetectorSettings& settings, detect::Detector<float>
                      ": 80 classes and no --names; they are taken for those of COCO, in its order");
 }
 
+/// Prints once, except with --quiet, how pictures go into a detector, and what says so.
+void print_input(const DetectorSettings& settings, const detect::Detector<float>& detector,
+                 const std::string& source) {
+  static std::set<std::string> printed;
+  const auto three = [](const std::array<double, 3>& values) {
+    return std::ranges::count(values, values[0]) == 3
+               ? formatted("%g", values[0])
+               : formatted("(%g, %g, %g)", values[0], values[1], values[2]);
+  };
+  const detect::InputEncoding& encoding = detector.description().encoding;
+  const std::string line = "input of " + settings.weights + ": " + std::to_string(detector.input_width()) +
+                           " x " + std::to_string(detector.input_height()) + ", " +
+                           (encoding.order == detect::ColourOrder::rgb ? "rgb" : "bgr") + ", 0 to " +
+                           formatted("%g", 255 * encoding.scale) + ", mean " + three(encoding.mean) +
+                           ", std " + three(encoding.deviation) + ", by " + source + "; " +
+                           std::string(image::name_of(detector.fit().kind)) + ", by " +
+                           (settings.fit.empty() ? source : "--fit");
+  if (verbosity() != Verbosity::quiet && Ranks::all().is_first() && printed.insert(line).second)
+    std::cerr << for_terminal(line) << '\n';
+}
+
 }  // namespace
 
 detect::Detector<float> load_detector(const DetectorSettings& settings, std::vector<std::string>& warnings,
@@ -86,6 +113,7 @@ detect::Detector<float> load_detector(const DetectorSettings& settings, std::vec
   if (!is_onnx && settings.cfg.empty() && !io::is_safetensors(settings.weights))
     throw Error(ErrorKind::usage, "--cfg is missing, which " + settings.weights +
                                       " needs; only weights that convert_weights made hold their own");
+  std::string source;
   auto detector = io::read_detector<float>({.weights = settings.weights,
                                             .config = settings.cfg,
                                             .names = settings.names,
@@ -95,7 +123,8 @@ detect::Detector<float> load_detector(const DetectorSettings& settings, std::vec
                                             .precision = settings.precision,
                                             .fit = settings.fit,
                                             .layers = layers},
-                                           &warnings);
+                                           &warnings, &source);
+  print_input(settings, detector, source);
   name_coco_classes(settings, detector, warnings);
   return detector;
 }

@@ -25,7 +25,17 @@ namespace tapestry::detect {
 [[nodiscard]] std::string common_layer(const nn::NetworkDescription& description,
                                        const std::vector<std::string>& outputs);
 
-/// The description of a known detector, recognised by the shapes of its raw outputs:
+/// The last layer that all heads of a detector depend on: of raw outputs, or of the last convolutions before
+/// decoded ones. Empty if there is none.
+[[nodiscard]] std::string common_layer(const nn::NetworkDescription& network,
+                                       const DetectorDescription& kind);
+
+/// Holds a description against what a network computes: the filters of its last convolutions, the channels
+/// that it takes the logistic function of, anchors that it multiplies by, and whether scores are logits.
+/// \throws FileError (mismatch) naming what heads of this kind need, and what is there
+void require_layers_of(const nn::NetworkDescription& network, const DetectorDescription& kind);
+
+/// The description of a known detector, recognised by the filters of its raw outputs:
 ///
 ///   yolox    three convolutions on each of three grids, of 4, 1 and K filters
 ///   nanodet  on each of three grids either one convolution of K + 32 filters, with K classes and 32 bins in
@@ -49,7 +59,8 @@ inline constexpr std::array<std::string_view, 9> export_names{
 /// The description of an export by the name of its family:
 ///
 ///   yolox, nanodet, picodet  known_description()
-///   yolov5          likewise of its three convolutions; where the network decodes them, of its output,
+///   yolov5          likewise of its three convolutions, with the anchors that the network multiplies by
+///                   where it decodes them; where these convolutions cannot be found, of its output,
 ///                   [1, N, 5 + K]
 ///   yolov8          YOLOv8, 9, 11, 12: of the convolutions; where the network decodes them, of its output,
 ///                   [1, 4 + K, N], with the logits before its logistic function if they are there
@@ -58,8 +69,10 @@ inline constexpr std::array<std::string_view, 9> export_names{
 ///                   classes are torchvision's without the background, which is their label 0. RetinaNet,
 ///                   FCOS: candidates above their threshold, with a class each, numbered as the labels are
 ///   detr            DETR, YOLOS: logits of a softmax whose last entry is the background, and boxes as shares
-///                   of the picture, of the outputs that exporters call logits or pred_logits, and pred_boxes
-///   rt_detr         RT-DETR, D-FINE: likewise, with a logistic function for each class
+///                   of the picture, of the outputs that exporters call logits or pred_logits, and
+///                   pred_boxes; else of the only outputs of a linear layer and of a logistic function
+///   rt_detr         RT-DETR, D-FINE: likewise, with a logistic function for each class; they refine boxes
+///                   from reference points
 ///
 /// \param classes  K, for those whose network does not tell; 0: unknown
 /// \param size     of the input, as of picture_extents()
@@ -67,6 +80,10 @@ inline constexpr std::array<std::string_view, 9> export_names{
 ///         family; DomainError for other names
 [[nodiscard]] DetectorDescription named_export(const nn::NetworkDescription& network, std::string_view name,
                                                std::size_t classes, std::size_t size);
+
+/// The names of families whose outputs and last layers a network has; see require_layers_of().
+[[nodiscard]] std::vector<std::string_view> fitting_exports(const nn::NetworkDescription& network,
+                                                            std::size_t size);
 
 /// The name of the family that an export is certainly of, by its nodes: torchvision, or yolov8 where the
 /// metadata are those of ultralytics, too. Empty otherwise.

@@ -9,6 +9,7 @@
 #include <tapestry/detect/implementation/detector_description.hpp>
 #include <tapestry/detect/implementation/detector_variable.hpp>
 #include <tapestry/detect/implementation/exported_heads.hpp>
+#include <tapestry/detect/implementation/exported_structure.hpp>
 #include <tapestry/detect/implementation/heat_map.hpp>
 #include <tapestry/detect/implementation/named_export.hpp>
 #include <tapestry/detect/implementation/network_config.hpp>

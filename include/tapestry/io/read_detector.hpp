@@ -44,13 +44,18 @@ inline constexpr const char* description_key = "tapestry.detector";
 ///
 /// \param warnings takes warnings about the files, unless null; also what is taken from the metadata of an
 ///                 ONNX model, and what they and its stated extents contradict
+/// \param input_source  receives what the encoding of pictures and their fit are from, unless null; an own
+///                      fit of the files takes its place
 /// \throws Error (usage) for files that do not go together, or an ONNX model that nothing describes;
 ///         FileError as read_darknet_model(), read_onnx(), read_detector_description(), read_class_names()
-///         and Detector, and (mismatch) for a network without heads, and for a description that contradicts
-///         the one within the model; DomainError for a precision, fit or decode family of no such name
+///         and Detector, and (mismatch) for a network without heads, for a description that contradicts the
+///         one within the model, and for metadata that name another number of classes than its heads have;
+///         where layers do not fit, with the families that do; DomainError for a precision, fit or decode
+///         family of no such name
 template <std::floating_point T>
 [[nodiscard]] detect::Detector<T> read_detector(const DetectorFiles& files,
-                                                std::vector<std::string>* warnings = nullptr);
+                                                std::vector<std::string>* warnings = nullptr,
+                                                std::string* input_source = nullptr);
 
 /// Reads the picture of a file, see read_picture(), as a batch of one for a detector.
 /// \throws FileError as read_picture()

@@ -1,106 +1,6 @@
 #pragma once
-#include <set>
 #include <tapestry/detect/exported_heads.hpp>
-
-namespace tapestry::detect::detail {
-
-/// Whether an operator only moves values, changes their type, or takes the logistic function of them. Exports
-/// put such operators between the last convolution and an output.
-[[nodiscard]] inline bool only_presents(std::string_view operation) {
-  constexpr std::array<std::string_view, 12> presenting{"Cast",     "CastLike", "Concat",    "Flatten",
-                                                        "Identity", "Reshape",  "Sigmoid",   "Slice",
-                                                        "Split",    "Squeeze",  "Transpose", "Unsqueeze"};
-  for (const std::string_view name : presenting)
-    if (name == operation) return true;
-  return false;
-}
-
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
-
-std::vector<std::string> raw_outputs(const nn::NetworkDescription& description) {
-  std::map<std::string_view, const nn::Node*> makers;
-  for (const nn::Node& node : description.nodes)
-    for (const std::string& output : node.outputs) makers.emplace(output, &node);
-  std::vector<std::string> found;
-  std::set<std::string_view> seen;
-  std::vector<std::string_view> waiting(description.outputs.rbegin(), description.outputs.rend());
-  while (!waiting.empty()) {
-    const std::string_view value = waiting.back();
-    waiting.pop_back();
-    const auto maker = makers.find(value);
-    if (maker == makers.end() || !seen.insert(value).second) continue;
-    const nn::Node& node = *maker->second;
-    if (node.operation == "Conv") found.emplace_back(value);
-    if (!detail::only_presents(node.operation)) continue;
-    const std::size_t tensors =
-        node.operation == "Concat" ? node.inputs.size() : 1;  // the others are settings
-    for (std::size_t i = tensors; i-- > 0;) waiting.emplace_back(node.inputs[i]);
-  }
-  return found;
-}
-
-std::string common_layer(const nn::NetworkDescription& description, const std::vector<std::string>& outputs) {
-  std::map<std::string, std::size_t> readers;  // number of raw outputs that depend on each value
-  for (const std::string& output : outputs) {
-    std::set<std::string_view> needed{output};
-    for (auto node = description.nodes.rbegin(); node != description.nodes.rend(); ++node) {
-      const auto is_needed = [&](const std::string& name) { return needed.contains(name); };
-      if (std::ranges::none_of(node->outputs, is_needed)) continue;
-      for (const std::string& name : node->outputs)
-        if (is_needed(name) && name != output) ++readers[name];
-      needed.insert(node->inputs.begin(), node->inputs.end());
-    }
-  }
-  for (auto node = description.nodes.rbegin(); node != description.nodes.rend(); ++node)
-    for (const std::string& name : node->outputs)
-      if (const auto found = readers.find(name); found != readers.end() && found->second == outputs.size())
-        return name;
-  return {};
-}
-
-}  // namespace tapestry::detect
-
-namespace tapestry::detect::detail {
-
-/// Filters of the convolution that makes each of these values, looking through a Cast of its weights; 0 where
-/// they are not constant.
-[[nodiscard]] inline std::vector<std::size_t> filter_counts(const nn::NetworkDescription& network,
-                                                            const std::vector<std::string>& values) {
-  std::vector<std::size_t> counts;
-  for (const std::string& value : values) {
-    const nn::Node* const maker = nn::maker_of(network, value);
-    std::string weights = maker == nullptr ? "" : maker->inputs.at(1);
-    const nn::Node* const cast = nn::maker_of(network, weights);
-    if (cast != nullptr && cast->operation == "Cast") weights = cast->inputs.at(0);
-    const auto found = network.constants.find(weights);
-    const bool is_known = found != network.constants.end() && !found->second.shape.empty();
-    counts.push_back(is_known ? found->second.shape.front() : 0);
-  }
-  return counts;
-}
-
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
-
-std::optional<DetectorDescription> recognised_detector(const nn::NetworkDescription& network) {
-  constexpr std::size_t grids = 3, nanodet_bins = 32;
-  std::vector<std::size_t> filters = detail::filter_counts(network, raw_outputs(network));
-  const auto count = [&](std::size_t wanted) {
-    return static_cast<std::size_t>(std::ranges::count(filters, wanted));
-  };
-  if (filters.size() == 3 * grids && count(4) == grids && count(1) == grids)
-    return known_description("yolox");
-  const bool is_joined = filters.size() == grids && network.outputs.size() == 2 * grids &&
-                         filters.front() > nanodet_bins && count(filters.front()) == grids;
-  const bool is_apart = filters.size() == 2 * grids && count(nanodet_bins) == grids;
-  if (is_joined || is_apart) return known_description("nanodet");
-  return std::nullopt;
-}
-
-}  // namespace tapestry::detect
+#include <tapestry/detect/implementation/exported_structure.hpp>
 
 namespace tapestry::detect::detail {
 
@@ -150,14 +50,6 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
   std::string all;
   for (const std::size_t output : group.outputs) all += (all.empty() ? "" : ", ") + labels.at(output);
   return all;
-}
-
-[[nodiscard]] inline FileError other_kind(const std::string& path, const DetectorDescription& kind,
-                                          const std::string& what, const std::string& expected,
-                                          const std::string& found) {
-  return FileError(ErrorKind::mismatch,
-                   {path, "", "not a detector of the kind " + std::string(name_of(kind.head)) + ": " + what,
-                    expected, found});
 }
 
 /// The one head of decoded outputs.

@@ -1,125 +1,9 @@
 #pragma once
 #include <tapestry/detect/exported_heads.hpp>
-#include <tapestry/nn/network/program_builder.hpp>
+#include <tapestry/detect/implementation/exported_structure.hpp>
+#include <tapestry/detect/implementation/named_export/torchvision.hpp>
 
 namespace tapestry::detect::detail {
-
-/// Goes from a value back through the first operands of nodes that pick, move or scale values.
-class PickedValue {
- public:
-  PickedValue(const nn::NetworkDescription& network, std::string value) {
-    constexpr std::array<std::string_view, 12> picking{"Concat",   "Flatten", "Gather",  "GatherND",
-                                                       "Identity", "Mul",     "Reshape", "Slice",
-                                                       "Split",    "Squeeze", "TopK",    "Unsqueeze"};
-    for (;;) {
-      maker_ = nn::maker_of(network, value);
-      if (maker_ == nullptr || std::ranges::find(picking, maker_->operation) == picking.end()) return;
-      if (maker_->operation.starts_with("Gather")) gathers_.push_back(maker_);
-      was_joined_ = was_joined_ || (gathers_.empty() && maker_->operation == "Concat");
-      value = maker_->inputs.at(0);
-    }
-  }
-
-  /// The node that computes it; null where there is none.
-  [[nodiscard]] const nn::Node* maker() const { return maker_; }
-  [[nodiscard]] bool is_made_by(std::string_view operation) const {
-    return maker_ != nullptr && maker_->operation == operation;
-  }
-  /// Nodes that pick, the last one first.
-  [[nodiscard]] const std::vector<const nn::Node*>& gathers() const { return gathers_; }
-  /// Whether columns are put side by side behind the last of them, as those of boxes are.
-  [[nodiscard]] bool was_joined() const { return was_joined_; }
-
- private:
-  const nn::Node* maker_ = nullptr;
-  std::vector<const nn::Node*> gathers_{};
-  bool was_joined_ = false;
-};
-
-/// Extents, width and height, to which a network resizes its picture before its first convolution; 0 where it
-/// does not.
-[[nodiscard]] inline std::array<double, 2> inner_extent(const nn::NetworkDescription& network,
-                                                        const std::map<std::string, nn::Shape>& inputs) {
-  const auto is_first = [](const nn::Node& node) {
-    return node.operation == "Resize" || node.operation == "Conv";
-  };
-  const auto first = std::ranges::find_if(network.nodes, is_first);
-  if (first == network.nodes.end() || first->operation != "Resize") return {};
-  const std::string& resized = first->outputs.front();
-  const auto before = nn::pruned(network, {resized});
-  nn::ProgramBuilder<float> builder(before, inputs, false, false);
-  builder.add_nodes();
-  const auto facts = builder.facts();
-  const auto found = facts.find(resized);
-  if (found == facts.end() || found->second.shape.size() < 2) return {};
-  const nn::Shape& shape = found->second.shape;
-  return {static_cast<double>(shape[shape.size() - 1]), static_cast<double>(shape[shape.size() - 2])};
-}
-
-/// Outputs of a torchvision detector as it exports them, boxes, scores and labels in any order: the values
-/// before the suppression.
-class TorchvisionExport {
- public:
-  explicit TorchvisionExport(const nn::NetworkDescription& network) : network_(network) {
-    for (const std::string& output : network.outputs) {
-      PickedValue value(network, output);
-      if (value.gathers().empty()) continue;
-      if (value.was_joined())
-        boxes_.emplace(std::move(value));
-      else if (are_scores(value))
-        scores_.emplace(std::move(value));
-      else
-        labels_.emplace(std::move(value));
-    }
-  }
-
-  /// Whether boxes and scores were found. Where scores are logistic, candidates have a class each.
-  [[nodiscard]] bool is_known() const { return boxes_ && scores_ && (has_softmax() || labels_); }
-  [[nodiscard]] bool has_softmax() const { return scores_->is_made_by("Softmax"); }
-
-  /// \param classes  K, for candidates with a class each
-  [[nodiscard]] DetectorDescription description(std::size_t classes,
-                                                const std::map<std::string, nn::Shape>& inputs) const {
-    DetectorDescription description;
-    description.fit = image::fit_by_name("stretch");
-    DecodedOutputs& decoded = description.decoded;
-    decoded.form = BoxForm::corners;
-    decoded.extent = inner_extent(network_, inputs);
-    if (!has_softmax()) {
-      description.head = HeadKind::end_to_end;
-      decoded.classes = classes;
-      decoded.most_candidates = 5000;  // 1000 of each of five maps
-      decoded.boxes = boxes_->gathers().front()->inputs.at(0);
-      decoded.scores = scores_->gathers().front()->inputs.at(0);
-      decoded.labels = labels_->gathers().front()->inputs.at(0);
-      return description;
-    }
-    description.head = HeadKind::boxes_and_scores;
-    decoded.scores = scores_->maker()->inputs.at(0);
-    decoded.score_form = ScoreForm::softmax;
-    decoded.background = Background::first;
-    decoded.boxes = boxes_->gathers().back()->inputs.at(0);
-    // Boxes of classes stand one behind the other there, without the background's.
-    const nn::Node* const reshape = nn::maker_of(network_, decoded.boxes);
-    const nn::Node* const slice = reshape == nullptr || reshape->operation != "Reshape"
-                                      ? nullptr
-                                      : nn::maker_of(network_, reshape->inputs.at(0));
-    if (slice != nullptr && slice->operation == "Slice") {
-      decoded.has_box_for_each_class = true;
-      decoded.boxes = slice->inputs.at(0);
-    }
-    return description;
-  }
-
- private:
-  /// FCOS takes the root of the product of two logistic functions.
-  [[nodiscard]] static bool are_scores(const PickedValue& value) {
-    return value.is_made_by("Softmax") || value.is_made_by("Sigmoid") || value.is_made_by("Sqrt");
-  }
-
-  const nn::NetworkDescription& network_;
-  std::optional<PickedValue> boxes_{}, scores_{}, labels_{};
-};
 
 /// Boxes and the logistic function of logits, joined to the only output of a network: YOLOv8 and its
 /// successors.
@@ -129,11 +13,26 @@ struct JoinedOutput {
 };
 
 [[nodiscard]] inline JoinedOutput joined_output(const nn::NetworkDescription& network) {
-  const nn::Node* const concat =
-      network.outputs.size() == 1 ? nn::maker_of(network, network.outputs.front()) : nullptr;
+  if (network.outputs.size() != 1) return {};
+  const Makers makers(network);
+  const auto maker = [&](const std::string& value) {
+    return makers.behind(value, [](const nn::Node& node) { return only_retypes(node.operation); });
+  };
+  const nn::Node* const concat = maker(network.outputs.front());
   if (concat == nullptr || concat->operation != "Concat" || concat->inputs.size() != 2) return {};
-  const nn::Node* const curve = nn::maker_of(network, concat->inputs[1]);
+  const nn::Node* const curve = maker(concat->inputs[1]);
   return {concat, curve != nullptr && curve->operation == "Sigmoid" ? curve : nullptr};
+}
+
+[[nodiscard]] inline FileError not_an_export(const nn::NetworkDescription& network, const std::string& family,
+                                             const std::string& expected, const std::string& found) {
+  return FileError(ErrorKind::mismatch, {network.path, "", "not an export of " + family, expected, found});
+}
+
+[[nodiscard]] inline std::string names_of_outputs(const nn::NetworkDescription& network) {
+  std::string names;
+  for (const std::string& output : network.outputs) names += (names.empty() ? "" : ", ") + output;
+  return names;
 }
 
 /// Outputs of YOLOv8 and its successors: where boxes and scores are joined, the logits of these.
@@ -146,6 +45,10 @@ struct JoinedOutput {
     description.strides = {8, 16, 32};
     return description;
   }
+  const bool has_bins = head_trace(network, network.outputs).has({"Softmax"});
+  if (output.curve == nullptr && !has_bins)
+    throw not_an_export(network, "YOLOv8", "boxes from a softmax over bins, joined with scores",
+                        "two other values, joined");
   description.head = HeadKind::boxes_and_scores;
   DecodedOutputs& decoded = description.decoded;
   decoded.channels_first = true;
@@ -157,8 +60,31 @@ struct JoinedOutput {
   return description;
 }
 
+/// The decoded output of YOLOv5: each of three convolutions is for three anchors.
+[[nodiscard]] inline DetectorDescription yolov5_output(const nn::NetworkDescription& network) {
+  constexpr std::size_t grids = 3, anchors = 3;
+  const HeadTrace trace = head_trace(network, network.outputs);
+  const auto filters = filter_counts(network, trace.convolutions);
+  if (network.outputs.size() != 1 || !trace.has({"Sigmoid"}) || trace.has({"Softmax", "TopK"}) ||
+      !are_apart(filters, grids, {}) || filters.front() % anchors != 0)
+    throw not_an_export(network, "YOLOv5",
+                        "one output, decoded of three convolutions of three times 5 + K filters",
+                        std::to_string(network.outputs.size()) + " outputs of " +
+                            std::to_string(filters.size()) + " last convolutions");
+  DetectorDescription description = known_description("yolov5");
+  description = {description.encoding, description.fit, HeadKind::boxes_and_scores};
+  description.decoded.boxes = description.decoded.scores = network.outputs.front();
+  description.decoded.has_objectness = true;
+  return description;
+}
+
 [[nodiscard]] inline DetectorDescription end_to_end_description(const nn::NetworkDescription& network,
                                                                 std::size_t classes) {
+  const HeadTrace trace = head_trace(network, network.outputs);
+  if (network.outputs.size() != 1 || !trace.has({"ArgMax", "If", "Loop", "NonMaxSuppression", "TopK"}))
+    throw not_an_export(network, "a detector that chooses the classes itself",
+                        "one output, behind TopK, ArgMax or NonMaxSuppression",
+                        "outputs " + names_of_outputs(network) + " without such a choice");
   DetectorDescription description;
   description.fit = {image::FitKind::letterbox, 114.0 / 255};
   description.head = HeadKind::end_to_end;
@@ -168,25 +94,48 @@ struct JoinedOutput {
   return description;
 }
 
+/// Names of the outputs with scores and boxes of queries: those that exporters give, else the logistic
+/// function, which only boxes have, and the linear layer among the outputs.
+[[nodiscard]] inline std::pair<std::string, std::string> query_outputs(
+    const nn::NetworkDescription& network) {
+  const auto is_output = [&](std::string_view name) {
+    return std::ranges::find(network.outputs, name) != network.outputs.end();
+  };
+  for (const char* scores : {"logits", "pred_logits"})
+    if (is_output(scores) && is_output("pred_boxes")) return {scores, "pred_boxes"};
+  std::vector<std::string> scores, boxes;
+  for (const std::string& output : network.outputs) {
+    const PickedValue value(network, output);
+    if (value.is_made_by("Sigmoid")) boxes.push_back(output);
+    const bool is_linear = value.is_made_by("Add") || value.is_made_by("Gemm") || value.is_made_by("MatMul");
+    if (is_linear) scores.push_back(output);
+  }
+  if (scores.size() == 1 && boxes.size() == 1) return {scores.front(), boxes.front()};
+  throw not_an_export(network, "a DETR",
+                      "outputs logits (or pred_logits) and pred_boxes, or one of a linear layer and one of a "
+                      "logistic function",
+                      names_of_outputs(network));
+}
+
 /// Queries with logits and a box each, as transformers predict them.
 /// \param has_background  whether one softmax goes over the classes and, behind them, the background
 [[nodiscard]] inline DetectorDescription query_description(const nn::NetworkDescription& network,
                                                            bool has_background) {
-  const auto is_output = [&](std::string_view name) {
-    return std::ranges::find(network.outputs, name) != network.outputs.end();
-  };
   DetectorDescription description;
   description.fit = image::fit_by_name("stretch");
   description.head = HeadKind::boxes_and_scores;
   DecodedOutputs& decoded = description.decoded;
-  decoded.scores = is_output("logits") ? "logits" : "pred_logits";
-  decoded.boxes = "pred_boxes";
-  if (!is_output(decoded.scores) || !is_output(decoded.boxes)) {
-    std::string found;
-    for (const std::string& output : network.outputs) found += (found.empty() ? "" : ", ") + output;
-    throw FileError(ErrorKind::mismatch, {network.path, "", "not an export of a DETR",
-                                          "outputs logits (or pred_logits) and pred_boxes", found});
-  }
+  std::tie(decoded.scores, decoded.boxes) = query_outputs(network);
+  // Those that refine reference points, by the logit of a box, by sampling there, or by choosing the surest,
+  // were trained with a logistic function for each class.
+  const HeadTrace trace = head_trace(network, {decoded.scores, decoded.boxes});
+  const bool attends = trace.has({"Attention", "Softmax"});
+  const bool has_references = trace.has({"GridSample", "Log", "TopK"});
+  if (attends && has_references == has_background)
+    throw not_an_export(network, has_background ? "DETR or YOLOS" : "RT-DETR or D-FINE",
+                        has_background ? "boxes of its queries alone (rt_detr is for others)"
+                                       : "boxes refined from reference points (detr is for others)",
+                        has_background ? "reference points: GridSample, Log or TopK" : "none");
   decoded.relative = true;
   decoded.score_form = has_background ? ScoreForm::softmax : ScoreForm::logits;
   if (has_background) {
@@ -230,6 +179,16 @@ std::string_view recognised_export(const nn::NetworkDescription& network) {
   return is_of_ultralytics && detail::joined_output(network).curve != nullptr ? "yolov8" : "";
 }
 
+std::vector<std::string_view> fitting_exports(const nn::NetworkDescription& network, std::size_t size) {
+  std::vector<std::string_view> fitting;
+  for (const std::string_view name : export_names) try {
+      require_layers_of(network, named_export(network, name, 1, size));
+      fitting.push_back(name);
+    } catch (const Error&) {  // another one's
+    }
+  return fitting;
+}
+
 DetectorDescription named_export(const nn::NetworkDescription& network, std::string_view name,
                                  std::size_t classes, std::size_t size) {
   if (!is_export_name(name)) {
@@ -245,26 +204,27 @@ DetectorDescription named_export(const nn::NetworkDescription& network, std::str
           {network.path, ": outputs of the kind ", name,
            " do not tell the number of classes; give the file of their names (--names), or a description"});
   };
-  if (name == "yolov5" && raw_outputs(network).empty()) {
-    DetectorDescription description = known_description(name);
-    description = {description.encoding, description.fit, HeadKind::boxes_and_scores};
-    description.decoded.boxes = description.decoded.scores = network.outputs.front();
-    description.decoded.has_objectness = true;
-    return description;
-  }
+  if (name == "yolov5" && raw_outputs(network).empty()) return detail::yolov5_output(network);
   if (name == "yolov8") return detail::yolov8_description(network);
   if (name == "end_to_end") {
+    auto description = detail::end_to_end_description(network, classes);
     need_classes();
-    return detail::end_to_end_description(network, classes);
+    return description;
   }
   if (name == "detr" || name == "rt_detr") return detail::query_description(network, name == "detr");
-  if (name != "torchvision") return known_description(name);
+  if (name != "torchvision") {
+    DetectorDescription description = known_description(name);
+    const auto shown = detail::shown_anchors(network);
+    const bool has_own = name == "yolov5" && shown.size() == description.anchors.size() &&
+                         !detail::are_same_anchors(shown, description.anchors);
+    if (has_own) description.anchors = shown;
+    return description;
+  }
   const detail::TorchvisionExport outputs(network);
   if (!outputs.is_known())
-    throw FileError(ErrorKind::mismatch,
-                    {network.path, "", "not an export of a torchvision detector",
-                     "boxes, scores and labels that are picked from candidates",
-                     std::to_string(network.outputs.size()) + " outputs of other kinds"});
+    throw detail::not_an_export(network, "a torchvision detector",
+                                "boxes, scores and labels that are picked from candidates",
+                                std::to_string(network.outputs.size()) + " outputs of other kinds");
   if (!outputs.has_softmax()) need_classes();
   return outputs.description(classes, picture_extents(network, size));
 }

@@ -79,6 +79,15 @@ template <std::floating_point T>
   }
 }
 
+/// The names of families that a network's layers fit, for messages.
+[[nodiscard]] inline std::string fitting_words(const nn::NetworkDescription& network, std::size_t size) {
+  std::string words;
+  for (const std::string_view name : detect::fitting_exports(network, size))
+    words += (words.empty() ? "" : ", ") + std::string(name);
+  return words.empty() ? "its layers fit no family that --detector names"
+                       : "its layers fit --detector " + words;
+}
+
 /// A description by the name of a family; says what it reads.
 [[nodiscard]] inline detect::DetectorDescription description_by_name(const DetectorFiles& files,
                                                                      const nn::NetworkDescription& network,
@@ -92,35 +101,61 @@ template <std::floating_point T>
   return description;
 }
 
-/// Description of an ONNX model.
-[[nodiscard]] inline detect::DetectorDescription description_for(const DetectorFiles& files,
-                                                                 const nn::NetworkDescription& network,
-                                                                 std::vector<std::string>* warnings) {
-  const std::string file = files.description.empty() ? description_beside(files.weights) : files.description;
-  std::optional<detect::DetectorDescription> given, own;
+/// A description, and what it is from.
+struct SourcedDescription {
+  detect::DetectorDescription description{};
+  std::string source{};
+};
+
+/// Description of an ONNX model by the file or the word that is given.
+[[nodiscard]] inline SourcedDescription given_description(const DetectorFiles& files,
+                                                          const nn::NetworkDescription& network,
+                                                          const std::string& file,
+                                                          std::vector<std::string>* warnings) {
   if (detect::is_export_name(file))
-    given = description_by_name(files, network, file, warnings);
-  else if (!file.empty())
-    given = read_detector_description(file, warnings);
-  if (const auto found = network.metadata.find(description_key); found != network.metadata.end())
-    own = parse_detector_description(found->second, files.weights + ":" + description_key);
-  if (own && given && *own != *given)
-    throw FileError(ErrorKind::mismatch, {file, "", "contradicts the description within " + files.weights,
-                                          "the same one, or no such file", ""});
-  if (own) return *own;
+    return {description_by_name(files, network, file, warnings), "the word " + file};
+  const std::string nearest = nearest_word(file, detect::export_names);
+  if (!nearest.empty() && !std::filesystem::exists(file))
+    throw Error(ErrorKind::usage,
+                {files.weights, ": ", in_quotes(file),
+                 " is neither a file nor a family of exports; did you mean ", nearest, "?"});
+  std::vector<std::string> assumed;
+  SourcedDescription found{read_detector_description(file, &assumed), file};
+  if (!assumed.empty()) found.source += ", which leaves the input to be assumed";
+  if (warnings != nullptr) warnings->insert(warnings->end(), assumed.begin(), assumed.end());
+  return found;
+}
+
+/// Description of an ONNX model.
+[[nodiscard]] inline SourcedDescription description_for(const DetectorFiles& files,
+                                                        const nn::NetworkDescription& network,
+                                                        std::vector<std::string>* warnings) {
+  const std::string file = files.description.empty() ? description_beside(files.weights) : files.description;
+  std::optional<SourcedDescription> given;
+  if (!file.empty()) given = given_description(files, network, file, warnings);
+  if (const auto found = network.metadata.find(description_key); found != network.metadata.end()) {
+    const std::string source = files.weights + ":" + description_key;
+    auto own = parse_detector_description(found->second, source);
+    if (given && own != given->description)
+      throw FileError(ErrorKind::mismatch, {file, "", "contradicts the description within " + files.weights,
+                                            "the same one, or no such file", ""});
+    return {std::move(own), source};
+  }
   if (given) return *given;
-  if (const auto known = detect::recognised_detector(network)) return *known;
+  if (const auto known = detect::recognised_detector(network)) return {*known, "the family of its layers"};
   if (const auto name = detect::recognised_export(network); !name.empty()) {
     if (warnings != nullptr)
       warnings->push_back(files.weights + ": taken for an export of the family " + std::string(name) +
                           " by its nodes; a description takes precedence");
-    return description_by_name(files, network, name, warnings);
+    return {description_by_name(files, network, name, warnings),
+            "the family " + std::string(name) + ", by its nodes"};
   }
   throw Error(ErrorKind::usage, {files.weights,
                                  ": its outputs are not those of a detector that is known by its layers "
                                  "(YOLOX, NanoDet, torchvision's); a description must define them: the name "
                                  "of a family, such as yolov5 or yolov8, or a file, which may also stand "
-                                 "beside the model, of its name with the ending .json"});
+                                 "beside the model, of its name with the ending .json; ",
+                                 fitting_words(network, files.size)});
 }
 
 /// Gives a detector the class names that its model's metadata have, see parse_exported_names(). A class
@@ -163,24 +198,55 @@ template <std::floating_point T>
   return remarks;
 }
 
+/// \throws FileError (mismatch) unless the metadata of a model name as many classes as its heads have
+inline void require_class_count(const DetectorFiles& files, const nn::NetworkDescription& network,
+                                std::size_t classes) {
+  const std::size_t named = class_count_of(files, network);
+  if (named != 0 && named != classes)
+    throw FileError(ErrorKind::mismatch,
+                    {network.path, "", "not a detector of the classes that the model's metadata name",
+                     std::to_string(named), std::to_string(classes)});
+}
+
+/// \param source  receives what the description is from
 template <std::floating_point T>
-[[nodiscard]] detect::Detector<T> read_onnx_detector(const DetectorFiles& files,
+[[nodiscard]] detect::Detector<T> described_detector(const DetectorFiles& files,
+                                                     const nn::NetworkDescription& network,
+                                                     std::string& source,
+                                                     std::vector<std::string>* warnings) {
+  auto found = description_for(files, network, warnings);
+  source = std::move(found.source);
+  const auto& description = found.description;
+  auto layers = files.layers;
+  for (std::string& layer : layers) {
+    if (layer.empty()) layer = detect::common_layer(network, description);
+    if (layer.empty()) throw no_common_layer(files.weights);
+  }
+  detect::Detector<T> detector(network, description, files.size, layers);
+  if (files.names.empty()) require_class_count(files, network, detector.heads().front().classes);
+  const std::vector<std::string> remarks = remarks_on(network, files.names.empty(), detector);
+  if (warnings != nullptr) warnings->insert(warnings->end(), remarks.begin(), remarks.end());
+  return detector;
+}
+
+template <std::floating_point T>
+[[nodiscard]] detect::Detector<T> read_onnx_detector(const DetectorFiles& files, std::string& source,
                                                      std::vector<std::string>* warnings) {
   for (const std::string& other : {files.config, files.decode})
     if (!other.empty())
       throw Error(ErrorKind::usage, {files.weights, ": an ONNX model takes no cfg and no decode family, but ",
                                      other, " was given"});
   const auto network = read_onnx(files.weights);
-  auto layers = files.layers;
-  for (std::string& layer : layers) {
-    if (layer.empty()) layer = detect::common_layer(network, detect::raw_outputs(network));
-    if (layer.empty()) throw no_common_layer(files.weights);
+  source = (detect::is_export_name(files.description) ? "the word " : "") + files.description;
+  try {
+    return described_detector<T>(files, network, source, warnings);
+  } catch (const FileError& error) {
+    FileError::Details details = error.details();
+    if (!details.what.starts_with("not a")) throw;
+    details.what = "read by " + source + ": " + details.what;
+    details.found += "; " + fitting_words(network, files.size);
+    throw FileError(error.kind(), details);
   }
-  const auto description = description_for(files, network, warnings);
-  detect::Detector<T> detector(network, description, files.size, layers);
-  const std::vector<std::string> remarks = remarks_on(network, files.names.empty(), detector);
-  if (warnings != nullptr) warnings->insert(warnings->end(), remarks.begin(), remarks.end());
-  return detector;
 }
 
 }  // namespace tapestry::io::detail
@@ -188,10 +254,13 @@ template <std::floating_point T>
 namespace tapestry::io {
 
 template <std::floating_point T>
-detect::Detector<T> read_detector(const DetectorFiles& files, std::vector<std::string>* warnings) {
+detect::Detector<T> read_detector(const DetectorFiles& files, std::vector<std::string>* warnings,
+                                  std::string* input_source) {
   const nn::Engine engine = detail::engine_of(files.precision);
-  auto detector = is_onnx(files.weights) ? detail::read_onnx_detector<T>(files, warnings)
+  std::string source = "Darknet's convention";
+  auto detector = is_onnx(files.weights) ? detail::read_onnx_detector<T>(files, source, warnings)
                                          : detail::read_darknet_detector<T>(files, warnings);
+  if (input_source != nullptr) *input_source = std::move(source);
   detector.set_engine(engine);
   if (!files.fit.empty()) detector.set_fit(image::fit_by_name(files.fit));
   if (!files.names.empty())

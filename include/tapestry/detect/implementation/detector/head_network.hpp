@@ -75,6 +75,7 @@ inline void require_value(const nn::NetworkDescription& network, const std::stri
                                                           const std::vector<std::string>& layers,
                                                           bool lacks_axis) {
   for (const std::string& layer : layers) require_value(network, "layer", layer);
+  require_layers_of(network, kind);
   if (decode_family_of(kind.head) != DecodeFamily::decoded) {
     auto outputs = raw_outputs(network);
     outputs.insert(outputs.end(), layers.begin(), layers.end());

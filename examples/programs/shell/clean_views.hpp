@@ -1,0 +1,85 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <tapestry/camouflage/paint.hpp>
+#include <tapestry/camouflage/view_store.hpp>
+#include <tapestry/evaluate/measurement.hpp>
+#include <vector>
+
+#include "class_name.hpp"
+#include "inputs.hpp"
+#include "survey_watch.hpp"
+#include "verbosity.hpp"
+#include "wild_boxes.hpp"
+
+namespace tapestry::shell {
+
+/// What a detector finds in some clean views.
+struct CleanViews {
+  std::size_t views = 0, found = 0;  ///< pictures; those in which it finds the car
+  /// Pictures in which it finds another class there, by its name.
+  std::map<std::string, std::size_t> others{};
+  WildBoxes boxes{};
+};
+
+/// Passes clean views, at most `most` of those to measure on, evenly spread, through the detector.
+/// \throws Error (mismatch) if none of them shows the car
+inline CleanViews examine_clean_views(const Inputs& inputs, const SceneSettings& scene,
+                                      const DetectorSettings& settings, std::size_t most = 8) {
+  const auto& all = inputs.frames.test;
+  std::vector<std::string> paths;
+  for (std::size_t i = 0; i < std::min(most, all.size()); ++i)
+    paths.push_back(all[i * all.size() / std::min(most, all.size())]);
+  const auto& detector = inputs.detector;
+  const std::size_t height = detector.input_height(), width = detector.input_width();
+  camouflage::ViewStore<float> store(inputs.car.painted,
+                                     {height, width, scene.samples, std::size_t(1) << 30U, detector.fit(),
+                                      inputs.photo_light, false, inputs.keeps_photograph},
+                                     frame_loaders(paths, inputs.mask, inputs.frames.posed));
+  std::vector<std::string> warnings;  // a run repeats them
+  const auto usable = views_with_car(store, warnings);
+  if (usable.empty()) throw Error(ErrorKind::mismatch, scene.frames + ": no frame shows the car");
+  evaluate::Meter meter(detector, inputs.class_index, {settings.confidence, settings.nms});
+  const auto clean = camouflage::without_paint(camouflage::own_colours<float>(inputs.car.painted));
+  CleanViews seen{usable.size()};
+  static_cast<void>(evaluate::measure("clean", meter, store, usable, &clean, [&](const auto& measured) {
+    using evaluate::Fate;
+    const auto& outcome = measured.result.outcome;
+    if (outcome.fate == Fate::found) ++seen.found;
+    if (outcome.fate == Fate::related || outcome.fate == Fate::renamed)
+      ++seen.others[class_name(outcome.class_index, detector.names(), "class ")];
+    seen.boxes.add(measured.result.detections, height, width);
+  }));
+  return seen;
+}
+
+/// Prints in how many clean views the car is found, and as what else.
+/// \throws Error (mismatch) if in none, or if most boxes are wild
+inline void require_car_found(const Inputs& inputs, const SceneSettings& scene,
+                              const DetectorSettings& settings, std::vector<std::string>& warnings) {
+  const CleanViews seen = examine_clean_views(inputs, scene, settings);
+  const std::string name = in_quotes(class_name(inputs.class_index, inputs.detector.names()));
+  std::string others;
+  std::size_t renamed = 0;
+  for (const auto& [other, count] : seen.others) {
+    others += ", as " + in_quotes(other) + " in " + std::to_string(count);
+    renamed += count;
+  }
+  const std::string views = std::to_string(seen.views) + " clean views";
+  if (const std::string wild = seen.boxes.word(); !wild.empty())
+    throw Error(ErrorKind::mismatch, {settings.weights, ": of ", views, ", ", wild});
+  if (seen.found == 0)
+    throw Error(
+        ErrorKind::mismatch,
+        {settings.weights, ": the car is found as ", name, " in none of ", views, others,
+         others.empty() ? ", and as nothing else; see --detector, --fit and --confidence" : "; see --class"});
+  if (renamed > seen.found)
+    warnings.push_back("the car is found as " + name + " in " + std::to_string(seen.found) + " of " + views +
+                       " only" + others);
+  else
+    remark("the car is found as " + name + " in " + std::to_string(seen.found) + " of " + views + others);
+}
+
+}  // namespace tapestry::shell
