@@ -127,10 +127,7 @@ void adopt_run(const CLI::App& app, Options& options) {
   Json used = json_of_settings(options.scene, options.detector);
   if (!options.protocol.protocol.empty() && !is_on_photographs(options.protocol.protocol))
     used.erase("frames"), used.erase("segmenter");
-  require_inputs_of_run(
-      used, options.camouflage.run, saved,
-      [&](const std::string& name) { return app.get_option("--" + name)->count() > 0; },
-      "give another by that option");
+  require_inputs_of_run(used, options.camouflage.run, saved, "give another by that option");
 }
 
 /// Takes over where the measured run began and its instruction set, or that of an interrupted measurement,

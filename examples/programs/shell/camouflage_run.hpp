@@ -187,7 +187,7 @@ class CamouflageRun {
                                   inputs_.frames.held_out);
     settings_ = identity_text(manifest);
     ranks_.require_same("options and inputs", io::sha256(settings_));
-    ranks_.require_same("version, compiler or instruction set", io::sha256(bits_text()));
+    for (const auto& fact : facts_of_bits) ranks_.require_same(fact, io::sha256(manifest[fact].dump()));
     if (options_.resume) require_same_inputs(manifest, options_.output);
     if (ranks_.is_first()) open_manifest(std::move(manifest), options_.output, options_.resume);
   }

@@ -90,8 +90,7 @@ void adopt_run_settings(const CLI::App& app, const RunOptions& options, const st
   if (!build.empty() && !options.accepts_other_build)
     throw Error(ErrorKind::in_use, options.output + ": cannot resume to the same bits: " + build +
                                        "; --accept-other-build goes on to other ones");
-  const auto is_given = [&](const std::string& name) { return app.get_option("--" + name)->count() > 0; };
-  require_inputs_of_run(json_of_settings(settings...), options.output, saved, is_given,
+  require_inputs_of_run(json_of_settings(settings...), options.output, saved,
                         "put it there, or begin a new run");
 }
 

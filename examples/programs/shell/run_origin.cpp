@@ -99,12 +99,6 @@ void adopt_instruction_set(const std::string& path) {
     if (name_of(set) == name && set <= best_instruction_set()) ::setenv(set_variable, name.c_str(), 1);
 }
 
-std::string bits_text() {
-  std::string text;
-  for (const std::string& fact : facts_of_bits) text += text_in(computed_by_json(), fact.c_str()) + '\n';
-  return text;
-}
-
 std::string other_facts(const Json& manifest, const std::vector<std::string>& facts) {
   const Json own = computed_by_json();
   std::string text;
@@ -129,7 +123,6 @@ std::string record_resumption(const std::string& run) {
 }
 
 void require_inputs_of_run(const Json& options, const std::string& run, const Json& manifest,
-                           const std::function<bool(const std::string&)>& is_given,
                            const std::string& remedy) {
   const auto is_read = [&](const std::string& path) {
     const std::string below = path.ends_with('/') ? path : path + "/";
@@ -139,7 +132,7 @@ void require_inputs_of_run(const Json& options, const std::string& run, const Js
     });
   };
   for (const auto& [name, value] : options.items()) {
-    if (std::ranges::count(path_options, name) == 0 || is_given(name)) continue;
+    if (std::ranges::count(path_options, name) == 0) continue;
     for (const Json& path : value.is_array() ? value : Json::array({value}))
       if (path.is_string() && path != "" && is_read(path) && !is_there(path, ErrorKind::malformed)) {
         const std::string folder = text_in(manifest.value("begun_in", Json()), "folder");

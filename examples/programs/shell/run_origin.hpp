@@ -31,9 +31,6 @@ void adopt_instruction_set(const std::string& path);
 /// Facts of computed_by() that the last bits depend on; so they do on the commit, seldom.
 inline const std::vector<std::string> facts_of_bits{"version", "compiler", "instruction_set"};
 
-/// These facts of this process, as text.
-std::string bits_text();
-
 /// Adds the facts of this process to the manifest of a run that it resumes, where they are others.
 /// \returns  a warning; empty if they are the same
 std::string record_resumption(const std::string& run);
@@ -42,11 +39,9 @@ std::string record_resumption(const std::string& run);
 std::string other_facts(const Json& manifest, const std::vector<std::string>& facts);
 
 /// \param options   settings of a run as they are used
-/// \param is_given  whether an option was given now
 /// \param remedy    last words of the message
 /// \throws FileError (malformed) for the first input of the run that is not there, naming its option
 void require_inputs_of_run(const Json& options, const std::string& run, const Json& manifest,
-                           const std::function<bool(const std::string& option)>& is_given,
                            const std::string& remedy);
 
 /// Adds the hashes of the files in a run's folder that the run has written to its manifest.
