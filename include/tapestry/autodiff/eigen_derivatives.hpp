@@ -91,7 +91,7 @@ template <class Function, detail::EigenPoint X>
   return ValueAndEigenGradient<T, rows>{found.value, detail::as_matrix<rows, 1>(found.gradient, x.size(), 1)};
 }
 
-/// The Hessian, [N, N], of a function of an Eigen vector, [N].
+/// The Hessian, [N, N], of a function of an Eigen vector, [N]. Entries that are not known are NaN.
 template <class Function, detail::EigenPoint X>
 [[nodiscard]] auto hessian(const Function& f, const X& x) {
   using T = typename X::Scalar;

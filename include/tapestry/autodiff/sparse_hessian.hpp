@@ -119,7 +119,8 @@ class HessianPlan {
 /// The entries of the Hessian at x in the plan's pattern, in its order, row by row and in both triangles,
 /// exact but for rounding, and symmetric. Each is read from the product with the direction of the lower of
 /// its two colours, in the row of the other, where no other entry meets it. Entries that the pattern wrongly
-/// leaves out are added to others.
+/// leaves out are added to others. Entries that are not known are NaN and counted, see hessian(); so are
+/// kinks on a diagonal that the pattern leaves out, as that of |x|.
 ///
 ///   HessianPlan plan(hessian_pattern(f, x));                 // once
 ///   const auto values = sparse_hessian(f, x, plan);          // at each x
