@@ -213,6 +213,8 @@ double starved_share(const PaintedMesh& body) {
   const std::vector<std::size_t> chart_of_face = detail::chart_of_faces(body);
   struct Sums {
     double area = 0, texels = 0;
+    std::array<double, 2> low{1e9, 1e9}, high{-1e9, -1e9};  ///< of its box in uv
+    [[nodiscard]] double box() const { return (high[0] - low[0]) * (high[1] - low[1]); }
   };
   std::map<std::size_t, Sums> charts;
   double whole = 0, starved = 0;
@@ -229,13 +231,19 @@ double starved_share(const PaintedMesh& body) {
     const double across = (uv[1][0] - uv[0][0]) * (uv[2][1] - uv[0][1]),
                  back = (uv[2][0] - uv[0][0]) * (uv[1][1] - uv[0][1]);
     Sums& sums = charts[chart_of_face[face]];
+    for (std::size_t k = 0; k < 6; ++k) {
+      sums.low[k % 2] = std::min(sums.low[k % 2], uv[k / 2][k % 2]);
+      sums.high[k % 2] = std::max(sums.high[k % 2], uv[k / 2][k % 2]);
+    }
     sums.area += area / 2;
     sums.texels += std::abs(across - back) / 2 * texels_by_uv;
     whole += area / 2;
   }
   const auto texel_count = static_cast<double>(layout.height * layout.width);
   for (const auto& [chart, sums] : charts)
-    if (sums.texels < std::max(1.0, 0.01 * texel_count * sums.area / whole)) starved += sums.area;
+    if (std::min(sums.texels, sums.box() * texels_by_uv) <
+        std::max(1.0, 0.01 * texel_count * sums.area / whole))
+      starved += sums.area;
   return whole > 0 ? starved / whole : 0;
 }
 
