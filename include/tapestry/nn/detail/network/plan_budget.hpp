@@ -9,7 +9,7 @@ namespace tapestry::nn {
 /// What the plans of one network may still take, all its stages together. Counts, so that the same file is
 /// refused on every machine; each is checked before what it counts is made. docs/SECURITY.md states them.
 struct PlanBudget {
-  std::size_t nodes = std::size_t(1) << 16U;    ///< that others are taken apart into
+  std::size_t nodes = std::size_t(3) << 15U;    ///< that others are taken apart into
   std::size_t planned = std::size_t(1) << 19U;  ///< nodes that later stages plan anew
   std::size_t stages = std::size_t(1) << 10U;
   std::size_t bytes = std::size_t(1) << 27U;   ///< results and weights of what the bodies of loops compute
