@@ -197,7 +197,8 @@ class Tape {
   /// error: every adjoint is then zero. A zero passes nothing on, see zero_products(). Where an infinite
   /// adjoint or a NaN has met a zero partial derivative, sweeps a second time by that rule: pullbacks are
   /// then called again. If a pullback throws, so does this; the tape stays usable, with the adjoints computed
-  /// so far. \throws DomainError if root is not on this tape, or if called from within a pullback
+  /// so far.
+  /// \throws DomainError if root is not on this tape, or if called from within a pullback
   void reverse(const Variable<T>& root, T seed = T(1)) {
     const detail::Link link = root.link();
     detail::note_nan(root.value());
