@@ -52,7 +52,7 @@ class Makers {
   std::map<std::string_view, const nn::Node*> makers_{};
 };
 
-/// What a network computes of its last convolutions.
+/// Last convolutions of a network, and the operators behind them.
 struct HeadTrace {
   std::vector<std::string> convolutions{};  ///< their outputs
   std::vector<const nn::Node*> nodes{};     ///< behind them

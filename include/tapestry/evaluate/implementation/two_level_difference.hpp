@@ -150,7 +150,7 @@ struct TwoLevelShare {
                       t_draws * std::sqrt(widened * apart) / pq);
   }
 
-  /// Of the share.
+  /// Interval of the share, 95 %.
   [[nodiscard]] std::array<double, 2> interval() const {
     if (is_saturated()) return wilson_interval_of(share, views, student_quantile(0.975, views - 1));
     const double odds = share / (1 - share), factor = std::exp(reach(share * (1 - share)));

@@ -124,7 +124,7 @@ class SelfAdjointEigenSolver<Matrix> {
   using RealVectorType = Eigen::Matrix<Scalar, Matrix::RowsAtCompileTime, 1>;
 
   SelfAdjointEigenSolver() = default;
-  /// Of a matrix of this size, which compute() takes.
+  /// Makes room for the spectrum of a matrix of this size, for compute().
   explicit SelfAdjointEigenSolver(Index size) : m_eivec(size, size), m_eivalues(size) {}
   template <class Input>
   explicit SelfAdjointEigenSolver(const EigenBase<Input>& a, int options = ComputeEigenvectors) {

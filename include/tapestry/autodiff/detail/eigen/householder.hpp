@@ -58,7 +58,7 @@ namespace internal {
 template <class Matrix, int Size, bool IsComplex>
 struct tridiagonalization_inplace_selector;
 
-/// As of any size: that of three rows drops the derivatives of an entry that is 0.
+/// Computes three rows as any other size: Eigen's own form for three drops derivatives of an entry that is 0.
 template <class Matrix>
 requires tapestry::Differentiable<typename Matrix::Scalar>
 struct tridiagonalization_inplace_selector<Matrix, 3, false>

@@ -36,7 +36,7 @@ class JacobiRotation<S> {
   [[nodiscard]] JacobiRotation transpose() const { return {c_, -s_}; }
   [[nodiscard]] JacobiRotation adjoint() const { return transpose(); }
 
-  /// Of which Jᵀ [x y; y z] J is diagonal.
+  /// Makes the J for which Jᵀ [x y; y z] J is diagonal.
   /// \returns whether y is not 0
   bool makeJacobi(const S& x, const S& y, const S& z) {
     const S gap = x - z, width = hypot(gap, S(2.0 * y));
@@ -50,7 +50,7 @@ class JacobiRotation<S> {
     return makeJacobi(a.coeff(p, p), a.coeff(p, q), a.coeff(q, q));
   }
 
-  /// Of which Jᵀ (p, q) is (r, 0).
+  /// Makes the J for which Jᵀ (p, q) is (r, 0).
   void makeGivens(const S& p, const S& q, S* r = nullptr) {
     const bool is_flat = abs(p) > abs(q);
     if (p == 0 && q == 0) {

@@ -152,7 +152,7 @@ inline void read_type(ProtobufMessage message, nn::InputDescription& input) {
 /// \throws FileError (malformed)  for a value without a name
 [[nodiscard]] inline std::string read_output(ProtobufMessage value) { return detail::read_value_name(value); }
 
-/// What the elements of a ValueInfoProto are; none if it does not state that.
+/// Element type of a ValueInfoProto; none if it does not state that.
 /// \throws FileError (malformed)  for bytes that are no such message
 [[nodiscard]] inline std::optional<nn::ElementType> stated_type(const ProtobufMessage& value) {
   std::optional<nn::ElementType> stated;

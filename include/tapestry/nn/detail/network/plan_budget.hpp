@@ -6,7 +6,7 @@
 
 namespace tapestry::nn {
 
-/// What the plans of one network may still take, all its stages together. Counts, so that the same file is
+/// Amounts left to the plans of one network, all its stages together. Counts, so that the same file is
 /// refused on every machine; each is checked before what it counts is made. docs/SECURITY.md states them.
 struct PlanBudget {
   std::size_t nodes = std::size_t(3) << 15U;    ///< that others are taken apart into
