@@ -47,7 +47,10 @@ struct SharedSelection : Choice {
   template <class T>
   static T value(const T& x, const T& y) {
     if constexpr (DualNumber<T>) {
-      if (x == y) return dual_binary<Operation, T>(x, y);
+      if (x == y) [[unlikely]] {
+        note_kink(false);
+        return dual_binary<Operation, T>(x, y);
+      }
     }
     return Choice::value(x, y);
   }

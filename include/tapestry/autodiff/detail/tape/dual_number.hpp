@@ -23,10 +23,10 @@ namespace tapestry {
 /// On the tape as here, a zero passes nothing on and nothing through: 0 · ∞ = 0 · NaN = 0 wherever slopes are
 /// multiplied; see Tape::zero_products(). Comparisons look at the values only.
 ///
-/// Second derivatives by hand, on a tape of duals or in duals of duals: where max(), min() and their like
-/// take a side at a tie they are those of that side. Where |x|, a length or an angle has the slope 0 at 0, a
-/// subgradient, they are NaN, in products, too, unless they do not enter. An infinite slope that meets a
-/// zero hides them, as it hides first ones. hessian() and derivative() in derivatives.hpp find more.
+/// Second derivatives by hand, on a tape of duals or in duals of duals: where max() and min() tie they are
+/// those of the mean of both sides, and of clamp() and fdim() those of the side taken. Where |x|, a length or
+/// an angle has the slope 0 at 0, a subgradient, they are NaN, in products, too, unless they do not enter. An
+/// infinite slope that meets a zero hides them, as first ones. hessian() and derivative() find more.
 template <class T, std::size_t N = 1, class Tag = void>
 class Dual {
   static_assert(
