@@ -50,11 +50,15 @@ int check_only(CamouflageOptions options, ProblemList& list) {
   std::vector<std::string> warnings;
   check_inputs(options.scene, options.detector, list, warnings);
   list.attempt([&] { (void)palette_of(options.optimisation); });
-  if (list.problems().empty())
-    list.attempt([&] {
-      const Inputs inputs = load_all(options);
-      require_car_found(inputs, options.scene, options.detector, warnings);
-    });
+  try {
+    if (list.problems().empty())
+      list.attempt([&] {
+        const Inputs inputs = load_all(options);
+        require_car_found(inputs, options.scene, options.detector, warnings);
+      });
+  } catch (const Stopped&) {
+    return StopSignal::exit_code();
+  }
   print_warnings(warnings);
   const auto& problems = list.problems();
   for (const auto& problem : problems) std::cerr << "error: " << for_terminal(problem.what()) << '\n';

@@ -80,9 +80,10 @@ void describe(CLI::App& app, Options& options) {
          "picture of anyone's camouflage instead, on the painted faces by their uv; --texels: its rows, "
          "at most 1024, when left out")
       ->excludes(run);
-  app.add_flag("--accept-changed-inputs", options.accept_changed_inputs,
-               "measure although mesh, weights or frames of the run, or of that of --against, have changed, "
-               "which is refused otherwise; the changes are written into the metrics")
+  app.add_flag(
+         "--accept-changed-inputs", options.accept_changed_inputs,
+         "measure although mesh, weights, frames or paint of the run, or of that of --against, have changed, "
+         "which is refused otherwise; the changes are written into the metrics")
       ->needs(run);
   app.add_option(
       "--against", options.against,
@@ -263,13 +264,13 @@ struct MeasuredViews {
                  inputs.keeps_photograph},
         loaders(frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed)),
         store(car, settings, loaders),
-        usable(views_with_car(store, options.scene.mesh, car.mesh, inputs.warnings)),
+        usable(views_with_car(store, options.scene.mesh, inputs.car, inputs.warnings, true)),
         reshaped(reshaped_by(options.clean_only ? CamouflageSource() : options.camouflage)),
         reshaped_by_other(reshaped_by({options.against, ""})) {
     print_warnings(inputs.warnings);
     if (usable.empty())
       throw Error(ErrorKind::mismatch,
-                  options.scene.frames + ": no frame shows the car" + word_on_size(car.mesh));
+                  options.scene.frames + ": no frame shows the car" + word_on_size(inputs.car));
   }
 
   std::optional<ReshapedViews> reshaped_by(const CamouflageSource& source) {

@@ -92,8 +92,8 @@ class CamouflageRun {
     const auto usable_test = inputs_.frames.held_out ? prepared(test) : usable_train;  // all of them
     print_warnings(inputs_.warnings);
     if (usable_train.empty() || usable_test.empty())
-      throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car" +
-                                           word_on_size(inputs_.car.painted.mesh));
+      throw Error(ErrorKind::mismatch,
+                  options_.scene.frames + ": no frame shows the car" + word_on_size(inputs_.car));
     validation_.emplace(usable_train, options_.optimisation.validation, path("best.npz"));
     auto& epochs = options_.optimisation.epochs;
     if (epochs == 0) epochs = default_epochs(usable_train.size(), inputs_.frames.drawn > 0);
@@ -172,7 +172,7 @@ class CamouflageRun {
     std::vector<std::size_t> usable;
     bool stopped = false;
     try {
-      usable = views_with_car(store, options_.scene.mesh, inputs_.car.painted.mesh, inputs_.warnings);
+      usable = views_with_car(store, options_.scene.mesh, inputs_.car, inputs_.warnings);
     } catch (const Stopped&) {
       stopped = true;
     }

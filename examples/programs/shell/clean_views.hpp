@@ -25,7 +25,7 @@ struct CleanViews {
 };
 
 /// Passes clean views, at most `most` of those to measure on, evenly spread, through the detector.
-/// \throws Error (mismatch) if none of them shows the car
+/// \throws Error (mismatch) if none of them shows the car, and as views_with_car()
 inline CleanViews examine_clean_views(const Inputs& inputs, const SceneSettings& scene,
                                       const DetectorSettings& settings, std::size_t most = 8) {
   const auto& all = inputs.frames.test;
@@ -34,13 +34,15 @@ inline CleanViews examine_clean_views(const Inputs& inputs, const SceneSettings&
     paths.push_back(all[i * all.size() / std::min(most, all.size())]);
   const auto& detector = inputs.detector;
   const std::size_t height = detector.input_height(), width = detector.input_width();
-  camouflage::ViewStore<float> store(inputs.car.painted,
-                                     {height, width, scene.samples, std::size_t(1) << 30U, detector.fit(),
-                                      inputs.photo_light, false, inputs.keeps_photograph},
-                                     frame_loaders(paths, inputs.mask, inputs.frames.posed));
+  camouflage::ViewStore<float> store(
+      inputs.car.painted,
+      {height, width, scene.samples, std::size_t(1) << 30U, detector.fit(),
+       witnessed(inputs.photo_light, detector, inputs.class_index, settings), false, inputs.keeps_photograph},
+      frame_loaders(paths, inputs.mask, inputs.frames.posed));
   std::vector<std::string> warnings;  // a run repeats them
-  const auto usable = views_with_car(store, warnings);
-  if (usable.empty()) throw Error(ErrorKind::mismatch, scene.frames + ": no frame shows the car");
+  const auto usable = views_with_car(store, scene.mesh, inputs.car, warnings);
+  if (usable.empty())
+    throw Error(ErrorKind::mismatch, scene.frames + ": no frame shows the car" + word_on_size(inputs.car));
   evaluate::Meter meter(detector, inputs.class_index, {settings.confidence, settings.nms});
   const auto clean = camouflage::without_paint(camouflage::own_colours<float>(inputs.car.painted));
   CleanViews seen{usable.size()};

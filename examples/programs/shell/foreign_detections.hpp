@@ -97,7 +97,8 @@ inline void require_as_exported(const std::string& folder, const Json& labels) {
 
 /// \throws FileError (mismatch) unless the pictures show the paint that a run has written
 inline void require_pictures_of(const std::string& run, const Json& about, const std::string& pictures) {
-  const Json outputs = read_manifest(run).value("outputs", Json::object());
+  Json outputs = read_manifest(run).value("outputs", Json::object());
+  if (!outputs.is_object()) outputs = Json::object();
   const std::string paint = run + "/texture.npz", found = io::RegularFile(paint).sha256();
   if (outputs.value("texture.npz", found) != found)
     throw FileError(ErrorKind::mismatch,

@@ -26,6 +26,7 @@
 #include "report_page.hpp"
 #include "run_folder.hpp"
 #include "run_manifest.hpp"
+#include "run_page.hpp"
 #include "scene_precision.hpp"
 #include "step_log.hpp"
 #include "stop_signal.hpp"
@@ -71,14 +72,14 @@ class HardeningRun {
     print_warnings(inputs_.warnings);
     std::vector<std::string> warnings;
     const auto with_car = [&](camouflage::ViewStore<float>& store) {
-      return views_with_car(store, options_.scene.mesh, inputs_.car.painted.mesh, warnings);
+      return views_with_car(store, options_.scene.mesh, inputs_.car, warnings);
     };
     usable_train_ = with_car(train_);
     usable_test_ = inputs_.frames.held_out ? with_car(test_) : usable_train_;
     print_warnings(warnings);
     if (usable_train_.empty() || usable_test_.empty())
-      throw Error(ErrorKind::mismatch, options_.scene.frames + ": no frame shows the car" +
-                                           word_on_size(inputs_.car.painted.mesh));
+      throw Error(ErrorKind::mismatch,
+                  options_.scene.frames + ": no frame shows the car" + word_on_size(inputs_.car));
     if (options_.harden.epochs == 0)
       options_.harden.epochs = default_epochs(usable_train_.size(), inputs_.frames.drawn > 0);
     open_folder();

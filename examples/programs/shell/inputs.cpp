@@ -45,7 +45,9 @@ raster::TextureLayout layout_of(const SceneSettings& settings, const raster::Pai
 
 std::string word_on_starved(const SceneSettings& settings, const Car& car) {
   return settings.mesh + ": " + formatted("%.0f", 100 * car.starved_share) +
-         " % of the painted area has hardly a texel of the atlas, since its uv share points, as of a palette";
+         " % of the painted area has hardly a texel of the atlas: its uv share points, as of a palette, or "
+         "are "
+         "small, for which see --texels";
 }
 
 /// Checks the files of a detector. The other files are checked even if the cfg is unsound.
@@ -134,6 +136,7 @@ Car load_car(const SceneSettings& settings) {
   car.painted.mesh =
       upright_object(settings.mesh, std::move(car.painted.mesh), settings.axes, settings.object);
   for (auto& position : car.painted.mesh.positions) position = geometry::scale(position, scale_of(settings));
+  car.scale = scale_of(settings);
   car.starved_share = raster::starved_share(car.painted);
   if (car.starved_share >= 0.05) car.warnings.push_back(word_on_starved(settings, car));
   car.painted.space = image::colour_space_by_name(settings.colour_space);
@@ -145,7 +148,13 @@ Car load_car(const SceneSettings& settings) {
 }
 
 void require_texels(const SceneSettings& settings, const Car& car) {
-  if (car.starved_share > 0.5)
+  constexpr double most = 0.5;
+  if (car.starved_share <= most) return;
+  SceneSettings finest = settings;
+  finest.texels = std::max<std::size_t>(settings.texels, 1024);
+  raster::PaintedMesh fine = car.painted;
+  fine.layout = layout_of(finest, fine);
+  if (raster::starved_share(fine) > most)  // small charts need rows alone
     throw FileError(ErrorKind::mismatch, {settings.mesh, "",
                                           word_on_starved(settings, car).substr(settings.mesh.size() + 2) +
                                               "; --texture cube gives every face texels of its own"});
@@ -317,7 +326,6 @@ void check_inputs(SceneSettings scene, const DetectorSettings& detector, Problem
     list.attempt([&] {
       const Car car = load_car(scene);
       warnings.insert(warnings.end(), car.warnings.begin(), car.warnings.end());
-      require_texels(scene, car);
     });
   FrameLists frames;
   list.attempt([&] { frames = find_frames(scene); });

@@ -59,7 +59,7 @@ std::vector<Photograph> photographs(const std::string& folder, RequireUsable req
                                     std::vector<std::string>& warnings) {
   if (folder.empty()) return {};
   constexpr std::size_t enough = 10;
-  if (const auto word = word_on_unread(folder); !word.empty()) warnings.push_back(word);
+  const std::size_t warnings_before = warnings.size();
   const auto paths = io::listed_paths(folder, io::has_picture_name);
   struct Examined {
     std::optional<Photograph> usable{};
@@ -80,13 +80,17 @@ std::vector<Photograph> photographs(const std::string& folder, RequireUsable req
     if (one.usable) found.push_back(*one.usable);
     warnings.insert(warnings.end(), one.warnings.begin(), one.warnings.end());
   }
-  const std::string left_out = std::to_string(paths.size() - found.size()) + " left out, such as ";
+  const std::size_t left_out = paths.size() - found.size();
+  const std::string left =
+      left_out == 0 ? std::string()
+                    : ", and " + std::to_string(left_out) + " left out, such as " + warnings[warnings_before];
+  const auto unread = word_on_unread(folder);
+  if (!unread.empty()) warnings.push_back(unread);
   if (found.size() < 2)
-    throw FileError(
-        ErrorKind::mismatch,
-        {folder, "", "too few photographs to hold some out",
-         std::string("at least 2 (") + io::picture_endings + ")",
-         std::to_string(found.size()) + (warnings.empty() ? "" : ", and " + left_out + warnings.front())});
+    throw FileError(ErrorKind::mismatch,
+                    {folder, "", "too few photographs to hold some out",
+                     std::string("at least 2 (") + io::picture_endings + ")",
+                     std::to_string(found.size()) + left + (unread.empty() ? "" : "; " + unread)});
   if (found.size() < enough)
     warnings.push_back(folder + ": " + std::to_string(found.size()) +
                        " photographs are few: a paint that hides the car in them may hide it nowhere else; "

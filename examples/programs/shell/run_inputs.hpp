@@ -96,7 +96,8 @@ inline std::vector<ChangedInput> require_run_inputs(const RunInputs& inputs, con
   if (changed.empty()) return changed;
   const std::string words = inputs.run + ": inputs have changed since the run: " + text_of(changed);
   if (!inputs.accepts_changes)
-    throw Error(ErrorKind::in_use, words + "; give another input by its option, or --accept-changed-inputs");
+    throw Error(ErrorKind::in_use,
+                words + "; put them back, give another input by its option, or --accept-changed-inputs");
   warnings.push_back(words);
   return changed;
 }

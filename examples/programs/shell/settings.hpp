@@ -126,9 +126,11 @@ void visit_settings(SceneSettings& s, Visit visit) {
   visit("light", s.light,
         "light on the car: frame, the light that the frame states, or photo, sun and sky estimated from the "
         "car in each frame's picture, which is taken to be of one colour and well exposed");
-  visit("unpainted", s.unpainted,
-        "what glass, tyres and other faces without paint show: photo, the frame's own pixels, where its mask "
-        "is the car's silhouette (by an IoU of .9), else their materials; or materials everywhere");
+  visit(
+      "unpainted", s.unpainted,
+      "what glass, tyres and other faces without paint show: photo, the frame's own pixels, where its mask "
+      "is the car's silhouette (by an IoU of .9), or with --light photo and no mask where the detector finds "
+      "the car, else their materials; or materials everywhere");
 }
 
 template <class Visit>

@@ -13,6 +13,7 @@
 
 #include "contact_sheet.hpp"
 #include "formatted.hpp"
+#include "inputs.hpp"
 #include "picture_detections.hpp"
 #include "program.hpp"
 #include "progress.hpp"
@@ -21,27 +22,28 @@
 
 namespace tapestry::shell {
 
-/// What the length of a mesh tells of its units, and the --scale for a car; empty for one of 1 to 30 m.
-inline std::string word_on_size(const geometry::Mesh& mesh) {
-  const double length = 2 * geometry::bounds_of(mesh.positions).half_length();
+/// States the length of a car that is not 1 to 30 m long, and the --scale for it; empty for others.
+inline std::string word_on_size(const Car& car) {
+  const double length = 2 * geometry::bounds_of(car.painted.mesh.positions).half_length();
   if ((length >= 1 && length <= 30) || !(length > 0)) return {};
   constexpr double inch = 0.0254, usual = 4.7;  // metres
   double scale = 1e6;
   for (const double unit : {1e-6, 1e-5, 1e-4, 1e-3, 1e-2, inch, 0.1, 10.0, 100.0, 1e3, 1e4, 1e5})
     if (std::abs(std::log(unit * length / usual)) < std::abs(std::log(scale * length / usual))) scale = unit;
   return "; the mesh is " + formatted("%.3g", length) + " long, and a car in metres 1 to 30: --scale " +
-         formatted("%g", scale) + " makes it " + formatted("%.3g", scale * length);
+         formatted("%g", scale * car.scale) + " makes it " + formatted("%.3g", scale * length);
 }
 
 /// The views of a store that show the car; every other view, and every one whose photograph does not hold it,
 /// adds a warning.
-/// \param mesh_path  for messages \param mesh  the car's
+/// \param mesh_path  for messages
+/// \param is_measured  whether views without a light of their photograph are only measured, which is no error
 /// \throws Stopped when a signal arrives
 /// \throws Error (mismatch) if no photograph holds the car where the light comes from them; if the car is too
 ///         small in all views for any detector, or, by its length, larger than all of them
 inline std::vector<std::size_t> views_with_car(camouflage::ViewStore<float>& store,
-                                               const std::string& mesh_path, const geometry::Mesh& mesh,
-                                               std::vector<std::string>& warnings) {
+                                               const std::string& mesh_path, const Car& car,
+                                               std::vector<std::string>& warnings, bool is_measured = false) {
   constexpr double least_share = 2e-4;  // 6 x 6 pixels of 416 x 416
   double largest = 0, farthest = 0;
   std::size_t without = 0;
@@ -60,13 +62,13 @@ inline std::vector<std::size_t> views_with_car(camouflage::ViewStore<float>& sto
   warnings.insert(warnings.end(), usable.warnings.begin(), usable.warnings.end());
   const auto refuse = [&](const std::string& what) {
     print_warnings(warnings);
-    throw Error(ErrorKind::mismatch, mesh_path + ": " + what + word_on_size(mesh));
+    throw Error(ErrorKind::mismatch, mesh_path + ": " + what + word_on_size(car));
   };
   const std::size_t count = usable.indices.size();
   if (count > 0 && largest < least_share)
     refuse("the car covers at most " + formatted("%.1g", largest) + " of a frame's picture");
-  if (count > 0 && farthest < 1 && !word_on_size(mesh).empty()) refuse("the car lies around all cameras");
-  if (count > 0 && without == count) {
+  if (count > 0 && farthest < 1 && !word_on_size(car).empty()) refuse("the car lies around all cameras");
+  if (!is_measured && count > 0 && without == count) {
     print_warnings(warnings);
     throw Error(ErrorKind::mismatch,
                 "--light photo: no photograph shows the car to the detector; --light frame "

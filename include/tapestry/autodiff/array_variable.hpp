@@ -220,6 +220,7 @@ template <class T, std::size_t Rank>
 template <class T, std::size_t Rank>
 void reverse_from_array(TapeState<T>& state, const ArrayVariable<T, Rank>& root, const Array<T, Rank>& seed) {
   require_shape("reverse", "seed", seed, root.shape());
+  for (const T entry : seed) note_nan(entry);
   state.require_own_if_active(root.link());
   state.reverse(root.link().index(), [&](T*) {
     if (root.is_active()) root.shared_adjoint()->touch() = seed;

@@ -59,7 +59,10 @@ class ActiveScope {
  public:
   /// \throws DomainError if the tape is active on another thread, or scopes have ended out of order
   explicit ActiveScope(detail::Shared<State> state) : state_(std::move(state)) {
-    if (State::active == &detail::disordered_tapes<T>) detail::throw_inactive<T>(State::active);
+    if (State::active == &detail::disordered_tapes<T>) {
+      if (State::scope_count == 0) State::active = &detail::no_tape<T>;  // told once
+      detail::throw_inactive<T>(&detail::disordered_tapes<T>);
+    }
     state_->claim.take(&State::active);
     previous_ = std::exchange(State::active, state_.get());
     depth_ = ++State::scope_count;

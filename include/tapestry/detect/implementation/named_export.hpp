@@ -62,13 +62,14 @@ struct JoinedOutput {
 
 /// The decoded output of YOLOv5: each of three convolutions is for three anchors.
 [[nodiscard]] inline DetectorDescription yolov5_output(const nn::NetworkDescription& network) {
-  constexpr std::size_t grids = 3, anchors = 3;
+  constexpr std::size_t anchors = 3;
   const HeadTrace trace = head_trace(network, network.outputs);
   const auto filters = filter_counts(network, trace.convolutions);
   if (network.outputs.size() != 1 || !trace.has({"Sigmoid"}) || trace.has({"Softmax", "TopK"}) ||
-      !are_apart(filters, grids, {}) || filters.front() % anchors != 0)
+      filters.size() < 2 || filters.size() > 5 || !are_apart(filters, filters.size(), {}) ||
+      filters.front() % anchors != 0)
     throw not_an_export(network, "YOLOv5",
-                        "one output, decoded of three convolutions of three times 5 + K filters",
+                        "one output, decoded of two to five convolutions of three times 5 + K filters",
                         std::to_string(network.outputs.size()) + " outputs of " +
                             std::to_string(filters.size()) + " last convolutions");
   DetectorDescription description = known_description("yolov5");

@@ -46,9 +46,6 @@ template <class S>
 }  // namespace tapestry::detail
 
 namespace Eigen {
-template <class Matrix>
-class BDCSVD;
-
 /// Singular values and vectors of a matrix of variables, with the numbers of Eigen's own JacobiSVD. Where
 /// values are equal, their derivatives are those of one choice, right for symmetric functions of all equal
 /// ones; derivatives of their vectors are infinite or NaN, as are those of vectors of a value 0. A value 0
@@ -73,8 +70,10 @@ class JacobiSVD<Matrix, Preconditioner> {
   template <class Input>
   JacobiSVD& compute(const EigenBase<Input>& input, unsigned options = 0) {
     using Numbers = tapestry::detail::Numbers<Scalar>;
+    constexpr unsigned parts = ComputeFullU | ComputeThinU | ComputeFullV | ComputeThinV;
+    options |= unsigned(Preconditioner) & parts;  // where Eigen 3.5 has them
     const MatrixType a(input.derived());
-    const JacobiSVD<Numbers, Preconditioner> svd(
+    const JacobiSVD<Numbers, int(unsigned(Preconditioner) & ~parts)> svd(
         tapestry::detail::numbers_of(a), ((options & ComputeFullU) != 0 ? ComputeFullU : ComputeThinU) |
                                              ((options & ComputeFullV) != 0 ? ComputeFullV : ComputeThinV));
     info_ = svd.info();
