@@ -84,7 +84,7 @@ TEST_CASE("a wrong word is refused for small detectors of each family", "[io][re
     require_only(path, right);
   };
   const auto anchors = detect::known_description("yolov5").anchors;
-  for (const std::size_t classes : {1, 4, 5, 32}) require(test::yolox_like(64, classes), "yolox");
+  for (const std::size_t classes : {1U, 4U, 5U, 32U}) require(test::yolox_like(64, classes), "yolox");
   require(test::nanodet_like(64), "nanodet");
   require(test::nanodet_like(128, 4), "picodet");
   require(test::yolov5_like(64, anchors), "yolov5");
