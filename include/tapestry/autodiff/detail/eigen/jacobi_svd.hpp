@@ -71,9 +71,10 @@ class JacobiSVD<Matrix, Preconditioner> {
   JacobiSVD& compute(const EigenBase<Input>& input, unsigned options = 0) {
     using Numbers = tapestry::detail::Numbers<Scalar>;
     constexpr unsigned parts = ComputeFullU | ComputeThinU | ComputeFullV | ComputeThinV;
-    options |= unsigned(Preconditioner) & parts;  // where Eigen 3.5 has them
+    constexpr auto given = static_cast<unsigned>(Preconditioner);
+    options |= given & parts;  // where versions of Eigen after 3.4 have them
     const MatrixType a(input.derived());
-    const JacobiSVD<Numbers, int(unsigned(Preconditioner) & ~parts)> svd(
+    const JacobiSVD<Numbers, static_cast<int>(given & ~parts)> svd(
         tapestry::detail::numbers_of(a), ((options & ComputeFullU) != 0 ? ComputeFullU : ComputeThinU) |
                                              ((options & ComputeFullV) != 0 ? ComputeFullV : ComputeThinV));
     info_ = svd.info();
