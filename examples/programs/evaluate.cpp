@@ -264,7 +264,8 @@ struct MeasuredViews {
                  inputs.keeps_photograph},
         loaders(frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed)),
         store(car, settings, loaders),
-        usable(views_with_car(store, options.scene.mesh, inputs.car, inputs.warnings, true)),
+        usable(views_with_car(store, options.scene.mesh, inputs.car, inputs.warnings,
+                              !options.camouflage.run.empty())),
         reshaped(reshaped_by(options.clean_only ? CamouflageSource() : options.camouflage)),
         reshaped_by_other(reshaped_by({options.against, ""})) {
     print_warnings(inputs.warnings);
