@@ -57,7 +57,7 @@ class SymmetricTurn {
 template <class S>
 class GeneralTurn {
   using T = typename S::value_type;
-  using Complex = std::complex<T>;
+  using ComplexNumber = std::complex<T>;
 
  public:
   /// \param a  [N, N]
@@ -76,7 +76,7 @@ class GeneralTurn {
   }
 
   [[nodiscard]] std::complex<S> value(Eigen::Index k) const {
-    const Complex& value = values_(k);
+    const ComplexNumber& value = values_(k);
     return {value.real() + turn_(k, k), is_real(k) ? S(0) : S(value.imag() + turn_(values_.size() + k, k))};
   }
   [[nodiscard]] std::complex<S> vector_entry(Eigen::Index i, Eigen::Index k) const {
@@ -84,13 +84,13 @@ class GeneralTurn {
     std::vector<T> real, imaginary;
     for (Eigen::Index j = 0; j < values_.size(); ++j) {
       if (j == k) continue;
-      const Complex along = vectors_.col(k).dot(vectors_.col(j));
-      const Complex partial = (vectors_(i, j) - vectors_(i, k) * along) / (values_(k) - values_(j));
+      const ComplexNumber along = vectors_.col(k).dot(vectors_.col(j));
+      const ComplexNumber partial = (vectors_(i, j) - vectors_(i, k) * along) / (values_(k) - values_(j));
       turns.insert(turns.end(), {turn_(j, k), turn_(values_.size() + j, k)});
       real.insert(real.end(), {partial.real(), -partial.imag()});
       imaginary.insert(imaginary.end(), {partial.imag(), partial.real()});
     }
-    const Complex& entry = vectors_(i, k);
+    const ComplexNumber& entry = vectors_(i, k);
     return {of_range(entry.real(), turns, real),
             is_real(k) ? S(0) : S(of_range(entry.imag(), turns, imaginary))};
   }
@@ -98,8 +98,8 @@ class GeneralTurn {
  private:
   [[nodiscard]] bool is_real(Eigen::Index k) const { return values_(k).imag() == T(0); }
 
-  Eigen::Matrix<Complex, Eigen::Dynamic, 1> values_;
-  Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic> vectors_;
+  Eigen::Matrix<ComplexNumber, Eigen::Dynamic, 1> values_;
+  Eigen::Matrix<ComplexNumber, Eigen::Dynamic, Eigen::Dynamic> vectors_;
   Changes<S> turn_;  // Re Ẇ above Im Ẇ
 };
 }  // namespace tapestry::detail
