@@ -388,8 +388,9 @@ TEST_CASE("the car of the real frames looks more like its photograph under the p
                           tapestry::test::solid,
                           image::ColourSpace::linear};
   car.painted = geometry::faces_by_material(car.mesh, {"MI_CarExterior_Etron"});
-  const camouflage::PhotoLight settings{
+  camouflage::PhotoLight settings{
       std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(car.mesh, 256, 256))};
+  settings.shows_car = [](const auto&...) { return true; };  // the frames are known to
   std::array<double, 3> errors{0, 0, 0};  // of the car, its paint, the rest; mean of the frames
   for (const char* number : {"1", "12501", "12502", "12503", "12504", "12505"}) {
     const auto frame = io::read_frame(shared + "carla/data" + number + ".npz");
