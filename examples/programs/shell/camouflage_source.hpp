@@ -94,10 +94,11 @@ inline void require_other_than_own(const std::string& path, const Bitmap& pictur
   const auto small = [](const Bitmap& bitmap) {
     return means_along(means_along(image::from_bytes<float>(bitmap), 0, 32, 1), 1, 32, 1);
   };
+  const auto small_paint = small(picture);
   for (const std::string& texture : textures) {
     std::vector<std::string> told_before;
     const auto own = small(io::read_texture(texture, &told_before));
-    is_same = is_same || difference_of(own, small(picture), [](std::size_t) { return true; }) <= most;
+    is_same = is_same || difference_of(own, small_paint, [](std::size_t) { return true; }) <= most;
     if (!is_same) continue;
     const std::string file = car.material_files.empty() ? "the material file" : car.material_files.front();
     throw FileError(ErrorKind::mismatch,

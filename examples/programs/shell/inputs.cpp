@@ -43,8 +43,8 @@ raster::TextureLayout layout_of(const SceneSettings& settings, const raster::Pai
   return layout;
 }
 
-std::string word_on_starved(const SceneSettings& settings, const Car& car) {
-  return settings.mesh + ": " + formatted("%.0f", 100 * car.starved_share) +
+std::string word_on_starved(const Car& car) {
+  return formatted("%.0f", 100 * car.starved_share) +
          " % of the painted area has hardly a texel of the atlas: its uv share points, as of a palette, or "
          "are "
          "small, for which see --texels";
@@ -135,10 +135,10 @@ Car load_car(const SceneSettings& settings) {
   car.painted.layout = layout_of(settings, car.painted);
   car.painted.mesh =
       upright_object(settings.mesh, std::move(car.painted.mesh), settings.axes, settings.object);
-  for (auto& position : car.painted.mesh.positions) position = geometry::scale(position, scale_of(settings));
   car.scale = scale_of(settings);
+  for (auto& position : car.painted.mesh.positions) position = geometry::scale(position, car.scale);
   car.starved_share = raster::starved_share(car.painted);
-  if (car.starved_share >= 0.05) car.warnings.push_back(word_on_starved(settings, car));
+  if (car.starved_share >= 0.05) car.warnings.push_back(settings.mesh + ": " + word_on_starved(car));
   car.painted.space = image::colour_space_by_name(settings.colour_space);
   car.painted.pyramid = raster::pyramid_of(car.painted);
   car.painted.pictures = pictures_of(own, car.painted.mesh, car.painted.layout.filter, car.painted.space);
@@ -155,9 +155,9 @@ void require_texels(const SceneSettings& settings, const Car& car) {
   raster::PaintedMesh fine = car.painted;
   fine.layout = layout_of(finest, fine);
   if (raster::starved_share(fine) > most)  // small charts need rows alone
-    throw FileError(ErrorKind::mismatch, {settings.mesh, "",
-                                          word_on_starved(settings, car).substr(settings.mesh.size() + 2) +
-                                              "; --texture cube gives every face texels of its own"});
+    throw FileError(
+        ErrorKind::mismatch,
+        {settings.mesh, "", word_on_starved(car) + "; --texture cube gives every face texels of its own"});
 }
 
 FrameLists find_frames(const SceneSettings& scene) {
