@@ -1,9 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <vector>
 
 #include "array_forms.hpp"
 #include "worker_program.hpp"

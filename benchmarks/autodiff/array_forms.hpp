@@ -1,9 +1,5 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <span>
 #include <tapestry/autodiff/array_functions.hpp>
-#include <vector>
 
 #include "objectives.hpp"
 

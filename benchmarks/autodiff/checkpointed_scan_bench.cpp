@@ -1,12 +1,9 @@
 // A million steps of a pendulum: the plain tape beside a scan that keeps a hundred states.
 #include <benchmark/benchmark.h>
 
-#include <cstddef>
-#include <cstdlib>
 #include <tapestry/autodiff/checkpointed_scan.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <vector>
 
 namespace {
 using tapestry::Tape;

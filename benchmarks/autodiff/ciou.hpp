@@ -1,8 +1,5 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
 #include <numbers>
-#include <vector>
 
 #include "seeded.hpp"
 

@@ -1,19 +1,6 @@
 // autodiff: speed, error and memory of gradients, our tape beside ADOL-C, plain code and adjoints by hand
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdio>
-#include <cstring>
-#include <filesystem>
-#include <initializer_list>
-#include <iostream>
-#include <iterator>
-#include <regex>
-#include <string>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 #include "../support/driver.hpp"
 #include "hand_adjoints.hpp"

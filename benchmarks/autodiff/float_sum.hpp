@@ -1,7 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
-#include <vector>
 
 #include "seeded.hpp"
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/detail/arrays/reduction.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <vector>
 
 #include "array_forms.hpp"
 #include "float_sum.hpp"

@@ -1,9 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <limits>
-#include <vector>
 
 #include "objectives.hpp"
 

@@ -1,9 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstddef>
-#include <vector>
 
 #include "seeded.hpp"
 

@@ -1,10 +1,7 @@
 #pragma once
-#include <array>
-#include <cstddef>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/compressed_jacobian.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
-#include <vector>
 
 #include "bundle_adjustment.hpp"
 #include "worker_program.hpp"

@@ -1,8 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <vector>
 
 #include "seeded.hpp"
 

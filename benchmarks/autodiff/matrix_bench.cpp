@@ -2,9 +2,6 @@
 // plain value.
 #include <benchmark/benchmark.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <cstdlib>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>

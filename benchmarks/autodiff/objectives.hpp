@@ -1,6 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <vector>
 
 #include "bundle_adjustment.hpp"
 #include "ciou.hpp"

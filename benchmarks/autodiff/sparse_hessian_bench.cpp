@@ -1,12 +1,8 @@
 // The Hessian of a banded problem of many variables: its time grows with their number, not with its square.
 #include <benchmark/benchmark.h>
 
-#include <cmath>
-#include <cstddef>
-#include <span>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/sparse_hessian.hpp>
-#include <vector>
 
 namespace {
 using tapestry::HessianPlan;

@@ -1,15 +1,10 @@
 #pragma once
 #include <atomic>
 #include <barrier>
-#include <cstddef>
-#include <memory>
 #include <numeric>
-#include <span>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <thread>
-#include <utility>
-#include <vector>
 
 #include "hand_adjoints.hpp"
 #include "worker_program.hpp"

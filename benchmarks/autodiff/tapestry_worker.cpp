@@ -1,8 +1,4 @@
 // The objectives as this library differentiates them; and as plain code, and with adjoints by hand.
-#include <cstddef>
-#include <memory>
-#include <string>
-#include <type_traits>
 
 #include "float_sum_computations.hpp"
 #include "variants.hpp"

@@ -1,8 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <memory>
-#include <string>
-#include <type_traits>
 
 #include "array_computation.hpp"
 #include "jacobian_computations.hpp"

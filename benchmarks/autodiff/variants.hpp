@@ -1,7 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <memory>
-#include <string>
 
 #include "worker_program.hpp"
 

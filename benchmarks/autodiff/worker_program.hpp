@@ -1,12 +1,6 @@
 #pragma once
-#include <CLI/CLI.hpp>
-#include <cstddef>
-#include <fstream>
 #include <memory>
-#include <string>
 #include <tapestry/core/error.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../examples/programs/shell/program.hpp"
 #include "../support/serve.hpp"

@@ -1,16 +1,7 @@
 // compile: seconds and memory that a compiler takes for programs of ours and of other libraries
-#include <CLI/CLI.hpp>
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <regex>
 #include <sstream>
-#include <string>
 #include <tapestry/core/error.hpp>
-#include <vector>
 
 #include "../support/driver.hpp"
 #include "../support/process.hpp"

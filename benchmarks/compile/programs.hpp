@@ -1,13 +1,7 @@
 #pragma once
-#include <cstddef>
-#include <filesystem>
-#include <iterator>
-#include <string>
-#include <string_view>
 #include <tapestry/core/random.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 namespace tapestry::benchmarks {
 

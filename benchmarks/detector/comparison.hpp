@@ -1,13 +1,4 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
-#include <cstdio>
-#include <filesystem>
-#include <iostream>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "../support/driver.hpp"
 #include "network_files.hpp"

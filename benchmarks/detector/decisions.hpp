@@ -1,14 +1,10 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
 #include <fstream>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <vector>
 
 #include "problem.hpp"
 

@@ -1,12 +1,4 @@
 // detector: speed and error of YOLO-V3 networks, ours beside oneDNN, libtorch, OpenCV and Darknet
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cstddef>
-#include <filesystem>
-#include <iostream>
-#include <regex>
-#include <string>
-#include <vector>
 
 #include "../support/driver.hpp"
 #include "comparison.hpp"

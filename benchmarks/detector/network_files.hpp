@@ -1,16 +1,10 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <sstream>
-#include <string>
-#include <string_view>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 #include "problem.hpp"
 

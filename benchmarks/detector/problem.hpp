@@ -1,14 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::benchmarks {
 

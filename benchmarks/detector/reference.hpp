@@ -1,14 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <fstream>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <vector>
 
 #include "../support/relative_distance.hpp"
 #include "decisions.hpp"

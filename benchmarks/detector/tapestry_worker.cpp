@@ -1,7 +1,4 @@
 // The detector as this library computes it.
-#include <cstddef>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/darknet_model.hpp>

@@ -1,12 +1,5 @@
 #pragma once
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/error.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../examples/programs/shell/program.hpp"
 #include "../support/numbers_file.hpp"

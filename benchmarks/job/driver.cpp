@@ -1,20 +1,9 @@
 // job: whole runs of `camouflage` as users start it, on one thread and on more, beside as many runs of one
 // thread at once
-#include <CLI/CLI.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdio>
-#include <filesystem>
 #include <map>
-#include <regex>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <thread>
-#include <utility>
-#include <vector>
 
 #include "../support/driver.hpp"
 #include "../support/process.hpp"

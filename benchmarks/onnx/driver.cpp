@@ -1,16 +1,4 @@
 // onnx: speed and error of networks from ONNX files, ours beside ONNX Runtime and OpenCV
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cstddef>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <iostream>
-#include <optional>
-#include <regex>
-#include <sstream>
-#include <string>
-#include <vector>
 
 #include "../support/driver.hpp"
 #include "../support/relative_distance.hpp"

@@ -1,12 +1,7 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <map>
-#include <string>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
-#include <vector>
 
 #include "problem.hpp"
 

@@ -1,9 +1,5 @@
 #pragma once
-#include <CLI/CLI.hpp>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/random.hpp>
-#include <vector>
 
 #include "../../examples/programs/shell/program.hpp"
 #include "../support/numbers_file.hpp"

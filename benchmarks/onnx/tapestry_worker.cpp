@@ -1,5 +1,4 @@
 // An ONNX network as this library computes it.
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/version.hpp>
 

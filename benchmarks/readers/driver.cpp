@@ -2,16 +2,9 @@
 // it
 #include <malloc.h>
 
-#include <CLI/CLI.hpp>
-#include <algorithm>
 #include <array>
-#include <cstdio>
 #include <ctime>
-#include <filesystem>
-#include <limits>
 #include <regex>
-#include <string>
-#include <vector>
 
 #include "../../examples/programs/shell/program.hpp"
 #include "../../tests/support/temporary_folder.hpp"

@@ -1,5 +1,4 @@
 // Pictures, and NumPy's arrays and archives.
-#include <cstdint>
 #include <random>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/io/detail/zip_writer.hpp>

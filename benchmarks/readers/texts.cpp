@@ -1,8 +1,5 @@
 // JSON and what is written in it, and labels of pictures.
-#include <CLI/CLI.hpp>
-#include <filesystem>
 #include <memory>
-#include <system_error>
 #include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/text_lists.hpp>

@@ -1,16 +1,7 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
-#include <cstdio>
-#include <filesystem>
-#include <iostream>
 #include <map>
-#include <optional>
-#include <string>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tuple>
-#include <vector>
 
 #include "../support/driver.hpp"
 #include "../support/relative_distance.hpp"

@@ -1,11 +1,4 @@
 // renderer: speed and error of visibility, frames and gradients of a car, ours beside Embree and llvmpipe
-#include <CLI/CLI.hpp>
-#include <cstddef>
-#include <filesystem>
-#include <iostream>
-#include <regex>
-#include <string>
-#include <vector>
 
 #include "../support/driver.hpp"
 #include "comparison.hpp"

@@ -1,15 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <atomic>
-#include <cstddef>
 #include <numeric>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <vector>
 
 #include "reference.hpp"
 #include "scene.hpp"

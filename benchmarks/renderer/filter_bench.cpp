@@ -2,15 +2,10 @@
 // filter.
 #include <benchmark/benchmark.h>
 
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <vector>
 
 namespace {
 namespace raster = tapestry::raster;

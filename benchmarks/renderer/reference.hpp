@@ -1,15 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
-#include <vector>
 
 namespace tapestry::benchmarks {
 

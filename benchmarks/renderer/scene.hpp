@@ -1,12 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <numbers>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/camera.hpp>
@@ -14,7 +6,6 @@
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <vector>
 
 #include "../../examples/scenes/car.hpp"
 #include "../../tests/support/gradient_scoring.hpp"

@@ -1,9 +1,5 @@
 // The car as this library renders it.
-#include <cstddef>
-#include <cstdint>
 #include <functional>
-#include <memory>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
@@ -11,8 +7,6 @@
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/visibility.hpp>
 #include <tapestry/version.hpp>
-#include <utility>
-#include <vector>
 
 #include "counted_memory.hpp"
 #include "worker_program.hpp"

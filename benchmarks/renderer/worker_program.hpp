@@ -1,10 +1,5 @@
 #pragma once
-#include <CLI/CLI.hpp>
-#include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/error.hpp>
-#include <vector>
 
 #include "../../examples/programs/shell/program.hpp"
 #include "../support/numbers_file.hpp"

@@ -1,15 +1,6 @@
 #pragma once
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <csignal>
-#include <cstddef>
-#include <filesystem>
-#include <iostream>
 #include <regex>
-#include <string>
 #include <tapestry/core/error.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../examples/programs/shell/program.hpp"
 #include "figure.hpp"

@@ -1,9 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <cstdio>
-#include <string>
 #include <tapestry/io/atomic_file.hpp>
 #include <vector>
 

@@ -1,10 +1,8 @@
 #pragma once
 #include <cstring>
 #include <fstream>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 namespace tapestry::benchmarks {
 

@@ -7,9 +7,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <string>
 #include <tapestry/core/error.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::benchmarks {

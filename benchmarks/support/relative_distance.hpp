@@ -1,7 +1,5 @@
 #pragma once
 #include <cmath>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <vector>
 

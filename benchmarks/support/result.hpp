@@ -1,9 +1,6 @@
 #pragma once
-#include <cstdio>
 #include <optional>
-#include <string>
 #include <tapestry/io/atomic_file.hpp>
-#include <vector>
 
 #include "../../examples/programs/shell/build_facts.hpp"
 #include "../../examples/programs/shell/csv.hpp"

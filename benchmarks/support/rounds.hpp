@@ -1,13 +1,10 @@
 #pragma once
 #include <algorithm>
 #include <chrono>
-#include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <thread>
-#include <vector>
 
 #include "worker.hpp"
 

@@ -3,13 +3,11 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <concepts>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <vector>
 

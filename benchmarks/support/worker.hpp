@@ -11,8 +11,6 @@
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <vector>
 

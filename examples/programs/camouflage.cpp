@@ -1,10 +1,5 @@
 // The main program: optimises a camouflage for a car against a detector, and measures its effect.
-#include <algorithm>
-#include <iostream>
-#include <string>
 #include <tapestry/core/parallel.hpp>
-#include <utility>
-#include <vector>
 
 #include "shell/camouflage_options.hpp"
 #include "shell/camouflage_run.hpp"

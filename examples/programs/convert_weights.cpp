@@ -1,9 +1,5 @@
 // Converts a Darknet detector, cfg and weights, to a single file that other tools can read: .safetensors or
 // .onnx.
-#include <cstdint>
-#include <map>
-#include <optional>
-#include <string>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
@@ -11,8 +7,6 @@
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/io/read_detector.hpp>
-#include <utility>
-#include <vector>
 
 #include "shell/output_claim.hpp"
 #include "shell/problem_list.hpp"

@@ -1,14 +1,4 @@
 // Finds objects in pictures with a Darknet or ONNX detector.
-#include <chrono>
-#include <cstdio>
-#include <filesystem>
-#include <iostream>
-#include <list>
-#include <map>
-#include <optional>
-#include <set>
-#include <string>
-#include <system_error>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/pass.hpp>
 #include <tapestry/image/colour_space.hpp>
@@ -16,8 +6,6 @@
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/nn/network/program.hpp>
-#include <utility>
-#include <vector>
 
 #include "shell/drawn_boxes.hpp"
 #include "shell/file_status.hpp"

@@ -1,17 +1,9 @@
 // Measures a finished camouflage, with its own detector or another one, or a detector on labelled pictures.
-#include <algorithm>
-#include <chrono>
-#include <cstdio>
-#include <iostream>
-#include <optional>
-#include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
-#include <utility>
-#include <vector>
 
 #include "shell/camouflage_source.hpp"
 #include "shell/dataset_evaluation.hpp"

@@ -1,9 +1,5 @@
 // Fine-tunes a detector against optimised car paint, and measures the gain.
-#include <memory>
-#include <optional>
-#include <string>
 #include <tapestry/core/parallel.hpp>
-#include <utility>
 
 #include "shell/harden_options.hpp"
 #include "shell/hardening_run.hpp"

@@ -1,15 +1,9 @@
 // Makes the bundled default: car meshes, and frames of the sedan in street scenes to paint it in.
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <set>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
-#include <utility>
 
 #include "../scenes/car.hpp"
 #include "../scenes/drawn_frames.hpp"

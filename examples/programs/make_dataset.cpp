@@ -1,13 +1,5 @@
 // Puts any car into street scenes or photographs: frames to optimise on and frames held out.
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
 #include <sstream>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/colour_space.hpp>
@@ -15,8 +7,6 @@
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "../scenes/drawn_frames.hpp"
 #include "../scenes/photograph.hpp"

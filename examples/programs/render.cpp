@@ -1,17 +1,5 @@
 // Draws a mesh, painted or in its own colours: one picture, or a turntable.
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <filesystem>
-#include <limits>
-#include <map>
-#include <numbers>
-#include <optional>
-#include <span>
 #include <sstream>
-#include <string>
-#include <string_view>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/image/colour_space.hpp>
@@ -23,7 +11,6 @@
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/painted.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <vector>
 
 #include "../scenes/dark_parts.hpp"
 #include "shell/contact_sheet.hpp"

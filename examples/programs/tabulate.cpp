@@ -1,9 +1,4 @@
 // Puts measurements of several camouflages beside each other, in one table.
-#include <cstddef>
-#include <filesystem>
-#include <iostream>
-#include <string>
-#include <vector>
 
 #include "shell/comparison/comparison.hpp"
 #include "shell/comparison/comparison_page.hpp"

@@ -1,9 +1,4 @@
 // Trains a small YOLO-V3-shaped detector on procedural street scenes, drawn as they are needed.
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <memory>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/darknet_model.hpp>
@@ -16,8 +11,6 @@
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/optim/adam.hpp>
-#include <utility>
-#include <vector>
 
 #include "../scenes/labelled_scene.hpp"
 #include "shell/formatted.hpp"

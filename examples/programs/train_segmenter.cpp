@@ -1,11 +1,5 @@
 // Trains a small network of the U²-Net family to find the car in procedural street scenes, drawn as they are
 // needed.
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <map>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/batch.hpp>
@@ -16,8 +10,6 @@
 #include <tapestry/segment/car_component.hpp>
 #include <tapestry/segment/u2_net.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
-#include <utility>
-#include <vector>
 
 #include "../scenes/segmented_scene.hpp"
 #include "shell/problem_list.hpp"

@@ -5,12 +5,6 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <memory>
-#include <optional>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector.hpp>
@@ -20,8 +14,6 @@
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/painted.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <utility>
-#include <vector>
 
 namespace py = pybind11;
 using namespace tapestry;

@@ -1,13 +1,5 @@
 #include "car.hpp"
 
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
-#include <utility>
-#include <vector>
-
 #include "car_body.hpp"
 
 namespace tapestry::scenes {

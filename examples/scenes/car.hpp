@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <tapestry/geometry/mesh.hpp>
 
 #include "car_shape.hpp"

@@ -1,10 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstddef>
 #include <numbers>
-#include <vector>
 
 #include "car_shape.hpp"
 

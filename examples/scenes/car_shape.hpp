@@ -1,7 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <utility>
-#include <vector>
 
 #include "curve.hpp"
 

@@ -1,10 +1,6 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/mesh_writers.hpp>
-#include <vector>
 
 namespace tapestry::scenes {
 

@@ -1,9 +1,5 @@
 #include "drawn_frames.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/image/colour_space.hpp>

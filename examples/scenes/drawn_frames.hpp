@@ -1,8 +1,5 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
 #include <functional>
-#include <optional>
 #include <tapestry/core/random.hpp>
 #include <tapestry/io/frame_file.hpp>
 

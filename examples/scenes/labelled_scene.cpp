@@ -1,12 +1,8 @@
 #include "labelled_scene.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/image/colour_space.hpp>
-#include <vector>
 
 #include "make_scene.hpp"
 #include "picture.hpp"

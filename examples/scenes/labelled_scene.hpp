@@ -1,11 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <vector>
 
 #include "scene.hpp"
 

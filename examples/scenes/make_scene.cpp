@@ -1,15 +1,6 @@
 #include "make_scene.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <numbers>
 #include <tapestry/core/random.hpp>
-#include <utility>
-#include <vector>
 
 #include "car.hpp"
 #include "paint.hpp"

@@ -1,14 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <vector>
 
 #include "mesh_builder.hpp"
 #include "scene.hpp"

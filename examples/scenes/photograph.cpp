@@ -1,11 +1,6 @@
 #include "photograph.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <numbers>
 #include <tapestry/image/resize.hpp>
-#include <utility>
 
 #include "scene_builder.hpp"
 #include "scene_parts.hpp"

@@ -1,11 +1,7 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
-#include <numbers>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/camera.hpp>
-#include <utility>
 
 #include "scene.hpp"
 

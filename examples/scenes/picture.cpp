@@ -1,11 +1,5 @@
 #include "picture.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/camera.hpp>
@@ -13,7 +7,6 @@
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <vector>
 
 #include "lattice_noise.hpp"
 #include "shadow.hpp"

@@ -1,7 +1,5 @@
 #pragma once
-#include <cstddef>
 #include <tapestry/core/array.hpp>
-#include <vector>
 
 #include "scene.hpp"
 

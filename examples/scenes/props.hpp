@@ -1,13 +1,6 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <utility>
-#include <vector>
 
 #include "mesh_builder.hpp"
 #include "paint.hpp"

@@ -1,15 +1,8 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <optional>
 #include <tapestry/core/array.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/light.hpp>
-#include <utility>
-#include <vector>
 
 #include "car_shape.hpp"
 #include "mesh_builder.hpp"

@@ -1,12 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <vector>
 
 #include "mesh_builder.hpp"
 #include "scene.hpp"

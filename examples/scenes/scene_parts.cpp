@@ -1,13 +1,6 @@
 #include "scene_parts.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <map>
-#include <numbers>
-#include <utility>
-#include <vector>
 
 #include "paint.hpp"
 #include "shadow.hpp"

@@ -2,7 +2,6 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/light.hpp>
-#include <utility>
 
 #include "scene.hpp"
 #include "scene_builder.hpp"

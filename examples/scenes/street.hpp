@@ -1,12 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
 #include <tapestry/core/random.hpp>
-#include <vector>
 
 #include "mesh_builder.hpp"
 #include "paint.hpp"

@@ -1,15 +1,9 @@
 #include "vehicle.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/mesh_pictures.hpp>
-#include <utility>
 
 #include "dark_parts.hpp"
 

@@ -1,12 +1,9 @@
 #pragma once
-#include <cstdint>
-#include <memory>
 #include <tapestry/core/array.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/mesh_pictures.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <vector>
 
 #include "mesh_builder.hpp"
 

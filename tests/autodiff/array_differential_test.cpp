@@ -1,12 +1,5 @@
 #include <tapestry/autodiff.hpp>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <iostream>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"
 #include "differential/array_program.hpp"

@@ -1,9 +1,5 @@
 #include <tapestry/autodiff/array_functions.hpp>
 
-#include <cmath>
-#include <limits>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 

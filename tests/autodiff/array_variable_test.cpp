@@ -1,9 +1,6 @@
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 
-#include <optional>
-#include <utility>
-
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 

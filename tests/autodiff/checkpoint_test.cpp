@@ -1,11 +1,7 @@
-#include <cmath>
-#include <cstddef>
-#include <span>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/checkpointed_scan.hpp>
 #include <tapestry/autodiff/derivatives.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 

@@ -1,9 +1,6 @@
 #include <tapestry/autodiff/checkpointed_scan.hpp>
 
-#include <cmath>
-#include <cstddef>
 #include <tapestry/autodiff/functions.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 

@@ -1,8 +1,5 @@
-#include <cmath>
 #include <complex>
-#include <cstddef>
 #include <tapestry/autodiff.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 

@@ -1,17 +1,10 @@
 #include <tapestry/autodiff/compressed_jacobian.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/compressed_array_jacobian.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 

@@ -1,11 +1,6 @@
 #include <tapestry/autodiff/derivatives.hpp>
 
-#include <cmath>
-#include <cstddef>
-#include <initializer_list>
 #include <numeric>
-#include <span>
-#include <vector>
 
 #include "../support/catch.hpp"
 

@@ -1,14 +1,6 @@
 #include <tapestry/autodiff.hpp>
 
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <iostream>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/checkpoint.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"

@@ -1,10 +1,5 @@
 #include <tapestry/autodiff/dual.hpp>
 
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <limits>
-
 #include "../support/catch.hpp"
 
 using tapestry::Dual;

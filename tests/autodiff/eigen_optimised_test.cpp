@@ -5,10 +5,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <vector>
 
 #include "../support/catch.hpp"
 

@@ -4,12 +4,7 @@
 #include <tapestry/autodiff/eigen.hpp>
 #include <unsupported/Eigen/Polynomials>
 
-#include <cmath>
-#include <complex>
-#include <cstddef>
-#include <span>
 #include <tapestry/autodiff/derivatives.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 

@@ -1,4 +1,3 @@
-#include <Eigen/Core>
 #include <Eigen/Sparse>
 #include <memory>
 #include <tapestry/autodiff/eigen.hpp>

@@ -1,6 +1,3 @@
-#include <cmath>
-#include <cstddef>
-#include <limits>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/array_functions.hpp>
 

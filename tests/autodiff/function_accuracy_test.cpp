@@ -2,15 +2,6 @@
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <initializer_list>
-#include <limits>
-#include <numbers>
-#include <utility>
-#include <vector>
-
 #include "../support/catch.hpp"
 
 using tapestry::Tape;

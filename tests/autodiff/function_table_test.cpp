@@ -1,17 +1,8 @@
 #include <tapestry/autodiff.hpp>
 
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <fstream>
-#include <limits>
 #include <map>
 #include <sstream>
-#include <string>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"

@@ -1,10 +1,5 @@
 #include <tapestry/autodiff/functions.hpp>
 
-#include <array>
-#include <cmath>
-#include <limits>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 

@@ -2,14 +2,7 @@
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
 
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <limits>
-#include <numbers>
 #include <sstream>
-#include <string>
-#include <vector>
 
 #include "../support/catch.hpp"
 

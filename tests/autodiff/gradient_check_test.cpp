@@ -1,13 +1,6 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/gradient_check.hpp>
 
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <span>
-#include <type_traits>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 

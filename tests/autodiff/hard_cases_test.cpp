@@ -1,14 +1,7 @@
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <limits>
 #include <random>
-#include <span>
-#include <type_traits>
-#include <vector>
 
 #include "../support/catch.hpp"
 

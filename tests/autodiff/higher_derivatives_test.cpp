@@ -1,14 +1,5 @@
 #include <tapestry/autodiff.hpp>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <numbers>
-#include <span>
-#include <vector>
-
 #include "../support/catch.hpp"
 
 using tapestry::Dual;

@@ -1,10 +1,7 @@
 #include <tapestry/autodiff/implicit_function.hpp>
 
-#include <array>
-#include <cmath>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 

@@ -1,14 +1,7 @@
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <span>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <type_traits>
-#include <vector>
 
 #include "../support/catch.hpp"
 

@@ -2,18 +2,7 @@
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/sparse_hessian.hpp>
 
-#include <algorithm>
-#include <array>
-#include <cfenv>
-#include <cmath>
-#include <cstddef>
-#include <limits>
 #include <random>
-#include <span>
-#include <stdexcept>
-#include <string>
-#include <type_traits>
-#include <vector>
 
 #include "../support/catch.hpp"
 

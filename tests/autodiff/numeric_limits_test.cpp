@@ -1,8 +1,5 @@
 #include <tapestry/autodiff.hpp>
 
-#include <concepts>
-#include <limits>
-
 #include "../support/catch.hpp"
 
 using tapestry::Dual;

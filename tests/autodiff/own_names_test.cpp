@@ -1,8 +1,6 @@
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/array_functions.hpp>
 
-#include <vector>
-
 #include "../support/catch.hpp"
 
 // A user's templates, named like functions of ours that <cmath> does not have, and called with an explicit

@@ -4,14 +4,6 @@
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/sparse_hessian.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <span>
-#include <type_traits>
-#include <vector>
-
 #include "../support/catch.hpp"
 
 using tapestry::dot;

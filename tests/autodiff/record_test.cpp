@@ -1,12 +1,6 @@
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/autodiff/record.hpp>
 
-#include <cmath>
-#include <cstddef>
-#include <memory>
-#include <stdexcept>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"

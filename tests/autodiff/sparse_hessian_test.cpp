@@ -1,14 +1,7 @@
 #include <tapestry/autodiff/sparse_hessian.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/core/random.hpp>
-#include <utility>
-#include <vector>
 
 #include "../support/catch.hpp"
 

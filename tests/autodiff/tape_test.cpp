@@ -1,17 +1,7 @@
 #include <tapestry/autodiff.hpp>
 
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <limits>
 #include <memory>
-#include <optional>
-#include <stdexcept>
-#include <string>
 #include <thread>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 #include "../support/catch.hpp"
 

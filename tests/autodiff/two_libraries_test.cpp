@@ -1,7 +1,5 @@
-#include <cstddef>
 #include <tapestry/autodiff.hpp>
 #include <thread>
-#include <vector>
 
 #include "../libraries/libraries.hpp"
 #include "../support/catch.hpp"

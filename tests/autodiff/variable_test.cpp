@@ -1,9 +1,5 @@
 #include <tapestry/autodiff/variable.hpp>
 
-#include <array>
-#include <type_traits>
-#include <vector>
-
 #include "../support/catch.hpp"
 
 using tapestry::Tape;

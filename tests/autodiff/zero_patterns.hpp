@@ -1,14 +1,7 @@
 #pragma once
 #include <Eigen/LU>
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <string>
 #include <tapestry/autodiff/eigen.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <utility>
-#include <vector>
 
 #include "../support/catch.hpp"
 

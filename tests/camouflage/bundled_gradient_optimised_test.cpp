@@ -1,14 +1,9 @@
-#include <algorithm>
-#include <cstdint>
-#include <memory>
-#include <string>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"

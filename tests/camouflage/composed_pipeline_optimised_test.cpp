@@ -6,9 +6,6 @@
 #include <tapestry/loss/smoothness.hpp>
 #include <tapestry/raster/render_variable.hpp>
 
-#include <memory>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"

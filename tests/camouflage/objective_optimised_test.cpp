@@ -1,10 +1,7 @@
-#include <cmath>
-#include <memory>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/loss/printability.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"

@@ -1,8 +1,5 @@
 #include <tapestry/camouflage/paint.hpp>
 
-#include <cmath>
-#include <memory>
-#include <numeric>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
@@ -11,7 +8,6 @@
 #include <tapestry/raster/mesh_pictures.hpp>
 #include <tapestry/raster/painted.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

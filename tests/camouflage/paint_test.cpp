@@ -1,9 +1,6 @@
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/raster/bake.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/geometry/camera.hpp>

@@ -1,12 +1,6 @@
 #include <tapestry/camouflage/photo_light.hpp>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <filesystem>
 #include <iostream>
-#include <memory>
-#include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/pose.hpp>

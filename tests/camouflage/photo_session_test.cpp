@@ -1,8 +1,5 @@
 #include <tapestry/camouflage/photo_session.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <tapestry/image/over.hpp>
 #include <tapestry/image/transform/chain.hpp>
 

@@ -1,5 +1,3 @@
-#include <cmath>
-#include <limits>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/camouflage/paint.hpp>
 

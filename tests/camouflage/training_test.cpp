@@ -1,16 +1,10 @@
-#include <atomic>
 #include <barrier>
-#include <cmath>
-#include <cstddef>
-#include <limits>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/detail/thread_pool.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <thread>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

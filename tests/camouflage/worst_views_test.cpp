@@ -1,11 +1,7 @@
 #include <tapestry/camouflage/objective_terms.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <numeric>
 #include <tapestry/core/random.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 

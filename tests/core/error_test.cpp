@@ -1,9 +1,7 @@
 #include <tapestry/core/error.hpp>
 
 #include <array>
-#include <cstdint>
 #include <limits>
-#include <string>
 #include <type_traits>
 #include <vector>
 

@@ -1,16 +1,9 @@
 #include <tapestry/core/parallel.hpp>
 
-#include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <cstddef>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <stdexcept>
-#include <string>
-#include <thread>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/threads.hpp"

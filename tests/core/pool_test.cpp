@@ -1,10 +1,6 @@
 #include <tapestry/core/pool.hpp>
 
-#include <atomic>
-#include <cstddef>
-#include <memory>
 #include <tapestry/core/parallel.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/threads.hpp"

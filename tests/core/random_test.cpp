@@ -1,8 +1,5 @@
 #include <tapestry/core/random.hpp>
 
-#include <cstddef>
-#include <cstdint>
-
 #include "../support/catch.hpp"
 
 #if defined(__SIZEOF_INT128__)

@@ -2,8 +2,6 @@
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/random_array.hpp"

@@ -1,9 +1,6 @@
 #include <tapestry/detect/box_decode_variable.hpp>
 
-#include <algorithm>
-#include <string>
 #include <tapestry/detect/detector.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

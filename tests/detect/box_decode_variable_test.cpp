@@ -1,9 +1,6 @@
 #include <tapestry/detect/box_decode_variable.hpp>
 #include <tapestry/detect/box_formula.hpp>
 
-#include <cmath>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"

@@ -1,7 +1,6 @@
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 
-#include <cmath>
 #include <limits>
 
 #include "../support/catch.hpp"

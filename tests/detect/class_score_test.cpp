@@ -1,10 +1,6 @@
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/class_score.hpp>
 
-#include <cmath>
-#include <limits>
-#include <vector>
-
 #include "../support/catch.hpp"
 
 namespace detect = tapestry::detect;

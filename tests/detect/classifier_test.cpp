@@ -2,10 +2,6 @@
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/random_array.hpp"

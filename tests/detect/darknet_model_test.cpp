@@ -1,12 +1,6 @@
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/finite_difference.hpp"

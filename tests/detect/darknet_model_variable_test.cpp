@@ -4,13 +4,6 @@
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/optim/adam.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/finite_difference.hpp"

@@ -4,11 +4,6 @@
 #include <tapestry/detect/head.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
-#include <cmath>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/random_array.hpp"

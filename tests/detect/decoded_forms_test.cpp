@@ -1,11 +1,6 @@
 // Heads of decoded outputs in all forms that a description allows, of graphs made by hand, against a loop.
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <string>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/exported_heads.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 

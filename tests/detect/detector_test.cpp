@@ -1,14 +1,10 @@
 #include <tapestry/detect/detector_variable.hpp>
 
-#include <cmath>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/loss/adversarial.hpp>
-#include <thread>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -1,11 +1,7 @@
 #include <tapestry/detect/detector_variable.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -1,14 +1,9 @@
 #include <tapestry/detect/heat_map.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <string>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
-#include <variant>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/pointers_to.hpp"

@@ -1,8 +1,5 @@
 #include <tapestry/detect/detail/input_encoding.hpp>
 
-#include <cmath>
-#include <limits>
-
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"

@@ -4,12 +4,6 @@
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
-#include <cmath>
-#include <limits>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/kept_pass.hpp"

@@ -1,12 +1,8 @@
 // Descriptions of exports by one word: what the nodes show.
 #include <tapestry/detect/exported_heads.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <string>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/exports.hpp"

@@ -5,10 +5,6 @@
 #include <tapestry/image/batch.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"
 #include "../support/random_array.hpp"

@@ -1,9 +1,5 @@
 #include <tapestry/detect/darknet_model.hpp>
 
-#include <algorithm>
-#include <cstddef>
-#include <vector>
-
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/nn/network/network.hpp>
 

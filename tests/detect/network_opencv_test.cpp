@@ -5,10 +5,6 @@
 
 #include <opencv2/dnn.hpp>
 
-#include <filesystem>
-#include <map>
-#include <string>
-
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"
 #include "../support/random_array.hpp"

@@ -2,14 +2,6 @@
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"
 #include "../support/finite_difference.hpp"

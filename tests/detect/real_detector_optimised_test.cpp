@@ -6,11 +6,7 @@
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 
-#include <array>
-#include <cmath>
 #include <filesystem>
-#include <string>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"

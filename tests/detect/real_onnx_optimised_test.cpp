@@ -1,11 +1,6 @@
 #include <tapestry/detect/detector.hpp>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <limits>
-#include <numeric>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/exported_heads.hpp>
@@ -14,7 +9,6 @@
 #include <tapestry/image/resize.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/kept_pass.hpp"

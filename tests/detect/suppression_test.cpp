@@ -1,12 +1,6 @@
 #include <tapestry/detect/suppression.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <tapestry/core/random.hpp>
-#include <tuple>
-#include <utility>
-#include <vector>
 
 #include "../support/catch.hpp"
 

@@ -1,15 +1,8 @@
 // A detector that torchvision exported whole, with its own resizing and suppression: its candidates are
 // values before the suppression.
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <filesystem>
-#include <string>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/exports.hpp"

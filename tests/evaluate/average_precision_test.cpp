@@ -1,13 +1,7 @@
 #include <tapestry/evaluate/average_precision.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <optional>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 

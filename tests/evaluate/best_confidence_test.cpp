@@ -1,8 +1,5 @@
 #include <tapestry/evaluate/detection_rate.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <tapestry/detect/box_decode.hpp>
 
 #include "../support/catch.hpp"

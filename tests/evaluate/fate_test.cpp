@@ -1,8 +1,5 @@
 #include <tapestry/evaluate/detail/fate.hpp>
 
-#include <string>
-#include <vector>
-
 #include "../support/catch.hpp"
 
 namespace evaluate = tapestry::evaluate;

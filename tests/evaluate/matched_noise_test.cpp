@@ -1,6 +1,5 @@
 #include <tapestry/evaluate/controls.hpp>
 
-#include <limits>
 #include <tapestry/core/parallel.hpp>
 
 #include "../support/catch.hpp"

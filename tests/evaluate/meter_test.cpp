@@ -2,9 +2,6 @@
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/image/batch.hpp>
 
-#include <limits>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
 

@@ -1,8 +1,5 @@
 #include <tapestry/evaluate/views.hpp>
 
-#include <algorithm>
-#include <limits>
-
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
 

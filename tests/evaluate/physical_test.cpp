@@ -1,8 +1,5 @@
 #include <tapestry/evaluate/meter.hpp>
 
-#include <array>
-#include <set>
-
 #include "../support/catch.hpp"
 
 namespace evaluate = tapestry::evaluate;

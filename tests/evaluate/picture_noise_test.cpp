@@ -1,4 +1,3 @@
-#include <cmath>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/image/colour_space.hpp>
 

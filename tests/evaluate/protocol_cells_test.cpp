@@ -1,8 +1,6 @@
 #include <tapestry/evaluate/protocol_cells.hpp>
 
-#include <algorithm>
 #include <tapestry/core/random.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 

@@ -1,7 +1,5 @@
 #include <tapestry/evaluate/controls.hpp>
 
-#include <array>
-#include <limits>
 #include <set>
 
 #include "../support/catch.hpp"

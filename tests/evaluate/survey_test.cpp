@@ -3,10 +3,6 @@
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/shape_parameter.hpp>
 
-#include <algorithm>
-#include <atomic>
-#include <stdexcept>
-
 #include "../support/catch.hpp"
 #include "../support/charts.hpp"
 #include "../support/random_array.hpp"

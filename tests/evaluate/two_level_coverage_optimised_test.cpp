@@ -1,11 +1,6 @@
 // How often intervals of effects and of odds hold the truth, in simulated populations.
 #include <tapestry/evaluate/two_level_difference.hpp>
 
-#include <array>
-#include <cmath>
-#include <numbers>
-#include <vector>
-
 #include "../support/catch.hpp"
 
 namespace evaluate = tapestry::evaluate;

@@ -1,9 +1,5 @@
 #include <tapestry/evaluate/views.hpp>
 
-#include <cmath>
-#include <limits>
-#include <set>
-
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
 

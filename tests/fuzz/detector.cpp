@@ -1,5 +1,4 @@
 // Darknet's network descriptions and weights, and detectors in safetensors.
-#include <cstring>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/exported_names.hpp>
 #include <tapestry/io/detector_file.hpp>

@@ -1,12 +1,8 @@
 // Entry points that libFuzzer calls. The target is named by TAPESTRY_FUZZ_TARGET; with TAPESTRY_FUZZ_SEEDS
 // its seeds are written to that folder, and nothing else is done. Without a target, all names are printed.
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <fstream>
-#include <string>
 
 #include "target.hpp"
 

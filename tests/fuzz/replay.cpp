@@ -1,10 +1,7 @@
 // Gives every reader its seeds, which it must take, then each cut at every length and with every byte
 // changed, which it may refuse.
-#include <cstddef>
 #include <cstdio>
 #include <exception>
-#include <stdexcept>
-#include <string>
 
 #include "target.hpp"
 

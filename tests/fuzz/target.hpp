@@ -1,10 +1,6 @@
 #pragma once
 #include <functional>
-#include <stdexcept>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
-#include <utility>
 #include <vector>
 
 #include "../support/temporary_folder.hpp"

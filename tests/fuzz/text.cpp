@@ -1,5 +1,4 @@
 // JSON and what is written in it, labels of pictures, a run's manifest, and options in a file.
-#include <CLI/CLI.hpp>
 #include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/json.hpp>

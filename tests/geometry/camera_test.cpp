@@ -1,6 +1,4 @@
-#include <cmath>
 #include <limits>
-#include <numbers>
 #include <tapestry/geometry/camera.hpp>
 
 #include "../support/catch.hpp"

@@ -1,12 +1,5 @@
 #include <tapestry/geometry/mesh.hpp>
 
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "../support/catch.hpp"
 
 namespace geometry = tapestry::geometry;

@@ -1,9 +1,5 @@
 #include <tapestry/geometry/mesh.hpp>
 
-#include <array>
-#include <string>
-#include <vector>
-
 #include "../support/catch.hpp"
 
 namespace geometry = tapestry::geometry;

@@ -1,4 +1,3 @@
-#include <cmath>
 #include <limits>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/camera.hpp>

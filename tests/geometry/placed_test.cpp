@@ -1,6 +1,5 @@
 #include <tapestry/geometry/pose.hpp>
 
-#include <cmath>
 #include <tapestry/geometry/shapes.hpp>
 
 #include "../support/catch.hpp"

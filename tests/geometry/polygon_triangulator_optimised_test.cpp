@@ -1,6 +1,5 @@
 #include <tapestry/geometry/polygon_triangulator.hpp>
 
-#include <cmath>
 #include <numbers>
 
 #include "../support/catch.hpp"

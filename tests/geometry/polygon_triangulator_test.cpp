@@ -1,9 +1,6 @@
 #include <tapestry/geometry/polygon_triangulator.hpp>
 
-#include <algorithm>
-#include <cmath>
 #include <numbers>
-#include <string>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

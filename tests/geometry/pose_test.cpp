@@ -1,6 +1,5 @@
 #include <tapestry/geometry/pose.hpp>
 
-#include <cmath>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/camera.hpp>
 

@@ -1,7 +1,5 @@
 #include <tapestry/geometry/detail/rotation.hpp>
 
-#include <cmath>
-#include <numbers>
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/core/random.hpp>

@@ -1,5 +1,4 @@
 #include <tapestry/image/batch.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

@@ -1,10 +1,6 @@
-#include <cmath>
-#include <limits>
-#include <memory>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -1,4 +1,3 @@
-#include <limits>
 #include <tapestry/image/colour_space.hpp>
 
 #include "../support/catch.hpp"

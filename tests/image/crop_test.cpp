@@ -1,8 +1,6 @@
 #include <tapestry/image/crop.hpp>
 #include <tapestry/image/letterbox.hpp>
 
-#include <cmath>
-
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"

@@ -1,7 +1,5 @@
 #include <tapestry/image/fourier_transform.hpp>
 
-#include <cmath>
-#include <numbers>
 #include <tapestry/core/random.hpp>
 
 #include "../support/catch.hpp"

@@ -1,9 +1,6 @@
 #include <tapestry/image/letterbox.hpp>
 
-#include <algorithm>
-#include <cmath>
 #include <tapestry/detect/box_overlap.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -1,4 +1,3 @@
-#include <cmath>
 #include <tapestry/image/over.hpp>
 
 #include "../support/catch.hpp"

@@ -1,8 +1,5 @@
 #include <tapestry/image/over.hpp>
 
-#include <memory>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"

@@ -1,5 +1,3 @@
-#include <cmath>
-#include <limits>
 #include <tapestry/image/resize.hpp>
 
 #include "../support/catch.hpp"

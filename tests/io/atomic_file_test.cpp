@@ -3,12 +3,9 @@
 
 #include <sys/stat.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
-#include <filesystem>
-#include <fstream>
 
 #include "../support/catch.hpp"
 #include "../support/refusal.hpp"

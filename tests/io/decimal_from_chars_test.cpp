@@ -1,8 +1,5 @@
 #include <tapestry/io/detail/number_formats.hpp>
 
-#include <charconv>
-#include <string>
-
 #include "../support/catch.hpp"
 
 namespace io = tapestry::io;

@@ -1,8 +1,5 @@
 #include <tapestry/io/detector_file.hpp>
 
-#include <string>
-#include <vector>
-
 #include "../support/bad_file.hpp"
 #include "../support/catch.hpp"
 #include "../support/temporary_folder.hpp"

@@ -3,19 +3,7 @@
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <filesystem>
-#include <functional>
-#include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "../support/bad_file.hpp"
 #include "../support/catch.hpp"

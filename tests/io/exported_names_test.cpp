@@ -1,9 +1,6 @@
 #include <tapestry/io/detail/exported_names.hpp>
 
-#include <filesystem>
-#include <string>
 #include <tapestry/io/read_detector.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"

@@ -1,10 +1,5 @@
 #include <tapestry/io/text_lists.hpp>
 
-#include <cstdint>
-#include <filesystem>
-#include <string>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"
 #include "../support/refusal.hpp"

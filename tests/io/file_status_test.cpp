@@ -1,10 +1,5 @@
 #include <tapestry/io/file_source.hpp>
 
-#include <unistd.h>
-
-#include <filesystem>
-#include <string>
-
 #include "../support/catch.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"

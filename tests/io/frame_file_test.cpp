@@ -2,13 +2,6 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/npy.hpp>
 
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"
 #include "../support/refusal.hpp"

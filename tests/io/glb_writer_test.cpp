@@ -1,17 +1,9 @@
 #include <tapestry/io/mesh_writers.hpp>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <limits>
 #include <nlohmann/json.hpp>
-#include <string>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

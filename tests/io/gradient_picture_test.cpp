@@ -1,7 +1,6 @@
 #include <tapestry/io/image_file.hpp>
 
 #include <limits>
-#include <string>
 
 #include "../support/catch.hpp"
 #include "../support/temporary_folder.hpp"

@@ -3,17 +3,6 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
 
-#include <zlib.h>
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <filesystem>
-#include <limits>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "../support/bmp_builder.hpp"
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"

@@ -1,13 +1,10 @@
 #include <tapestry/io/input_ledger.hpp>
 
 #include <chrono>
-#include <filesystem>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <vector>
 
 #include "../support/bad_file.hpp"
 #include "../support/catch.hpp"

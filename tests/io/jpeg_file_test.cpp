@@ -1,11 +1,7 @@
 #include <tapestry/io/image_file.hpp>
 
-#include <cmath>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/io/jpeg_file.hpp>
-#include <vector>
 #if defined(TAPESTRY_JPEG)
 #include <turbojpeg.h>
 #endif

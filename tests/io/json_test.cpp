@@ -1,9 +1,6 @@
 #include <tapestry/io/json.hpp>
 
-#include <string>
 #include <tapestry/io/text_lines.hpp>
-#include <utility>
-#include <vector>
 
 #include "../support/bad_file.hpp"
 #include "../support/catch.hpp"

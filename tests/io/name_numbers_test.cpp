@@ -2,10 +2,6 @@
 
 #include <map>
 #include <random>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "../support/catch.hpp"
 

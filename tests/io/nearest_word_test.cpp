@@ -1,8 +1,5 @@
 #include <tapestry/io/text_lines.hpp>
 
-#include <string>
-#include <vector>
-
 #include "../support/catch.hpp"
 
 namespace io = tapestry::io;

@@ -1,10 +1,5 @@
 #include <tapestry/io/npy.hpp>
 
-#include <cstdint>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/refusal.hpp"
 

@@ -1,9 +1,5 @@
 #include <tapestry/io/npy.hpp>
 
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/refusal.hpp"

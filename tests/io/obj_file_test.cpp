@@ -1,11 +1,7 @@
 #include <tapestry/io/obj_file.hpp>
 
-#include <array>
 #include <clocale>
-#include <filesystem>
 #include <limits>
-#include <string>
-#include <vector>
 
 #include "../support/bad_file.hpp"
 #include "../support/catch.hpp"

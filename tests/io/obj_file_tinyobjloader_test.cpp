@@ -3,19 +3,10 @@
 
 #include <tiny_obj_loader.h>
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
-#include <filesystem>
-#include <optional>
 #include <random>
 #include <set>
 #include <sstream>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"

@@ -1,10 +1,7 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 
-#include <limits>
-#include <string>
 #include <tapestry/io/obj_file.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

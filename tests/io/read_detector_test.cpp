@@ -1,9 +1,5 @@
 #include <tapestry/io/read_detector.hpp>
 
-#include <cstdint>
-#include <cstring>
-#include <filesystem>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/darknet_model.hpp>
@@ -15,7 +11,6 @@
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"

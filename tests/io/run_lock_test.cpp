@@ -2,12 +2,8 @@
 
 #include <sys/stat.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <csignal>
-#include <filesystem>
-#include <string>
-#include <utility>
 
 #include "../support/catch.hpp"
 #include "../support/refusal.hpp"

@@ -1,15 +1,7 @@
 #include <tapestry/io/detail/number_formats.hpp>
 #include <tapestry/io/detail/safetensors_file.hpp>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
-#include <filesystem>
-#include <limits>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "../support/bad_file.hpp"
 #include "../support/catch.hpp"

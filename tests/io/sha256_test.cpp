@@ -1,10 +1,5 @@
 #include <tapestry/io/file_source.hpp>
 
-#include <algorithm>
-#include <cstddef>
-#include <span>
-#include <string>
-
 #include "../support/catch.hpp"
 #include "../support/temporary_folder.hpp"
 

@@ -2,12 +2,8 @@
 // and each other one is refused with the one that fits.
 #include <tapestry/io/read_detector.hpp>
 
-#include <algorithm>
-#include <string>
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"

@@ -1,4 +1,3 @@
-#include <cmath>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/adversarial.hpp>

@@ -1,7 +1,4 @@
-#include <cmath>
-#include <string>
 #include <tapestry/loss/adversarial.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -1,7 +1,5 @@
 #include <tapestry/loss/attention.hpp>
 
-#include <cmath>
-#include <limits>
 #include <tapestry/autodiff/tape.hpp>
 
 #include "../support/catch.hpp"

@@ -1,8 +1,5 @@
 #include <tapestry/loss/cross_entropy.hpp>
 
-#include <cmath>
-#include <limits>
-#include <memory>
 #include <tapestry/autodiff/array_functions.hpp>
 
 #include "../support/catch.hpp"

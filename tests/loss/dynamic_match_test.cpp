@@ -1,12 +1,6 @@
 #include <tapestry/loss/detail/box_assignment.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <map>
-#include <tuple>
-#include <utility>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/tiny_heads.hpp"

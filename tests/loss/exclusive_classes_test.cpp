@@ -1,9 +1,6 @@
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 
-#include <cmath>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"

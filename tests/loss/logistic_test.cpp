@@ -1,4 +1,3 @@
-#include <cmath>
 #include <tapestry/loss/detail/logistic.hpp>
 
 #include "../support/catch.hpp"

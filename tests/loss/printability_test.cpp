@@ -1,8 +1,5 @@
 #include <tapestry/loss/printability.hpp>
 
-#include <cmath>
-#include <limits>
-#include <memory>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/parallel.hpp>
 

@@ -1,5 +1,3 @@
-#include <cmath>
-#include <limits>
 #include <tapestry/loss/smoothness.hpp>
 
 #include "../support/catch.hpp"

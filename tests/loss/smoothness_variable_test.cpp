@@ -1,9 +1,6 @@
 #include <tapestry/loss/smoothness.hpp>
 
-#include <cmath>
-#include <memory>
 #include <tapestry/autodiff/array_functions.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

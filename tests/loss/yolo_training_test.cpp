@@ -1,4 +1,3 @@
-#include <cmath>
 #include <tapestry/loss/yolo_training.hpp>
 
 #include "../support/catch.hpp"

@@ -1,7 +1,5 @@
 #include <tapestry/loss/yolo_training.hpp>
 
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/tiny_heads.hpp"
 

@@ -1,8 +1,5 @@
 #include <tapestry/loss/yolox_training.hpp>
 
-#include <cmath>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/tiny_heads.hpp"

@@ -1,8 +1,5 @@
 #include <tapestry/nn/detail/batch_norm.hpp>
 
-#include <cmath>
-#include <vector>
-
 #include "../support/catch.hpp"
 
 namespace nn = tapestry::nn;

@@ -1,14 +1,6 @@
 #include <tapestry/nn/detail/bfloat16.hpp>
 #include <tapestry/nn/engine.hpp>
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <utility>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/random_buffer.hpp"
 #include "../support/relative_distance.hpp"

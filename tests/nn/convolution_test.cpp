@@ -3,12 +3,6 @@
 #include <tapestry/nn/detail/few_channel_convolution.hpp>
 #include <tapestry/nn/engine.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <optional>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/random_buffer.hpp"
 

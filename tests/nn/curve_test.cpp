@@ -2,11 +2,6 @@
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/pointwise.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/random_buffer.hpp"
 

@@ -1,10 +1,6 @@
 #include <tapestry/nn/detail/vector_kernels.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/random_buffer.hpp"

@@ -1,12 +1,7 @@
 #include <tapestry/nn/network_variable.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <memory>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/random.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

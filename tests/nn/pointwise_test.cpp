@@ -1,10 +1,5 @@
 #include <tapestry/nn/pointwise.hpp>
 
-#include <cstdint>
-#include <cstdlib>
-#include <limits>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/random_buffer.hpp"
 

@@ -1,9 +1,5 @@
 #include <tapestry/nn/engine.hpp>
 
-#include <cmath>
-#include <limits>
-#include <vector>
-
 #include "../support/catch.hpp"
 #include "../support/random_buffer.hpp"
 #include "../support/relative_distance.hpp"

@@ -1,8 +1,5 @@
-#include <cmath>
-#include <limits>
 #include <tapestry/core/array.hpp>
 #include <tapestry/optim/adam.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

@@ -1,11 +1,4 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <set>
-#include <string>
-#include <vector>
 
 #include "../../examples/programs/shell/drawn_boxes.hpp"
 #include "../../examples/programs/shell/picture_sheet.hpp"

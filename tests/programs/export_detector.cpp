@@ -1,6 +1,5 @@
 // export_detector FOLDER: writes small detectors with random weights as ONNX models, for scripts.
 #include <fstream>
-#include <string>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 

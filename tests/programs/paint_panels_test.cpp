@@ -1,14 +1,6 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <map>
 #include <set>
-#include <string>
 #include <tapestry/geometry/shapes.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../examples/programs/shell/paint_panels.hpp"
 #include "../../examples/programs/shell/pdf_file.hpp"

@@ -1,7 +1,5 @@
 #include "../../examples/programs/shell/photographs.hpp"
 
-#include <string>
-
 #include "../support/catch.hpp"
 #include "../support/temporary_folder.hpp"
 

@@ -1,7 +1,5 @@
 #include "../../examples/programs/shell/word_table.hpp"
 
-#include <string>
-
 #include "../../examples/programs/shell/csv.hpp"
 #include "../../examples/programs/shell/formatted.hpp"
 #include "../support/catch.hpp"

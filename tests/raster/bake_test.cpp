@@ -1,4 +1,3 @@
-#include <cmath>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 

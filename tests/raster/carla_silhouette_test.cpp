@@ -1,9 +1,4 @@
-#include <algorithm>
-#include <array>
-#include <cstdlib>
-#include <filesystem>
 #include <iostream>
-#include <string>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>

@@ -1,4 +1,3 @@
-#include <limits>
 #include <tapestry/raster/visibility.hpp>
 
 #include "../support/catch.hpp"

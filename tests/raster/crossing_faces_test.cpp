@@ -1,13 +1,8 @@
 #include <tapestry/raster/detail/crossing_faces.hpp>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/shapes.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"

@@ -1,16 +1,9 @@
 #include <tapestry/raster/deferred.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/shapes.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -1,18 +1,8 @@
 // Random meshes and cameras against plain loops in double, a transpose and a finer grid.
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <filesystem>
-#include <limits>
-#include <numbers>
-#include <sstream>
-#include <string>
 #include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"

@@ -1,12 +1,7 @@
 #include <tapestry/raster/face_charts.hpp>
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <map>
 #include <tapestry/raster/bake.hpp>
-#include <utility>
-#include <vector>
 
 #include "../support/catch.hpp"
 

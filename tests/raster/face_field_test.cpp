@@ -1,11 +1,7 @@
 #include <tapestry/raster/detail/face_field.hpp>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"

@@ -1,7 +1,5 @@
 #include <tapestry/raster/fitted_camera.hpp>
 
-#include <cmath>
-#include <cstddef>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/raster/silhouette.hpp>
 

@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <cmath>
 #include <tapestry/raster/detail/face_weights.hpp>
 #include <tapestry/raster/fragments.hpp>
 

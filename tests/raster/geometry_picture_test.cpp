@@ -1,7 +1,5 @@
 #include <tapestry/raster/geometry_picture.hpp>
 
-#include <cmath>
-#include <limits>
 #include <tapestry/geometry/shapes.hpp>
 
 #include "../support/catch.hpp"

@@ -1,10 +1,5 @@
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <numbers>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/edge_on_scene.hpp"

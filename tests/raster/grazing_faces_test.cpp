@@ -1,15 +1,9 @@
 // Large planes seen nearly edge-on: a line of samples owns all of them or nothing.
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/raster/detail/face_field.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/detail/vertex_gradient/grazing_faces.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/edge_on_scene.hpp"

@@ -1,6 +1,5 @@
 #include <tapestry/raster/detail/light_adjoint.hpp>
 
-#include <memory>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 

@@ -1,5 +1,3 @@
-#include <cmath>
-#include <limits>
 #include <tapestry/raster/light.hpp>
 
 #include "../support/catch.hpp"

@@ -1,11 +1,6 @@
-#include <cmath>
-#include <limits>
-#include <memory>
-#include <numbers>
 #include <tapestry/geometry/shapes.hpp>
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
-#include <type_traits>
 
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"

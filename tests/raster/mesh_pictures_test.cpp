@@ -1,17 +1,11 @@
 #include <tapestry/raster/mesh_pictures.hpp>
 
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/detail/surface.hpp>
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 

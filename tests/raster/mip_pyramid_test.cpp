@@ -1,16 +1,10 @@
 #include <Eigen/Dense>
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <limits>
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/detail/atlas_filter.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

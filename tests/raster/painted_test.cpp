@@ -1,12 +1,7 @@
 #include <tapestry/raster/painted.hpp>
 
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/geometry/camera.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

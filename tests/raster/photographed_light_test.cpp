@@ -1,5 +1,3 @@
-#include <cmath>
-#include <memory>
 #include <tapestry/geometry/shapes.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/estimated_light.hpp>

@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <cmath>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 

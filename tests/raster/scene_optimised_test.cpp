@@ -1,11 +1,6 @@
 #include <tapestry/raster/scene.hpp>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <iostream>
-#include <numbers>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/geometry/shapes.hpp>
 #include <tapestry/io/obj_file.hpp>

@@ -1,7 +1,5 @@
 #include <tapestry/raster/silhouette.hpp>
 
-#include <cmath>
-#include <numbers>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/geometry/pose.hpp>

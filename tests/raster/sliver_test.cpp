@@ -1,13 +1,8 @@
 // Faces so thin in a picture that a sample which hits one stands for far more than there is of it.
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <string>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/detail/vertex_gradient/sliver.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/vertex_gradient_scene.hpp"

@@ -1,6 +1,5 @@
 #include <tapestry/raster/used_texels.hpp>
 
-#include <set>
 #include <tapestry/raster/texture_layout.hpp>
 
 #include "../support/catch.hpp"

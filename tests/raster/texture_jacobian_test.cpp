@@ -1,12 +1,6 @@
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <span>
 #include <tapestry/autodiff/compressed_array_jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/paint.hpp"

@@ -1,12 +1,7 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 #include <tapestry/raster/cropped.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -1,9 +1,7 @@
 #include <tapestry/raster/texture_operator.hpp>
 
-#include <memory>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <tapestry/raster/detail/footprint.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 

@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <cstdint>
 #include <tapestry/core/random.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/used_texels.hpp>

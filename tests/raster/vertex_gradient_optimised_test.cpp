@@ -1,15 +1,6 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <numbers>
-#include <string>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
-#include <utility>
-#include <vector>
 
 #include "../support/brute_force_render.hpp"
 #include "../support/catch.hpp"

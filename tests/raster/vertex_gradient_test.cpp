@@ -1,12 +1,6 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-#include <memory>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/vertex_gradient_scene.hpp"

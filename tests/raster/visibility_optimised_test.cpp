@@ -1,10 +1,5 @@
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 

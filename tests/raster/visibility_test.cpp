@@ -1,12 +1,6 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"

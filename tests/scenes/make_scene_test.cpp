@@ -1,11 +1,6 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <vector>
 
 #include "../../examples/scenes/car.hpp"
 #include "../../examples/scenes/make_scene.hpp"

@@ -1,14 +1,8 @@
 #include "../../examples/scenes/vehicle.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <memory>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/raster/mesh_pictures.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <vector>
 
 #include "../../examples/scenes/dark_parts.hpp"
 #include "../../examples/scenes/photograph.hpp"

@@ -1,7 +1,4 @@
-#include <cstddef>
-#include <filesystem>
 #include <iostream>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/resize.hpp>
@@ -10,7 +7,6 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/segment/car_component.hpp>
 #include <tapestry/segment/u2_net.hpp>
-#include <vector>
 
 #include "../../examples/scenes/segmented_scene.hpp"
 #include "../support/catch.hpp"

@@ -1,8 +1,6 @@
 #include <tapestry/segment/car_component.hpp>
 
 #include <limits>
-#include <string>
-#include <vector>
 
 #include "../support/catch.hpp"
 

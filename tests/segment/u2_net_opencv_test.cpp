@@ -2,11 +2,8 @@
 
 #include <opencv2/dnn.hpp>
 
-#include <map>
-#include <string>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"

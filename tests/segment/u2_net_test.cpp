@@ -1,16 +1,10 @@
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/segment/u2_net.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <optional>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
-#include <vector>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

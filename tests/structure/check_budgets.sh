@@ -1,24 +1,59 @@
 #!/usr/bin/env bash
-# check_budgets.sh FOLDER [TABLE]: prints the folders of FOLDER/include/tapestry and FOLDER/examples that have more lines
-# (.hpp, .inl, .cpp, .sh) than TABLE, budgets.txt beside this script, allows, and folders that it does not name. Exits
-# with 1 if there are any. A change that needs more lines raises the budget in the same commit, which says why.
+# check_budgets.sh FOLDER [TABLE]: compares the lines (.hpp, .inl, .cpp, .sh) of the source folders below FOLDER with
+# TABLE, budgets.txt beside this script, and prints what each part has gained or lost since the last release. Exits with 1
+# if a folder has more lines than its budget or no budget, if include/ and examples/ together pass the table's ceiling, or
+# if the sum of a part's budgets is above that of the commit before: a budget rises only where another falls by as much.
 set -euo pipefail
-table=${2:-$(dirname "${BASH_SOURCE[0]}")/budgets.txt}
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+table=${2:-$here/budgets.txt}
 cd "$1"
 status=0
-for folder in include/tapestry include/tapestry/*/ examples/*/; do
+
+# count_lines PATTERNS… -- FIND_ARGUMENTS…: lines of the files that find lists.
+count_lines() { find "$@" -type f \( -name '*.hpp' -o -name '*.inl' -o -name '*.cpp' -o -name '*.sh' \) -exec cat {} + | wc -l; }
+refuse() { echo "$1"; status=1; }
+# sums TABLE COLUMN: the sum of a column for each part, the first folder of a name.
+sums() { awk -v column="$2" '/^[a-z]/ { split($1, path, "/"); sum[path[1]] += $column } END { for (part in sum) print part, sum[part] }' "$1" | sort; }
+
+lines_of=$(mktemp)
+trap 'rm -f "$lines_of" "$lines_of.before"' EXIT
+for folder in include/tapestry include/tapestry/*/ examples/*/ tests tests/*/ benchmarks benchmarks/*/; do
   name=${folder%/}
   depth=()
-  if [ "$name" = include/tapestry ]; then depth=(-maxdepth 1); fi
-  lines=$(find "$name" "${depth[@]}" \( -name '*.hpp' -o -name '*.inl' -o -name '*.cpp' -o -name '*.sh' \) -exec cat {} + | wc -l)
+  case $name in include/tapestry | tests | benchmarks) depth=(-maxdepth 1) ;; esac
+  lines=$(count_lines "$name" "${depth[@]}")
   [ "$lines" -gt 0 ] || continue
+  echo "$name $lines" >> "$lines_of"
   budget=$(awk -v name="$name" '$1 == name { print $2 }' "$table")
   if [ -z "$budget" ]; then
-    echo "$name has no budget in $(basename "$table")"
-    status=1
+    refuse "$name has no budget in $(basename "$table")"
   elif [ "$lines" -gt "$budget" ]; then
-    echo "$name has $lines lines, its budget is $budget"
-    status=1
+    refuse "$name has $lines lines, its budget is $budget"
   fi
 done
+
+ceiling=$(awk '$1 == "#ceiling" { print $2 }' "$table")
+both=$(find include examples -type f \( -name '*.hpp' -o -name '*.inl' -o -name '*.cpp' \) -exec cat {} + | wc -l)
+if [ -n "$ceiling" ] && [ "$both" -gt "$ceiling" ]; then
+  refuse "include and examples have $both lines without scripts, the ceiling is $ceiling"
+fi
+
+echo "lines now, and since release $(awk '$1 == "#release" { print $2 }' "$table"):"
+join <(sums "$lines_of" 2) <(sums "$table" 3) | awk '{ printf "  %-10s %6d  %+d\n", $1, $2, $2 - $3 }'
+
+# The table before: that of the last commit if this one is changed and not committed, or else that of the commit's parent.
+tracked=tests/structure/budgets.txt
+if ! git rev-parse --quiet --verify HEAD >/dev/null 2>&1; then
+  echo "no commit is at hand: budgets are not compared with those before"
+  exit "$status"
+fi
+before=HEAD
+if git diff --quiet HEAD -- "$tracked"; then before=$(git log -1 --format=%H -- "$tracked")^; fi
+if git show "$before:$tracked" > "$lines_of.before" 2>/dev/null; then
+  while read -r part now then; do
+    [ "$now" -le "$then" ] || refuse "budgets of $part sum up to $now, before they did to $then: lower others by as much"
+  done < <(join <(sums "$table" 2) <(sums "$lines_of.before" 2))
+else
+  echo "the commit before is not at hand: budgets are not compared with it"
+fi
 exit "$status"

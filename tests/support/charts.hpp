@@ -1,13 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/fourier_transform.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <vector>
 
 namespace tapestry::test {
 

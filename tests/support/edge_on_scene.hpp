@@ -1,11 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/camera.hpp>
@@ -13,8 +6,6 @@
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
-#include <utility>
-#include <vector>
 
 #include "column_picture.hpp"
 #include "gradient_scoring.hpp"

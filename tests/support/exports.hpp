@@ -1,12 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <filesystem>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <vector>
 
 #include "catch.hpp"
 #include "paths.hpp"

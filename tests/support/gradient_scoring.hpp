@@ -1,13 +1,9 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
-#include <vector>
 
 // Score of gradients of pictures: the loss ⟨weights, picture⟩ of a mesh with a colour at every position,
 // which moves in eight ways.

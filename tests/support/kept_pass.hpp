@@ -1,11 +1,8 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/pixel_window.hpp>
-#include <vector>
 
 #include "catch.hpp"
 #include "random_array.hpp"

@@ -1,7 +1,4 @@
 #pragma once
-#include <cstdint>
-#include <string>
-#include <vector>
 
 #include "onnx_builder.hpp"
 

@@ -1,15 +1,7 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <map>
-#include <optional>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/nn/detail/layout.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <vector>
 
 #include "catch.hpp"
 #include "finite_difference.hpp"

@@ -1,14 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <utility>
-#include <vector>
 
 #include "catch.hpp"
 

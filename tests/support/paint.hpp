@@ -1,9 +1,7 @@
 #pragma once
-#include <cstdint>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <vector>
 
 namespace tapestry::test {
 

@@ -1,8 +1,6 @@
 #pragma once
-#include <span>
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/camouflage/objective.hpp>
-#include <type_traits>
 
 #include "catch.hpp"
 

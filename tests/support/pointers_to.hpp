@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/core/array.hpp>
-#include <vector>
 
 namespace tapestry::test {
 

@@ -1,7 +1,4 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 

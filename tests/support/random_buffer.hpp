@@ -1,6 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/random.hpp>
 #include <tapestry/nn/workspace.hpp>
 

@@ -1,14 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/nn/activation.hpp>
-#include <vector>
 
 namespace tapestry::test {
 

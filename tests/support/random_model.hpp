@@ -1,10 +1,6 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/darknet_model.hpp>
-#include <utility>
 
 #include "cfg_text.hpp"
 

@@ -1,10 +1,5 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <iterator>
-#include <string>
-#include <vector>
 
 #include "random_network_parts.hpp"
 

@@ -1,14 +1,7 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <initializer_list>
-#include <map>
 #include <set>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::test {
 

@@ -1,9 +1,6 @@
 #pragma once
-#include <cstddef>
 #include <cstring>
-#include <string>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 namespace tapestry::test {
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <string>
 #include <tapestry/core/error.hpp>
 
 #include "catch.hpp"

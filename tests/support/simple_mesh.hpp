@@ -1,14 +1,9 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <numbers>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/shapes.hpp>
 #include <tapestry/geometry/transform.hpp>
-#include <vector>
 
 namespace tapestry::test {
 

@@ -1,15 +1,7 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
-#include <vector>
 
 #include "random_array.hpp"
 

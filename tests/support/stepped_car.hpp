@@ -1,8 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 

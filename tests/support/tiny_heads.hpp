@@ -1,11 +1,6 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/head.hpp>
-#include <utility>
-#include <vector>
 
 #include "random_array.hpp"
 

@@ -1,8 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <string>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/core/random.hpp>
@@ -10,8 +6,6 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::test {
 

@@ -1,14 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
-#include <vector>
 
 #include "paint.hpp"
 #include "random_array.hpp"

@@ -1,12 +1,6 @@
 #pragma once
-#include <cstdint>
-#include <initializer_list>
-#include <map>
 #include <set>
-#include <string>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::test {
 

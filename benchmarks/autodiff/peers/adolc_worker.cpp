@@ -4,13 +4,6 @@
 // "fresh".
 #include <adolc/adolc.h>
 
-#include <array>
-#include <cstddef>
-#include <memory>
-#include <string>
-#include <type_traits>
-#include <vector>
-
 #include "../worker_program.hpp"
 
 namespace tapestry::benchmarks {

@@ -2,11 +2,6 @@
 // and not hand tracking: Sacado's numbers are copied from what may change alone, so that an array of them
 // cannot be assigned.
 #include <Sacado_trad.hpp>
-#include <cstddef>
-#include <memory>
-#include <string>
-#include <type_traits>
-#include <vector>
 
 #include "../worker_program.hpp"
 

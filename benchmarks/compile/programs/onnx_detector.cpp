@@ -1,9 +1,6 @@
 // Finds objects in a photograph with a detector from an ONNX file, then changes the photograph until the
 // surest of them is no longer found.
-#include <algorithm>
-#include <cstddef>
 #include <cstdio>
-#include <memory>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/image/batch.hpp>
@@ -12,7 +9,6 @@
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/optim/adam.hpp>
-#include <vector>
 
 using namespace tapestry;
 

@@ -1,6 +1,4 @@
 // The detector in Darknet as Debian packages it: forward only, on one thread.
-#include <cstddef>
-#include <string>
 
 #include "../worker_program.hpp"
 

@@ -1,11 +1,6 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
-#include <span>
-#include <string>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 #include "../problem.hpp"
 

@@ -1,11 +1,6 @@
 // The detector in libtorch: batch normalisation folded, activations channels-last, gradient by its autograd.
 #include <torch/torch.h>
 
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "../worker_program.hpp"
 #include "folded_convolution.hpp"
 

@@ -1,12 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <chrono>
-#include <cstddef>
-#include <cstring>
-#include <map>
-#include <oneapi/dnnl/dnnl.hpp>
-#include <string>
-#include <vector>
 
 #include "../problem.hpp"
 #include "onednn_plan.hpp"

@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstring>
-#include <oneapi/dnnl/dnnl.hpp>
-#include <string>
-#include <vector>
 
 #include "../decisions.hpp"
 #include "folded_convolution.hpp"

@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <oneapi/dnnl/dnnl.hpp>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "onednn_forward.hpp"
 

@@ -1,9 +1,6 @@
 // The detector in OpenCV's dnn module, forward only.
-#include <cstddef>
 #include <opencv2/core.hpp>
 #include <opencv2/dnn.hpp>
-#include <string>
-#include <vector>
 
 #include "../worker_program.hpp"
 

@@ -1,9 +1,7 @@
 // An ONNX network in OpenCV's dnn module, forward only.
 #include <opencv2/core.hpp>
 #include <opencv2/dnn.hpp>
-#include <string>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <vector>
 
 #include "../problem.hpp"
 

@@ -1,12 +1,7 @@
 // The car as Embree sees it: primary rays in packets of 16 through a hierarchy built beforehand.
 #include <embree3/rtcore.h>
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/parallel.hpp>
-#include <vector>
 
 #include "../worker_program.hpp"
 

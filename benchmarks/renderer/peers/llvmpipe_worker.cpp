@@ -2,14 +2,8 @@
 #define GL_GLEXT_PROTOTYPES  // for the types of the functions that OSMesa hands out
 #include <GL/osmesa.h>
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
 #include <map>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "../worker_program.hpp"
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <string_view>
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/version.hpp>
 #if defined(__x86_64__)

@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <string>
 #include <system_error>
 
 #include "mesh_inputs.hpp"

@@ -1,7 +1,4 @@
 #pragma once
-#include <CLI/CLI.hpp>
-#include <cstddef>
-#include <string>
 #include <tapestry/camouflage/objective.hpp>
 
 #include "problem_list.hpp"

@@ -1,12 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <chrono>
-#include <cstddef>
-#include <cstdint>
-#include <iostream>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -15,8 +7,6 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <utility>
-#include <vector>
 
 #include "camouflage_options.hpp"
 #include "contact_sheet.hpp"

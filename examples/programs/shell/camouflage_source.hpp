@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <set>
-#include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/image/colour_space.hpp>
@@ -11,8 +6,6 @@
 #include <tapestry/io/input_ledger.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <utility>
-#include <vector>
 
 #include "inputs.hpp"
 #include "own_texture.hpp"

@@ -1,15 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/dataset/dataset.hpp>
-#include <utility>
-#include <vector>
 
 #include "detector_inputs.hpp"
 

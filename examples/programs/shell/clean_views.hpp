@@ -1,12 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <map>
-#include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/evaluate/measurement.hpp>
-#include <vector>
 
 #include "class_name.hpp"
 #include "inputs.hpp"

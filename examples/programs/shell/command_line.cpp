@@ -1,24 +1,14 @@
 #include "command_line.hpp"
 
 #include <fcntl.h>
-#include <unistd.h>
 
-#include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <filesystem>
-#include <iostream>
 #include <memory>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <tapestry/version.hpp>
-#include <utility>
 
 #include "config_file.hpp"
 #include "formatted.hpp"

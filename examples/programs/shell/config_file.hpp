@@ -1,15 +1,10 @@
 #pragma once
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cstddef>
 #include <istream>
 #include <sstream>
-#include <stdexcept>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <vector>
 
 namespace tapestry::shell {
 

@@ -1,9 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/array.hpp>
-#include <vector>
 
 #include "drawn_boxes.hpp"
 

@@ -1,7 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <array>
-#include <string>
 #include <string_view>
 #include <type_traits>
 

@@ -1,18 +1,10 @@
 #pragma once
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cstddef>
-#include <cstdio>
-#include <filesystem>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/pass.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
 #include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/text_lists.hpp>
-#include <utility>
-#include <vector>
 
 #include "class_matching.hpp"
 #include "detector_inputs.hpp"

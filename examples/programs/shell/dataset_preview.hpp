@@ -1,13 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "contact_sheet.hpp"
 #include "drawn_boxes.hpp"

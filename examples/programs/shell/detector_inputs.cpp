@@ -1,16 +1,8 @@
 #include "detector_inputs.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cctype>
-#include <cstddef>
-#include <cstdint>
-#include <iostream>
-#include <set>
-#include <string_view>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <utility>
 
 #include "formatted.hpp"
 #include "ranks.hpp"

@@ -1,8 +1,6 @@
 #pragma once
-#include <string>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/io/read_detector.hpp>
-#include <vector>
 
 #include "settings.hpp"
 

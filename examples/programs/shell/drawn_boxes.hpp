@@ -1,15 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <numbers>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <vector>
 
 #include "formatted.hpp"
 #include "pixel_font.hpp"

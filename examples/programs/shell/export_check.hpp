@@ -1,11 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/geometry/mesh.hpp>
@@ -13,8 +6,6 @@
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <utility>
-#include <vector>
 
 #include "own_texture.hpp"
 #include "report.hpp"

@@ -1,14 +1,8 @@
 #pragma once
-#include <cstddef>
-#include <filesystem>
-#include <optional>
-#include <string>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "formatted.hpp"
 #include "run_folder.hpp"

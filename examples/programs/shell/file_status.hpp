@@ -1,9 +1,5 @@
 #pragma once
-#include <filesystem>
 #include <new>
-#include <string>
-#include <string_view>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>

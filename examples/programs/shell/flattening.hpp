@@ -1,19 +1,12 @@
 #pragma once
 #include <Eigen/SparseCholesky>
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <complex>
-#include <cstddef>
 #include <limits>
 #include <map>
 #include <numeric>
-#include <optional>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tuple>
-#include <utility>
-#include <vector>
 
 /// \file
 /// Surfaces laid flat, cut where they would stretch: parts of a car's skin that can be printed and glued on.

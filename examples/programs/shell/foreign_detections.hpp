@@ -1,15 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
 #include <iostream>
-#include <map>
-#include <optional>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/evaluate/measurement.hpp>
-#include <utility>
-#include <vector>
 
 #include "exported_pictures.hpp"
 #include "report.hpp"

@@ -1,8 +1,4 @@
 #pragma once
-#include <CLI/CLI.hpp>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/loss/adversarial.hpp>
 

@@ -1,10 +1,4 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <optional>
-#include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/training.hpp>
@@ -12,8 +6,6 @@
 #include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/loss/yolox_training.hpp>
 #include <tapestry/optim/adam.hpp>
-#include <utility>
-#include <vector>
 
 #include "formatted.hpp"
 #include "harden_options.hpp"

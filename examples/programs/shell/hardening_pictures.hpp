@@ -1,8 +1,4 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -12,8 +8,6 @@
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/image/batch.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../scenes/labelled_scene.hpp"
 #include "../../scenes/paint.hpp"

@@ -1,14 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <optional>
-#include <string>
 #include <tapestry/evaluate/measurement.hpp>
-#include <utility>
-#include <vector>
 
 #include "csv.hpp"
 #include "formatted.hpp"

@@ -1,19 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <chrono>
-#include <cstddef>
-#include <cstdint>
-#include <iostream>
-#include <map>
-#include <memory>
-#include <optional>
-#include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/mesh_writers.hpp>
-#include <utility>
-#include <vector>
 
 #include "formatted.hpp"
 #include "harden_options.hpp"

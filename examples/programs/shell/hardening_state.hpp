@@ -1,15 +1,7 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <string>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/optim/adam.hpp>
-#include <utility>
-#include <vector>
 
 #include "hardening_pictures.hpp"
 

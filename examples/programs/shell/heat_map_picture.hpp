@@ -1,8 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/heat_map.hpp>
 #include <tapestry/image/batch.hpp>
@@ -10,8 +6,6 @@
 #include <tapestry/image/crop.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/resize.hpp>
-#include <utility>
-#include <vector>
 
 #include "contact_sheet.hpp"
 #include "detector_inputs.hpp"

@@ -10,7 +10,6 @@
 #include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/painted.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <utility>
 
 #include "../../scenes/dark_parts.hpp"
 #include "../../scenes/drawn_frames.hpp"

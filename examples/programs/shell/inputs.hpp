@@ -1,12 +1,6 @@
 #pragma once
-#include <cstddef>
-#include <filesystem>
-#include <memory>
-#include <optional>
-#include <string>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/io/frame_file.hpp>
-#include <vector>
 
 #include "detector_inputs.hpp"
 #include "mask_rule.hpp"

@@ -1,8 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <vector>
 
 #include "run_folder.hpp"
 #include "word_table.hpp"

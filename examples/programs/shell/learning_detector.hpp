@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "trained_network.hpp"
 

@@ -1,10 +1,5 @@
 #include "mask_rule.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <optional>
 #include <tapestry/core/error.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/resize.hpp>

@@ -1,9 +1,6 @@
 #pragma once
-#include <memory>
-#include <string>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/segment/u2_net.hpp>
-#include <vector>
 
 #include "settings.hpp"
 

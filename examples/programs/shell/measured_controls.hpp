@@ -1,9 +1,5 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/evaluate/controls.hpp>
-#include <vector>
 
 namespace tapestry::shell {
 

@@ -1,11 +1,7 @@
 #pragma once
-#include <cstddef>
-#include <optional>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
-#include <utility>
 
 #include "problem_list.hpp"
 

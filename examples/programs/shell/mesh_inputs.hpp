@@ -1,12 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/text_lists.hpp>
-#include <vector>
 
 namespace tapestry::shell {
 

@@ -1,12 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
-#include <optional>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
@@ -19,7 +11,6 @@
 #include <tapestry/raster/scene.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <vector>
 
 namespace tapestry::shell {
 

@@ -1,12 +1,8 @@
 #pragma once
-#include <algorithm>
 #include <cstdio>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/nn/network/program.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::shell {
 

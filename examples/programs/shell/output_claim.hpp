@@ -1,16 +1,11 @@
 #pragma once
-#include <unistd.h>
 
-#include <array>
 #include <atomic>
 #include <csignal>
-#include <filesystem>
 #include <list>
 #include <set>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <vector>
 
 #include "file_status.hpp"
 

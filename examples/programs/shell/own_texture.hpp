@@ -1,17 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <map>
-#include <memory>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/raster/mesh_pictures.hpp>
-#include <utility>
-#include <vector>
 
 #include "contact_sheet.hpp"
 

@@ -1,16 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <utility>
-#include <vector>
 
 #include "mesh_views.hpp"
 #include "paint_panels.hpp"

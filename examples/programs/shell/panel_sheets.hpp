@@ -1,13 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/error.hpp>
-#include <utility>
-#include <vector>
 
 #include "mesh_views.hpp"
 #include "paint_panels.hpp"

@@ -1,12 +1,6 @@
 #pragma once
-#include <array>
 #include <charconv>
-#include <cstddef>
-#include <string>
-#include <string_view>
 #include <tapestry/io/image_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "pixel_font.hpp"
 

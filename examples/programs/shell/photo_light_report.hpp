@@ -1,12 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <vector>
 
 #include "export_check.hpp"
 #include "report.hpp"

@@ -1,18 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <cctype>
-#include <cmath>
-#include <cstddef>
-#include <filesystem>
-#include <optional>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/jpeg_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../scenes/photograph.hpp"
 

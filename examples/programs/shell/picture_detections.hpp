@@ -1,14 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/image/colour_space.hpp>
-#include <utility>
-#include <vector>
 
 #include "class_name.hpp"
 #include "detector_inputs.hpp"

@@ -1,13 +1,7 @@
 #pragma once
-#include <cstdint>
-#include <filesystem>
-#include <string>
-#include <string_view>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <vector>
 
 namespace tapestry::shell {
 

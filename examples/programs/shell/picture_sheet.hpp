@@ -1,14 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/resize.hpp>
-#include <utility>
-#include <vector>
 
 #include "contact_sheet.hpp"
 #include "drawn_boxes.hpp"

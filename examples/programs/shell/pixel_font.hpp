@@ -1,7 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <string_view>
 #include <tapestry/core/array.hpp>

@@ -1,12 +1,6 @@
 #pragma once
-#include <cstddef>
-#include <cstdio>
-#include <optional>
-#include <string>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
-#include <utility>
-#include <vector>
 
 #include "csv.hpp"
 #include "formatted.hpp"

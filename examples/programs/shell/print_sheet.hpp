@@ -1,8 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 
 #include "formatted.hpp"
 #include "pdf_file.hpp"

@@ -1,6 +1,5 @@
 #pragma once
 #include <filesystem>
-#include <string>
 #include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>

@@ -1,15 +1,11 @@
 #pragma once
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <iostream>
 #include <limits>
 #include <new>
-#include <string>
 #include <tapestry/core/error.hpp>
-#include <vector>
 #if defined(__GLIBC__)
 #include <malloc.h>
 #endif

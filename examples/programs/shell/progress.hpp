@@ -2,10 +2,6 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cstddef>
-#include <cstdio>
-#include <cstdlib>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 
 #include "formatted.hpp"

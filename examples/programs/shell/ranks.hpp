@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <climits>
-#include <cstddef>
 #include <span>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <type_traits>
 #include <vector>

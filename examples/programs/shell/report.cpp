@@ -1,8 +1,5 @@
 #include "report.hpp"
 
-#include <cstdint>
-#include <cstdio>
-
 #include "class_name.hpp"
 #include "csv.hpp"
 #include "formatted.hpp"

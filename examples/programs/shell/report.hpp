@@ -1,9 +1,6 @@
 #pragma once
-#include <optional>
-#include <string>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/evaluate/measurement.hpp>
-#include <vector>
 
 #include "run_folder.hpp"
 

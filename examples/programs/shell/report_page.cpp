@@ -1,10 +1,5 @@
 #include "report_page.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cstdio>
-#include <limits>
-#include <optional>
 #include <tapestry/core/parallel.hpp>
 
 #include "base64.hpp"

@@ -1,11 +1,6 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "contact_sheet.hpp"
 #include "run_folder.hpp"

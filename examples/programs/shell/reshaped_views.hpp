@@ -1,14 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <iterator>
-#include <memory>
-#include <string>
 #include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/core/array.hpp>
-#include <utility>
-#include <vector>
 
 #include "survey_watch.hpp"
 

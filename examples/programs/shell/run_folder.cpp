@@ -1,14 +1,10 @@
 #include "run_folder.hpp"
 
-#include <cstdint>
-#include <filesystem>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <utility>
 
 #include "build_facts.hpp"
 #include "file_status.hpp"

@@ -1,5 +1,4 @@
 #pragma once
-#include <string>
 #include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/json.hpp>
 

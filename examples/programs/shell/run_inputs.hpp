@@ -1,10 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <filesystem>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 #include "inputs.hpp"
 #include "run_manifest.hpp"

@@ -1,8 +1,5 @@
 #include "run_manifest.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <map>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 

@@ -1,8 +1,5 @@
 #pragma once
-#include <cstdint>
-#include <string>
 #include <tapestry/version.hpp>
-#include <vector>
 
 #include "run_folder.hpp"
 

@@ -1,11 +1,5 @@
 #pragma once
-#include <CLI/CLI.hpp>
-#include <cstddef>
-#include <iostream>
-#include <string>
 #include <tapestry/core/error.hpp>
-#include <utility>
-#include <vector>
 
 #include "command_line.hpp"
 #include "file_status.hpp"

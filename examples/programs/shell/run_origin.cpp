@@ -1,11 +1,5 @@
 #include "run_origin.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdlib>
-#include <filesystem>
-#include <string_view>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/io/file_source.hpp>

@@ -1,8 +1,6 @@
 #include "run_page.hpp"
 
-#include <cstdint>
 #include <tapestry/camouflage/objective_terms.hpp>
-#include <utility>
 
 #include "verbosity.hpp"
 #include "word_table.hpp"

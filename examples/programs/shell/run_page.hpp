@@ -1,6 +1,4 @@
 #pragma once
-#include <string>
-#include <vector>
 
 #include "report.hpp"
 #include "report_page.hpp"

@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <optional>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
@@ -11,7 +6,6 @@
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
-#include <vector>
 
 #include "../../scenes/labelled_scene.hpp"
 #include "stop_signal.hpp"

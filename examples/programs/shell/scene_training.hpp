@@ -1,16 +1,7 @@
 #pragma once
-#include <CLI/CLI.hpp>
-#include <chrono>
-#include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <optional>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../scenes/scene.hpp"
 #include "file_status.hpp"

@@ -1,10 +1,6 @@
 #pragma once
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <nlohmann/json.hpp>
-#include <string>
 #include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/head.hpp>
@@ -14,9 +10,6 @@
 #include <tapestry/io/text_lines.hpp>
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 #include "mesh_axes.hpp"
 #include "problem_list.hpp"

@@ -1,11 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <string>
 #include <tapestry/evaluate/controls.hpp>
-#include <utility>
-#include <vector>
 
 #include "picture_sheet.hpp"
 #include "survey_watch.hpp"

@@ -1,16 +1,10 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <string>
 #include <tapestry/camouflage/ensemble.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/scoped_timer.hpp>
-#include <utility>
-#include <vector>
 
 #include "csv.hpp"
 #include "formatted.hpp"

@@ -1,5 +1,4 @@
 #pragma once
-#include <csignal>
 
 #include "output_claim.hpp"
 

@@ -1,15 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <map>
-#include <string>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/image/colour_space.hpp>
-#include <utility>
-#include <vector>
 
 #include "contact_sheet.hpp"
 #include "formatted.hpp"

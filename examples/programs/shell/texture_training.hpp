@@ -1,8 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <memory>
-#include <string>
 #include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
@@ -10,7 +6,6 @@
 #include <tapestry/io/text_lists.hpp>
 #include <tapestry/loss/printability.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <utility>
 
 #include "file_status.hpp"
 #include "settings.hpp"

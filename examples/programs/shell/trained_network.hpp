@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <numbers>
-#include <string>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>

@@ -1,8 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <span>
-#include <string>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/camouflage/view_store.hpp>
@@ -10,8 +6,6 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/npy.hpp>
-#include <utility>
-#include <vector>
 
 #include "file_status.hpp"
 #include "run_folder.hpp"

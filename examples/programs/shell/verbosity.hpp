@@ -3,11 +3,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstddef>
 #include <cstdio>
 #include <iostream>
-#include <string>
-#include <string_view>
 #include <tapestry/core/in_quotes.hpp>
 
 namespace tapestry::shell {

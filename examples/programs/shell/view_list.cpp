@@ -1,10 +1,5 @@
 #include "view_list.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <numbers>
-
 #include "csv.hpp"
 #include "report.hpp"
 #include "verbosity.hpp"

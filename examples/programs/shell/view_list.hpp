@@ -1,10 +1,6 @@
 #pragma once
-#include <optional>
-#include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/evaluate/measurement.hpp>
-#include <utility>
-#include <vector>
 
 #include "run_folder.hpp"
 

@@ -1,8 +1,5 @@
 #pragma once
-#include <cstddef>
-#include <string>
 #include <tapestry/detect/box_decode.hpp>
-#include <vector>
 
 namespace tapestry::shell {
 

@@ -1,10 +1,6 @@
 #pragma once
-#include <algorithm>
 #include <cctype>
-#include <cstddef>
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "protocol/drawing.hpp"
 

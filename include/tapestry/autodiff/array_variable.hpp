@@ -1,15 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
 #include <deque>
-#include <memory>
 #include <tapestry/autodiff/detail/arrays/array_memory.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 namespace detail {

@@ -1,14 +1,7 @@
 #pragma once
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
 
 // Functions and traits of variables for Boost.Math and Boost.Odeint; to be included before their headers,
 // and including none of them.

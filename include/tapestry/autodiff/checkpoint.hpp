@@ -1,16 +1,10 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <memory>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/detail/tape/spare_tape.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 namespace detail {

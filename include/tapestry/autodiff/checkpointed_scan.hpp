@@ -1,15 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/detail/tape/spare_tape.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 namespace detail {

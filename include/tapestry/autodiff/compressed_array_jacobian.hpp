@@ -1,10 +1,6 @@
 #pragma once
-#include <cstddef>
-#include <span>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/compressed_jacobian.hpp>
-#include <type_traits>
-#include <vector>
 
 namespace tapestry {
 

@@ -1,17 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/detail/jacobian/jacobian_pattern.hpp>
 #include <tapestry/autodiff/detail/jacobian/tangent_sweep.hpp>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/core/error.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 

@@ -1,21 +1,11 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <initializer_list>
 #include <iterator>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/detail/jacobian/second_derivatives.hpp>
 #include <tapestry/autodiff/detail/tape/dual_number.hpp>
 #include <tapestry/autodiff/detail/tape/spare_tape.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <Eigen/Core>
-#include <concepts>
 #include <tapestry/autodiff/detail/eigen/determinant.hpp>
 #include <tapestry/autodiff/detail/eigen/eigen_solvers.hpp>
 #include <tapestry/autodiff/detail/eigen/householder.hpp>

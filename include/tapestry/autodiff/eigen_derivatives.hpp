@@ -1,14 +1,7 @@
 #pragma once
-#include <Eigen/Core>
-#include <concepts>
-#include <cstddef>
-#include <span>
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/eigen.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 

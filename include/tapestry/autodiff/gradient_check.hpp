@@ -1,21 +1,12 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <limits>
 #include <map>
 #include <numeric>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 

@@ -1,21 +1,11 @@
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/LU>
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/detail/tape/spare_tape.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 namespace detail {

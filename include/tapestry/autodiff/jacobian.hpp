@@ -1,12 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <iterator>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/detail/tape/shared.hpp>
 #include <tapestry/autodiff/detail/tape/spare_tape.hpp>
@@ -14,8 +6,6 @@
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
-#include <type_traits>
-#include <vector>
 
 namespace tapestry {
 

@@ -1,16 +1,8 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/detail/tape/input_slot.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
-#include <tuple>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 namespace detail {

@@ -1,20 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <numeric>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/detail/jacobian/interactions.hpp>
 #include <tapestry/autodiff/detail/jacobian/jacobian_pattern.hpp>
 #include <tapestry/autodiff/detail/tape/spare_tape.hpp>
 #include <tapestry/core/error.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 namespace detail {

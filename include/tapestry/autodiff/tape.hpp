@@ -1,16 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <optional>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/detail/tape/deferred_throw.hpp>
 #include <tapestry/autodiff/detail/tape/diagnosis.hpp>
 #include <tapestry/autodiff/detail/tape/first_non_finite.hpp>
 #include <tapestry/autodiff/detail/tape/shared.hpp>
 #include <tapestry/autodiff/detail/tape/tape_state.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 /// \file
 /// The first header of autodiff/: derivatives by reverse-mode automatic differentiation.

@@ -1,17 +1,9 @@
 #pragma once
 #include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <iosfwd>
 #include <map>
-#include <string>
-#include <string_view>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <typeinfo>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 

@@ -1,13 +1,9 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <span>
 #include <tapestry/autodiff/detail/functions/arithmetic.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/write_statement.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
 
 namespace tapestry {
 

@@ -1,11 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <map>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <string>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/objective_terms.hpp>
@@ -17,7 +10,6 @@
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/detect/pass.hpp>
 #include <tapestry/loss/adversarial.hpp>
-#include <vector>
 
 namespace tapestry::camouflage {
 

@@ -1,7 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/detail/method/method.hpp>
@@ -10,7 +7,6 @@
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/view.hpp>
-#include <utility>
 
 /// \file
 /// The first header of camouflage/: a paint p, optimised so that a detector loses the car.

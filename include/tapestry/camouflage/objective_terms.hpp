@@ -1,12 +1,7 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <span>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/loss/adversarial.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 

@@ -1,10 +1,4 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
@@ -14,8 +8,6 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 

@@ -1,17 +1,11 @@
 #pragma once
-#include <array>
-#include <cstddef>
 #include <functional>
-#include <memory>
-#include <optional>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/raster/estimated_light.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <vector>
 
 namespace tapestry::camouflage {
 

@@ -1,7 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <optional>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/error.hpp>
@@ -9,7 +6,6 @@
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/image/transform/chain.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <vector>
 
 namespace tapestry::camouflage {
 

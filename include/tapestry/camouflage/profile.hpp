@@ -1,6 +1,5 @@
 #pragma once
 #include <atomic>
-#include <chrono>
 #include <concepts>
 #include <memory>
 #include <tapestry/core/compiled.hpp>

@@ -1,8 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/camouflage/training.hpp>
 
 namespace tapestry::camouflage {

@@ -1,14 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/objective_terms.hpp>
@@ -17,8 +7,6 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/pool.hpp>
 #include <tapestry/optim/adam.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 

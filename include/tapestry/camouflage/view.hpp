@@ -1,10 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <optional>
-#include <span>
-#include <string>
 #include <tapestry/camouflage/photo_light.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>

@@ -1,18 +1,8 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/letterbox.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::camouflage {
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <tapestry/core/detail/array_concepts.hpp>
 #include <tapestry/core/detail/supported_target.hpp>
 #include <vector>

@@ -1,7 +1,5 @@
 #pragma once
 #include <cstdlib>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 

@@ -1,15 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <atomic>
-#include <cstddef>
 #include <cstdlib>
-#include <exception>
 #include <optional>
 #include <tapestry/core/detail/thread_pool.hpp>
-#include <thread>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 namespace tapestry {
 namespace detail {

@@ -1,14 +1,9 @@
 #pragma once
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/head.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 

@@ -1,13 +1,9 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/detector_variable.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 

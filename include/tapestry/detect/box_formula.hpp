@@ -1,8 +1,4 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/head.hpp>  // largest_bin_count
 #include <tapestry/nn/activation.hpp>

@@ -1,8 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
 #include <limits>
 #include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/head.hpp>

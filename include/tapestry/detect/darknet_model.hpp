@@ -1,8 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
@@ -11,7 +7,6 @@
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/detect/pass.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 

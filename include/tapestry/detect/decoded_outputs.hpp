@@ -1,13 +1,7 @@
 #pragma once
 #include <array>
 #include <atomic>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <string>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::detect {
 

@@ -1,11 +1,4 @@
 #pragma once
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <map>
-#include <memory>
-#include <string>
-#include <string_view>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_decode.hpp>
@@ -18,8 +11,6 @@
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
-#include <utility>
-#include <vector>
 
 /// \file
 /// The first header of detect/: from a picture to boxes, and from logits back to the picture.

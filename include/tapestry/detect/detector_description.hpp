@@ -1,15 +1,10 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/decoded_outputs.hpp>
 #include <tapestry/detect/detail/input_encoding.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 

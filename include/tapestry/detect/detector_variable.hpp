@@ -1,10 +1,7 @@
 #pragma once
-#include <concepts>
-#include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/kept_picture.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 namespace detail {

@@ -1,16 +1,9 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <map>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 

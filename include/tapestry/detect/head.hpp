@@ -1,9 +1,6 @@
 #pragma once
 #include <array>
-#include <cstddef>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <vector>

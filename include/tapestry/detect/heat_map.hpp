@@ -1,8 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <optional>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
@@ -10,7 +6,6 @@
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/head.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 

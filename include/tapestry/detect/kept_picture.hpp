@@ -1,13 +1,9 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/network/window_plan.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 

@@ -1,12 +1,8 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
 #include <tapestry/image/letterbox.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 namespace detail {

@@ -1,12 +1,7 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <string>
-#include <string_view>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/network_config.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 

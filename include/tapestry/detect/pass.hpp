@@ -1,6 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/pool.hpp>
@@ -8,7 +6,6 @@
 #include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 

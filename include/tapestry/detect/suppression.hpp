@@ -1,11 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <optional>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 

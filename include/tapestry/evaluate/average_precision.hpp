@@ -1,10 +1,8 @@
 #pragma once
-#include <cstddef>
 #include <optional>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/detail/average_precision/class_matches.hpp>
-#include <vector>
 
 namespace tapestry::evaluate {
 

@@ -1,8 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
@@ -12,7 +8,6 @@
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <vector>
 
 namespace tapestry::evaluate::detail {
 

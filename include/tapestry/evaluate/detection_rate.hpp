@@ -1,10 +1,7 @@
 #pragma once
-#include <array>
-#include <cstddef>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_decode.hpp>  // Detection
 #include <tapestry/loss/prediction.hpp>    // Target
-#include <vector>
 
 namespace tapestry::evaluate {
 

@@ -1,11 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/camouflage/view_store.hpp>
@@ -19,7 +12,6 @@
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/image/transform/chain.hpp>
-#include <vector>
 
 /// \file
 /// The first header of evaluate/: the effect of a camouflage on a detector, and how certain it is.

@@ -1,7 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <optional>
-#include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
@@ -12,8 +9,6 @@
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::evaluate {
 

@@ -1,9 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <tapestry/core/compiled.hpp>

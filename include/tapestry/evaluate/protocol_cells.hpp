@@ -1,9 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <numeric>
-#include <optional>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/detail/fate.hpp>
@@ -13,7 +8,6 @@
 #include <tapestry/evaluate/protocol_outcomes.hpp>
 #include <tapestry/evaluate/two_level_difference.hpp>
 #include <tapestry/evaluate/views.hpp>
-#include <vector>
 
 namespace tapestry::evaluate {
 

@@ -1,12 +1,7 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <numeric>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <vector>
 
 namespace tapestry::evaluate {
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <limits>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>

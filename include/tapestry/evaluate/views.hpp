@@ -1,11 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
-#include <optional>
-#include <string>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
@@ -14,7 +7,6 @@
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <vector>
 
 namespace tapestry::evaluate {
 

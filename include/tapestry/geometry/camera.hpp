@@ -1,8 +1,5 @@
 #pragma once
-#include <array>
-#include <cmath>
 #include <numbers>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/transform.hpp>
 

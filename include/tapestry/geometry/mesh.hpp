@@ -1,13 +1,8 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <optional>
-#include <string>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/transform.hpp>
-#include <vector>
 
 namespace tapestry::geometry {
 

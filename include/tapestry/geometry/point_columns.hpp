@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <numeric>
 #include <span>
@@ -12,8 +6,6 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/detail/orientation.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::geometry {
 

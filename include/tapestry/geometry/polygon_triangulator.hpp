@@ -1,13 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
 #include <tapestry/geometry/detail/orientation.hpp>
 #include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/geometry/transform.hpp>
-#include <vector>
 
 namespace tapestry::geometry {
 

@@ -1,13 +1,10 @@
 #pragma once
 #include <cassert>
-#include <cstddef>
-#include <numbers>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/detail/rotation.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
-#include <vector>
 
 namespace tapestry::geometry {
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>

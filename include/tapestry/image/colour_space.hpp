@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <utility>
 
 namespace tapestry::image {
 

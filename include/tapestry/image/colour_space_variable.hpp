@@ -1,7 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/image/colour_space.hpp>

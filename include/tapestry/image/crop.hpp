@@ -1,7 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>

@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <complex>
-#include <cstddef>
 #include <numbers>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <vector>
 

@@ -1,7 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
@@ -9,8 +6,6 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/pixel_window.hpp>
-#include <utility>
-#include <vector>
 
 /// A picture that is multiplied by its coverage, laid over a background of the same or a larger size:
 ///

@@ -1,6 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>

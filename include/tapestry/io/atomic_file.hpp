@@ -1,12 +1,7 @@
 #pragma once
-#include <cstddef>
-#include <initializer_list>
 #include <span>
-#include <string>
-#include <string_view>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
 
 namespace tapestry::io {
 namespace detail {

@@ -1,11 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <string_view>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/huge_pages.hpp>
@@ -14,7 +7,6 @@
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/safetensors_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 namespace tapestry::io {
 

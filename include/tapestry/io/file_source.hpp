@@ -2,17 +2,12 @@
 #include <unistd.h>
 #include <algorithm>
 #include <array>
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <iterator>
 #include <span>
-#include <string>
-#include <string_view>
 #include <system_error>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
 #include <vector>
 
 /// \file

@@ -1,8 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_overlap.hpp>
@@ -10,7 +6,6 @@
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/light.hpp>
-#include <vector>
 
 namespace tapestry::io {
 

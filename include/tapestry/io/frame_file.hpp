@@ -1,11 +1,8 @@
 #pragma once
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/frame.hpp>
-#include <vector>
 
 namespace tapestry::io {
 

@@ -1,14 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <string_view>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/detail/exif.hpp>
 #include <tapestry/io/detail/png_scan.hpp>  // limits of pictures
-#include <vector>
 
 namespace tapestry::io {
 

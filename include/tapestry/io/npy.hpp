@@ -1,13 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <string_view>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
@@ -17,8 +8,6 @@
 #include <tapestry/io/detail/zip_archive.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <type_traits>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io {
 

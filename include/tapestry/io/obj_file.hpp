@@ -1,15 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <string_view>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 namespace tapestry::io {
 

@@ -1,11 +1,7 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <vector>
 
 namespace tapestry::io {
 

@@ -1,10 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <charconv>
-#include <cstddef>
 #include <ranges>
-#include <string>
-#include <string_view>
 #include <system_error>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>

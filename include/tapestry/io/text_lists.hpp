@@ -1,11 +1,7 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
-#include <vector>
 
 namespace tapestry::io {
 

@@ -1,16 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <utility>
-#include <vector>
 
 /// Meshes that a program has read with tinyobjloader already. The types are its own by their members, so that
 /// this header neither includes nor links it:

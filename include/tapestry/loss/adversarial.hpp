@@ -1,15 +1,10 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/loss/detail/adversarial_terms.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <vector>
 
 /// \file
 /// The first header of loss/: the terms that optimisations minimise, as a sum Σ weight · term.

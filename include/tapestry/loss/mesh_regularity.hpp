@@ -1,6 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>

@@ -1,8 +1,4 @@
 #pragma once
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_formula.hpp>
@@ -10,7 +6,6 @@
 #include <tapestry/detect/head.hpp>
 #include <tapestry/loss/detail/logistic.hpp>
 #include <tapestry/loss/detail/overlap.hpp>
-#include <vector>
 
 namespace tapestry::loss {
 

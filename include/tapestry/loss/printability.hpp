@@ -1,17 +1,10 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <vector>
 
 namespace tapestry::loss {
 

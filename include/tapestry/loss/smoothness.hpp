@@ -1,15 +1,9 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>  // Image, Mask
 #include <tapestry/core/error.hpp>  // require_shape, ShapeError
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/pixel_window.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::loss::detail {
 

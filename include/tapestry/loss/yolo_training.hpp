@@ -1,12 +1,9 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/loss/detail/training_terms.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <vector>
 
 namespace tapestry::loss {
 

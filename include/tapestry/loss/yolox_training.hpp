@@ -1,13 +1,10 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/loss/detail/box_assignment.hpp>
 #include <tapestry/loss/detail/training_terms.hpp>
 #include <tapestry/loss/prediction.hpp>
 #include <tapestry/loss/yolo_training.hpp>  // YoloTrainingVariables
-#include <vector>
 
 namespace tapestry::loss {
 

@@ -1,9 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
 #include <numeric>
 #include <tapestry/core/parallel.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

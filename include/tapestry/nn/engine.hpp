@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <optional>
-#include <string_view>
 #include <tapestry/nn/detail/bfloat16.hpp>
 #include <tapestry/nn/detail/convolution.hpp>
 #include <tapestry/nn/detail/convolution_window.hpp>

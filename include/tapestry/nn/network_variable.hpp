@@ -1,12 +1,8 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,7 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/activation.hpp>

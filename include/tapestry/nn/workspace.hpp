@@ -1,6 +1,5 @@
 #pragma once
 #include <concepts>
-#include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <memory>

@@ -1,15 +1,9 @@
 #pragma once
 #include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <span>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::optim {
 

@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <numbers>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
@@ -12,7 +6,6 @@
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
-#include <utility>
 
 namespace tapestry::raster {
 

@@ -1,13 +1,8 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <utility>
 
 namespace tapestry::raster {
 

@@ -1,8 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
@@ -10,8 +6,6 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
-#include <type_traits>
-#include <vector>
 
 /// Deferred shading: a picture in four steps, each with its adjoint, between which a user shades by formulas
 /// of his own on the tape.

@@ -1,10 +1,4 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <memory>
-#include <numbers>
-#include <optional>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
@@ -14,7 +8,6 @@
 #include <tapestry/raster/detail/sky_basis.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

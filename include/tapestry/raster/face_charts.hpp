@@ -1,13 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <utility>
 
 namespace tapestry::raster {
 

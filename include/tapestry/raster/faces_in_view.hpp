@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <span>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -12,7 +7,6 @@
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/face_boxes.hpp>
 #include <tapestry/raster/detail/view_clip.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

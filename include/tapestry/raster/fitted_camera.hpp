@@ -1,6 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/image/letterbox.hpp>

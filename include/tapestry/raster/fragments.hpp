@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
 #include <cassert>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <optional>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/detail/fragment_scan.hpp>
 #include <tapestry/raster/detail/tiled_triangles.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::raster {
 

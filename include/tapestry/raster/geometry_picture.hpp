@@ -1,11 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -20,7 +13,6 @@
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/light.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
@@ -13,7 +7,6 @@
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,11 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <string>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
@@ -13,7 +6,6 @@
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/parallel_view.hpp>
 #include <tapestry/raster/lighting.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
@@ -13,7 +8,6 @@
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <utility>
 
 namespace tapestry::raster {
 

@@ -1,13 +1,8 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <vector>
 
 /// \file
 /// The first header of raster/: pictures of meshes, and their derivatives.

@@ -1,9 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <optional>
-#include <string>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
@@ -16,8 +11,6 @@
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/silhouette.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

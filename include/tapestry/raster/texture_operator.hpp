@@ -1,11 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
@@ -14,7 +7,6 @@
 #include <tapestry/raster/detail/texture_tiles.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/lighting.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
@@ -8,7 +6,6 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/detail/raster_kernels.hpp>
 #include <tapestry/raster/detail/triangle_setup.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <cstdint>
 #include <optional>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>

@@ -1,8 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <map>
-#include <string>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
@@ -10,7 +6,6 @@
 #include <tapestry/core/finite.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <vector>
 
 namespace tapestry::segment {
 namespace detail {

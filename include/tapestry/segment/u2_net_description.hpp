@@ -1,10 +1,6 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <vector>
 
 namespace tapestry::segment {
 

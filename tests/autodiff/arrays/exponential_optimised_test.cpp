@@ -1,11 +1,6 @@
 #include <tapestry/autodiff/detail/arrays/unary.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <limits>
 #include <tapestry/autodiff/detail/arrays/reduction.hpp>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"

@@ -1,10 +1,5 @@
 #include <tapestry/autodiff/array_functions.hpp>
 
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <vector>
-
 #include "../../support/catch.hpp"
 #include "../../support/finite_difference.hpp"
 #include "../../support/random_array.hpp"

@@ -1,10 +1,6 @@
 #include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/autodiff/detail/arrays/extreme.hpp>
 
-#include <cmath>
-#include <cstddef>
-#include <limits>
-
 #include "../../support/catch.hpp"
 #include "../../support/finite_difference.hpp"
 #include "../../support/random_array.hpp"

@@ -1,9 +1,6 @@
 #include <tapestry/autodiff/detail/arrays/join.hpp>
 
-#include <cstddef>
-#include <span>
 #include <tapestry/autodiff/detail/arrays/reduction.hpp>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"

@@ -1,9 +1,5 @@
 #include <tapestry/autodiff/detail/arrays/product.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <limits>
 #include <tapestry/autodiff/detail/arrays/reduction.hpp>
 #include <tapestry/autodiff/detail/arrays/view.hpp>
 

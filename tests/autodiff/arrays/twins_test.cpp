@@ -1,11 +1,6 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/functions.hpp>
 
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <vector>
-
 #include "../../support/catch.hpp"
 
 using tapestry::Array;

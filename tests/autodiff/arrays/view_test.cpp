@@ -1,7 +1,5 @@
 #include <tapestry/autodiff/detail/arrays/view.hpp>
 
-#include <cmath>
-#include <cstddef>
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
 
 #include "../../support/catch.hpp"

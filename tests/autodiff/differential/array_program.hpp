@@ -1,14 +1,8 @@
 #pragma once
-#include <array>
 #include <cctype>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <iomanip>
 #include <random>
 #include <sstream>
-#include <string>
-#include <vector>
 
 #include "array_steps.hpp"
 

@@ -1,10 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <span>
 #include <tapestry/autodiff/array_functions.hpp>
-#include <vector>
 
 namespace tapestry::test {
 

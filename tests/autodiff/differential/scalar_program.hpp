@@ -1,16 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <cctype>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <iomanip>
 #include <random>
-#include <span>
 #include <sstream>
-#include <string>
-#include <vector>
 
 #include "scalar_steps.hpp"
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <cmath>
-#include <span>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/variable.hpp>
 

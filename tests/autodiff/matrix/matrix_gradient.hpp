@@ -1,15 +1,8 @@
 #pragma once
-#include <Eigen/Core>
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/eigen.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/random.hpp>
-#include <tuple>
-#include <utility>
 
 #include "../../support/catch.hpp"
 

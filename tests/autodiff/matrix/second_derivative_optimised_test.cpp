@@ -1,15 +1,7 @@
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <Eigen/QR>
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <span>
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/detail/matrix/product.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
-#include <vector>
 
 #include "../../support/catch.hpp"
 

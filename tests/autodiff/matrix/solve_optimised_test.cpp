@@ -1,13 +1,9 @@
 #include <tapestry/autodiff/matrix/solve.hpp>
 
-#include <cmath>
-#include <limits>
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/detail/matrix/product.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
-#include <utility>
-#include <vector>
 
 #include "matrix_gradient.hpp"
 

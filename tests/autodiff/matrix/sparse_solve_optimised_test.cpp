@@ -1,10 +1,6 @@
 #include <tapestry/autodiff/detail/matrix/sparse_solve.hpp>
 
-#include <cmath>
-#include <cstddef>
-#include <limits>
 #include <tapestry/autodiff/matrix/solve.hpp>
-#include <vector>
 
 #include "matrix_gradient.hpp"
 

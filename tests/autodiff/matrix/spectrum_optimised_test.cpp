@@ -1,7 +1,3 @@
-#include <Eigen/QR>
-#include <Eigen/SVD>
-#include <cmath>
-#include <limits>
 #include <tapestry/autodiff/detail/matrix/eigenvalues.hpp>
 #include <tapestry/autodiff/detail/matrix/product.hpp>
 #include <tapestry/autodiff/detail/matrix/singular_values.hpp>

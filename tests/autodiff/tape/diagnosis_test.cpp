@@ -1,15 +1,7 @@
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <optional>
 #include <sstream>
-#include <string>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/autodiff/tape_statistics.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../support/catch.hpp"
 

@@ -2,9 +2,7 @@
 #include <unistd.h>
 #include <tapestry/autodiff.hpp>
 
-#include <cstddef>
 #include <fstream>
-#include <string>
 
 #include "../../support/catch.hpp"
 

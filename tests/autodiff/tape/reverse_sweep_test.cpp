@@ -1,15 +1,7 @@
-#include <algorithm>
-#include <array>
-#include <cfenv>
-#include <cmath>
-#include <cstddef>
-#include <limits>
 #include <random>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../support/catch.hpp"
 

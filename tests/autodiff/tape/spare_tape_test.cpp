@@ -1,12 +1,7 @@
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
 
-#include <array>
-#include <cstddef>
-#include <span>
-#include <stdexcept>
 #include <thread>
-#include <vector>
 
 #include "../../support/catch.hpp"
 

@@ -1,9 +1,5 @@
-#include <array>
-#include <cmath>
-#include <cstddef>
 #include <numeric>
 #include <tapestry/autodiff.hpp>
-#include <vector>
 
 #include "../../support/catch.hpp"
 

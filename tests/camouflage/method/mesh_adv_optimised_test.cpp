@@ -1,15 +1,9 @@
 #include <tapestry/camouflage/method/comparators.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/pipeline_gradient.hpp"

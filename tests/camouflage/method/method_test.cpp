@@ -1,14 +1,8 @@
 #include <tapestry/camouflage/method/methods.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <set>
-#include <string>
 #include <tapestry/camouflage/detail/method/method.hpp>
 #include <tapestry/camouflage/method/comparators.hpp>
 #include <tapestry/camouflage/paint.hpp>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"

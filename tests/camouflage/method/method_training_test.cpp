@@ -1,12 +1,8 @@
-#include <cstddef>
-#include <memory>
-#include <string>
 #include <tapestry/camouflage/method/comparators.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/exported_heads.hpp>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/pipeline_gradient.hpp"

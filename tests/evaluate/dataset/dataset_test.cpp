@@ -1,9 +1,6 @@
 #include <tapestry/evaluate/dataset/dataset.hpp>
 
-#include <filesystem>
-#include <string>
 #include <tapestry/evaluate/dataset/readers.hpp>
-#include <vector>
 
 #include "../../support/bad_file.hpp"
 #include "../../support/catch.hpp"

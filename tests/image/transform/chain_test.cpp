@@ -1,13 +1,8 @@
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/transform/chain.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <string>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/finite_difference.hpp"

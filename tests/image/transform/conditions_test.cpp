@@ -1,8 +1,5 @@
 #include <tapestry/image/transform/chain.hpp>
 
-#include <cmath>
-#include <variant>
-
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"
 

@@ -1,11 +1,8 @@
 #include <tapestry/image/detail/transform/own_transformation.hpp>
 #include <tapestry/image/transform/chain.hpp>
 
-#include <cmath>
-#include <cstddef>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/image/batch.hpp>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/finite_difference.hpp"

@@ -1,12 +1,8 @@
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <numbers>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/detail/transform/camera_effects.hpp>
 #include <tapestry/image/detail/transform/warp.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
-#include <vector>
 #if defined(TAPESTRY_JPEG)
 #include <turbojpeg.h>
 #endif

@@ -2,10 +2,6 @@
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
-#include <array>
-#include <string>
-#include <vector>
-
 #include "../../support/bad_file.hpp"
 #include "../../support/catch.hpp"
 

@@ -2,10 +2,6 @@
 
 #include <sys/stat.h>
 
-#include <cstring>
-#include <filesystem>
-#include <limits>
-
 #include "../../support/bad_file.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/temporary_folder.hpp"

@@ -1,10 +1,5 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"
 #include "../../support/refusal.hpp"

@@ -5,21 +5,6 @@
 
 #include <tapestry/core/random.hpp>
 
-#include <sys/resource.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <ctime>
-#include <filesystem>
-#include <functional>
-#include <limits>
-#include <map>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"
 #include "../../support/temporary_folder.hpp"

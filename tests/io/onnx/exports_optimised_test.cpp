@@ -1,19 +1,11 @@
 // Runs networks as today's exporters write them, beside what the frameworks made of them in double: results,
 // the adjoint of a weighted sum of them by the input, and by weights that keep their names.
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
 #include <iostream>
-#include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <string>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
-#include <type_traits>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/paths.hpp"

@@ -1,13 +1,8 @@
 #include <tapestry/io/detail/onnx/external_data.hpp>
 
-#include <cstddef>
-#include <filesystem>
-#include <string>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"

@@ -5,18 +5,10 @@
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
-#include <map>
-#include <string>
-#include <vector>
 
 #include "../../support/catch.hpp"
 

@@ -1,13 +1,5 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"
 #include "../../support/refusal.hpp"

@@ -1,13 +1,7 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include <algorithm>
-#include <cstdint>
-#include <limits>
-#include <string>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <variant>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"

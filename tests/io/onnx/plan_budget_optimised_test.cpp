@@ -1,15 +1,10 @@
 // Models of a kilobyte whose loops grow: what exceeds the budget of docs/SECURITY.md is refused soon, and
 // before memory is taken for it. Peaks are those of the whole process.
 
-#include <chrono>
-#include <ctime>
 #include <fstream>
 #include <iostream>
-#include <limits>
-#include <string>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/network/staged_network.hpp>  // PlanBudget
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/looping_models.hpp"

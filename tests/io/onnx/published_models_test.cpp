@@ -1,14 +1,8 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include <algorithm>
-#include <cstddef>
 #include <filesystem>
-#include <map>
 #include <set>
-#include <string>
 #include <tapestry/core/error.hpp>
-#include <variant>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/paths.hpp"

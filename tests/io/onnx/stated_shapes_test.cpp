@@ -1,11 +1,7 @@
 #include <tapestry/nn/network/description.hpp>
 
-#include <cstdint>
 #include <filesystem>
-#include <optional>
-#include <string>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"

@@ -1,10 +1,6 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include <map>
-#include <string>
 #include <tapestry/nn/network/network.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"

@@ -1,11 +1,5 @@
 #include <tapestry/nn/network/network.hpp>
 
-#include <cmath>
-#include <map>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "../../support/catch.hpp"
 
 namespace nn = tapestry::nn;

@@ -1,9 +1,5 @@
-#include <cstdint>
-#include <set>
-#include <string>
 #include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
-#include <vector>
 
 #include "../../support/operator_case.hpp"
 #include "../../support/vocabulary_cases.hpp"

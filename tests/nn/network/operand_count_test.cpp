@@ -1,12 +1,5 @@
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <map>
-#include <set>
-#include <string>
 #include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
-#include <utility>
 
 #include "../../support/operator_case.hpp"
 #include "../../support/vocabulary_cases.hpp"

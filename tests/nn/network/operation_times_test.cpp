@@ -1,10 +1,5 @@
 #include <tapestry/nn/network/network.hpp>
 
-#include <cstdint>
-#include <map>
-#include <string>
-#include <vector>
-
 #include "../../support/operator_network.hpp"
 
 namespace nn = tapestry::nn;

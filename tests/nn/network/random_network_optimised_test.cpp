@@ -1,11 +1,6 @@
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <limits>
-#include <string>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/differential.hpp"

@@ -1,15 +1,6 @@
 // Random programs whose extents depend on their values, against the same programs as loops over numbers.
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <functional>
-#include <map>
-#include <memory>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/differential.hpp"

@@ -1,13 +1,6 @@
 #include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <map>
-#include <string>
-#include <vector>
-
 #include "../../support/operator_network.hpp"
 
 namespace nn = tapestry::nn;

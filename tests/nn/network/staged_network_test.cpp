@@ -1,11 +1,5 @@
-#include <cmath>
-#include <cstdint>
-#include <map>
-#include <memory>
-#include <string>
 #include <tapestry/nn/network/program_builder.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
-#include <vector>
 
 #include "../../support/catch.hpp"
 #include "../../support/operator_case.hpp"

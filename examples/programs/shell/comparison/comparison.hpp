@@ -1,17 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <map>
-#include <optional>
-#include <set>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/evaluate/two_level_difference.hpp>
-#include <utility>
-#include <vector>
 
 #include "measured_folder.hpp"
 

@@ -1,7 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <string>
 
 #include "../protocol/drawing.hpp"
 #include "../report.hpp"

@@ -1,11 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <filesystem>
-#include <string>
-#include <system_error>
 #include <tapestry/io/text_lines.hpp>
-#include <vector>
 
 #include "../page.hpp"
 #include "../protocol/report.hpp"

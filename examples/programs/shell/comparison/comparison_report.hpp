@@ -1,12 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdio>
-#include <functional>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "../csv.hpp"
 #include "../protocol/tables.hpp"

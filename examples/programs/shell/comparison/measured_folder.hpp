@@ -1,14 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <filesystem>
-#include <set>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/protocol_outcomes.hpp>
-#include <utility>
-#include <vector>
 
 #include "../protocol/inputs.hpp"
 #include "../protocol/measurement.hpp"

@@ -1,11 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <filesystem>
-#include <string>
 #include <tapestry/core/error.hpp>
-#include <vector>
 
 #include "../run_folder.hpp"
 

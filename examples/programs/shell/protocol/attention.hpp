@@ -1,13 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/detect/heat_map.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
-#include <vector>
 
 #include "../contact_sheet.hpp"
 #include "../heat_map_picture.hpp"

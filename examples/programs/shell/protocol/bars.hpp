@@ -1,7 +1,4 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <string>
 
 #include "protocol.hpp"
 

@@ -1,17 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <unordered_set>
-#include <utility>
-#include <vector>
 
 #include "../camouflage_source.hpp"
 #include "../inputs.hpp"

@@ -1,12 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <chrono>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <optional>
-#include <span>
-#include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
@@ -16,10 +8,6 @@
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/io/npy.hpp>
-#include <tuple>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 #include "../progress.hpp"
 #include "../ranks.hpp"

@@ -1,10 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <string>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/views.hpp>
-#include <vector>
 
 #include "../build_facts.hpp"
 #include "inputs.hpp"

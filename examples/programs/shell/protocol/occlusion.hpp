@@ -1,12 +1,6 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/views.hpp>
-#include <utility>
 
 #include "bars.hpp"
 #include "protocol.hpp"

@@ -1,14 +1,8 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/image/transform/chain.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../../scenes/drawn_frames.hpp"
 #include "../../../scenes/make_scene.hpp"

@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <functional>
-#include <optional>
-#include <string>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
@@ -13,8 +8,6 @@
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <tapestry/io/frame.hpp>
-#include <utility>
-#include <vector>
 
 #include "../../../scenes/vehicle.hpp"
 #include "drawing.hpp"

@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstdint>
-#include <functional>
-#include <string>
-#include <vector>
 
 #include "attention.hpp"
 #include "digital.hpp"

@@ -1,10 +1,5 @@
 #pragma once
-#include <cstddef>
-#include <span>
-#include <string>
 #include <tapestry/evaluate/protocol_cells.hpp>
-#include <utility>
-#include <vector>
 
 #include "../base64.hpp"
 #include "../csv.hpp"

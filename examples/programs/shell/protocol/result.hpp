@@ -1,13 +1,7 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <functional>
-#include <numeric>
-#include <string>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
-#include <vector>
 
 #include "../view_list.hpp"
 #include "protocol.hpp"

@@ -1,15 +1,8 @@
 #pragma once
-#include <chrono>
-#include <cstddef>
-#include <iostream>
-#include <optional>
-#include <string>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <utility>
-#include <vector>
 
 #include "../csv.hpp"
 #include "../ranks.hpp"

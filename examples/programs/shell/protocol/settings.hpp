@@ -1,8 +1,5 @@
 #pragma once
 #include <CLI/CLI.hpp>
-#include <cstddef>
-#include <string>
-#include <vector>
 
 #include "../problem_list.hpp"
 

@@ -1,14 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <functional>
-#include <optional>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/views.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <vector>
 
 #include "../../../scenes/vehicle.hpp"
 #include "../heat_map_picture.hpp"

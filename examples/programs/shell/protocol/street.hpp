@@ -1,8 +1,5 @@
 #pragma once
-#include <numbers>
-#include <string>
 #include <tapestry/evaluate/views.hpp>
-#include <utility>
 
 #include "../../../scenes/car.hpp"
 #include "../../../scenes/scene.hpp"

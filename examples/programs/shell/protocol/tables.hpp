@@ -1,11 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <optional>
-#include <string>
 #include <tapestry/evaluate/protocol_cells.hpp>
-#include <vector>
 
 #include "../report.hpp"
 #include "../word_table.hpp"

@@ -1,9 +1,4 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
 #include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/views.hpp>
 

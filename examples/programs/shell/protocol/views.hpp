@@ -1,9 +1,4 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <numbers>
-#include <string>
 #include <tapestry/evaluate/views.hpp>
 
 #include "protocol.hpp"

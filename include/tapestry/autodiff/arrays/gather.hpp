@@ -1,13 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <string>
 #include <tapestry/autodiff/detail/arrays/reduction.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 

@@ -1,8 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <memory>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
 

@@ -2,8 +2,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/QR>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/detail/matrix/record_matrix.hpp>
 #include <tapestry/core/error.hpp>
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <concepts>
-#include <memory>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/objective.hpp>
@@ -8,7 +6,6 @@
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <vector>
 
 namespace tapestry::camouflage {
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <functional>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/image/over.hpp>

@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/camouflage/detail/method/method.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/raster/painted_mesh.hpp>

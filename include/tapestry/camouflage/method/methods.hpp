@@ -1,8 +1,4 @@
 #pragma once
-#include <array>
-#include <concepts>
-#include <cstdint>
-#include <string>
 #include <tapestry/camouflage/detail/method/method.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/raster/painted_mesh.hpp>

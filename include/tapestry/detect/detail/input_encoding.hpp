@@ -1,7 +1,4 @@
 #pragma once
-#include <array>
-#include <concepts>
-#include <cstddef>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>

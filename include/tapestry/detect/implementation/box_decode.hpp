@@ -1,5 +1,4 @@
 #pragma once
-#include <span>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/detect/box_decode.hpp>

@@ -1,7 +1,4 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/darknet_model.hpp>

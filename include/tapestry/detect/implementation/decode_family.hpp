@@ -1,6 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
@@ -10,7 +8,6 @@
 #include <tapestry/detect/network_config/layer.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/nn/activation.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 

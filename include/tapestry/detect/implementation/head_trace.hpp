@@ -1,5 +1,4 @@
 #pragma once
-#include <cmath>
 #include <set>
 #include <tapestry/detect/exported_heads.hpp>
 

@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/darknet_model.hpp>
@@ -11,8 +6,6 @@
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::detect::detail {
 

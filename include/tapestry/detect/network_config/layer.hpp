@@ -1,14 +1,8 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/nn/activation.hpp>
-#include <vector>
 
 namespace tapestry::detect {
 

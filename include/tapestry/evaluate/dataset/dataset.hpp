@@ -1,12 +1,8 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 namespace tapestry::evaluate {
 

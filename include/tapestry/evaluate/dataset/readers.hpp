@@ -1,14 +1,8 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <string>
-#include <string_view>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/dataset/dataset.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 namespace tapestry::evaluate {
 

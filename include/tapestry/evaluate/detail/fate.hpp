@@ -1,13 +1,8 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_decode.hpp>  // Detection
 #include <tapestry/loss/prediction.hpp>    // Target
-#include <vector>
 
 /// How a car fares in a picture. A detector that calls it an umbrella has not lost it: P@0.5 and the paper's
 /// attack success ("not detected or false detected") count that as a success, and these five tell it apart

@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <string_view>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
 

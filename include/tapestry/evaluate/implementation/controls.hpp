@@ -1,6 +1,4 @@
 #pragma once
-#include <array>
-#include <numbers>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/raster/visibility.hpp>

@@ -1,6 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/implementation/two_level_difference.hpp>
 

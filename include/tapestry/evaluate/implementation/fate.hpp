@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <numeric>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_overlap.hpp>

@@ -1,17 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <complex>
-#include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/image/fourier_transform.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::evaluate::detail {
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
@@ -8,8 +6,6 @@
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::evaluate::detail {
 

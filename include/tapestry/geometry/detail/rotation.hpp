@@ -1,7 +1,4 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <cstddef>
 #include <tapestry/geometry/transform.hpp>
 
 namespace tapestry::geometry {

@@ -1,7 +1,5 @@
 #pragma once
-#include <cassert>
 #include <map>
-#include <numbers>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>

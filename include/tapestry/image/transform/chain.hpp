@@ -1,7 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
@@ -11,7 +8,6 @@
 #include <tapestry/image/detail/transform/warp.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
 #include <variant>
-#include <vector>
 
 namespace tapestry::image {
 

@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>

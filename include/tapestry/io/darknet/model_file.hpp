@@ -1,16 +1,9 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 namespace tapestry::io {
 namespace detail {

@@ -1,15 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io {
 

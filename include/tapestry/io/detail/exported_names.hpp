@@ -1,7 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <string>
-#include <string_view>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>

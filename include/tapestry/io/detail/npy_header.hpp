@@ -2,14 +2,9 @@
 #include <array>
 #include <bit>
 #include <charconv>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <span>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::io {

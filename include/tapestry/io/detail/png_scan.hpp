@@ -1,17 +1,10 @@
 #pragma once
 #include <zlib.h>
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <new>
-#include <span>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/detail/exif.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 namespace tapestry::io {
 

@@ -1,15 +1,9 @@
 #pragma once
 #include <zlib.h>
 
-#include <cstddef>
-#include <cstdint>
 #include <new>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/detail/name_numbers.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io {
 

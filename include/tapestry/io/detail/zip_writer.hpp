@@ -1,10 +1,5 @@
 #pragma once
-#include <zlib.h>
 
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/detail/deflated_part.hpp>
 

@@ -2,20 +2,12 @@
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <unistd.h>
-#include <algorithm>
-#include <array>
 #include <cctype>
 #include <cerrno>
-#include <concepts>
 #include <cstring>
-#include <filesystem>
-#include <iterator>
 #include <new>
-#include <system_error>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 namespace tapestry::io::detail {
 

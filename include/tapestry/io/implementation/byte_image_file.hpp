@@ -1,8 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/image/batch.hpp>
@@ -14,8 +10,6 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/implementation/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io {
 

@@ -1,12 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <initializer_list>
-#include <map>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/decoded_outputs.hpp>
@@ -16,8 +8,6 @@
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/implementation/described_object.hpp>
 #include <tapestry/io/json.hpp>
-#include <utility>
-#include <vector>
 
 /// \file
 /// The compiled part of the reader of detector descriptions.

@@ -1,11 +1,5 @@
 #pragma once
-#include <array>
 #include <cctype>
-#include <charconv>
-#include <filesystem>
-#include <map>
-#include <string>
-#include <system_error>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>

@@ -1,9 +1,6 @@
 #pragma once
 #include <array>
-#include <charconv>
-#include <cstdint>
 #include <set>
-#include <system_error>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/exported_names.hpp>
 #include <tapestry/io/text_lines.hpp>

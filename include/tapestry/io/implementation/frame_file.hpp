@@ -1,6 +1,4 @@
 #pragma once
-#include <filesystem>
-#include <span>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>

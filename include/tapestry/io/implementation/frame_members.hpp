@@ -1,13 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <numbers>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
@@ -16,8 +7,6 @@
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/npy.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io::detail {
 

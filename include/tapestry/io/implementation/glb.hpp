@@ -1,20 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <map>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/mesh_writers.hpp>
-#include <utility>
-#include <vector>
 
 /// \file
 /// The compiled part of the GLB writer.

@@ -1,5 +1,4 @@
 #pragma once
-#include <cmath>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/detail/bmp_file.hpp>

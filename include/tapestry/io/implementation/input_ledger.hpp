@@ -1,11 +1,8 @@
 #pragma once
-#include <algorithm>
 #include <atomic>
-#include <filesystem>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/input_ledger.hpp>
-#include <utility>
 
 namespace tapestry::io {
 namespace detail {

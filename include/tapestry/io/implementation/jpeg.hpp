@@ -2,8 +2,6 @@
 /// \file
 /// The compiled part of jpeg_file.hpp: libjpeg-turbo, if TAPESTRY_JPEG is defined, so that the program links
 /// it.
-#include <string>
-#include <string_view>
 #include <tapestry/io/jpeg_file.hpp>
 #if defined(TAPESTRY_JPEG)
 #include <turbojpeg.h>

@@ -4,7 +4,6 @@
 #include <set>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/json.hpp>
-#include <utility>
 #include <vector>
 
 /// \file

@@ -1,20 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/detail/name_numbers.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io::detail {
 

@@ -1,14 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <charconv>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
 #include <map>
-#include <optional>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
@@ -20,8 +12,6 @@
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io {
 

@@ -5,17 +5,10 @@
 #if defined(INCLUDE_STB_IMAGE_H) || defined(INCLUDE_STB_IMAGE_WRITE_H)
 #error "include tapestry/implementation.hpp before any header of stb"
 #endif
-#include <zlib.h>
 
-#include <algorithm>
-#include <cstdlib>
-#include <new>
-#include <string>
-#include <string_view>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/detail/deflated_part.hpp>
 #include <tapestry/io/image_file.hpp>
-#include <vector>
 
 namespace tapestry::io::detail {
 /// Compressor for stb's writer; its files are smaller than with stb's own. The caller frees the result. Uses

@@ -1,7 +1,5 @@
 #pragma once
 #include <cctype>
-#include <charconv>
-#include <filesystem>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/darknet/model_file.hpp>

@@ -1,15 +1,5 @@
 #pragma once
 /// \file
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <map>
-#include <span>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/atomic_file.hpp>
@@ -18,8 +8,6 @@
 #include <tapestry/io/detail/safetensors_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/json.hpp>
-#include <utility>
-#include <vector>
 
 /// The compiled part of the reader of safetensors headers.
 

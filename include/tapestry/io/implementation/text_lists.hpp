@@ -1,8 +1,4 @@
 #pragma once
-#include <charconv>
-#include <ranges>
-#include <string_view>
-#include <system_error>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/name_numbers.hpp>
 #include <tapestry/io/detail/number_formats.hpp>

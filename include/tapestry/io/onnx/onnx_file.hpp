@@ -1,16 +1,10 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <string>
-#include <string_view>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <vector>
 
 namespace tapestry::io {
 

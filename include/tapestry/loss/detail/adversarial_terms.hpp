@@ -1,12 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
 #include <tapestry/loss/detail/responsible.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <vector>
 
 namespace tapestry::loss {
 

@@ -1,12 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <optional>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <vector>
 
 namespace tapestry::loss {
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <cmath>
-#include <concepts>
 #include <tapestry/nn/activation.hpp>  // logistic
 #include <type_traits>
 

@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <optional>
 #include <tapestry/loss/detail/box_assignment.hpp>  // cell_of
 #include <tapestry/loss/prediction.hpp>
 

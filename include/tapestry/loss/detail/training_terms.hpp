@@ -1,9 +1,6 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <vector>
 
 namespace tapestry::loss {
 

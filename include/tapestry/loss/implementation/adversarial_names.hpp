@@ -1,6 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <string>
 #include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/error.hpp>

@@ -1,17 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
 #include <functional>
-#include <optional>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/loss/detail/box_assignment.hpp>
 #include <tapestry/loss/prediction.hpp>
-#include <vector>
 
 namespace tapestry::loss::detail {
 

@@ -1,8 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/loss/printability.hpp>
 

@@ -1,12 +1,8 @@
 #pragma once
-#include <cmath>
-#include <concepts>
-#include <cstddef>
 #include <numeric>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/vector_kernels.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,15 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <memory>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/convolution.hpp>
 #include <tapestry/nn/detail/few_channel_convolution.hpp>
 #include <tapestry/nn/detail/packed_convolution.hpp>
 #include <tapestry/nn/detail/vector_kernels.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <type_traits>
 
 /// \file
 /// Convolutions of operands rounded to bfloat16 (the sign, the exponent and the 7 leading fraction bits of a

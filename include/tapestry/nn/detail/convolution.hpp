@@ -1,14 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/convolution_region.hpp>
 #include <tapestry/nn/detail/depthwise_convolution.hpp>
 #include <tapestry/nn/detail/packed_convolution.hpp>
 #include <tapestry/nn/detail/vector_kernels.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 namespace detail {

@@ -1,11 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstring>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <vector>
 
 namespace tapestry::nn::detail {
 

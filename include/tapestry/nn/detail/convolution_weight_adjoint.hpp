@@ -1,11 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/convolution.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 namespace detail {

@@ -1,7 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/packed_convolution.hpp>
 #include <tapestry/nn/detail/vector_kernels.hpp>

@@ -1,7 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
 #include <cstring>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/vector_kernels.hpp>

@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <mutex>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/detail/convolution_region.hpp>
 #include <tapestry/nn/detail/vector_kernels.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

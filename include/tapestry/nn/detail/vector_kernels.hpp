@@ -1,7 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/core/vector_exp.hpp>

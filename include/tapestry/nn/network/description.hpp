@@ -1,14 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
-#include <string>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <variant>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,10 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <map>
-#include <memory>
-#include <span>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/engine.hpp>
@@ -12,8 +6,6 @@
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/network/window_plan.hpp>
-#include <utility>
-#include <vector>
 
 /// \file
 /// The first header of nn/network/: networks of ONNX's operators, forward and backward.

@@ -1,15 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/program.hpp>
 #include <tapestry/nn/network/window_plan.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,18 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <limits>
-#include <map>
-#include <memory>
-#include <optional>
-#include <string>
 #include <tapestry/core/scoped_timer.hpp>
 #include <tapestry/nn/detail/network/operation.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,11 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <memory>
-#include <set>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
@@ -13,7 +6,6 @@
 #include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/program.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,10 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <map>
-#include <memory>
-#include <optional>
-#include <string>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/nn/detail/network/plan_budget.hpp>
 #include <tapestry/nn/engine.hpp>
@@ -13,7 +7,6 @@
 #include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,14 +1,9 @@
 #pragma once
 #include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <numeric>
 #include <span>
-#include <string>
 #include <tapestry/core/error.hpp>
-#include <utility>
 #include <variant>
 #include <vector>
 

@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstring>
-#include <memory>
-#include <optional>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/program.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

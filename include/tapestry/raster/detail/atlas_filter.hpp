@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <tapestry/raster/detail/footprint.hpp>
 #include <tapestry/raster/detail/mip_levels.hpp>
 #include <tapestry/raster/detail/raster_kernels.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,11 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <cmath>
 #include <compare>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/raster/faces_in_view.hpp>
 
 namespace tapestry::raster {

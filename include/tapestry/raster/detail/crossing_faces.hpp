@@ -1,14 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <compare>
-#include <cstddef>
-#include <cstdint>
-#include <span>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::raster {
 

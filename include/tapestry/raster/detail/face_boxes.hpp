@@ -1,7 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
 #include <limits>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/transform.hpp>

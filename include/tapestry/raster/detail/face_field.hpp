@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <span>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/raster/detail/cell_grid.hpp>
@@ -13,7 +7,6 @@
 #include <tapestry/raster/detail/pixel_rays.hpp>
 #include <tapestry/raster/detail/raster_kernels.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,12 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <optional>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
@@ -20,7 +12,6 @@
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

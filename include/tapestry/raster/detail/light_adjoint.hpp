@@ -1,8 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -12,7 +8,6 @@
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

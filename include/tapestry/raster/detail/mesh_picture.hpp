@@ -1,13 +1,8 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
 #include <tapestry/core/array.hpp>
 #include <tapestry/raster/detail/atlas_filter.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,10 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,8 +1,5 @@
 #pragma once
-#include <array>
 #include <bit>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/raster/detail/mip_levels.hpp>

@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -11,7 +6,6 @@
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,13 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <numbers>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/lighting.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
@@ -14,8 +8,6 @@
 #include <tapestry/raster/detail/tiled_triangles.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/lighting.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,17 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/detail/atlas_filter.hpp>
 #include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/detail/mip_levels.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

@@ -1,17 +1,11 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <memory>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/detail/raster_kernels.hpp>
 #include <tapestry/raster/detail/triangle_setup.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

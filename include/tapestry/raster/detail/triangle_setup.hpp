@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/transform.hpp>

@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
@@ -19,7 +13,6 @@
 #include <tapestry/raster/detail/vertex_gradient/pixel_map.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <vector>
 
 namespace tapestry::raster {
 

@@ -1,8 +1,4 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/transform.hpp>
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <limits>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/estimated_light.hpp>
 #include <tapestry/raster/implementation/estimated_light.hpp>

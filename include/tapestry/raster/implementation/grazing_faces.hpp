@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/face_field.hpp>
@@ -12,7 +7,6 @@
 #include <tapestry/raster/detail/vertex_gradient/grazing_faces.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tuple>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

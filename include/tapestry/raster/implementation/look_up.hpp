@@ -1,14 +1,10 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/deferred.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-#include <type_traits>
 
 namespace tapestry::raster::detail {
 

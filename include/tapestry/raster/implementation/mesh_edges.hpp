@@ -1,21 +1,12 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <cmath>
-#include <compare>
-#include <cstddef>
-#include <cstdint>
 #include <numeric>
-#include <span>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/crossing_faces.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tuple>
-#include <utility>
-#include <vector>
 
 namespace tapestry::raster {
 

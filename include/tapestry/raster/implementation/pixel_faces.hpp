@@ -1,6 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <memory>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
@@ -12,7 +10,6 @@
 #include <tapestry/raster/implementation/outline_crossings.hpp>
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <utility>
 
 namespace tapestry::raster {
 

@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
@@ -22,7 +16,6 @@
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/silhouette.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

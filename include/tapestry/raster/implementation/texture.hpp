@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>

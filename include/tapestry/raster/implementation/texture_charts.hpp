@@ -1,20 +1,12 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <cmath>
 #include <tapestry/core/random.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
 

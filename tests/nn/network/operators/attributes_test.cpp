@@ -1,7 +1,3 @@
-#include <cstdint>
-#include <map>
-#include <string>
-#include <vector>
 
 #include "../../../support/operator_case.hpp"
 

@@ -1,9 +1,5 @@
 #include <tapestry/nn/network/network.hpp>
 
-#include <cmath>
-#include <limits>
-#include <vector>
-
 #include "../../../support/catch.hpp"
 #include "../../../support/operator_case.hpp"
 

@@ -1,9 +1,5 @@
 #include <tapestry/nn/detail/network/operators/convolution.hpp>
 
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "../../../support/operator_network.hpp"
 
 namespace nn = tapestry::nn;

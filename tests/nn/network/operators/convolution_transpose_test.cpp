@@ -1,10 +1,5 @@
 #include <tapestry/nn/detail/network/operators/convolution_transpose.hpp>
 
-#include <cstdint>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "../../../support/operator_network.hpp"
 
 namespace nn = tapestry::nn;

@@ -1,11 +1,6 @@
 #include <tapestry/nn/detail/network/operators/gather.hpp>
 #include <tapestry/nn/network/network.hpp>
 
-#include <cmath>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "../../../support/catch.hpp"
 #include "../../../support/operator_case.hpp"
 

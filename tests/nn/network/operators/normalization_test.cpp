@@ -1,8 +1,3 @@
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <vector>
 
 #include "../../../support/operator_case.hpp"
 #include "../../../support/operator_network.hpp"

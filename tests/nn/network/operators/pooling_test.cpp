@@ -1,9 +1,3 @@
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <string>
-#include <vector>
 
 #include "../../../support/operator_network.hpp"
 

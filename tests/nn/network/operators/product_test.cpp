@@ -1,8 +1,4 @@
-#include <cstdint>
-#include <limits>
 #include <tuple>
-#include <utility>
-#include <vector>
 
 #include "../../../support/operator_network.hpp"
 

@@ -1,9 +1,4 @@
-#include <cmath>
-#include <cstdint>
-#include <map>
-#include <string>
 #include <tapestry/nn/network/staged_network.hpp>
-#include <vector>
 
 #include "../../../support/operator_case.hpp"
 

@@ -1,8 +1,3 @@
-#include <algorithm>
-#include <cstdint>
-#include <limits>
-#include <string>
-#include <vector>
 
 #include "../../../support/operator_network.hpp"
 

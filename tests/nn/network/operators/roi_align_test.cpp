@@ -1,10 +1,3 @@
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <map>
-#include <string>
-#include <vector>
 
 #include "../../../support/operator_case.hpp"
 #include "../../../support/operator_network.hpp"

@@ -1,5 +1,4 @@
 #pragma once
-#include <cstddef>
 #include <tapestry/core/instruction_set.hpp>
 
 namespace tapestry::detail {

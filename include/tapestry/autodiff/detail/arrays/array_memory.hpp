@@ -1,12 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <tapestry/autodiff/detail/tape/tape_state.hpp>
 #include <tapestry/core/array.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::detail {
 

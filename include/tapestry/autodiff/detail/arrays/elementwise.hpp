@@ -1,10 +1,8 @@
 #pragma once
-#include <cstddef>
 #include <tapestry/autodiff/detail/arrays/expression/evaluate.hpp>
 #include <tapestry/autodiff/detail/arrays/expression/node.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
 #include <tapestry/autodiff/functions.hpp>
-#include <type_traits>
 
 namespace tapestry {
 namespace detail {

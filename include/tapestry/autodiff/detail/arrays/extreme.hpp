@@ -1,13 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <string>
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
 #include <tapestry/autodiff/detail/arrays/reduction.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 namespace detail {

@@ -1,14 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 namespace detail {

@@ -1,13 +1,9 @@
 #pragma once
-#include <cstddef>
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/instruction_set.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 namespace tapestry::detail {
 

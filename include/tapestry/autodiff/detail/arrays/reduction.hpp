@@ -1,18 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <memory>
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
 #include <tapestry/autodiff/detail/arrays/expression/evaluate.hpp>
 #include <tapestry/autodiff/detail/arrays/unary.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 

@@ -1,11 +1,8 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/core/vector_exp.hpp>
-#include <type_traits>
 
 namespace tapestry {
 

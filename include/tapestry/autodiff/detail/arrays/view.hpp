@@ -1,11 +1,6 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <limits>
-#include <string>
 #include <tapestry/autodiff/detail/arrays/expression/node.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
 
 namespace tapestry {
 

@@ -1,9 +1,6 @@
 #pragma once
 #include <Eigen/Core>
-#include <cstddef>
-#include <span>
 #include <tapestry/autodiff/functions.hpp>
-#include <vector>
 
 // Matrices that follow from another of variables by Eigen's own algorithm in numbers, and by what they change
 // with it to first order. The numbers may be duals, which have derivatives of their own.

@@ -1,9 +1,7 @@
 #pragma once
-#include <Eigen/Core>
 #include <complex>
 #include <tapestry/autodiff/detail/eigen/changes.hpp>
 #include <tapestry/autodiff/functions.hpp>
-#include <vector>
 
 // Solvers for eigenvalues in place of Eigen's. Those end an iteration where a value is 0, and drop its
 // derivatives.

@@ -1,6 +1,4 @@
 #pragma once
-#include <Eigen/Core>
-#include <limits>
 #include <tapestry/autodiff/detail/eigen/triangular_solve.hpp>
 #include <tapestry/autodiff/functions.hpp>
 

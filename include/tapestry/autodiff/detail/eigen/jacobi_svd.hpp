@@ -1,8 +1,6 @@
 #pragma once
-#include <Eigen/Core>
 #include <tapestry/autodiff/detail/eigen/changes.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
-#include <vector>
 
 // The singular value decomposition A = U diag(s) Vᵀ in place of Eigen's, which ends an iteration where a
 // value is 0, and drops its derivatives.

@@ -1,5 +1,4 @@
 #pragma once
-#include <Eigen/Core>
 #include <tapestry/autodiff/detail/eigen/triangular_solve.hpp>
 
 // Algorithms of Eigen that drop derivatives where a value is 0, or end where values have converged and their

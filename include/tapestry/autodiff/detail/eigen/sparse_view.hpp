@@ -1,5 +1,4 @@
 #pragma once
-#include <Eigen/Core>
 #include <tapestry/autodiff/detail/eigen/triangular_solve.hpp>
 
 namespace Eigen {

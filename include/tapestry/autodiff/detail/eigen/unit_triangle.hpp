@@ -1,7 +1,5 @@
 #pragma once
-#include <Eigen/Core>
 #include <tapestry/autodiff/detail/eigen/triangular_solve.hpp>
-#include <type_traits>
 
 namespace Eigen::internal {
 /// A formula of variables that a number multiplies, as a triangle of ones on its diagonal. Eigen multiplies

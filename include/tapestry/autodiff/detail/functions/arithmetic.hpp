@@ -1,6 +1,5 @@
 #pragma once
 #include <compare>
-#include <concepts>
 #include <iosfwd>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>

@@ -1,8 +1,4 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <limits>
 #include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>

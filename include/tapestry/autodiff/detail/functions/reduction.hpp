@@ -1,11 +1,4 @@
 #pragma once
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <limits>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/detail/functions/exponential.hpp>
 #include <tapestry/autodiff/detail/functions/power.hpp>
 #include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
@@ -13,8 +6,6 @@
 #include <tapestry/autodiff/detail/tape/dual_number.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <type_traits>
-#include <vector>
 
 namespace tapestry {
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <cmath>
 #include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>

@@ -1,5 +1,4 @@
 #pragma once
-#include <numbers>
 #include <tapestry/autodiff/detail/functions/polygamma.hpp>
 #include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>

@@ -1,13 +1,9 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/autodiff/detail/functions/power.hpp>
 #include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <type_traits>
 
 namespace tapestry {
 namespace detail {

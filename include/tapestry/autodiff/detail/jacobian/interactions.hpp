@@ -1,15 +1,8 @@
 #pragma once
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/autodiff/detail/jacobian/jacobian_pattern.hpp>
 #include <tapestry/autodiff/detail/tape/dual_number.hpp>
 #include <tapestry/autodiff/functions.hpp>
-#include <type_traits>
 #include <unordered_set>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 namespace detail {

@@ -1,14 +1,10 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <numeric>
 #include <span>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <unordered_map>
-#include <utility>
 #include <vector>
 
 namespace tapestry::detail {

@@ -1,15 +1,11 @@
 #pragma once
 #include <algorithm>
 #include <bit>
-#include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <exception>
-#include <limits>
 #include <span>
 #include <string>
 #include <tapestry/autodiff/detail/tape/dual_number.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry {

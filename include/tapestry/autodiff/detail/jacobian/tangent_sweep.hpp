@@ -1,15 +1,9 @@
 #pragma once
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <span>
 #include <tapestry/autodiff/detail/tape/reverse_sweep.hpp>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/instruction_set.hpp>
-#include <vector>
 
 namespace tapestry::detail {
 

@@ -1,10 +1,5 @@
 #pragma once
 #include <Eigen/Eigenvalues>
-#include <cmath>
-#include <concepts>
-#include <limits>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/detail/matrix/record_matrix.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
 #include <tapestry/core/error.hpp>

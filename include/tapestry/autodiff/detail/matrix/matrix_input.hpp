@@ -1,10 +1,4 @@
 #pragma once
-#include <Eigen/Core>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
 #include <tapestry/autodiff/detail/tape/input_slot.hpp>
 #include <tapestry/autodiff/detail/tape/tape_state.hpp>
@@ -12,9 +6,6 @@
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 /// Inputs of operations on matrices, whichever way the matrices are held.
 namespace tapestry::detail {

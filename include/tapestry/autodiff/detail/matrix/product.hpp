@@ -1,7 +1,4 @@
 #pragma once
-#include <cmath>
-#include <concepts>
-#include <memory>
 #include <tapestry/autodiff/detail/matrix/record_matrix.hpp>
 #include <tapestry/core/error.hpp>
 

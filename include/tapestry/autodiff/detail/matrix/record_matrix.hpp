@@ -1,16 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <tapestry/autodiff/detail/matrix/matrix_input.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tuple>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 /// Conversion of an operation on matrices to one record, whichever way its matrices are held.
 namespace tapestry::detail {

@@ -1,10 +1,5 @@
 #pragma once
 #include <Eigen/SVD>
-#include <algorithm>
-#include <concepts>
-#include <limits>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/detail/matrix/eigenvalues.hpp>
 #include <tapestry/autodiff/detail/matrix/record_matrix.hpp>
 #include <tapestry/core/error.hpp>

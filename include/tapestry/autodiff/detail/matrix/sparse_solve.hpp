@@ -1,15 +1,8 @@
 #pragma once
 #include <Eigen/SparseCore>
 #include <Eigen/SparseLU>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/detail/matrix/record_matrix.hpp>
 #include <tapestry/core/error.hpp>
-#include <type_traits>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 namespace detail {

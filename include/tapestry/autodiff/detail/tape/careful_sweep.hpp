@@ -1,8 +1,5 @@
 #pragma once
 #include <cfenv>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
 #include <span>
 #include <tapestry/autodiff/detail/tape/reverse_sweep.hpp>
 #include <tapestry/autodiff/detail/tape/statement.hpp>

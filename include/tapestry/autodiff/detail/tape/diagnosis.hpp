@@ -1,13 +1,9 @@
 #pragma once
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <optional>
-#include <string>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/detail/tape/tape_memory.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry {
 

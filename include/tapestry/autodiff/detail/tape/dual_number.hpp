@@ -1,7 +1,5 @@
 #pragma once
 #include <array>
-#include <concepts>
-#include <cstddef>
 #include <tapestry/autodiff/detail/tape/scalar.hpp>
 #include <utility>
 

@@ -1,12 +1,7 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/autodiff/detail/tape/dual_number.hpp>
 #include <tapestry/autodiff/detail/tape/operand_counts.hpp>
 #include <tapestry/autodiff/detail/tape/scalar.hpp>
-#include <type_traits>
-#include <utility>
 
 namespace tapestry {
 

@@ -1,15 +1,9 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
-#include <optional>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/detail/tape/diagnosis.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
 #include <tapestry/autodiff/detail/tape/shared.hpp>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/detail/tape/tape_state.hpp>
-#include <utility>
 
 namespace tapestry {
 

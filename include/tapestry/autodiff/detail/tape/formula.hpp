@@ -1,10 +1,8 @@
 #pragma once
-#include <concepts>
 #include <tapestry/autodiff/detail/tape/dual_number.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/numeric_limits.hpp>
 #include <tapestry/autodiff/detail/tape/scalar.hpp>
-#include <type_traits>
 
 namespace tapestry::detail {
 

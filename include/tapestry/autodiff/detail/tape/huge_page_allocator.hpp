@@ -1,5 +1,4 @@
 #pragma once
-#include <cstddef>
 #include <cstdlib>
 #include <new>
 #include <tapestry/core/huge_pages.hpp>

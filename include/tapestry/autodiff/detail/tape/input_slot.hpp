@@ -1,14 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <span>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <vector>
 
 /// Slots that a record keeps of its inputs, so that its pullback finds their adjoints.
 namespace tapestry::detail {

@@ -1,9 +1,6 @@
 #pragma once
-#include <concepts>
-#include <limits>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/scalar.hpp>
-#include <type_traits>
 
 namespace tapestry {
 template <class T>

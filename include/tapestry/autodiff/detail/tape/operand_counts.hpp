@@ -1,9 +1,6 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/autodiff/detail/tape/scalar.hpp>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
-#include <type_traits>
 #include <utility>
 
 namespace tapestry::detail {

@@ -1,5 +1,4 @@
 #pragma once
-#include <cstddef>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 
 namespace tapestry::detail {

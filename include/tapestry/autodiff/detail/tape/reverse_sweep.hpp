@@ -1,10 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <new>
-#include <string>
 #include <tapestry/autodiff/detail/tape/huge_page_allocator.hpp>
 #include <tapestry/autodiff/detail/tape/pull_visitor.hpp>
 #include <tapestry/autodiff/detail/tape/scalar.hpp>

@@ -1,7 +1,5 @@
 #pragma once
-#include <cstddef>
 #include <tapestry/core/error.hpp>
-#include <utility>
 
 namespace tapestry::detail {
 

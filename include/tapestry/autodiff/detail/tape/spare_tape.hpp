@@ -1,10 +1,6 @@
 #pragma once
-#include <cstddef>
-#include <span>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::detail {
 

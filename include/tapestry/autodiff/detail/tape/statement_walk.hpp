@@ -1,7 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 
 namespace tapestry::detail {

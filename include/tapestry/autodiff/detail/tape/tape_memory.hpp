@@ -1,13 +1,7 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <new>
-#include <string>
 #include <tapestry/autodiff/detail/tape/huge_page_allocator.hpp>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/core/error.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::detail {

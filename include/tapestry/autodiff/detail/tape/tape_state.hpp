@@ -1,9 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
 #include <tapestry/autodiff/detail/tape/careful_sweep.hpp>
 #include <tapestry/autodiff/detail/tape/diagnosis.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
@@ -12,7 +7,6 @@
 #include <tapestry/autodiff/detail/tape/shared.hpp>
 #include <tapestry/autodiff/detail/tape/tape_record.hpp>
 #include <tapestry/core/error.hpp>
-#include <vector>
 
 namespace tapestry::detail {
 

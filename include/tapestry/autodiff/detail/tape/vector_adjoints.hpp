@@ -1,10 +1,7 @@
 #pragma once
 #include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <tapestry/autodiff/detail/tape/huge_page_allocator.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::detail {

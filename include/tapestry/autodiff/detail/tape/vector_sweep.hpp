@@ -1,7 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <span>
 #include <tapestry/autodiff/detail/tape/huge_page_allocator.hpp>
 #include <tapestry/autodiff/detail/tape/pull_visitor.hpp>
@@ -12,7 +9,6 @@
 #include <tapestry/autodiff/detail/tape/tape_record.hpp>
 #include <tapestry/autodiff/detail/tape/vector_adjoints.hpp>
 #include <tapestry/core/instruction_set.hpp>
-#include <vector>
 
 namespace tapestry::detail {
 

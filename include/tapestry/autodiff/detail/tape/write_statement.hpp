@@ -1,13 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <exception>
 #include <tapestry/autodiff/detail/tape/deferred_throw.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
 #include <tapestry/autodiff/detail/tape/tape_memory.hpp>
 #include <tapestry/autodiff/detail/tape/tape_state.hpp>
-#include <utility>
 
 namespace tapestry::detail {
 

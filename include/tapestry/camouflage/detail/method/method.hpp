@@ -1,18 +1,10 @@
 #pragma once
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <vector>
 
 namespace tapestry::camouflage {
 

@@ -1,9 +1,4 @@
 #pragma once
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/decoded_outputs.hpp>

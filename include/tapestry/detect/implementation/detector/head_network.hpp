@@ -1,13 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <memory>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/decoded_outputs.hpp>
@@ -19,8 +10,6 @@
 #include <tapestry/nn/network/program_builder.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::detect::detail {
 

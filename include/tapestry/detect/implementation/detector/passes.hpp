@@ -1,8 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -13,7 +9,6 @@
 #include <tapestry/image/pixel_window.hpp>
 #include <tapestry/nn/pointwise.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <vector>
 
 namespace tapestry::detect::detail {
 

@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <string>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/decoded_outputs.hpp>
@@ -14,7 +8,6 @@
 #include <tapestry/image/batch.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <vector>
 
 /// \file
 /// Detectors whose candidates are as many as the picture has proposals: logits of a network in stages, [1, 4

@@ -1,13 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
-#include <vector>
 
 namespace tapestry::detect::detail {
 

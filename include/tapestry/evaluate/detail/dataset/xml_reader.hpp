@@ -1,10 +1,6 @@
 #pragma once
-#include <cstddef>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
-#include <utility>
 #include <vector>
 
 namespace tapestry::evaluate {

@@ -1,19 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <map>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/json.hpp>
-#include <utility>
-#include <vector>
 
 /// \file
 /// The compiled part of the COCO reader.

@@ -1,12 +1,6 @@
 #pragma once
-#include <algorithm>
 #include <cctype>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
 #include <map>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/evaluate/dataset/dataset.hpp>
@@ -14,8 +8,6 @@
 #include <tapestry/evaluate/detail/dataset/xml_reader.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::evaluate {
 

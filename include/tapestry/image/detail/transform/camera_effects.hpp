@@ -1,6 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>

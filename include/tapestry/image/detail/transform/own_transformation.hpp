@@ -1,10 +1,8 @@
 #pragma once
-#include <concepts>
 #include <memory>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <type_traits>
-#include <utility>
 
 namespace tapestry::image {
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <cmath>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/detail/transform/camera_effects.hpp>
 

@@ -1,11 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
 #include <numbers>
-#include <optional>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/detail/transform/camera_effects.hpp>
@@ -13,7 +7,6 @@
 #include <tapestry/image/detail/transform/warp.hpp>
 #include <tapestry/image/transform/chain.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
-#include <vector>
 
 namespace tapestry::image::detail {
 

@@ -1,9 +1,5 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <concepts>
-#include <cstddef>
 #include <numbers>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>

@@ -1,14 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
 #include <span>
-#include <string>
-#include <string_view>
 #include <tapestry/io/detail/darknet/section.hpp>
 #include <tapestry/io/detail/name_numbers.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <vector>
 
 namespace tapestry::io::detail {
 

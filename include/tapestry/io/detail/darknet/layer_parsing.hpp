@@ -1,15 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <string>
-#include <string_view>
 #include <tapestry/detect/network_config/layer.hpp>
 #include <tapestry/io/detail/darknet/section.hpp>
-#include <vector>
 
 namespace tapestry::io::detail {
 

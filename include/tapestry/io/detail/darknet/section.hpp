@@ -1,15 +1,9 @@
 #pragma once
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
 #include <tapestry/io/detail/number_formats.hpp>
-#include <vector>
 
 namespace tapestry::io::detail {
 using detect::cfg_error;

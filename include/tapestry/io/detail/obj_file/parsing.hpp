@@ -1,13 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <limits>
-#include <string>
-#include <string_view>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/polygon_triangulator.hpp>
@@ -16,7 +7,6 @@
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <unordered_set>
-#include <vector>
 
 namespace tapestry::io::detail {
 

@@ -1,16 +1,9 @@
 #pragma once
-#include <array>
-#include <cstdint>
-#include <memory>
-#include <string>
-#include <string_view>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/onnx/external_data.hpp>
 #include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/io/detail/onnx/tensor.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io {
 

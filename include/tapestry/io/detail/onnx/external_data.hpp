@@ -1,18 +1,9 @@
 #pragma once
-#include <charconv>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
 #include <optional>
-#include <string>
-#include <string_view>
-#include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io {
 

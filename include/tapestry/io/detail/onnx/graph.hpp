@@ -1,10 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <map>
-#include <optional>
-#include <set>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/onnx/external_data.hpp>
@@ -14,8 +8,6 @@
 #include <tapestry/io/detail/onnx/tensor.hpp>
 #include <tapestry/io/detail/onnx/value_description.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io {
 

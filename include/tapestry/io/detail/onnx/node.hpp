@@ -1,16 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <string_view>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/onnx/attribute.hpp>
 #include <tapestry/io/detail/onnx/external_data.hpp>
 #include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace tapestry::io {
 

@@ -1,17 +1,11 @@
 #pragma once
-#include <bit>
-#include <cstddef>
-#include <cstdint>
 #include <protozero/exception.hpp>
 #include <protozero/pbf_reader.hpp>
 #include <protozero/types.hpp>
 #include <protozero/varint.hpp>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/detail/number_formats.hpp>
 #include <type_traits>
-#include <utility>
 
 namespace tapestry::io {
 

@@ -1,7 +1,5 @@
 #pragma once
-#include <memory>
 #include <set>
-#include <string>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/onnx/external_data.hpp>
 #include <tapestry/io/detail/onnx/node.hpp>
@@ -9,8 +7,6 @@
 #include <tapestry/io/detail/onnx/tensor.hpp>
 #include <tapestry/io/detail/onnx/value_description.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io {
 

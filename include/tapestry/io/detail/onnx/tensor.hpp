@@ -1,11 +1,5 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
 #include <map>
-#include <optional>
-#include <span>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/number_formats.hpp>
@@ -13,8 +7,6 @@
 #include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/io/detail/onnx/tensor_elements.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::io {
 

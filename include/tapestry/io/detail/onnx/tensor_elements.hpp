@@ -1,19 +1,8 @@
 #pragma once
-#include <array>
-#include <bit>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
-#include <limits>
 #include <optional>
-#include <span>
-#include <string>
-#include <string_view>
 #include <tapestry/io/detail/number_formats.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <variant>
-#include <vector>
 
 namespace tapestry::io {
 

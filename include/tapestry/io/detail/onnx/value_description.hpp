@@ -1,17 +1,10 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/io/detail/onnx/tensor_elements.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <utility>
 
 namespace tapestry::io {
 

@@ -1,7 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/network_config.hpp>
@@ -11,7 +8,6 @@
 #include <tapestry/io/detail/darknet/section.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 namespace tapestry::io::detail {
 

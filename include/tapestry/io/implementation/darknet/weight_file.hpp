@@ -1,13 +1,4 @@
 #pragma once
-#include <array>
-#include <bit>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <string_view>
 #include <tapestry/core/finite.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
@@ -15,7 +6,6 @@
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/number_formats.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <vector>
 
 namespace tapestry::io::detail {
 

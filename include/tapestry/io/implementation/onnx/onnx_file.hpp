@@ -1,5 +1,4 @@
 #pragma once
-#include <set>
 #include <tapestry/io/detail/onnx/external_data.hpp>
 #include <tapestry/io/detail/onnx/graph.hpp>
 #include <tapestry/io/detail/onnx/node.hpp>

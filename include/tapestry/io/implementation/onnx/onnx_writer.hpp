@@ -1,22 +1,10 @@
 #pragma once
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <map>
-#include <optional>
 #include <protozero/pbf_writer.hpp>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/detail/onnx/tensor_elements.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace tapestry::io::detail {
 

@@ -1,13 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <limits>
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/network/loop_nest.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

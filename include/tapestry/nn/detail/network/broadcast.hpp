@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstring>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/axis_reduction.hpp>
 #include <tapestry/nn/detail/network/loop_nest.hpp>
 #include <tapestry/nn/detail/network/operation.hpp>
 #include <tapestry/nn/pointwise.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

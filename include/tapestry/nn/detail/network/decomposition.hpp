@@ -1,17 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <map>
-#include <set>
-#include <string>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/nn/detail/network/operator_context.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/plan_budget.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

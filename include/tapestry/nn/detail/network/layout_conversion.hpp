@@ -1,10 +1,7 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
 #include <tapestry/nn/detail/layout.hpp>
 #include <tapestry/nn/detail/network/operation.hpp>
 #include <tapestry/nn/pointwise.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

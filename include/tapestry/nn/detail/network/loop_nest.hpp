@@ -1,10 +1,7 @@
 #pragma once
-#include <algorithm>
 #include <array>
-#include <cstddef>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

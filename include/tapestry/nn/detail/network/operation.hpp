@@ -1,16 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/network/tensor.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

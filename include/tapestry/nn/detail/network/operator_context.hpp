@@ -1,18 +1,10 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
 #include <set>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <variant>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,17 +1,6 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <limits>
-#include <map>
-#include <memory>
-#include <string>
-#include <string_view>
 #include <tapestry/nn/detail/network/operation.hpp>
 #include <tapestry/nn/detail/network/operator_context.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

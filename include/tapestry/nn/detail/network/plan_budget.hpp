@@ -1,7 +1,5 @@
 #pragma once
-#include <cstddef>
 #include <set>
-#include <string>
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::nn {

@@ -1,7 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <set>
-#include <string_view>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/detail/network/simplify/fold_into_convolution.hpp>

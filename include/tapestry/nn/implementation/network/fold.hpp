@@ -1,13 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <limits>
-#include <map>
-#include <string>
-#include <string_view>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/broadcast.hpp>
 #include <tapestry/nn/detail/network/layout_conversion.hpp>
@@ -17,9 +8,6 @@
 #include <tapestry/nn/detail/network/operators/unary_functions.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace tapestry::nn::detail {
 

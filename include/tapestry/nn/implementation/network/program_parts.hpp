@@ -1,12 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <set>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <set>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>

@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <span>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/transform.hpp>
@@ -11,7 +6,6 @@
 #include <tapestry/raster/detail/pixel_rays.hpp>
 #include <tapestry/raster/detail/view_clip.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

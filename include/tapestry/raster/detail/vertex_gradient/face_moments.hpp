@@ -1,14 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/raster/detail/footprint.hpp>
 #include <tapestry/raster/detail/raster_kernels.hpp>
 #include <tapestry/raster/detail/vertex_gradient/band_moments.hpp>
 #include <tapestry/raster/fragments.hpp>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

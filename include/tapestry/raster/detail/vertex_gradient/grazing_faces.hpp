@@ -1,16 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/raster/detail/face_field.hpp>
 #include <tapestry/raster/detail/face_weights.hpp>
 #include <tapestry/raster/detail/fragment_scan.hpp>
 #include <tapestry/raster/detail/pixel_rays.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

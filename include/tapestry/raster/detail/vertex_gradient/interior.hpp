@@ -1,10 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
@@ -18,7 +12,6 @@
 #include <tapestry/raster/detail/vertex_gradient/grazing_faces.hpp>
 #include <tapestry/raster/detail/vertex_gradient/sliver.hpp>
 #include <tapestry/raster/fragments.hpp>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <span>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/detail/face_field.hpp>
 #include <tapestry/raster/detail/vertex_gradient/edge_line.hpp>
 #include <tapestry/raster/detail/vertex_gradient/interior.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

@@ -1,17 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/detail/face_weights.hpp>
 #include <tapestry/raster/detail/vertex_gradient/interior.hpp>
 #include <tapestry/raster/detail/view_clip.hpp>
 #include <tapestry/raster/visibility.hpp>
-#include <vector>
 
 namespace tapestry::raster::detail {
 

@@ -1,8 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/pixel_rays.hpp>
 #include <tapestry/raster/fragments.hpp>

@@ -1,9 +1,7 @@
 #pragma once
-#include <cstddef>
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/autodiff/detail/arrays/expression/node.hpp>
 #include <tapestry/autodiff/detail/arrays/expression/plan.hpp>
-#include <tuple>
 
 namespace tapestry::detail {
 

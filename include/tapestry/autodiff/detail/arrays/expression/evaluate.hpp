@@ -1,13 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdlib>
-#include <memory>
 #include <tapestry/autodiff/detail/arrays/expression/node_cursors.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <tuple>
-#include <utility>
 
 namespace tapestry {
 namespace detail {

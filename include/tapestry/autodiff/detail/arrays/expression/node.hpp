@@ -1,11 +1,7 @@
 #pragma once
-#include <cstddef>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/detail/arrays/expression/plan.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <tuple>
-#include <type_traits>
-#include <utility>
 
 namespace tapestry {
 

@@ -1,10 +1,7 @@
 #pragma once
-#include <cstddef>
 #include <tapestry/autodiff/detail/arrays/expression/cursor.hpp>
 #include <tapestry/autodiff/detail/arrays/expression/node.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
-#include <type_traits>
-#include <utility>
 
 namespace tapestry::detail {
 

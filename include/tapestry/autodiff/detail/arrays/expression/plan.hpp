@@ -1,7 +1,4 @@
 #pragma once
-#include <array>
-#include <cstddef>
-#include <string>
 #include <tapestry/autodiff/detail/arrays/array_memory.hpp>  // count_of
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>

@@ -1,14 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <memory>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
-#include <vector>
 
 namespace tapestry::nn::detail {
 

@@ -1,13 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
-#include <vector>
 
 namespace tapestry::nn::detail {
 

@@ -1,16 +1,9 @@
 #pragma once
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstdlib>
-#include <limits>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/softmax.hpp>
-#include <vector>
 
 namespace tapestry::nn::detail {
 

@@ -1,13 +1,9 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <vector>
 
 namespace tapestry::nn::detail {
 

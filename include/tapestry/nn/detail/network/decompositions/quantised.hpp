@@ -1,10 +1,6 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
-#include <vector>
 
 namespace tapestry::nn::detail {
 

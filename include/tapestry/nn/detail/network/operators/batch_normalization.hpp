@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <span>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/batch_norm.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/channel_extents.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

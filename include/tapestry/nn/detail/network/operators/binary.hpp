@@ -1,7 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/nn/detail/network/broadcast.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>

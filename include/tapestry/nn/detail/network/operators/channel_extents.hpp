@@ -1,7 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 

@@ -1,17 +1,10 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/channel_extents.hpp>
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/detail/vector_kernels.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

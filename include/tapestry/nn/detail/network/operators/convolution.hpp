@@ -1,10 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <optional>
-#include <span>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/batch_norm.hpp>
 #include <tapestry/nn/detail/convolution_weight_adjoint.hpp>

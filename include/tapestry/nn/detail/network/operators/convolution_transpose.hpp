@@ -1,14 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <span>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/operators/convolution.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

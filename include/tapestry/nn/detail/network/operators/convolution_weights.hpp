@@ -1,18 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <string>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/detail/network/operator_context.hpp>
 #include <tapestry/nn/detail/packed_convolution.hpp>
 #include <tapestry/nn/engine.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

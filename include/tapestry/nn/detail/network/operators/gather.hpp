@@ -1,18 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <memory>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/loop_nest.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
 #include <tapestry/nn/pointwise.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

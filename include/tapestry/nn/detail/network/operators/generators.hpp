@@ -1,16 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <string>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/pass_on.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
 #include <tapestry/nn/detail/network/operators/softmax.hpp>
-#include <utility>
 
 namespace tapestry::nn {
 

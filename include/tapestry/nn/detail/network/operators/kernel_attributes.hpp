@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
@@ -11,7 +6,6 @@
 #include <tapestry/nn/detail/depthwise_convolution.hpp>
 #include <tapestry/nn/detail/network/operator_context.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,17 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <span>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/channel_extents.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

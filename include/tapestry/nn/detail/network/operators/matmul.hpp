@@ -1,17 +1,10 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <span>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/convolution_weight_adjoint.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/packed_convolution.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,17 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <limits>
-#include <memory>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/generators.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

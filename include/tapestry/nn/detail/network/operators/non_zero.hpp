@@ -1,11 +1,6 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,15 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <numeric>
-#include <string>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
 #include <tapestry/nn/detail/network/operators/softmax.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 namespace detail {

@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <string>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/detail/network/operators/rearrange.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
 #include <tapestry/nn/detail/network/operators/views.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 namespace detail {

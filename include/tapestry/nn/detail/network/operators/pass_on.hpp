@@ -1,15 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstdint>
-#include <memory>
-#include <string>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/detail/network/operators/unary.hpp>
 #include <tapestry/nn/pointwise.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

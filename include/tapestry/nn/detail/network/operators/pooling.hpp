@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <memory>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/convolution_window.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/detail/vector_kernels.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,15 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdlib>
-#include <cstring>
 #include <tapestry/nn/detail/network/axis_reduction.hpp>
 #include <tapestry/nn/detail/network/loop_nest.hpp>
 #include <tapestry/nn/detail/network/operation.hpp>
 #include <tapestry/nn/pointwise.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,18 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/axis_reduction.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

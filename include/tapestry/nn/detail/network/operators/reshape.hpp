@@ -1,16 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
-#include <optional>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/pass_on.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 namespace detail {

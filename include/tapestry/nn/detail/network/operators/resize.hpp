@@ -1,9 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstring>
-#include <memory>
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/layout.hpp>
@@ -11,8 +6,6 @@
 #include <tapestry/nn/detail/network/operators/resize_attributes.hpp>
 #include <tapestry/nn/pointwise.hpp>
 #include <tapestry/nn/workspace.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 

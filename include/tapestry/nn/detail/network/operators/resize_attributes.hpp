@@ -1,16 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <numeric>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/detail/network/operator_context.hpp>
 #include <tapestry/nn/network/tensor.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

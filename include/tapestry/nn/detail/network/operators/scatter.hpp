@@ -1,12 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <memory>
-#include <string>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/gather.hpp>
-#include <utility>
 
 namespace tapestry::nn {
 

@@ -1,11 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/core/vector_exp.hpp>
 #include <tapestry/nn/detail/network/axis_reduction.hpp>

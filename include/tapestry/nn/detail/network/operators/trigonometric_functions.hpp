@@ -1,6 +1,4 @@
 #pragma once
-#include <cmath>
-#include <concepts>
 #include <tapestry/nn/detail/network/operators/unary_functions.hpp>
 
 /// \file

@@ -1,9 +1,4 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <limits>
-#include <memory>
-#include <string>
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/piecewise_functions.hpp>

@@ -1,7 +1,6 @@
 #pragma once
 #include <cmath>
 #include <concepts>
-#include <cstddef>
 #include <tapestry/core/vector_exp.hpp>
 
 /// \file

@@ -1,11 +1,7 @@
 #pragma once
-#include <concepts>
-#include <cstddef>
-#include <memory>
 #include <tapestry/nn/detail/network/broadcast.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/binary.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 

@@ -1,17 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/broadcast.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/rearrange.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
-#include <vector>
 
 namespace tapestry::nn {
 namespace detail {

@@ -1,13 +1,6 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <string>
 #include <tapestry/nn/network/description.hpp>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace tapestry::nn {
 

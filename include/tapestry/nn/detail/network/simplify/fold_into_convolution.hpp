@@ -1,16 +1,7 @@
 #pragma once
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <optional>
-#include <string>
 #include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/detail/network/simplify/merge_patterns.hpp>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace tapestry::nn {
 namespace detail {

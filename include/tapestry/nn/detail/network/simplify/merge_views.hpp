@@ -1,14 +1,6 @@
 #pragma once
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
 #include <tapestry/nn/detail/network/operator_context.hpp>
 #include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
-#include <utility>
-#include <vector>
 
 namespace tapestry::nn {
 namespace detail {
