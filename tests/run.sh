@@ -1,17 +1,28 @@
 #!/usr/bin/env bash
-# run.sh [--all]: builds everything and runs every test, on a Debian 12 or newer that need only have git: the optimised
-# programs and tests by g++, the library's tests with clang's sanitizers, and the vector kernels as clang optimises them.
-# --all adds what finds a mistake rarely: every source read by the other compiler, every instruction set under the
-# sanitizers, long runs of faults, the benchmarks optimised, also those of other libraries that are installed. Ends with
-# where the time went.
+# run.sh [ROOM… | --all | --long], on a Debian 12 or newer that need only have git:
+#   without an argument  builds and runs every test of behaviour: an optimised library, and tests of it and of the programs
+#   ROOM                 the tests of this folder of tests/, such as raster, with the rooms of the library that they call
+#   --all                also what finds a mistake rarely: clang's sanitizers, the programs and longer tests by g++, lesser
+#                        instruction sets, headers alone, users' projects, every table of the paper
+#   --long               also every source read by the other compiler, instruction sets under the sanitizers, every fault,
+#                        all benchmarks and those of other libraries that are installed: hours
+# Ends with where the time went.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-all=OFF
-case ${1:-} in
-  '') ;;
-  --all) all=ON ;;
-  *) echo "usage: tests/run.sh [--all]" >&2; exit 2 ;;
-esac
+all=OFF long=OFF rooms=()
+for argument; do
+  case $argument in
+    --all) all=ON ;;
+    --long) all=ON long=ON ;;
+    *)
+      if [[ $argument == -* ]] || ! compgen -G "tests/$argument/*_test.cpp" >/dev/null; then
+        echo "usage: tests/run.sh [--all | --long | ROOM…], where a room is one of" \
+             "$(printf '%s\n' tests/*/*_test.cpp | cut -d / -f 2 | sort -u | tr '\n' ' ')" >&2
+        exit 2
+      fi
+      rooms+=("$argument") ;;
+  esac
+done
 
 phases=()
 # phase NAME COMMAND…: runs a phase and keeps its seconds.
@@ -25,20 +36,24 @@ phase() {
 
 install_packages() {
   .ci/packages tests || return
+  [ "$all" = ON ] || return 0
   local version
   version=$(clang++-14 -dumpversion 2>/dev/null || clang++ -dumpversion) || return
   .ci/packages sanitizers "${version%%.*}"
 }
 
+# build PRESET [TARGET…]
 build() {
-  cmake --preset "$1" -DTAPESTRY_TESTS_RARE="$all" -DCMAKE_MESSAGE_LOG_LEVEL=WARNING &&
-    cmake --build --preset "$1" --parallel "$jobs"
+  local preset=$1
+  shift
+  cmake --preset "$preset" -DTAPESTRY_TESTS_LONG="$long" -DCMAKE_MESSAGE_LOG_LEVEL=WARNING &&
+    cmake --build --preset "$preset" --parallel "$jobs" ${1:+--target "$@"}
 }
 
-# One run of ctest over the tests of all presets.
+# run_tests ARGUMENT…: one run of ctest over the tests of `presets`.
 run_tests() {
   echo "subdirs(${presets[*]})" > build/CTestTestfile.cmake
-  ctest --test-dir build --parallel "$jobs" --output-on-failure --no-tests=error | tee build/tests.log
+  ctest --test-dir build --parallel "$jobs" --output-on-failure --no-tests=error "$@" | tee -a build/tests.log
 }
 
 print_times() {
@@ -50,14 +65,24 @@ print_times() {
   done | sed 's|CMakeFiles/[^/]*/||; s|\.o$||' | sort --key=1,1 --numeric-sort --reverse | sed -n 1,10p
   echo "slowest tests:"
   sed -nE 's|^ *[0-9]+/[0-9]+ Test +#[0-9]+: (.*[^. ])[ .]+\*{0,3}[A-Z][A-Za-z ]* +([0-9.]+) sec.*|  \2 s  \1|p' build/tests.log |
-    sort --key=1,1 --numeric-sort --reverse | sed -n 1,10p
+    sort --key=1,1 --numeric-sort --reverse | sed -n 1,20p
 }
 
 jobs=$(nproc)
-presets=(release check clang)
-phase "packages" install_packages
-for preset in "${presets[@]}"; do phase "build of $preset" build "$preset"; done
+presets=(test)
 status=0
-phase "tests" run_tests || status=$?
+phase "packages" install_packages
+phase "build of test" build test ${rooms[@]+"${rooms[@]/%/_test}"}
+: > build/tests.log
+select=(--label-exclude rare)
+if [ ${#rooms[@]} -gt 0 ]; then select+=(--tests-regex "^($(IFS='|'; echo "${rooms[*]}"))/"); fi
+phase "tests of behaviour" run_tests "${select[@]}" || status=$?
+if [ "$all" = ON ] && [ "$status" -eq 0 ]; then
+  for preset in check release; do phase "build of $preset" build "$preset"; done
+  phase "lesser instruction sets" run_tests --label-regex rare || status=$?
+  presets=(check release)
+  phase "tests that find a mistake rarely" run_tests || status=$?
+  presets+=(test)
+fi
 print_times
 exit "$status"

@@ -292,7 +292,7 @@ TEST_CASE("a lacquered car's photograph tells how it looks in another paint", "[
 }
 
 TEST_CASE("faces without paint show the photograph where its mask is the car's silhouette",
-          "[camouflage][light]") {
+          "[camouflage][light][long]") {
   auto body = ball();
   auto frame = photographed(body, afternoon(body.mesh));
   for (std::size_t face = 0; face < body.mesh.faces.size(); ++face)
@@ -371,7 +371,7 @@ TEST_CASE("light from no points, of black paint, or from points that are not fin
 }
 
 TEST_CASE("the car of the real frames looks more like its photograph under the photograph's light",
-          "[camouflage][light][carla]") {
+          "[camouflage][light][carla][long]") {
   const std::string shared = tapestry::test::in_shared("data/");
   if (!std::filesystem::exists(shared + "mesh/audi_et_te.obj")) {
     WARN("skipped: no real frames in TAPESTRY_SHARED");

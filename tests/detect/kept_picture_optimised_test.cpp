@@ -69,8 +69,8 @@ std::vector<PixelWindow> windows_in(std::size_t height, std::size_t width) {
 }
 }  // namespace
 
-TEMPLATE_TEST_CASE("a picture that changes within a window has the bits of a whole pass", "[detect][kept]",
-                   float, double) {
+TEMPLATE_TEST_CASE("a picture that changes within a window has the bits of a whole pass",
+                   "[detect][kept][long]", float, double) {
   const auto engine = GENERATE(nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
                                nn::Engine::winograd_f4, nn::Engine::bfloat16);
   const auto mode = GENERATE(detect::Mode::input_gradient, detect::Mode::inference);

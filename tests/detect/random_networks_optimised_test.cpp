@@ -367,7 +367,7 @@ Array<float, 4> image_of(const Array<float, 4>& batch, std::size_t n) {
 }  // namespace
 
 TEST_CASE("random networks have the bits of a whole pass where pictures change within windows",
-          "[detect][differential][kept]") {
+          "[detect][differential][kept][long]") {
   DifferentialRun run("windows of random networks", 8);
   while (run.next()) {
     Case drawn(run.seed());

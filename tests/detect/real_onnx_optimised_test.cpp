@@ -211,7 +211,7 @@ Array<T, 4> gradient_of(const detect::Detector<T>& detector, const Array<T, 4>& 
 }  // namespace
 
 TEST_CASE("a car's gradient through trained ONNX networks is that of central differences",
-          "[detect][onnx][real]") {
+          "[detect][onnx][real][long]") {
   if (!has_data()) {
     WARN("skipped: no detectors in TAPESTRY_SHARED");
     return;

@@ -118,7 +118,7 @@ TEST_CASE("losses of yolox heads equal the ones worked out by hand", "[loss][anc
 }
 
 TEST_CASE("losses of anchor-free heads agree with central differences in double",
-          "[loss][anchor_free][gradient]") {
+          "[loss][anchor_free][gradient][long]") {
   const int layout = GENERATE(0, 1, 2);
   const auto heads = layout == 0   ? two_heads(DecodeFamily::yolox)
                      : layout == 1 ? two_heads(DecodeFamily::distance, ChannelOrder::box_first, 16)

@@ -149,7 +149,7 @@ if cmp -s other/texture.npz two/texture.npz; then fail "another seed gives the s
 
 # Killed at a random moment and resumed, again and again, until it is through: the same bits, no torn file. (F01)
 kills=8
-[ "${TAPESTRY_TESTS_RARE:-}" != ON ] || kills=20
+[ "${TAPESTRY_TESTS_LONG:-}" != ON ] || kills=20
 kill_until_done killed $kills 1 "$camouflage" "${quick[@]}"
 expect_same killed/texture.npz two/texture.npz
 expect_same killed/history.csv two/history.csv

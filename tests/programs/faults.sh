@@ -20,7 +20,7 @@ until_success() {
   local call=$1 errno=$2 exits=$3 check=$4 n=0 count=0 harmless=0
   shift 4
   while [ "$count" -lt 400 ]; do
-    if [ "$n" -gt 8 ] && { [ "$call" = allocation ] || [ "${TAPESTRY_TESTS_RARE:-}" != ON ]; }; then n=$((n + n / 2)); else n=$((n + 1)); fi
+    if [ "$n" -gt 8 ] && { [ "$call" = allocation ] || [ "${TAPESTRY_TESTS_LONG:-}" != ON ]; }; then n=$((n + n / 2)); else n=$((n + 1)); fi
     prepare
     with_fault "$call" "$n" "$errno" "$@"
     "$has_failed" || break

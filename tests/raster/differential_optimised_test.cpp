@@ -298,7 +298,7 @@ std::string written(const RandomView& view, std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("random views show what plain loops find, transpose, and have no gradient beyond a finer grid's",
-          "[raster][hard_case][differential]") {
+          "[raster][hard_case][differential][long]") {
   tapestry::test::DifferentialRun run("random meshes", 20);
   std::size_t failures = 0;
   while (failures < 5 && run.next()) {

@@ -23,17 +23,17 @@ void check_views(const geometry::Mesh& mesh, const std::vector<double>& heights,
 
 // Sampled alone, the errors of the box were .15 to .82, of the truck up to .96, of the van up to 1.08.
 TEST_CASE("a box's bottom nearly edge-on moves as the exact picture does at 256 pixels",
-          "[raster][vertex_gradient][gradient][hard_case]") {
+          "[raster][vertex_gradient][gradient][hard_case][long]") {
   check_views(tapestry::test::edge_on_box(), {-0.001, -0.005, -0.02, -0.05, -0.1, -0.2}, 16);
 }
 
 TEST_CASE("a truck's floors nearly edge-on move as the exact picture does",
-          "[raster][vertex_gradient][gradient][hard_case]") {
+          "[raster][vertex_gradient][gradient][hard_case][long]") {
   check_views(tapestry::test::edge_on_truck(), {-0.205, -0.123, -0.118, -0.105, -0.083, -0.06}, 16);
 }
 
 TEST_CASE("the bundled van, seen from the height of its floor, moves as the exact picture does",
-          "[raster][vertex_gradient][gradient][hard_case]") {
+          "[raster][vertex_gradient][gradient][hard_case][long]") {
   auto mesh = tapestry::io::read_obj(tapestry::test::in_sources("examples/assets/van.obj")).mesh;
   geometry::Vector3 low = mesh.positions[0], high = low;
   for (const auto& p : mesh.positions)

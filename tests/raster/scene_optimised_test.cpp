@@ -163,7 +163,7 @@ TEST_CASE("a car shades the ground and its neighbour", "[raster][scene][light]")
   CHECK(least(open) < 0.2);  // contact shadow
 }
 
-TEST_CASE("ground keeps its light but where a car hides the sun or the sky", "[raster][scene][light]") {
+TEST_CASE("ground keeps its light but where a car hides the sun or the sky", "[raster][scene][light][long]") {
   const auto car = test::tiny_car();  // x to ±2, y to ±0.9, z from 0.1 to 1.4
   const raster::GroundShade shade(car.mesh);
   const auto above = geometry::look_at({0, 0, 20}, {0, 0, 0}, {0, 1, 0}, 0.6, 0.6);

@@ -110,7 +110,7 @@ std::array<Score, 2> score(const Array<double, 2>& positions_adjoint, const Arra
 }  // namespace
 
 TEST_CASE("through silhouettes, positions and pose have the gradient of a supersampled picture",
-          "[raster][silhouette][gradient]") {
+          "[raster][silhouette][gradient][long]") {
   const Mesh mesh = sedan();
   const auto weights = tapestry::test::scoring_weights(size);
   auto seed = tapestry::zeros<double, 2>({size, size});
@@ -127,7 +127,7 @@ TEST_CASE("through silhouettes, positions and pose have the gradient of a supers
 }
 
 TEST_CASE("over a background, positions and pose have the gradient of a supersampled picture",
-          "[raster][variable][gradient]") {
+          "[raster][variable][gradient][long]") {
   const Mesh mesh = sedan();
   const auto colours = tapestry::test::scoring_colours(mesh);
   const auto weights = tapestry::test::scoring_weights(size);
@@ -152,7 +152,7 @@ TEST_CASE("over a background, positions and pose have the gradient of a supersam
 }
 
 TEMPLATE_TEST_CASE("through depth, position and normal, positions and pose have a supersampled gradient",
-                   "[raster][geometry_picture][gradient]", raster::Depth, raster::SurfacePosition,
+                   "[raster][geometry_picture][gradient][long]", raster::Depth, raster::SurfacePosition,
                    raster::Normal) {
   const Mesh mesh = sedan();
   constexpr std::size_t rank = raster::geometry_rank<TestType>;

@@ -71,7 +71,7 @@ TEST_CASE("a closed box agrees with central differences of a brute-force picture
 }
 
 TEST_CASE("closed meshes of which inner sides show agree with a brute-force picture",
-          "[raster][vertex_gradient][gradient]") {
+          "[raster][vertex_gradient][gradient][long]") {
   const auto put = [](Mesh mesh, double scale, const Vector3& by, bool is_inside_out = false) {
     for (Vector3& position : mesh.positions) position = geometry::add(geometry::scale(position, scale), by);
     if (is_inside_out)
@@ -136,7 +136,7 @@ TEST_CASE("a line of intersection counts wherever it lies among samples",
 }
 
 TEST_CASE("open, loose and intersecting faces agree with a brute-force picture",
-          "[raster][vertex_gradient][gradient]") {
+          "[raster][vertex_gradient][gradient][long]") {
   const auto mesh = tapestry::test::random_triangles(12, 8, 1.2);
   const Scene<raster::Light> lit{mesh, tapestry::test::solid, warm};
   CHECK(error_against_brute_force(lit, raster::BoundaryIntegral{}) <= 0.05);
@@ -157,7 +157,7 @@ TEST_CASE("a face through the near plane and behind the camera agrees with a bru
 }
 
 TEST_CASE("meshes with unusual edges agree with a brute-force picture",
-          "[raster][vertex_gradient][gradient]") {
+          "[raster][vertex_gradient][gradient][long]") {
   // Two faces left and right of a line, others on the same line: behind, in front on one side, behind the
   // eye.
   Mesh mesh;
@@ -336,7 +336,7 @@ double largest_component(const ScoredView& view, const Policy& policy) {
 }  // namespace
 
 TEST_CASE("in 36 views of ten meshes no component exceeds three times the largest of 8 x 8 samples",
-          "[raster][vertex_gradient][hard_case]") {
+          "[raster][vertex_gradient][hard_case][long]") {
   std::vector<std::pair<std::string, Mesh>> meshes;
   for (const char* car : {"car_sedan", "car_hatchback", "car_suv", "van"})
     meshes.emplace_back(car, read_mesh(asset(car)));
@@ -366,7 +366,7 @@ TEST_CASE("in 36 views of ten meshes no component exceeds three times the larges
 // .030, .020 and .009 with it; a factor for all faces smaller than a cell, min(1, area / covered samples),
 // took the car's mean at one sample from .021 to .12.
 TEST_CASE("slivers disturb no view of a bumpy sphere, and no sampling rate is biased",
-          "[raster][vertex_gradient][gradient]") {
+          "[raster][vertex_gradient][gradient][long]") {
   const auto sphere = errors_over_views(tapestry::test::bumpy_sphere(4, 0.2, 3));
   for (const Errors& errors : sphere) CHECK(errors.worst <= 0.04);
   CHECK(sphere[2].worst <= 0.02);
@@ -377,7 +377,7 @@ TEST_CASE("slivers disturb no view of a bumpy sphere, and no sampling rate is bi
 }
 
 TEST_CASE("the bundled car's gradient is that of a supersampled picture",
-          "[raster][vertex_gradient][gradient]") {
+          "[raster][vertex_gradient][gradient][long]") {
   check_car(asset("car_sedan"));
 }
 

@@ -31,7 +31,7 @@ double mean(const std::vector<double>& values) {
 }
 }  // namespace
 
-TEST_CASE("the bundled network finds cars in scenes that are new to it", "[segment][bundled]") {
+TEST_CASE("the bundled network finds cars in scenes that are new to it", "[segment][bundled][long]") {
   const auto network = bundled();
   CHECK(std::filesystem::file_size(tapestry::test::in_sources("examples/assets/segmenter.onnx")) <= 300000);
   scenes::SceneOptions options;

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# two_commands_test.sh: tests/run.sh takes every object that examples/run.sh has compiled, though more packages are there
+# two_commands_test.sh: tests/run.sh --all takes every object that examples/run.sh has compiled, though more packages are there
 # by then, ccache and MPI among them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -25,11 +25,11 @@ target=$(sed -n 's/^cmake --build --preset release.* --target //p' examples/run.
 # shellcheck disable=SC2086 # several arguments
 configure programs $arguments -DTAPESTRY_CCACHE_PROGRAM= -DCMAKE_DISABLE_FIND_PACKAGE_MPI=ON \
   -DCMAKE_DISABLE_FIND_PACKAGE_benchmark=ON
-configure tests -DTAPESTRY_TESTS_RARE=OFF
+configure tests 
 compilations programs "$target" >"$folder/first"
 compilations tests >"$folder/second"
 [ "$(wc -l <"$folder/first")" -ge 20 ] || { echo "found no objects of $target"; exit 1; }
 if LC_ALL=C comm -23 "$folder/first" "$folder/second" | grep .; then
-  echo "are compiled by examples/run.sh, and not by tests/run.sh in the same way"
+  echo "are compiled by examples/run.sh, and not by tests/run.sh --all in the same way"
   exit 1
 fi

@@ -82,7 +82,7 @@ TEST_CASE("inverse and log-determinants have the gradients of differences in lon
 }
 
 TEST_CASE("cholesky has the gradient of differences in long double, in one block and in several",
-          "[autodiff][matrix]") {
+          "[autodiff][matrix][long]") {
   for (const Eigen::Index n : {1, 2, 16, 17, 40})
     check_gradient_of([](const auto& a) { return matrix::cholesky(a); },
                       [](const LongMatrix& a) { return LongMatrix(symmetric(a).llt().matrixL()); }, bound,

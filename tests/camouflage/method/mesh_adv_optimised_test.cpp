@@ -137,7 +137,7 @@ TEST_CASE("before the car's side the gradient by texture and offsets agrees with
 }
 
 TEST_CASE("through outlines a redrawn view's gradient adds up to what the picture changes by",
-          "[camouflage][mesh_adv][gradient]") {
+          "[camouflage][mesh_adv][gradient][long]") {
   auto car = test::tiny_car(12, raster::TextureKind::cube);  // which each sample looks up for itself
   car.space = GENERATE(image::ColourSpace::encoded, image::ColourSpace::linear);
   const auto frame = GENERATE(0, 1) == 0 ? test::tiny_frame(0) : half_hidden(2);

@@ -324,7 +324,8 @@ std::string saved(std::uint64_t seed) {
 }
 }  // namespace
 
-TEST_CASE("random networks are right in every mode, precision and form", "[nn][network][differential]") {
+TEST_CASE("random networks are right in every mode, precision and form",
+          "[nn][network][differential][long]") {
   DifferentialRun networks("random networks", 20);
   Tally tally;
   while (networks.next()) {

@@ -275,7 +275,7 @@ std::string judged(std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("random programs whose extents depend on values are right, forwards and backwards",
-          "[nn][network][differential]") {
+          "[nn][network][differential][long]") {
   DifferentialRun programs("random stages", 10);
   std::string problems;
   while (programs.next()) {
