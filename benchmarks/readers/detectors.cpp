@@ -1,6 +1,5 @@
-// Darknet's networks, names of classes, safetensors and ONNX.
+// Darknet's networks, names of classes and ONNX.
 #include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/detail/safetensors_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/io/text_lists.hpp>
 
@@ -73,28 +72,6 @@ void read_weights(const std::string& path) {
   (void)io::read_weight_file(path, config, layout_of(config));
 }
 
-std::string with_length(const std::string& header) {
-  std::string file;
-  for (unsigned shift = 0; shift < 64; shift += 8) file += static_cast<char>(header.size() >> shift & 0xFFU);
-  return file + header;
-}
-std::string empty_tensors(std::size_t bytes) {
-  return with_length(filled(
-      bytes, "{",
-      [](std::size_t i) {
-        return std::string("\"") + std::to_string(10000000 + i) + "    " +
-               "\":{\"dtype\":\"F32\",\"shape\":[0],\"data_offsets\":[0,0]},";
-      },
-      "}", 1));
-}
-std::string metadata(std::size_t bytes) {
-  return with_length(filled(
-      bytes, "{\"__metadata__\":{",
-      [](std::size_t i) { return std::string("\"") + std::to_string(i) + std::string(50, 'k') + "\":\"\","; },
-      "}}", 1));
-}
-void read_safetensors(const std::string& path) { (void)io::SafetensorsFile(path); }
-
 namespace onnx = test::onnx;
 /// A model with these nodes, of which the last makes the output "z".
 std::string model(std::vector<std::string> nodes, std::vector<std::string> initialisers = {}) {
@@ -150,8 +127,6 @@ std::vector<Kind> detector_kinds() {
           {"names: short", short_names, [](const std::string& path) { (void)io::read_class_names(path); },
            times_file(32), 4},
           {"weights: denormal", weights, read_weights, times_file(2)},
-          {"safetensors: tensors", empty_tensors, read_safetensors, times_file(48)},
-          {"safetensors: metadata", metadata, read_safetensors, times_file(48)},
           {"onnx: nodes", chain, read_onnx, times_file(56)},
           {"onnx: inputs", many_inputs, read_onnx, times_file(56)},
           {"onnx: attributes", many_attributes, read_onnx, times_file(56)},

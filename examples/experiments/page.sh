@@ -5,7 +5,7 @@
 #
 # OUTPUT    folder for everything; OUTPUT/*/tables/index.html are pages over the tables, OUTPUT/results holds what the page cites
 # --quick   few frames, one seed, short runs, one of the paper's tables: shows that everything runs
-# DETECTOR  .onnx models, or files of convert_weights, that take pictures of 416 pixels: paints are made for the first, with
+# DETECTOR  .onnx models that take pictures of 416 pixels: paints are made for the first, with
 #           the second for ensembles of two and with the third for those of three; all measure, as they are and made sound
 # Paths must have no spaces, quotes or backslashes. In the environment: CAR (options --mesh and --faces or --material; the
 # bundled sedan), LENGTH (its metres), NAMES (file of the detectors' classes), SEEDS ("1 2 3"), DRAWS of matched noise (3),

@@ -4,8 +4,8 @@
 #
 #   sound.sh OUTPUT [OPTIONS OF harden...] -- DETECTOR...
 #
-# OUTPUT    folder for everything: OUTPUT/NAME-sound.onnx or .safetensors is a detector, OUTPUT/NAME its run
-# DETECTOR  .onnx models, or files of convert_weights
+# OUTPUT    folder for everything: OUTPUT/NAME-sound.onnx is a detector, OUTPUT/NAME its run
+# DETECTOR  .onnx models
 # Paths must have no spaces. In the environment: NAMES (file of the classes' names, for detectors without them), PROGRAMS.
 set -euo pipefail
 [ $# -ge 3 ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
@@ -30,8 +30,7 @@ for detector in "$@"; do
     "$programs/harden" "${resume[@]}" --weights "$detector" "${names[@]}" --paint none --attacks none "${options[@]}" \
       --output "$folder"
   fi
-  extension=${detector##*.}
-  [ -e "$folder-sound.$extension" ] || { cp "$folder/hardened.$extension" "$folder-sound.part" && mv "$folder-sound.part" "$folder-sound.$extension"; }
-  echo "$folder-sound.$extension"
+  [ -e "$folder-sound.onnx" ] || { cp "$folder/hardened.onnx" "$folder-sound.part" && mv "$folder-sound.part" "$folder-sound.onnx"; }
+  echo "$folder-sound.onnx"
   sed -n '/^ *\(photo\|clean\) /p;/drawn scenes/p' "$folder/report.txt"
 done

@@ -114,8 +114,7 @@ void adopt_run(const CLI::App& app, Options& options) {
   options.other_frames = std::any_of(differing.begin(), differing.end(), is_frames);
   const bool other_detector =
       app.get_option("--cfg")->count() > 0 ||
-      (app.get_option("--weights")->count() > 0 &&
-       (io::is_onnx(options.detector.weights) || io::is_safetensors(options.detector.weights)));
+      (app.get_option("--weights")->count() > 0 && io::is_onnx(options.detector.weights));
   if (!other_detector) adopt_saved(app, saved["options"], manifest, options.detector, differing);
   Json used = json_of_settings(options.scene, options.detector);
   if (!options.protocol.protocol.empty() && !is_on_photographs(options.protocol.protocol))

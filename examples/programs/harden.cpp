@@ -33,7 +33,7 @@ void require_trainable_heads(const Inputs& inputs, const HardenOptions& options)
 
 /// A second copy of the detector, to train.
 std::unique_ptr<LearningDetector> learning_detector(const Inputs& inputs, const DetectorSettings& settings) {
-  if (io::is_onnx(settings.weights))
+  if (io::is_onnx(settings.weights) && !io::is_of_darknet(io::read_onnx(settings.weights)))
     return std::make_unique<LearningGraph>(settings.weights, inputs.detector, settings.size);
   std::optional<detect::DecodeFamily> decode;
   if (!settings.decode.empty()) decode = detect::decode_family_by_name(settings.decode);
@@ -79,7 +79,7 @@ int main(int argc, char** argv) {
       "Fine-tunes a detector against optimised car paint (adversarial training), for robustness research, "
       "and measures it beside the undefended one: clean, under a paint made for the undefended one, and "
       "under a fresh attack on each. Takes Darknet networks and ONNX models with raw heads, and writes "
-      "hardened.safetensors or hardened.onnx.");
+      "hardened.onnx.");
   describe(app, options);
   app.footer(
       "  harden --quick\n"

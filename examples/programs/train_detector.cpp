@@ -41,12 +41,12 @@ void describe(CLI::App& app, Options& o) {
       "left out");
   app.add_option(
       "--weights,--resume", o.weights,
-      "weights to start from, Darknet's or a detector that convert_weights made, whose own cfg is then taken "
+      "weights to start from, Darknet's or an .onnx model of convert_weights, whose own cfg is then taken "
       "for --cfg; random ones when left out");
   app.add_option(
       "--output", o.output,
-      "file to write: Darknet weights, or, named .safetensors, a detector with its cfg, needed when the cfg "
-      "is that of converted --weights; detector.weights or detector.safetensors when left out");
+      "file to write: Darknet weights, or, named .onnx, a model with its cfg, needed when the cfg is that of "
+      "converted --weights; detector.weights or detector.onnx when left out");
   app.add_option("--fresh", o.fresh,
                  "pictures of a batch that are drawn anew; the others are repeated from the pool");
   app.add_option("--pool", o.pool, "pictures kept for repetition, about 200 kB each");
@@ -208,9 +208,9 @@ int train(const CLI::App& app, const char* program, const Options& options) {
     throw Error(ErrorKind::mismatch, cfg_name + ": the input must be square, or --size given");
   loss::require_raw_logits("train_detector", model.heads());
   const auto decode = detect::decode_family_of(model.config());
-  if (decode != detect::DecodeFamily::darknet && !options.output.ends_with(".safetensors"))
+  if (decode != detect::DecodeFamily::darknet && !io::is_onnx(options.output))
     throw Error(ErrorKind::usage, "--output " + options.output + " would lose the decode family " +
-                                      std::string(detect::name_of(decode)) + "; name it .safetensors");
+                                      std::string(detect::name_of(decode)) + "; name it .onnx");
   for (const auto& head : model.heads())
     if (head.classes != 3) throw Error(ErrorKind::mismatch, cfg_name + ": heads must have 3 classes");
 
@@ -243,12 +243,12 @@ void require_sound(const Options& o) {
 /// Fills in the files that were left out. A converted detector contains its cfg, which is passed on to the
 /// files written.
 void fill_in_files(Options& o) {
-  const bool has_cfg = !o.cfg.empty() || o.weights.empty() || !io::is_safetensors(o.weights);
+  const bool has_cfg = !o.cfg.empty() || o.weights.empty() || !io::is_onnx(o.weights);
   if (o.cfg.empty() && has_cfg) o.cfg = BundledAssets{}.cfg();
-  if (o.output.empty()) o.output = has_cfg ? "detector.weights" : "detector.safetensors";
-  if (!has_cfg && o.training.steps > 0 && !o.output.ends_with(".safetensors"))
+  if (o.output.empty()) o.output = has_cfg ? "detector.weights" : "detector.onnx";
+  if (!has_cfg && o.training.steps > 0 && !io::is_onnx(o.output))
     throw Error(ErrorKind::usage, "--output " + o.output + " would lose the cfg, which is only within " +
-                                      o.weights + "; name it .safetensors, or give --cfg");
+                                      o.weights + "; name it .onnx, or give --cfg");
 }
 
 int run(const CLI::App& app, const char* program, Options& options) {

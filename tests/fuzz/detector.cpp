@@ -1,9 +1,10 @@
-// Darknet's network descriptions and weights, and detectors in safetensors.
+// Darknet's network descriptions and weights, and detectors of earlier releases.
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/exported_names.hpp>
-#include <tapestry/io/detector_file.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/io/text_lists.hpp>
 
+#include "../support/old_detector.hpp"
 #include "target.hpp"
 
 namespace {
@@ -51,28 +52,22 @@ std::vector<std::string> weight_seeds() {
   return {fuzz::folder().read("seed.weights")};
 }
 
-void read_safetensors(const std::string& bytes) {
-  const io::SafetensorsFile file(fuzz::folder().write("a.safetensors", bytes));
-  for (const auto& tensor : file.tensors()) {
-    if (tensor.type != io::TensorType::f32) continue;
-    std::vector<float> values(tensor.size());
-    file.read(tensor, std::span<float>(values), 0);
-  }
+void read_old_detector(const std::string& bytes) {
+  (void)shell::read_old_detector(fuzz::folder().write("a.safetensors", bytes));
+}
+
+std::vector<std::string> old_detector_seeds() {
+  return {test::old_detector(detect::DarknetModel<float>(SmallDetector().config), small_cfg)};
 }
 
 void read_detector(const std::string& bytes) {
-  const io::DetectorFile file(fuzz::folder().write("b.safetensors", bytes));
-  const auto& config = file.config();
-  (void)file.parameters<float>(
-      config, detect::parameter_layout(config, detect::infer_shapes(config, config.height, config.width)));
+  (void)io::darknet_model<float>(io::parse_onnx(bytes, "a.onnx"));
 }
 
 std::vector<std::string> detector_seeds() {
-  io::DetectorMetadata metadata;
-  metadata.cfg = small_cfg;
-  io::write_detector_file(fuzz::folder().path("seed.safetensors"), metadata, SmallDetector().parameters,
-                          "a.cfg");
-  return {fuzz::folder().read("seed.safetensors")};
+  const std::string path = fuzz::folder().path("seed.onnx");
+  (void)io::write_detector_file(path, detect::DarknetModel<float>(SmallDetector().config), small_cfg);
+  return {fuzz::folder().read("seed.onnx")};
 }
 
 /// The length of the header: all of it up to the last brace.
@@ -93,8 +88,9 @@ const fuzz::Registered cfg({"cfg", read_cfg, [] { return std::vector{small_cfg};
 const fuzz::Registered classifier({"classifier_cfg", read_classifier,
                                    [] { return std::vector{branched_cfg}; }});
 const fuzz::Registered weights({"weights", read_weights, weight_seeds});
-const fuzz::Registered safetensors({"safetensors", read_safetensors, detector_seeds, with_header_length});
-const fuzz::Registered detector({"detector", read_detector, detector_seeds, with_header_length});
+const fuzz::Registered old_detector({"old_detector", read_old_detector, old_detector_seeds,
+                                     with_header_length});
+const fuzz::Registered detector({"detector", read_detector, detector_seeds});
 const fuzz::Registered names({"names", read_names,
                               [] { return std::vector<std::string>{"car\nvan\na b\n"}; }});
 const fuzz::Registered exported_names(

@@ -35,14 +35,12 @@ struct Files {
   std::string config = folder.write("tiny.cfg", test::tiny_network_text());
   std::string names = folder.write("tiny.names", "car\nvan\n");
   std::string weights = folder.path("tiny.weights");
-  std::string converted = folder.path("tiny.safetensors");
+  std::string converted = folder.path("tiny.onnx");
   std::string onnx = folder.path("net.onnx");
 
   Files() {
     io::write_weight_file(weights, model);
-    io::DetectorMetadata metadata;
-    metadata.cfg = test::tiny_network_text();
-    static_cast<void>(io::write_detector_file(converted, metadata, model.parameters(), "tiny.cfg"));
+    static_cast<void>(io::write_detector_file(converted, model, test::tiny_network_text()));
     io::write_onnx(onnx, test::yolox_like(64));
   }
 };
@@ -299,6 +297,9 @@ TEST_CASE("files that do not go together are refused", "[io][read_detector][bad_
   CHECK_THAT(
       refusal({.weights = files.weights, .config = files.config, .description = "x.json"}, ErrorKind::usage),
       contains("is described by its cfg, not by x.json"));
+  const std::string beside = files.folder.write("tiny.json", R"({"head": "yolov5"})");
+  CHECK_THAT(refusal({.weights = files.converted}, ErrorKind::usage),
+             contains("is described by its cfg, not by " + beside));
   CHECK_THAT(refusal({.weights = files.weights}, ErrorKind::usage), contains("need their cfg file"));
   CHECK_THAT(refusal({.weights = files.onnx, .names = files.names}, ErrorKind::mismatch),
              contains("number of class names does not fit the detector"));

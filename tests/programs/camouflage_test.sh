@@ -78,14 +78,14 @@ expect_exit 0 "evaluate without a camouflage" "$programs/evaluate" --clean-only 
 grep -q '"effect": null' plain/metrics.json && pass || fail "an effect of nothing"
 # An ensemble of one detector twice has its loss and, its halves being exact, its bits.
 expect_exit 0 "a second detector" "$programs/convert_weights" --cfg "$assets/detector.cfg" \
-  --weights "$assets/detector.weights" --output second.safetensors
-expect_exit 0 "an ensemble" "$camouflage" "${quick[@]}" --ensemble second.safetensors --output ensemble
+  --weights "$assets/detector.weights" --output second.onnx
+expect_exit 0 "an ensemble" "$camouflage" "${quick[@]}" --ensemble second.onnx --output ensemble
 expect_same ensemble/texture.npz two/texture.npz
 grep -q '"ensemble"' ensemble/manifest.json && pass || fail "the manifest does not name the ensemble"
 grep -q '"ensemble"' two/manifest.json && fail "a manifest names an ensemble that is not there" || pass
 expect_exit 2 "an ensemble that needs a cfg" "$camouflage" --ensemble "$assets/detector.weights" --output none
-expect_error_line "--ensemble: .*detector.weights is neither an .onnx model nor"
-expect_exit 0 "a check" "$camouflage" --ensemble second.safetensors --check
+expect_error_line "--ensemble: .*detector.weights is not an .onnx model; convert_weights makes one"
+expect_exit 0 "a check" "$camouflage" --ensemble second.onnx --check
 expect_exit 3 "an ensemble that is not there" "$camouflage" --ensemble none.onnx --check
 
 expect_exit 0 "cubes have matched controls, too" "$camouflage" --scenes 20 --texture cube --texels 3 --epochs 1 --output cubes

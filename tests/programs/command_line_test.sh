@@ -33,31 +33,31 @@ expect_error_line 'did you mean --cfg'
 
 # Options from a file are those of the command line, which wins.
 convert=$programs/convert_weights
-"$convert" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" --fold --output expected.safetensors >/dev/null
+"$convert" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" --fold --output expected.onnx >/dev/null
 printf '%s\n' "# a comment" "cfg = \"$assets/detector.cfg\"" "weights = '$assets/detector.weights'" "fold = true" \
-  'output = "from a file.safetensors"' >convert.toml
+  'output = "from a file.onnx"' >convert.toml
 expect_exit 0 "all options from a file" "$convert" --config convert.toml
-expect_same expected.safetensors "from a file.safetensors"
-expect_exit 0 "the command line wins" "$convert" --config convert.toml --output elsewhere.safetensors
-expect_same expected.safetensors elsewhere.safetensors
+expect_same expected.onnx "from a file.onnx"
+expect_exit 0 "the command line wins" "$convert" --config convert.toml --output elsewhere.onnx
+expect_same expected.onnx elsewhere.onnx
 printf '\xEF\xBB\xBF' | cat - convert.toml >marked.toml
-expect_exit 0 "a file with a byte order mark" "$convert" --config marked.toml --output marked.safetensors
-expect_same expected.safetensors marked.safetensors
+expect_exit 0 "a file with a byte order mark" "$convert" --config marked.toml --output marked.onnx
+expect_same expected.onnx marked.onnx
 sed '1d; s/^cfg/\xEF\xBB\xBFcfg/' convert.toml >marked.toml
-expect_exit 0 "a byte order mark before an option" "$convert" --config marked.toml --output marked.safetensors
-expect_same expected.safetensors marked.safetensors
+expect_exit 0 "a byte order mark before an option" "$convert" --config marked.toml --output marked.onnx
+expect_same expected.onnx marked.onnx
 sed 's/fold = true/fold = false/' convert.toml >plain.toml
-expect_exit 0 "a flag left out" "$convert" --config plain.toml --output plain.safetensors
+expect_exit 0 "a flag left out" "$convert" --config plain.toml --output plain.onnx
 grep -q 'batch normalisation kept' command.out && pass || fail "fold = false folds"
 
 # --quiet leaves results, warnings and errors; --verbose tells more.
 sed 's/^\[net\]/[net]\nwidht=3/' "$assets/detector.cfg" >odd.cfg
-odd=(--cfg odd.cfg --weights "$assets/detector.weights" --output odd.safetensors)
+odd=(--cfg odd.cfg --weights "$assets/detector.weights" --output odd.onnx)
 expect_exit 0 "a quiet program" "$convert" --quiet "${odd[@]}"
 [ -s command.out ] && fail "--quiet prints $(cat command.out)" || pass
 grep -q '^warning: ' command.err && [ "$(wc -l <command.err)" -eq 1 ] && pass || fail "--quiet hides a warning"
 expect_exit 0 "a verbose program" "$convert" --verbose "${odd[@]}"
-grep -q '^odd.safetensors: ' command.out && grep -q '^[0-9.]* s, [0-9]* MiB at most, [0-9]* waits, [0-9]* page faults$' command.err && pass ||
+grep -q '^odd.onnx: ' command.out && grep -q '^[0-9.]* s, [0-9]* MiB at most, [0-9]* waits, [0-9]* page faults$' command.err && pass ||
   fail "--verbose does not say what it took"
 expect_exit 2 "quiet and verbose" "$convert" --quiet --verbose "${odd[@]}"
 expect_exit 0 "quiet detections" "$programs/detect" --quiet "$frame"

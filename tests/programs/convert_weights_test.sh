@@ -10,61 +10,50 @@ cfg=(--cfg "$assets/detector.cfg")
 weights=(--weights "$assets/detector.weights")
 
 # With nothing to be found in PATH: no Python and no other tool takes part.
-expect_exit 0 "keeping batch normalisation" env PATH=/nonexistent "$convert" "${cfg[@]}" "${weights[@]}" --output kept.safetensors
+expect_exit 0 "keeping batch normalisation" env PATH=/nonexistent "$convert" "${cfg[@]}" "${weights[@]}" --output kept.onnx
 grep -q 'batch normalisation kept, decode darknet' command.out && pass || fail "no summary"
 grep -q "cfg sha256 $(sha256sum <"$assets/detector.cfg" | cut -d' ' -f1)" command.out && pass || fail "another hash of the cfg"
-expect_exit 0 "folding" "$convert" "${cfg[@]}" "${weights[@]}" --fold --output folded.safetensors
-expect_exit 0 "again" "$convert" "${cfg[@]}" "${weights[@]}" --output again.safetensors
-expect_same kept.safetensors again.safetensors
-[ "$(stat -c %s folded.safetensors)" -lt "$(stat -c %s kept.safetensors)" ] && pass || fail "folding saved nothing"
+expect_exit 0 "folding" "$convert" "${cfg[@]}" "${weights[@]}" --fold --output folded.onnx
+expect_exit 0 "again" "$convert" "${cfg[@]}" "${weights[@]}" --output again.onnx
+expect_same kept.onnx again.onnx
+[ "$(stat -c %s folded.onnx)" -lt "$(stat -c %s kept.onnx)" ] && pass || fail "folding saved nothing"
 
 # A limit on the size of files is an error like a full disk; the old file stays, and nothing beside it.
-cp kept.safetensors limited.safetensors
+cp kept.onnx limited.onnx
 (
   ulimit -f 16 # KiB a file
-  exec "$convert" "${cfg[@]}" "${weights[@]}" --fold --output limited.safetensors >command.out 2>command.err
+  exec "$convert" "${cfg[@]}" "${weights[@]}" --fold --output limited.onnx >command.out 2>command.err
 )
 [ $? -eq 5 ] && pass || fail "a file that cannot be written whole does not end with 5"
-expect_error_line 'limited.safetensors: cannot write'
-expect_same kept.safetensors limited.safetensors
+expect_error_line 'limited.onnx: cannot write'
+expect_same kept.onnx limited.onnx
 ls | grep -q part && fail "a temporary file was left behind" || pass
-
-# The numbers are those behind the 20 bytes of the Darknet header, to the bit.
-tail -c +21 "$assets/detector.weights" >numbers
-tail -c "$(stat -c %s numbers)" kept.safetensors >kept.numbers
-expect_same numbers kept.numbers
 
 expect_exit 0 "detecting with Darknet weights" "$detect" --json "${cfg[@]}" "${weights[@]}" "$frame"
 cp command.out darknet.json
-expect_exit 0 "detecting with the converted ones" "$detect" --json "${cfg[@]}" --weights kept.safetensors "$frame"
+expect_exit 0 "detecting with the converted ones" "$detect" --json "${cfg[@]}" --weights kept.onnx "$frame"
 expect_same darknet.json command.out
-expect_exit 0 "detecting with the folded ones" "$detect" --json "${cfg[@]}" --weights folded.safetensors "$frame"
+expect_exit 0 "detecting with the folded ones" "$detect" --json "${cfg[@]}" --weights folded.onnx "$frame"
 expect_same darknet.json command.out
-cp kept.safetensors renamed
-expect_exit 0 "under another name" "$detect" --json "${cfg[@]}" --weights renamed "$frame"
-expect_same darknet.json command.out
-sed 's/"decode":"darknet"/"decode":"scaled!"/' kept.safetensors >unknown.safetensors
-expect_exit 4 "an unknown decode family" "$detect" "${cfg[@]}" --weights unknown.safetensors "$frame"
+sed 's/darknet/scaled!/' kept.onnx >unknown.onnx
+expect_exit 4 "an unknown decode family" "$detect" "${cfg[@]}" --weights unknown.onnx "$frame"
 expect_error_line "decode' is not supported; expected darknet, ultralytics or scaled, found 'scaled!'"
-sed 's/"decode":"darknet"/"edoced":"darknet"/' kept.safetensors >silent.safetensors
-expect_exit 4 "no decode family" "$detect" "${cfg[@]}" --weights silent.safetensors "$frame"
-expect_error_line "decode' is missing"
-head -c 50000 kept.safetensors >cut.safetensors
-expect_exit 3 "a cut file" "$detect" "${cfg[@]}" --weights cut.safetensors "$frame"
-expect_error_line 'cut.safetensors:@[0-9]+: tensor .* pass the end of the file'
+head -c 50000 kept.onnx >cut.onnx
+expect_exit 3 "a cut file" "$detect" "${cfg[@]}" --weights cut.onnx "$frame"
+expect_error_line 'cut.onnx'
 
 # The decode family goes with the file; asking for another is one error, and so it is where a cfg says it.
-expect_exit 0 "an ultralytics detector" "$convert" "${cfg[@]}" "${weights[@]}" --decode ultralytics --output ultralytics.safetensors
+expect_exit 0 "an ultralytics detector" "$convert" "${cfg[@]}" "${weights[@]}" --decode ultralytics --output ultralytics.onnx
 grep -q 'decode ultralytics' command.out && pass || fail "no word on the decode family"
-expect_exit 0 "detecting with it" "$detect" --json --weights ultralytics.safetensors "$frame"
+expect_exit 0 "detecting with it" "$detect" --json --weights ultralytics.onnx "$frame"
 cp command.out ultralytics.json
 cmp -s darknet.json ultralytics.json && fail "the decode family changes nothing" || pass
 expect_exit 0 "the same from Darknet weights" "$detect" --json --decode ultralytics "${cfg[@]}" "${weights[@]}" "$frame"
 expect_same ultralytics.json command.out
-expect_exit 0 "saying it again" "$detect" --json --decode ultralytics --weights ultralytics.safetensors "$frame"
+expect_exit 0 "saying it again" "$detect" --json --decode ultralytics --weights ultralytics.onnx "$frame"
 expect_same ultralytics.json command.out
-expect_exit 4 "saying otherwise" "$detect" --decode darknet --weights ultralytics.safetensors "$frame"
-expect_error_line 'ultralytics.safetensors: is of the decode family ultralytics, which contradicts the requested darknet'
+expect_exit 4 "saying otherwise" "$detect" --decode darknet --weights ultralytics.onnx "$frame"
+expect_error_line 'ultralytics.onnx: is of the decode family ultralytics, which contradicts the requested darknet'
 expect_exit 2 "asking for an unknown family" "$detect" --decode yolov5 "${cfg[@]}" "${weights[@]}" "$frame"
 expect_error_line "--decode is 'yolov5'; expected one of darknet, ultralytics, scaled"
 
@@ -81,78 +70,88 @@ grep -v ' ms an image' command.out >ultralytics.table
 expect_same ultralytics.table scaled.table
 expect_exit 4 "contradicting new_coords=1" "$detect" "${scaled[@]}" --decode ultralytics "$frame"
 expect_error_line 'scaled.cfg:[0-9]+: .*new_coords=1 contradicts the requested decode family; expected scaled, found ultralytics'
-expect_exit 0 "converting new_coords=1" "$convert" "${scaled[@]}" --output scaled.safetensors
+expect_exit 0 "converting new_coords=1" "$convert" "${scaled[@]}" --output scaled.onnx
 grep -q 'decode scaled' command.out && pass || fail "no word on the decode family"
-expect_exit 0 "detecting with that" "$detect" --weights scaled.safetensors "$frame"
+expect_exit 0 "detecting with that" "$detect" --weights scaled.onnx "$frame"
 grep -v ' ms an image' command.out >converted.table
 expect_same scaled.table converted.table
 
-# Headers that are not sound: one line that names the file, the place, what was expected and what was found.
-{ printf '\377\377\377\000\000\000\000\000' && tail -c +9 kept.safetensors; } >long.safetensors
-expect_exit 3 "a header longer than the file" "$detect" --weights long.safetensors "$frame"
-expect_error_line 'long.safetensors:@0: header passes the end of the file; expected at most [0-9]+ bytes, found 16777215 bytes'
-sed 's/"data_offsets":\[32,64\]/"data_offsets":[32,06]/' kept.safetensors >zero.safetensors
-expect_exit 3 "invalid JSON" "$detect" --weights zero.safetensors "$frame"
-expect_error_line 'zero.safetensors:@[0-9]+: not valid JSON: '
-sed 's/"layers.0.bn.weight"/"layers.0.bn.bias"  /' kept.safetensors >twice.safetensors
-expect_exit 3 "one name twice" "$detect" --weights twice.safetensors "$frame"
-expect_error_line "twice.safetensors:@[0-9]+: key given twice; expected each key once, found 'layers.0.bn.bias'"
-sed '0,/"F32"/s//"I32"/' kept.safetensors >integers.safetensors
-expect_exit 4 "integers" "$detect" --weights integers.safetensors "$frame"
-expect_error_line "integers.safetensors:@[0-9]+: tensor '.*': not floating point; expected .*, found I32"
+# A file of an earlier release: one layer of 18 filters, of zeros.
+text='[net]\nwidth=32\nheight=32\nchannels=3\n[convolutional]\nfilters=18\nsize=1\nactivation=linear\n'
+text+='[yolo]\nmask=0,1,2\nanchors=1,1, 2,2, 3,3\nclasses=1\nnum=3\n'
+header='{"__metadata__":{"batch_norm":"kept","batch_norm_epsilon":"1e-05","cfg":"'$text'","cfg_sha256":"'
+header+=$(printf "$text" | sha256sum | cut -d' ' -f1)'","decode":"darknet","format":"tapestry-detector","images_seen":"7"},'
+header+='"layers.0.bias":{"data_offsets":[0,72],"dtype":"F32","shape":[18]},'
+header+='"layers.0.weight":{"data_offsets":[72,288],"dtype":"F32","shape":[18,3,1,1]}}'
+{ printf "\\x$(printf %x $((${#header} % 256)))\\x$(printf %x $((${#header} / 256)))\0\0\0\0\0\0%s" "$header" && head -c 288 /dev/zero; } >old.safetensors
+expect_exit 3 "detecting with a file of an earlier release" "$detect" --weights old.safetensors "$frame"
+expect_error_line 'old.safetensors:@0: not a detector; .* found a safetensors file; convert_weights makes an ONNX model of'
+expect_exit 0 "converting it" "$convert" --weights old.safetensors --output old.onnx
+grep -q 'batch normalisation kept, decode darknet' command.out && pass || fail "no summary"
+printf "$text" >old.cfg
+{ printf '\0\0\0\0\2\0\0\0\5\0\0\0\7\0\0\0\0\0\0\0' && head -c 288 /dev/zero; } >old.weights
+expect_exit 0 "converting the same weights" "$convert" --cfg old.cfg --weights old.weights --output new.onnx
+expect_same old.onnx new.onnx
+expect_exit 2 "a cfg beside it" "$convert" --cfg old.cfg --weights old.safetensors --output no.onnx
+expect_error_line '^error: --cfg is for Darknet weights; old.safetensors states its own'
+head -c 1000 old.safetensors >cut.safetensors
+expect_exit 4 "converting a cut one" "$convert" --weights cut.safetensors --output no.onnx
+expect_error_line 'cut.safetensors: another size than that of its tensors'
+expect_exit 2 "writing one" "$convert" "${cfg[@]}" "${weights[@]}" --output no.safetensors
+expect_error_line '^error: --output no.safetensors must end in .onnx'
 
 # The cfg within is used when none is given, and nothing else holds one.
-expect_exit 0 "detecting without a cfg" "$detect" --json --weights kept.safetensors "$frame"
+expect_exit 0 "detecting without a cfg" "$detect" --json --weights kept.onnx "$frame"
 expect_same darknet.json command.out
-expect_exit 0 "detecting with a folded one, without a cfg" "$detect" --json --weights folded.safetensors "$frame"
+expect_exit 0 "detecting with a folded one, without a cfg" "$detect" --json --weights folded.onnx "$frame"
 expect_same darknet.json command.out
 grep -q '^warning' command.err && fail "a warning without a cause" || pass
 sed 's/^\[net\]/# another\n[net]/' "$assets/detector.cfg" >another.cfg
-expect_exit 0 "another cfg beside it" "$detect" --json --cfg another.cfg --weights kept.safetensors "$frame"
-grep -q '^warning: another.cfg: differs from the cfg inside kept.safetensors' command.err && pass || fail "no warning"
+expect_exit 0 "another cfg beside it" "$detect" --json --cfg another.cfg --weights kept.onnx "$frame"
+grep -q '^warning: another.cfg: differs from the cfg inside kept.onnx' command.err && pass || fail "no warning"
 expect_exit 2 "Darknet weights alone" "$detect" --weights "$assets/detector.weights" "$frame"
 expect_error_line '^error: --cfg is missing, which .*detector.weights needs'
 expect_exit 2 "a cfg alone" "$detect" --cfg "$assets/detector.cfg" "$frame"
 expect_error_line '^error: --cfg and --weights go together; --weights is missing'
-expect_exit 3 "a file that is not there" "$detect" --weights absent.safetensors "$frame"
-expect_error_line 'absent.safetensors: cannot open'
+expect_exit 3 "a file that is not there" "$detect" --weights absent.onnx "$frame"
+expect_error_line 'absent.onnx: cannot open'
 
 evaluate=$programs/evaluate
 mkdir frames && cp "$frame" frames
 with=(--frames frames --names "$assets/detector.names")
 expect_exit 0 "measuring the Darknet detector" "$evaluate" --clean-only --sweep 0.25 "${with[@]}" "${cfg[@]}" "${weights[@]}"
 cp command.out darknet.rows
-expect_exit 0 "measuring the converted one" "$evaluate" --clean-only --sweep 0.25 "${with[@]}" --weights kept.safetensors
+expect_exit 0 "measuring the converted one" "$evaluate" --clean-only --sweep 0.25 "${with[@]}" --weights kept.onnx
 expect_same darknet.rows command.out
 expect_exit 2 "measuring with Darknet weights alone" "$evaluate" --clean-only "${with[@]}" "${weights[@]}"
 expect_error_line '^error: --cfg is missing'
 
-expect_exit 0 "measuring a scaled detector" "$evaluate" --clean-only "${with[@]}" --weights scaled.safetensors
+expect_exit 0 "measuring a scaled detector" "$evaluate" --clean-only "${with[@]}" --weights scaled.onnx
 
 camouflage=$programs/camouflage
 brief=("${with[@]}" --texels 8 --epochs 1)
 expect_exit 0 "painting against the Darknet detector" "$camouflage" "${brief[@]}" "${cfg[@]}" "${weights[@]}" --output darknet
-expect_exit 0 "painting against the converted one" "$camouflage" "${brief[@]}" --weights kept.safetensors --output converted
+expect_exit 0 "painting against the converted one" "$camouflage" "${brief[@]}" --weights kept.onnx --output converted
 expect_same darknet/texture.npz converted/texture.npz
-grep -q '"path": "kept.safetensors"' converted/manifest.json && pass || fail "the manifest lacks the detector"
+grep -q '"path": "kept.onnx"' converted/manifest.json && pass || fail "the manifest lacks the detector"
 expect_exit 0 "measuring that again" "$evaluate" --run converted --sweep 0.25
 expect_exit 0 "measuring with another detector" "$evaluate" --run darknet --sweep 0.25 --names "$assets/detector.names" \
-  --weights folded.safetensors
+  --weights folded.onnx
 grep -q '^warning' command.err && fail "the run's cfg was kept beside a converted detector" || pass
 expect_exit 0 "resuming a run that is over" "$camouflage" --resume --output converted
-cp folded.safetensors kept.copy && cp kept.safetensors mine.safetensors
-expect_exit 0 "a run of one's own" "$camouflage" "${brief[@]}" --weights mine.safetensors --output own
-cp kept.copy mine.safetensors
+cp folded.onnx kept.copy && cp kept.onnx mine.onnx
+expect_exit 0 "a run of one's own" "$camouflage" "${brief[@]}" --weights mine.onnx --output own
+cp kept.copy mine.onnx
 expect_exit 7 "resuming with another detector" "$camouflage" --resume --output own
-expect_error_line 'inputs have changed: mine.safetensors'
-expect_exit 0 "checking a converted detector" "$camouflage" --check "${brief[@]}" --weights kept.safetensors
+expect_error_line 'inputs have changed: mine.onnx'
+expect_exit 0 "checking a converted detector" "$camouflage" --check "${brief[@]}" --weights kept.onnx
 expect_exit 2 "checking Darknet weights alone" "$camouflage" --check "${brief[@]}" "${weights[@]}"
 expect_error_line '^error: --cfg is missing'
-expect_exit 3 "checking weights that are not there" "$camouflage" --check "${brief[@]}" --weights absent.safetensors
-expect_error_line 'absent.safetensors'
-expect_exit 2 "painting against a scaled detector" "$camouflage" "${brief[@]}" --weights scaled.safetensors --output no
+expect_exit 3 "checking weights that are not there" "$camouflage" --check "${brief[@]}" --weights absent.onnx
+expect_error_line 'absent.onnx'
+expect_exit 2 "painting against a scaled detector" "$camouflage" "${brief[@]}" --weights scaled.onnx --output no
 expect_error_line 'camouflage: heads of the decode family scaled .* losses need raw logits'
-expect_exit 2 "checking a scaled detector" "$camouflage" --check "${brief[@]}" --weights scaled.safetensors
+expect_exit 2 "checking a scaled detector" "$camouflage" --check "${brief[@]}" --weights scaled.onnx
 expect_error_line 'camouflage: heads of the decode family scaled'
 expect_exit 0 "painting against an ultralytics detector" "$camouflage" "${brief[@]}" --decode ultralytics "${cfg[@]}" \
   "${weights[@]}" --output other
@@ -165,77 +164,70 @@ expect_exit 2 "painting against Darknet weights alone" "$camouflage" "${brief[@]
 expect_error_line '^error: --cfg is missing'
 
 train="$programs/train_detector --steps 0 --validate 1"
-expect_exit 0 "training from a converted file" $train --weights kept.safetensors
-expect_exit 4 "training from a folded one" $train --weights folded.safetensors
-expect_error_line 'folded.safetensors: batch normalisation is folded'
-expect_exit 2 "training a scaled one" $train --weights scaled.safetensors
+expect_exit 0 "training from a converted file" $train --weights kept.onnx
+expect_exit 4 "training from a folded one" $train --weights folded.onnx
+expect_error_line 'folded.onnx: batch normalisation is folded'
+expect_exit 2 "training a scaled one" $train --weights scaled.onnx
 expect_error_line 'heads of the decode family scaled'
-expect_exit 2 "a form that would lose the decode family" $train "${cfg[@]}" --weights ultralytics.safetensors --output no
+expect_exit 2 "a form that would lose the decode family" $train "${cfg[@]}" --weights ultralytics.onnx --output no
 expect_error_line '^error: --output no would lose the decode family ultralytics'
 
 # Another network than the bundled one, to which the bundled cfg would not fit.
 sed '0,/^filters=8$/s//filters=6/' "$assets/detector.cfg" >narrow.cfg
 narrow="$programs/train_detector --steps 2 --batch 2 --fresh 1 --pool 4 --validate 1"
-expect_exit 0 "random weights, converted at once" $narrow --cfg narrow.cfg --output narrow.safetensors
+expect_exit 0 "random weights, converted at once" $narrow --cfg narrow.cfg --output narrow.onnx
 expect_exit 0 "random weights, Darknet's" $narrow --cfg narrow.cfg --output narrow.weights
-expect_exit 0 "these converted" "$convert" --cfg narrow.cfg --weights narrow.weights --output same.safetensors
-expect_same narrow.safetensors same.safetensors
-expect_exit 0 "going on from the file alone" $narrow --weights narrow.safetensors
-expect_file detector.safetensors
-expect_exit 0 "detecting with the outcome" "$detect" --weights detector.safetensors "$frame"
-expect_exit 0 "going on with the cfg" $narrow --cfg narrow.cfg --weights narrow.safetensors --output on.weights
-expect_exit 0 "that converted" "$convert" --cfg narrow.cfg --weights on.weights --output on.safetensors
-expect_same detector.safetensors on.safetensors
-expect_exit 2 "a form that would lose the cfg" $narrow --weights narrow.safetensors --output lost.weights
-expect_error_line '^error: --output lost.weights would lose the cfg, which is only within narrow.safetensors'
+expect_exit 0 "these converted" "$convert" --cfg narrow.cfg --weights narrow.weights --output same.onnx
+expect_same narrow.onnx same.onnx
+expect_exit 0 "going on from the file alone" $narrow --weights narrow.onnx
+expect_file detector.onnx
+expect_exit 0 "detecting with the outcome" "$detect" --weights detector.onnx "$frame"
+expect_exit 0 "going on with the cfg" $narrow --cfg narrow.cfg --weights narrow.onnx --output on.weights
+expect_exit 0 "that converted" "$convert" --cfg narrow.cfg --weights on.weights --output on.onnx
+expect_same detector.onnx on.onnx
+expect_exit 2 "a form that would lose the cfg" $narrow --weights narrow.onnx --output lost.weights
+expect_error_line '^error: --output lost.weights would lose the cfg, which is only within narrow.onnx'
 [ -e lost.weights ] && fail "refused, and yet written" || pass
 
 # The network as operators, for other tools.
 expect_exit 0 "an ONNX model" "$convert" "${cfg[@]}" "${weights[@]}" --output detector.onnx
 grep -q 'detector.onnx: [0-9]* nodes, from "picture", \[1, 3, ' command.out && pass || fail "no summary of the model"
-[ "$(grep -c 'raw logits "layer_[0-9]*" of a' command.out)" -eq "$(grep -c '^\[yolo\]' "$assets/detector.cfg")" ] && pass || fail "other heads"
-[ -e detector.json ] && fail "a description beside the model, which holds its own" || pass
-expect_exit 0 "detecting with the model, which describes itself" "$detect" --json --weights detector.onnx --names "$assets/detector.names" "$frame"
-grep -v '"name"' command.out > model.json
-grep -v '"name"' darknet.json > layers.json
-expect_same layers.json model.json
-expect_exit 0 "converting again" "$convert" "${cfg[@]}" "${weights[@]}" --output detector.onnx
+[ "$(grep -c 'raw logits of a' command.out)" -eq "$(grep -c '^\[yolo\]' "$assets/detector.cfg")" ] && pass || fail "other heads"
 cp detector.onnx whole.onnx
 printf '{"head": "yolov5"}\n' >detector.json
 cp detector.json mine.json
-expect_exit 4 "converting beside another description" "$convert" "${cfg[@]}" "${weights[@]}" --output detector.onnx
-expect_error_line 'detector.json: would be read as the description of detector.onnx; expected the same one, or no such file'
+expect_exit 4 "converting beside a description" "$convert" "${cfg[@]}" "${weights[@]}" --output detector.onnx
+expect_error_line 'detector.json: would be read as the description of detector.onnx; expected no such file'
 expect_same mine.json detector.json
 expect_same whole.onnx detector.onnx
-expect_exit 4 "detecting beside another description" "$detect" --weights detector.onnx "$frame"
-expect_error_line 'detector.json: contradicts the description within detector.onnx'
-sed 's/^\[yolo\]/&\nscale_x_y=1.1/' "$assets/detector.cfg" >grown.cfg
-expect_exit 4 "heads that nothing describes, beside it" "$convert" --cfg grown.cfg "${weights[@]}" --output detector.onnx
-expect_same whole.onnx detector.onnx
-expect_exit 0 "heads that nothing describes, alone" "$convert" --cfg grown.cfg "${weights[@]}" --output grown.onnx
-grep -q 'no description can state its heads' command.out && pass || fail "no word on the heads"
+expect_exit 2 "detecting beside a description" "$detect" --weights detector.onnx "$frame"
+expect_error_line 'detector.onnx: is described by its cfg, not by detector.json'
 rm detector.json
-expect_exit 2 "folding an ONNX model" "$convert" "${cfg[@]}" "${weights[@]}" --fold --output folded.onnx
-expect_error_line '^error: --fold and --decode are for .safetensors; an .onnx file holds the raw logits of the heads'
+sed 's/^\[yolo\]/&\nscale_x_y=1.1/' "$assets/detector.cfg" >grown.cfg
+expect_exit 0 "heads of other boxes" "$convert" --cfg grown.cfg "${weights[@]}" --output grown.onnx
+expect_exit 0 "detecting with them" "$detect" --json --weights grown.onnx "$frame"
+cp command.out grown.json
+expect_exit 0 "detecting with their cfg" "$detect" --json --cfg grown.cfg "${weights[@]}" "$frame"
+expect_same grown.json command.out
 
 expect_exit 2 "nothing given" "$convert"
-expect_exit 2 "converting to an unknown decode family" "$convert" "${cfg[@]}" "${weights[@]}" --decode yolov5 --output no
+expect_exit 2 "converting to an unknown decode family" "$convert" "${cfg[@]}" "${weights[@]}" --decode yolov5 --output no.onnx
 expect_error_line "--decode is 'yolov5'; expected one of darknet, ultralytics, scaled"
-expect_exit 4 "converting raw logits to scaled" "$convert" "${cfg[@]}" "${weights[@]}" --decode scaled --output no
+expect_exit 4 "converting raw logits to scaled" "$convert" "${cfg[@]}" "${weights[@]}" --decode scaled --output no.onnx
 expect_error_line 'detector.cfg:[0-9]+: .*needs activations, not logits'
-expect_exit 2 "no epsilon" "$convert" "${cfg[@]}" "${weights[@]}" --batch-norm-epsilon 0 --output no
+expect_exit 2 "no epsilon" "$convert" "${cfg[@]}" "${weights[@]}" --batch-norm-epsilon 0 --output no.onnx
 cp "$assets/detector.weights" mine.weights
 expect_exit 2 "overwriting the input" "$convert" "${cfg[@]}" --weights mine.weights --output ./mine.weights
 expect_same "$assets/detector.weights" mine.weights
-expect_exit 3 "missing weights" "$convert" "${cfg[@]}" --weights absent.weights --output no
+expect_exit 3 "missing weights" "$convert" "${cfg[@]}" --weights absent.weights --output no.onnx
 expect_error_line 'absent.weights'
 head -c 5000 mine.weights >cut.weights
-expect_exit 3 "cut weights" "$convert" "${cfg[@]}" --weights cut.weights --output no
-expect_exit 3 "converted already" "$convert" "${cfg[@]}" --weights kept.safetensors --output no
-expect_error_line 'safetensors file'
+expect_exit 3 "cut weights" "$convert" "${cfg[@]}" --weights cut.weights --output no.onnx
+expect_exit 3 "converted already" "$convert" "${cfg[@]}" --weights kept.onnx --output no.onnx
+expect_error_line 'kept.onnx:@0: not Darknet weights; .* an ONNX model'
 head -c 4096 /dev/zero | cat mine.weights - >longer.weights
-expect_exit 4 "weights of another cfg" "$convert" "${cfg[@]}" --weights longer.weights --output no
-expect_exit 5 "a missing folder" "$convert" "${cfg[@]}" "${weights[@]}" --output absent/x.safetensors
-expect_error_line 'absent/x.safetensors'
-[ -e no ] && fail "a refused conversion left a file" || pass
+expect_exit 4 "weights of another cfg" "$convert" "${cfg[@]}" --weights longer.weights --output no.onnx
+expect_exit 5 "a missing folder" "$convert" "${cfg[@]}" "${weights[@]}" --output absent/x.onnx
+expect_error_line 'absent/x.onnx'
+[ -e no ] || [ -e no.onnx ] && fail "a refused conversion left a file" || pass
 finish

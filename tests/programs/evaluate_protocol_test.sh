@@ -120,8 +120,8 @@ expect_error_line '^error: --frames has no part in --protocol physical'
 
 # Photographs: the figures of evaluate without a protocol, and of the same detector in another format the same again.
 expect_exit 0 "another format" "$programs/convert_weights" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" \
-  --output second.safetensors
-photographs=(--protocol digital --run run --frames "$assets/frames/test" --further-weights second.safetensors)
+  --output second.onnx
+photographs=(--protocol digital --run run --frames "$assets/frames/test" --further-weights second.onnx)
 expect_exit 0 "photographs" "$evaluate" "${photographs[@]}" --quick --threads 2 --output digital
 expect_exit 0 "photographs, one thread" "$evaluate" "${photographs[@]}" --quick --threads 1 --output digital1
 expect_same_report digital digital1 digital

@@ -7,9 +7,9 @@ mkdir -p own/train own/test
 cp "$assets"/frames/test/00[0-3].npz own/test
 cp "$assets"/frames/test/01[0-7].npz own/train
 expect_exit 0 "a second detector" "$programs/convert_weights" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" \
-  --output second.safetensors
+  --output second.onnx
 export COMMON="--batch 2 --size 128 --mesh $assets/car_sedan.obj --material body --names $assets/detector.names"
-export FRAMES=$PWD/own FURTHER=$PWD/second.safetensors EPOCHS=1 SEEDS=1 DRAWS=2 COARSE="--conditions camera"
+export FRAMES=$PWD/own FURTHER=$PWD/second.onnx EPOCHS=1 SEEDS=1 DRAWS=2 COARSE="--conditions camera"
 
 # paper_in FOLDER ARGUMENTS...: the command in a folder of its own, so that the paths in its files are the same.
 paper_in() { (mkdir -p "$1" && cd "$1" && bash "$experiments/paper.sh" out "${@:2}"); }
@@ -89,10 +89,10 @@ expect_exit 7 "the same table with other options" env -u FURTHER SEEDS="1 2" bas
 expect_exit 2 "too few words" bash "$experiments/variants.sh" none
 
 # Every part of the page of experiments, from one command, and what it has done is not done again.
-cp second.safetensors third.safetensors && cp second.safetensors fourth.safetensors
+cp second.onnx third.onnx && cp second.onnx fourth.onnx
 page() { # [FOLDER]
   env -u COMMON -u FRAMES -u FURTHER CAR="--mesh $assets/car_sedan.obj --material body" NAMES="$assets/detector.names" SIZE=128 \
-    bash "$experiments/page.sh" "${1:-page}" --quick second.safetensors third.safetensors fourth.safetensors
+    bash "$experiments/page.sh" "${1:-page}" --quick second.onnx third.onnx fourth.onnx
 }
 PARTS=hardened expect_exit 2 "an attack before the search for its options" page early
 expect_error_line 'part tables comes first'
@@ -107,7 +107,7 @@ done
 settings_of() { sed '/"outputs": {/,/}/d' "$1/manifest.json"; }
 [ "$(diff <(settings_of page/paper/runs/fca-1) <(settings_of page/stronger/runs/paper-1) | grep '^[<>]')" = '<     "loss": "max_score",
 >     "loss": "paper",' ] && pass || fail "paper differs from fca by more than the loss"
-for file in sound/third-sound.safetensors paper/tables/8-resolution.csv stronger/tables/variants.csv hardened/none/metrics.json hardened/optimised/metrics.json; do
+for file in sound/third-sound.onnx paper/tables/8-resolution.csv stronger/tables/variants.csv hardened/none/metrics.json hardened/optimised/metrics.json; do
   expect_file "page/$file"
 done
 for name in second-sound third-sound fourth-sound second third fourth; do
@@ -119,7 +119,7 @@ find page -type f -exec sha256sum {} + | sort -k 2 >page.before
 expect_exit 0 "the page once more" page
 find page -type f -exec sha256sum {} + | sort -k 2 >page.after
 expect_same page.before page.after
-expect_exit 2 "a page for two detectors" bash "$experiments/page.sh" page second.safetensors third.safetensors
+expect_exit 2 "a page for two detectors" bash "$experiments/page.sh" page second.onnx third.onnx
 
 # tabulate itself.
 measured=whole/out/measured

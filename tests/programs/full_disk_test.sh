@@ -10,7 +10,7 @@ mkdir disk
 mount -t tmpfs -o size=64k tapestry "$disk" 2>/dev/null || { echo "no right to mount: skipped"; exit 77; }
 trap 'umount "$disk"' EXIT
 conversion=("$programs/convert_weights" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights")
-expect_exit 5 "weights on a disk that is too small" "${conversion[@]}" --output "$disk/weights.safetensors"
+expect_exit 5 "weights on a disk that is too small" "${conversion[@]}" --output "$disk/weights.onnx"
 expect_error_line 'disk/weights.*No space left'
 [ -z "$(ls -A "$disk")" ] && pass || fail "weights that did not fit left $(ls -A "$disk")"
 
@@ -29,7 +29,7 @@ expect_same "$disk/run/texture.npz" roomy/texture.npz
 expect_same "$disk/run/metrics.csv" roomy/metrics.csv
 
 mount -o remount,ro "$disk"
-expect_exit 5 "weights on a read-only disk" "${conversion[@]}" --output "$disk/weights.safetensors"
+expect_exit 5 "weights on a read-only disk" "${conversion[@]}" --output "$disk/weights.onnx"
 expect_error_line 'disk/weights.*Read-only'
 expect_exit 5 "a run on a read-only disk" "$camouflage" "${quick[@]}" --output "$disk/another"
 expect_error_line 'disk/another.*Read-only'

@@ -8,7 +8,7 @@ mkdir frames && cp "$assets"/frames/test/00[0-3].npz frames
 budget=(--frames frames --scenes 12 --texels 16 --attack-steps 4 --steps 5 --pictures 4 --clean-scenes 8
   --test-scenes 4 --epochs 2 --batch 4 --checkpoint-steps 3)
 tiny=("${budget[@]}" --rounds 2)
-results="hardened.safetensors history.csv metrics.csv views.csv report.md report.txt transfer.png adaptive_undefended.png
+results="hardened.onnx history.csv metrics.csv views.csv report.md report.txt transfer.png adaptive_undefended.png
   adaptive_hardened.png"
 
 expect_exit 0 "a short run" "$harden" "${tiny[@]}" --threads 2 --output two
@@ -38,7 +38,7 @@ grep -Eq 'under the adaptive attack [+-][0-9.]+ points \[' two/report.md && pass
 expect_exit 0 "the same seed again, one thread" "$harden" "${tiny[@]}" --threads 1 --output one  # T16
 for file in $results; do expect_same "one/$file" "two/$file"; done
 expect_exit 0 "another seed" "$harden" "${tiny[@]}" --seed 2 --output other
-cmp -s other/hardened.safetensors two/hardened.safetensors && fail "another seed gives the same weights" || pass
+cmp -s other/hardened.onnx two/hardened.onnx && fail "another seed gives the same weights" || pass
 
 # Killed at a random moment and resumed, again and again, until it is through: the same bits. (F01)
 kill_until_done killed 12 2 "$harden" "${tiny[@]}"
@@ -62,16 +62,16 @@ expect_exit 0 "fine-tuned without a paint" "$harden" "${plain[@]}" --threads 1 -
 grep -q 'false alarms a picture undefended' plain/report.txt && pass || fail "no word on false alarms"
 grep -q '"false_alarms_a_picture": [0-9]' plain/metrics.json && pass || fail "no false alarms in metrics.json"
 [ "$(wc -l <plain/history.csv)" -eq 11 ] && [ ! -e plain/transfer.png ] && pass || fail "a paint was optimised"
-cmp -s plain/hardened.safetensors two/hardened.safetensors && fail "the paint changes nothing" || pass
+cmp -s plain/hardened.onnx two/hardened.onnx && fail "the paint changes nothing" || pass
 kill_until_done plain_killed 4 1 "$harden" "${plain[@]}"
-for file in hardened.safetensors metrics.csv report.txt; do expect_same "plain_killed/$file" "plain/$file"; done
+for file in hardened.onnx metrics.csv report.txt; do expect_same "plain_killed/$file" "plain/$file"; done
 
 # What comes out is a detector like others.
 expect_exit 0 "evaluate with the hardened detector" "$programs/evaluate" --clean-only --frames frames \
-  --weights two/hardened.safetensors --names "$assets/detector.names"
+  --weights two/hardened.onnx --names "$assets/detector.names"
 grep -q '^  clean .* of   4 ' command.out && pass || fail "evaluate does not measure the hardened detector"
 expect_exit 0 "a hardened detector hardened again" "$harden" "${budget[@]}" --rounds 1 --output again \
-  --weights two/hardened.safetensors --names "$assets/detector.names"
+  --weights two/hardened.onnx --names "$assets/detector.names"
 expect_exit 0 "a detector of which only numbers are known" "$harden" "${budget[@]}" --rounds 1 --output numbers \
   --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" --class 0
 grep -q '"ap50": [01]' numbers/metrics.json && pass || fail "no precision of the one class that the detector has of the scenes"
@@ -98,9 +98,9 @@ expect_error_line 'torn/checkpoint.npz: belongs to a run with other settings'
 
 # Weights that cannot learn here. (W21)
 expect_exit 0 "folded weights" "$programs/convert_weights" --fold --cfg "$assets/detector.cfg" \
-  --weights "$assets/detector.weights" --output folded.safetensors
-expect_exit 4 "hardening folded weights" "$harden" "${tiny[@]}" --weights folded.safetensors --class 0 --output none
-expect_error_line 'folded.safetensors: batch normalisation is folded into the weights'
+  --weights "$assets/detector.weights" --output folded.onnx
+expect_exit 4 "hardening folded weights" "$harden" "${tiny[@]}" --weights folded.onnx --class 0 --output none
+expect_error_line 'folded.onnx: batch normalisation is folded into the weights'
 expect_exit 2 "hardening in bfloat16" "$harden" "${tiny[@]}" --precision bfloat16 --output none
 expect_error_line '--precision bfloat16 has no part in harden'
 

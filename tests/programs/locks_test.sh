@@ -46,7 +46,6 @@ detector=(--cfg "$assets/detector.cfg" --weights "$assets/detector.weights")
 "$programs/detect" --confidence 1 --annotate drawn frames/000.npz >/dev/null 2>&1
 mkdir pictures && mv drawn/*.png pictures/a.png && echo "0 0.5 0.5 0.25 0.25" >pictures/a.txt
 
-locked 143 1 convert_weights "${detector[@]}" --output OUT.safetensors
 locked 143 1 convert_weights "${detector[@]}" --output OUT.onnx
 locked 143 1 render --size 64 --output OUT.png
 locked 143 2 render --size 64 --output OUT.png --export OUT.obj

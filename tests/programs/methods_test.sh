@@ -33,7 +33,7 @@ expect_exit 2 "an unknown method" "$camouflage" --method dta --output none
 expect_error_line '--method .*dta'
 expect_exit 2 "parts of cubes" "$camouflage" --method upc --texture cube --output none
 expect_error_line '--method upc .*needs --texture atlas'
-expect_exit 2 "the attention of two detectors" "$camouflage" --method das --ensemble second.safetensors --output none
+expect_exit 2 "the attention of two detectors" "$camouflage" --method das --ensemble second.onnx --output none
 expect_error_line '--method das .*takes no --ensemble'
 expect_exit 2 "a loss of attention" "$camouflage" --method das --loss paper --output none
 expect_error_line '--loss has no part in --method das'

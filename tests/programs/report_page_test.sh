@@ -73,7 +73,7 @@ END
 for page in alone/*.html; do
   page=$(basename "$page" .html)
   grep -Eo '(src|href)="[^"]{0,40}' "alone/$page.html" |
-    grep -Ev '^(src="data:|href="data:|href="[a-z_]+\.(glb|obj|npz|png|csv|json|md|txt|safetensors)$)' &&
+    grep -Ev '^(src="data:|href="data:|href="[a-z_]+\.(glb|obj|npz|png|csv|json|md|txt|onnx)$)' &&
     fail "the page of $page needs other files" || pass
 done
 open_page run 1280 4 002 1

@@ -23,10 +23,10 @@ measure surer run-2 --confidence 0.01
 measure van run-2 --class van
 measure few run-2 --noise-draws 2
 cp -r measured-1 copied
-"$programs/convert_weights" --cfg detector.cfg --weights detector.weights --output second.safetensors >/dev/null
-measure both-1 run-1 --further-weights second.safetensors
-"$programs/convert_weights" --cfg detector.cfg --weights other.weights --output second.safetensors >/dev/null
-measure both-2 run-2 --further-weights second.safetensors
+"$programs/convert_weights" --cfg detector.cfg --weights detector.weights --output second.onnx >/dev/null
+measure both-1 run-1 --further-weights second.onnx
+"$programs/convert_weights" --cfg detector.cfg --weights other.weights --output second.onnx >/dev/null
+measure both-2 run-2 --further-weights second.onnx
 mkdir others && cp frames/000.npz others/000.npz && cp "$assets/frames/test/002.npz" others/001.npz
 measure elsewhere run-2 --frames others
 
@@ -79,10 +79,10 @@ refused "seeds at two confidences" 'row: measured-1 has confidence 0.25, surer h
 refused "rows at two confidences" 'row and other: measured-1 has confidence 0.25, surer has 0.01$' row=measured-1 other=surer
 refused "seeds of two classes" 'row: measured-1 has class "car", van has "van"$' row=measured-1,van
 refused "rows of two classes" 'has class "car", van has "van"$' row=measured-1 other=van
-refused "seeds of two detectors of one name" "row: both-1 read second.safetensors $sha, both-2 read second.safetensors $sha\$" row=both-1,both-2
-refused "rows of two detectors of one name" "row and other: both-1 read second.safetensors $sha, both-2 read second.safetensors $sha\$" \
+refused "seeds of two detectors of one name" "row: both-1 read second.onnx $sha, both-2 read second.onnx $sha\$" row=both-1,both-2
+refused "rows of two detectors of one name" "row and other: both-1 read second.onnx $sha, both-2 read second.onnx $sha\$" \
   row=both-1 other=both-2
-grep -q "$(sha256sum <second.safetensors | cut -c 1-16)" command.err && pass || fail "another hash: $(cat command.err)"
+grep -q "$(sha256sum <second.onnx | cut -c 1-16)" command.err && pass || fail "another hash: $(cat command.err)"
 refused "seeds in other frames" "row: measured-1 read frames/001.npz $sha, elsewhere read others/001.npz $sha\$" row=measured-1,elsewhere
 refused "rows in other frames" "row and other: measured-1 read frames/001.npz $sha, elsewhere read others/001.npz $sha\$" row=measured-1 other=elsewhere
 refused "seeds with other draws" 'few and measured-1 were not measured in the same frames with the same draws' row=measured-1,few

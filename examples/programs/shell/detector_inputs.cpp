@@ -47,10 +47,9 @@ void require_detector_format(const std::string& weights) {
   std::vector<std::byte> beginning(static_cast<std::size_t>(std::min<std::uint64_t>(file.size(), 256)));
   file.read_at(0, beginning);
   const std::string_view format = io::recognised_format(beginning);
-  if (!format.empty() && format != io::recognised_safetensors)
-    throw FileError(ErrorKind::malformed,
-                    {weights, "@0", "not a detector",
-                     "an .onnx model, Darknet weights or a converted detector", std::string(format)});
+  if (!format.empty())
+    throw FileError(ErrorKind::malformed, {weights, "@0", "not a detector",
+                                           "an .onnx model or Darknet weights", std::string(format)});
 }
 
 /// Takes 80 classes without names for COCO's, unless --class is a number.
@@ -94,17 +93,11 @@ detect::Detector<float> load_detector(const DetectorSettings& settings, std::vec
                                       const std::vector<std::string>& layers) {
   const bool is_onnx = io::is_onnx(settings.weights);
   if (!is_onnx) require_detector_format(settings.weights);
-  for (const auto& [option, value] :
-       {std::pair("--cfg", settings.cfg), std::pair("--decode", settings.decode)})
-    if (is_onnx && !value.empty())
-      throw Error(ErrorKind::usage, std::string(option) + " is for Darknet weights; " + settings.weights +
-                                        " is described by --detector, or recognised");
   if (!is_onnx && !settings.detector.empty())
     throw Error(ErrorKind::usage, "--detector describes .onnx weights; those of " + settings.weights +
                                       " are described by a cfg");
-  if (!is_onnx && settings.cfg.empty() && !io::is_safetensors(settings.weights))
-    throw Error(ErrorKind::usage, "--cfg is missing, which " + settings.weights +
-                                      " needs; only weights that convert_weights made hold their own");
+  if (!is_onnx && settings.cfg.empty())
+    throw Error(ErrorKind::usage, "--cfg is missing, which " + settings.weights + " needs");
   std::string source;
   auto detector = io::read_detector<float>({.weights = settings.weights,
                                             .config = settings.cfg,

@@ -95,9 +95,7 @@ class HardeningRun {
   }
 
   [[nodiscard]] std::string path(const std::string& name) const { return options_.output + "/" + name; }
-  [[nodiscard]] std::string hardened_path() const {
-    return path(std::string("hardened") + hardened_->extension());
-  }
+  [[nodiscard]] std::string hardened_path() const { return path("hardened.onnx"); }
 
   /// Writes the manifest to a new folder; checks that a folder to resume holds one that agrees.
   void open_folder() {

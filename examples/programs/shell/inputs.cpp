@@ -279,9 +279,9 @@ std::optional<camouflage::PhotoLight> witnessed(std::optional<camouflage::PhotoL
 FurtherDetector load_further_detector(const std::string& option, const std::string& path,
                                       DetectorSettings settings, std::vector<std::string>& warnings,
                                       const std::vector<std::string>& layers) {
-  if (!io::is_onnx(path) && !io::is_safetensors(path))
-    throw Error(ErrorKind::usage,
-                option + ": " + path + " is neither an .onnx model nor a detector that convert_weights made");
+  if (!io::is_onnx(path))
+    throw Error(ErrorKind::usage, option + ": " + path +
+                                      " is not an .onnx model; convert_weights makes one of Darknet weights");
   settings.cfg = settings.decode = settings.fit = "";
   settings.weights = path;
   settings.detector = io::description_beside(path);

@@ -29,8 +29,7 @@ class LearningDetector {
   /// Stores the number of pictures seen in training.
   virtual void set_pictures_seen(std::uint64_t) {}
 
-  /// The ending of its file's name.
-  [[nodiscard]] virtual const char* extension() const = 0;
+  /// Writes an ONNX model.
   virtual void save(const std::string& path) const = 0;
 
  protected:
@@ -64,7 +63,6 @@ class LearningModel final : public LearningDetector {
     detector_.set_names(std::move(names));
   }
   void set_pictures_seen(std::uint64_t count) override { model_.set_images_seen(seen_before_ + count); }
-  [[nodiscard]] const char* extension() const override { return ".safetensors"; }
   void save(const std::string& path) const override { save_model(model_, cfg_, path); }
 
  private:
@@ -87,7 +85,6 @@ class LearningGraph final : public LearningDetector {
   LearningGraph(const std::string& path, const detect::Detector<float>& start, std::size_t size)
       : LearningGraph(path, io::read_text_file(path), start, size) {}
 
-  [[nodiscard]] const char* extension() const override { return ".onnx"; }
   void save(const std::string& path) const override {
     io::write_file_atomically(path, std::string_view(written()));
   }

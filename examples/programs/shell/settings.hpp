@@ -131,7 +131,7 @@ void visit_settings(DetectorSettings& s, Visit visit) {
   visit("cfg", s.cfg,
         "Darknet network description; left out, the one inside converted --weights, or the bundled one");
   visit("weights", s.weights,
-        "Darknet weights that belong to --cfg, a detector that convert_weights made, or an .onnx model; the "
+        "Darknet weights that belong to --cfg, or an .onnx model, such as convert_weights makes; the "
         "bundled one's when both are left out");
   visit(
       "detector", s.detector,
@@ -194,7 +194,7 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
         "1: all");
   visit("learning-rate", s.learning_rate, "Adam's step size; 0.01 in the paper");
   visit("ensemble", s.ensemble,
-        "further detectors to optimise against, .onnx models or files of convert_weights, of the same input "
+        "further detectors to optimise against, .onnx models of the same input "
         "size and --class: the loss is the mean over all; only the first, --weights, is measured");
   visit("conditions", s.conditions,
         "conditions under which every step photographs its views, drawn anew: camera, light, blur, noise, "

@@ -1,8 +1,7 @@
 #pragma once
-#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/file_source.hpp>
+#include <tapestry/io/onnx/onnx_file.hpp>
 
 namespace tapestry::shell {
 
@@ -13,29 +12,24 @@ namespace tapestry::shell {
 /// \throws FileError (mismatch) if batch normalisation is folded into the weights
 inline std::string trainable_cfg(const std::string& cfg, const std::string& weights) {
   std::string own_cfg;
-  if (io::is_safetensors(weights)) {
-    const io::DetectorFile file(weights);
-    if (file.metadata().is_folded)
+  if (io::is_onnx(weights)) {
+    const auto metadata = io::parse_detector_metadata(io::read_onnx(weights).metadata, weights);
+    if (metadata.is_folded)
       throw FileError(ErrorKind::mismatch, {weights, "", "batch normalisation is folded into the weights",
                                             "a detector to train, as convert_weights writes without --fold"});
-    own_cfg = file.metadata().cfg;
+    own_cfg = metadata.cfg;
   }
   return cfg.empty() ? own_cfg : io::read_text_file(cfg);
 }
 
-/// Writes the model in the format of the file's ending: a detector with its cfg, or Darknet weights.
+/// Writes the model in the format of the file's ending: an ONNX model with its cfg, or Darknet weights.
 inline void save_model(const detect::DarknetModel<float>& model, const std::string& cfg,
                        const std::string& path) {
-  if (!path.ends_with(".safetensors")) {
+  if (io::is_onnx(path)) {
+    (void)io::write_detector_file(path, model, cfg);
+  } else {
     io::write_weight_file(path, model);
-    return;
   }
-  io::DetectorMetadata metadata;
-  metadata.cfg = cfg;
-  metadata.images_seen = model.images_seen();
-  metadata.batch_norm_epsilon = model.config().batch_norm_epsilon;
-  metadata.decode = detect::decode_family_of(model.config());
-  io::write_detector_file(path, metadata, model.parameters(), model.config().name);
 }
 
 /// The learning rate of a step, counted from 0. It rises linearly over the first `warm_up` steps and falls as

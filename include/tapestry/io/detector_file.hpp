@@ -1,11 +1,8 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/huge_pages.hpp>
+#include <map>
+#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector_description.hpp>
-#include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/detail/safetensors_file.hpp>
+#include <tapestry/detect/head.hpp>
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::io {
@@ -56,104 +53,43 @@ namespace tapestry::io {
   return parse_detector_description(read_text_file(path, std::uint64_t(1) << 16U), path, warnings);
 }
 
-/// The tensors of a detector in the order of its layout, named as PyTorch names them. For layer i of the cfg,
-/// counted from 0 without [net]:
-///
-///   layers.i.weight           [filters, channels / groups, size, size]
-///   layers.i.bias             [filters], of a layer without batch normalisation
-///   layers.i.bn.bias          [filters], β; then bn.weight, γ, bn.running_mean and bn.running_var
-[[nodiscard]] std::vector<NamedShape> detector_tensors(const detect::NetworkConfig& config,
-                                                       const detect::ParameterLayout& layout);
-
-namespace detail {
-/// \param input_height  in pixels; 0 takes the cfg's own
-/// \param input_width   likewise
-[[nodiscard]] detect::ParameterLayout layout_of(const detect::NetworkConfig& config,
-                                                std::size_t input_height = 0, std::size_t input_width = 0);
-}  // namespace detail
-
-/// A detector in one .safetensors file: its cfg and its parameters, as convert_weights writes them.
-class DetectorFile {
- public:
-  /// \throws FileError  as SafetensorsFile and parse_detector_metadata() do; for the cfg within as
-  ///                    parse_network_config() does, under the name `<path>:cfg`
-  explicit DetectorFile(const std::string& path)
-      : file_(path),
-        metadata_(parse_detector_metadata(file_.metadata(), path)),
-        config_(adapted(parse_network_config(metadata_.cfg, path + ":cfg"))) {}
-
-  [[nodiscard]] const DetectorMetadata& metadata() const { return metadata_; }
-  [[nodiscard]] const detect::NetworkConfig& config() const { return config_; }
-
-  /// The given cfg with this file's epsilon and decode family, and without batch normalisation if that has
-  /// been folded.
-  /// \throws FileError (mismatch) if the decode family contradicts the cfg, see detect::with_decode()
-  [[nodiscard]] detect::NetworkConfig adapted(detect::NetworkConfig config) const;
-
-  /// Warnings about unusual content of the file, one message each.
-  [[nodiscard]] std::vector<std::string> warnings() const;
-
-  /// All parameters in the order of `layout`, whatever their order in the file. They are read in pieces, and
-  /// each piece is checked while it is in the cache, so that memory is written once.
-  ///
-  /// \param config config(), or another cfg after adapted()
-  /// \param layout  of config
-  /// \throws FileError  mismatch for a tensor that is missing, not in the layout, of another shape, or not of
-  ///                  floating-point type; malformed for a value that no trained network can hold, and for a
-  ///                  file that changes its size while it is read; with the tensor's name
-  template <std::floating_point T>
-  [[nodiscard]] Array<T, 1> parameters(const detect::NetworkConfig& config,
-                                       const detect::ParameterLayout& layout) const {
-    const auto tensors = matching(detector_tensors(config, layout), config.name);
-    Array<T, 1> parameters(Extents<1>{layout.count});
-    T* next = parameters.data();
-    prefer_huge_pages(parameters.data(), layout.count * sizeof(T));
-    std::vector<float> piece(piece_size);
-    for (std::size_t i = 0; i < tensors.size(); ++i) {
-      for (std::size_t first = 0; first < tensors[i].size(); first += piece_size) {
-        const auto values = std::span(piece).first(std::min(piece_size, tensors[i].size() - first));
-        file_.read(tensors[i], values, first);
-        check_values(tensors[i], layout.blocks[i].role, values, first);
-        next = std::copy(values.begin(), values.end(), next);
-      }
-    }
-    return parameters;
-  }
-
- private:
-  static constexpr std::size_t piece_size = std::size_t(1) << 15U;  ///< floats, 128 KiB
-
-  [[noreturn]] void fail(const std::string& what, const std::string& expected = "",
-                         const std::string& found = "") const {
-    throw FileError(ErrorKind::mismatch, {file_.path(), "", what, expected, found});
-  }
-
-  /// The file's tensors in the expected order.
-  [[nodiscard]] std::vector<Tensor> matching(const std::vector<NamedShape>& expected,
-                                             const std::string& cfg_name) const;
-
-  void require_fit(const Tensor& tensor, const NamedShape& wanted, const std::string& cfg_name) const;
-
-  /// \param first element of the tensor that values[0] holds
-  void check_values(const Tensor& tensor, detect::ParameterRole role, std::span<const float> values,
-                    std::size_t first) const;
-
-  SafetensorsFile file_;
-  DetectorMetadata metadata_;
-  detect::NetworkConfig config_;
+/// Metadata of an ONNX model that was made of a Darknet detector. Together with the constants of
+/// detect::network_description() they are the cfg and the weights again.
+struct DetectorMetadata {
+  std::string cfg;                   ///< text of the Darknet cfg file, whole and unchanged
+  std::uint64_t images_seen = 0;     ///< in training
+  bool is_folded = false;            ///< batch normalisation is part of the weights
+  double batch_norm_epsilon = 1e-5;  ///< inside the root; for a folded detector, the one used in folding
+  detect::DecodeFamily decode = detect::DecodeFamily::darknet;  ///< stored only here
 };
 
-/// Writes a detector, or leaves the old file as it was. The same arguments give the same bytes. Without
-/// folding, the bytes behind the header are those of the Darknet weights behind their header.
+/// The metadata as fields of a model. Numbers are the shortest decimals that read back the same.
+[[nodiscard]] std::map<std::string, std::string> fields_of(const DetectorMetadata& metadata);
+
+/// The reverse of fields_of(); other fields are ignored.
+/// \throws FileError  mismatch for a field that is missing or has an unsupported value, malformed for an
+///                  invalid field or a cfg that does not match its hash
+[[nodiscard]] DetectorMetadata parse_detector_metadata(const std::map<std::string, std::string>& fields,
+                                                       const std::string& path);
+
+/// Whether an ONNX model was made of a Darknet detector, by write_detector_file().
+[[nodiscard]] bool is_of_darknet(const nn::NetworkDescription& network);
+
+/// The given cfg with the epsilon and the decode family of the metadata, and without batch normalisation if
+/// that has been folded.
+/// \throws FileError (mismatch) if the decode family contradicts the cfg, see detect::with_decode()
+[[nodiscard]] detect::NetworkConfig adapted(detect::NetworkConfig config, const DetectorMetadata& metadata);
+
+/// Writes a Darknet detector as an ONNX model, or leaves the old file as it was. Its nodes compute the raw
+/// logits of the heads from "picture", RGB in [0, 1]; its metadata are fields_of(). The same arguments give
+/// the same bytes.
 ///
-/// \param metadata its cfg describes the network; is_folded folds the batch normalisation
-/// \param parameters  in the order of the layout of that cfg, not folded
-/// \param cfg_name    the cfg's file name, for messages
-/// \returns           the number of tensors written
-/// \throws FileError  for the cfg as parse_network_config() does, and malformed unless it is UTF-8; mismatch
-///                    for a decode family that contradicts it; write
-/// \throws ShapeError unless there are as many parameters as the cfg needs, NumericError as fold_batch_norm()
-std::size_t write_detector_file(const std::string& path, const DetectorMetadata& metadata,
-                                const Array<float, 1>& parameters, const std::string& cfg_name);
+/// \param model  of the cfg, or with folded batch normalisation, see detect::fold_batch_norm()
+/// \param cfg    text of the cfg
+/// \returns      the number of nodes
+/// \throws FileError  for the cfg as parse_network_config() does, and malformed unless it is UTF-8; write
+/// \throws ShapeError unless the model has as many parameters as the cfg needs
+std::size_t write_detector_file(const std::string& path, const detect::DarknetModel<float>& model,
+                                const std::string& cfg);
 
 }  // namespace tapestry::io

@@ -97,9 +97,6 @@ class RegularFile {
 /// Like read_file(), as text; line ends and encoding are left as they are.
 [[nodiscard]] std::string read_text_file(const std::string& path, std::uint64_t limit = default_file_limit);
 
-/// Result of recognised_format() for one of the formats that Tapestry reads.
-inline constexpr std::string_view recognised_safetensors = "a safetensors file";
-
 /// The probable kind of a file with these first bytes, if it is a kind that people often pass by mistake;
 /// else empty. Pass at least 16 bytes.
 [[nodiscard]] std::string_view recognised_format(std::span<const std::byte> beginning);

@@ -28,7 +28,6 @@
 #include <tapestry/io/implementation/onnx/onnx_writer.hpp>
 #include <tapestry/io/implementation/plain_mesh_writers.hpp>
 #include <tapestry/io/implementation/read_detector.hpp>
-#include <tapestry/io/implementation/safetensors.hpp>
 #include <tapestry/io/implementation/text_lists.hpp>
 /// \cond
 #define TAPESTRY_SCALAR float

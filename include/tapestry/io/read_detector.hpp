@@ -2,13 +2,14 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector.hpp>
+#include <tapestry/io/darknet/model_file.hpp>
 
 namespace tapestry::io {
 
 /// The files of a detector, and how to read them. All but the weights are optional.
 struct DetectorFiles {
-  std::string weights{};      ///< an ONNX model, Darknet weights, or a detector that convert_weights wrote
-  std::string config{};       ///< cfg, which Darknet weights need
+  std::string weights{};      ///< an ONNX model or Darknet weights
+  std::string config{};       ///< cfg, which Darknet weights need, and a model made of them may have
   std::string names{};        ///< names of the classes, one a line; left out, those of an ONNX model's
                               ///< metadata, see parse_exported_names()
   std::string description{};  ///< of an ONNX model, see read_detector_description(), or the name of a family
@@ -23,14 +24,11 @@ struct DetectorFiles {
   std::vector<std::string> layers{};
 };
 
-/// Whether weights are an ONNX model, by the file's name.
-[[nodiscard]] inline bool is_onnx(const std::string& path) { return path.ends_with(".onnx"); }
-
 /// The description file beside an ONNX model: the model's name with the ending .json. Empty if there is none.
 [[nodiscard]] std::string description_beside(const std::string& weights);
 
-/// Key of the metadata of an ONNX model under which convert_weights writes the text of its description. No
-/// other description of such a model is taken.
+/// Key of the metadata of an ONNX model for the text of its description. No other description of such a model
+/// is taken.
 inline constexpr const char* description_key = "tapestry.detector";
 
 /// Reads a detector from any kind of file:

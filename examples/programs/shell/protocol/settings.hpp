@@ -31,8 +31,8 @@ inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& p
                  "of protocols that render the car alone: colour behind it, three numbers from 0 to 1")
       ->expected(3);
   app.add_option("--further-weights", s.further_weights,
-                 "of protocols on photographs: further detectors, a column each, .onnx models or files of "
-                 "convert_weights, with the same --class for the car");
+                 "of protocols on photographs: further detectors, a column each, .onnx models, with the same "
+                 "--class for the car");
   app.add_option("--heat-map-kind", s.heat_map_kind,
                  "of --protocol attention: layer_cam, grad_cam or grad_cam_plus_plus");
   app.add_flag("--quick", s.quick, "of --protocol: fewer views, for a first look");

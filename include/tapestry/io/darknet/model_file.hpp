@@ -55,7 +55,18 @@ struct WeightFileOptions {
 
 namespace detail {
 
+/// \param input_height  in pixels; 0 takes the cfg's own
+/// \param input_width   likewise
+[[nodiscard]] detect::ParameterLayout layout_of(const detect::NetworkConfig& config,
+                                                std::size_t input_height = 0, std::size_t input_width = 0);
+
 [[nodiscard]] std::string describe(const detect::NetworkConfig& config, const detect::ParameterBlock& block);
+
+/// Throws for the first value that no trained network can hold.
+/// \param begin  of the parameters, bytes into the file, if they lie there one after another
+void check_block(const std::string& path, const detect::NetworkConfig& config,
+                 const detect::ParameterBlock& block, std::span<const float> values,
+                 std::optional<std::uint64_t> begin);
 
 /// Size of the header in bytes. The version decides it and, if that does not fit, the exact size of the file.
 /// A file 4 bytes shorter than its version requires may also be cut; then the upper half of the count is in
@@ -91,12 +102,10 @@ struct LoadedModel {
   std::vector<std::string> warnings{};
 };
 
-/// Whether a file is a safetensors file: by its first bytes, or by its name.
-/// \throws FileError as RegularFile
-[[nodiscard]] bool is_safetensors(const std::string& path);
+/// Whether weights are an ONNX model, by the file's name.
+[[nodiscard]] inline bool is_onnx(const std::string& path) { return path.ends_with(".onnx"); }
 
-/// Reads a model from Darknet weights, or a detector that convert_weights wrote. The file's content shows
-/// which of them it is.
+/// Reads a model from Darknet weights, or from an ONNX model that was made of a Darknet detector.
 ///
 /// \param cfg      path of the Darknet cfg file; may be empty with a converted detector, which holds its own
 /// \param weights  path
@@ -106,11 +115,19 @@ struct LoadedModel {
 ///               Darknet weights it is scaled if the cfg has new_coords=1, else darknet
 /// \throws Error (usage) for Darknet weights without a cfg; Error (mismatch) if a converted detector is of
 ///         another decode family than `decode`; FileError as detect::with_decode(),
-///         read_network_config(), read_weight_file(), DetectorFile and DarknetModel's constructor
+///         read_network_config(), read_weight_file(), read_onnx(), parse_detector_metadata() and
+///         DarknetModel's constructor; mismatch also for an ONNX model whose constants are not those of the
+///         cfg
 template <std::floating_point T>
 [[nodiscard]] LoadedModel<T> read_darknet_model(const std::string& cfg, const std::string& weights,
                                                 std::size_t input_height = 0, std::size_t input_width = 0,
                                                 std::optional<detect::DecodeFamily> decode = {});
+
+/// The same for an ONNX model that was read, see is_of_darknet().
+template <std::floating_point T>
+[[nodiscard]] LoadedModel<T> darknet_model(const nn::NetworkDescription& network, const std::string& cfg = "",
+                                           std::size_t input_height = 0, std::size_t input_width = 0,
+                                           std::optional<detect::DecodeFamily> decode = {});
 
 /// Reads a classifier, or another network without heads, with Darknet weights.
 ///

@@ -10,7 +10,6 @@
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/detail/safetensors_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
@@ -22,11 +21,15 @@
 
 namespace tapestry::io {
 
+namespace detail {
+inline constexpr const char* detector_format = "tapestry-detector";
+}  // namespace detail
+
 std::map<std::string, std::string> fields_of(const DetectorMetadata& metadata) {
   std::array<char, 32> epsilon{};
   char* const end =
       std::to_chars(epsilon.data(), epsilon.data() + epsilon.size(), metadata.batch_norm_epsilon).ptr;
-  return {{"format", "tapestry-detector"},
+  return {{"format", detail::detector_format},
           {"decode", std::string(detect::name_of(metadata.decode))},
           {"cfg", metadata.cfg},
           {"cfg_sha256", sha256(metadata.cfg)},
@@ -50,7 +53,7 @@ DetectorMetadata parse_detector_metadata(const std::map<std::string, std::string
     const std::string found = field(name, expected);
     if (found != expected) fail(ErrorKind::mismatch, name, "is not supported", expected, in_quotes(found));
   };
-  require("format", "tapestry-detector");
+  require("format", detail::detector_format);
   DetectorMetadata metadata;
   const std::string families(detect::anchored_family_names);
   const std::string decode = field("decode", families);
@@ -77,6 +80,11 @@ DetectorMetadata parse_detector_metadata(const std::map<std::string, std::string
     fail(ErrorKind::malformed, "batch_norm_epsilon", "makes no sense", "a number above 0",
          in_quotes(epsilon));
   return metadata;
+}
+
+bool is_of_darknet(const nn::NetworkDescription& network) {
+  const auto format = network.metadata.find("format");
+  return format != network.metadata.end() && format->second == detail::detector_format;
 }
 
 std::string description_beside(const std::string& weights) {

@@ -123,7 +123,8 @@ std::string_view recognised_format(std::span<const std::byte> beginning) {
   const auto starts = [&](std::string_view magic) { return text.substr(0, magic.size()) == magic; };
   using namespace std::string_view_literals;
   // Tested first: its length field may look like the magic number of any other format.
-  if (text.size() > 9 && text[8] == '{' && text.substr(3, 5) == "\0\0\0\0\0"sv) return recognised_safetensors;
+  if (text.size() > 9 && text[8] == '{' && text.substr(3, 5) == "\0\0\0\0\0"sv)
+    return "a safetensors file; convert_weights makes an ONNX model of a detector in one";
   if (starts("version https://git-lfs"sv)) return "a Git LFS pointer, not the file it stands for";
   if (starts("\x1f\x8b"sv)) return "a gzip archive";
   constexpr std::string_view pytorch = "a PyTorch file; export it to ONNX (torch.onnx.export) and give that";

@@ -3,6 +3,7 @@
 
 namespace tapestry::io {
 template decltype(read_darknet_model<TAPESTRY_SCALAR>) read_darknet_model<TAPESTRY_SCALAR>;
+template decltype(darknet_model<TAPESTRY_SCALAR>) darknet_model<TAPESTRY_SCALAR>;
 template decltype(read_classifier<TAPESTRY_SCALAR>) read_classifier<TAPESTRY_SCALAR>;
 template void write_image<TAPESTRY_SCALAR>(const std::string& path, const Array<TAPESTRY_SCALAR, 3>& image);
 template std::string png_file<TAPESTRY_SCALAR>(const std::string& path,

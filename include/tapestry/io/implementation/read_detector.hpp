@@ -4,7 +4,6 @@
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/exported_names.hpp>
-#include <tapestry/io/detail/safetensors_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
@@ -42,15 +41,19 @@ template <std::floating_point T>
   return model.value_name(std::stoul(layer));
 }
 
+/// \param network  of an ONNX model; null for Darknet weights
 template <std::floating_point T>
 [[nodiscard]] detect::Detector<T> read_darknet_detector(const DetectorFiles& files,
+                                                        const nn::NetworkDescription* network,
                                                         std::vector<std::string>* warnings) {
-  if (!files.description.empty())
-    throw Error(ErrorKind::usage, {files.weights, ": is described by its cfg, not by ", files.description});
+  const std::string other = files.description.empty() ? description_beside(files.weights) : files.description;
+  if (!other.empty())
+    throw Error(ErrorKind::usage, {files.weights, ": is described by its cfg, not by ", other});
   std::optional<detect::DecodeFamily> decode;
   if (!files.decode.empty()) decode = detect::decode_family_by_name(files.decode);
   const auto [model, remarks] =
-      read_darknet_model<T>(files.config, files.weights, files.size, files.size, decode);
+      network == nullptr ? read_darknet_model<T>(files.config, files.weights, files.size, files.size, decode)
+                         : darknet_model<T>(*network, files.config, files.size, files.size, decode);
   if (warnings != nullptr) *warnings = remarks;
   if (model.heads().empty())
     throw FileError(ErrorKind::mismatch,
@@ -230,11 +233,12 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] detect::Detector<T> read_onnx_detector(const DetectorFiles& files, std::string& source,
                                                      std::vector<std::string>* warnings) {
+  const auto network = read_onnx(files.weights);
+  if (is_of_darknet(network)) return read_darknet_detector<T>(files, &network, warnings);
   for (const std::string& other : {files.config, files.decode})
     if (!other.empty())
       throw Error(ErrorKind::usage, {files.weights, ": an ONNX model takes no cfg and no decode family, but ",
                                      other, " was given"});
-  const auto network = read_onnx(files.weights);
   source = (detect::is_export_name(files.description) ? "the word " : "") + files.description;
   try {
     return described_detector<T>(files, network, source, warnings);
@@ -257,7 +261,7 @@ detect::Detector<T> read_detector(const DetectorFiles& files, std::vector<std::s
   const nn::Engine engine = detail::engine_of(files.precision);
   std::string source = "Darknet's convention";
   auto detector = is_onnx(files.weights) ? detail::read_onnx_detector<T>(files, source, warnings)
-                                         : detail::read_darknet_detector<T>(files, warnings);
+                                         : detail::read_darknet_detector<T>(files, nullptr, warnings);
   if (input_source != nullptr) *input_source = std::move(source);
   detector.set_engine(engine);
   if (!files.fit.empty()) detector.set_fit(image::fit_by_name(files.fit));

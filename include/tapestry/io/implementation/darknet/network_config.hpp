@@ -51,12 +51,4 @@ detect::NetworkConfig parse_classifier_config(std::string_view text, const std::
   return config;
 }
 
-bool is_safetensors(const std::string& path) {
-  if (path.ends_with(".safetensors")) return true;
-  const RegularFile file(path);
-  std::vector<std::byte> beginning(file.size() < 16 ? static_cast<std::size_t>(file.size()) : 16);
-  file.read_at(0, beginning);
-  return recognised_format(beginning) == recognised_safetensors;
-}
-
 }  // namespace tapestry::io

@@ -9,6 +9,13 @@
 
 namespace tapestry::io::detail {
 
+detect::ParameterLayout layout_of(const detect::NetworkConfig& config, std::size_t input_height,
+                                  std::size_t input_width) {
+  return detect::parameter_layout(
+      config, detect::infer_shapes(config, input_height == 0 ? config.height : input_height,
+                                   input_width == 0 ? config.width : input_width));
+}
+
 std::string describe(const detect::NetworkConfig& config, const detect::ParameterBlock& block) {
   return std::string(name_of(block.role)) + " of layer " + std::to_string(block.layer) + " (convolutional, " +
          config.name + ":" + std::to_string(config.layers[block.layer].line) + ")";
@@ -79,17 +86,16 @@ std::uint64_t header_size(const RegularFile& file, const detect::NetworkConfig& 
        std::to_string(layout.count) + " floats", std::to_string((file.size() - by_version) / 4) + " floats"});
 }
 
-/// Throws for the first value that no trained network can hold.
-inline void check_block(const std::string& path, const detect::NetworkConfig& config,
-                        const detect::ParameterBlock& block, std::span<const float> values,
-                        std::uint64_t header) {
+void check_block(const std::string& path, const detect::NetworkConfig& config,
+                 const detect::ParameterBlock& block, std::span<const float> values,
+                 std::optional<std::uint64_t> begin) {
   if (block.role != detect::ParameterRole::variance && are_finite(values)) return;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const bool negative_variance = block.role == detect::ParameterRole::variance && values[i] < 0;
     if (is_finite(values[i]) && !negative_variance) continue;
     throw FileError(
         ErrorKind::malformed,
-        {path, "@" + std::to_string(header + 4 * std::uint64_t(block.offset + i)),
+        {path, begin ? "@" + std::to_string(*begin + 4 * std::uint64_t(block.offset + i)) : "",
          "element " + std::to_string(i) + " of the " + describe(config, block),
          negative_variance ? "a variance of at least 0" : "a finite number", std::to_string(values[i])});
   }
