@@ -110,6 +110,12 @@ TEST_CASE("an EXIF block of any bytes has some focal length", "[io][jpeg][bad_in
   }
 }
 
+TEST_CASE("an upright picture is passed on without a copy", "[io][jpeg]") {
+  Picture stored(tapestry::Extents<3>{2, 3, 3});
+  const std::uint8_t* const pixels = stored.data();
+  CHECK(io::turned_upright(std::move(stored), 1).data() == pixels);
+}
+
 TEST_CASE("eight orientations are turned upright", "[io][jpeg]") {
   Picture stored(tapestry::Extents<3>{2, 3, 3});  // 0 1 2 / 3 4 5
   for (std::size_t i = 0; i < stored.size(); ++i) stored.data()[i] = static_cast<std::uint8_t>(i / 3);

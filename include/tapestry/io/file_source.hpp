@@ -149,7 +149,7 @@ template <std::predicate<const std::filesystem::path&> Accepts>
 }
 
 /// Endings of names of readable pictures, for messages.
-inline constexpr const char* picture_endings = ".png, .jpg, .jpeg, .bmp, .pgm, .ppm or .pnm";
+[[nodiscard]] std::string picture_endings();
 
 /// Whether a name has the ending of a readable picture.
 [[nodiscard]] bool has_picture_name(const std::filesystem::path& path);

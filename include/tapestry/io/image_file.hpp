@@ -51,10 +51,11 @@ inline void require_picture_size(std::uint64_t width, std::uint64_t height, cons
   if (width > png_side_limit || height > png_side_limit || width * height > png_pixel_limit)
     refuse(ErrorKind::limit, "picture is too large", "at most 16384 a side and 64 megapixels");
 }
-/// The part that calls stb, compiled where a program includes implementation.hpp. Rows from the top, channels
-/// interleaved. Empty if stb cannot decode the file.
-std::vector<std::uint16_t> decode_png_16(std::string_view file, int channels);
-std::vector<std::uint8_t> decode_png_8(std::string_view file, int channels);
+/// The part that calls stb, compiled where a program includes implementation.hpp: fills [H, W, C], C as the
+/// caller wants them.
+/// \returns false if stb cannot decode the file
+bool decode_png(std::string_view file, Array<std::uint16_t, 3>& pixels);
+bool decode_png(std::string_view file, Array<std::uint8_t, 3>& pixels);
 
 /// read_texture() or read_image().
 Array<std::uint8_t, 3> read_picture(const std::string& path, std::vector<std::string>* warnings,

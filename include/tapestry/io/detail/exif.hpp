@@ -56,11 +56,11 @@ class ExifReader {
 
 }  // namespace detail
 
-/// A picture, [H, W, C], turned upright by its EXIF orientation. 1 leaves it as it is, 2 mirrors it left to
-/// right, 4 top to bottom, and 3 turns it by half a circle. 5 to 8 exchange rows and columns; 6 turns it
-/// clockwise by a quarter, 8 counterclockwise.
+/// A picture, [H, W, C], turned upright by its EXIF orientation. 1 returns it without a copy, 2 mirrors it
+/// left to right, 4 top to bottom, and 3 turns it by half a circle. 5 to 8 exchange rows and columns; 6 turns
+/// it clockwise by a quarter, 8 counterclockwise.
 template <class Element>
-[[nodiscard]] Array<Element, 3> turned_upright(const Array<Element, 3>& stored, int orientation) {
+[[nodiscard]] Array<Element, 3> turned_upright(Array<Element, 3> stored, int orientation) {
   if (orientation == 1) return stored;
   const auto [rows, columns, channels] = stored.shape();
   const bool exchanges = orientation >= 5;

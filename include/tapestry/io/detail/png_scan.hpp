@@ -27,6 +27,9 @@ struct PngHeader {
   std::size_t end_at = 0;        ///< where a sound end chunk is missing behind whole picture data, else 0
 };
 
+/// Whether a file is a PNG by its first bytes, which a transfer as text would change.
+[[nodiscard]] inline bool is_png(std::string_view file) { return file.starts_with("\x89PNG\r\n\x1a\n"); }
+
 namespace detail {
 /// Walks over the chunks of a PNG, verifies each, and unpacks the picture data without storing them, to check
 /// that they are complete. stb, which decodes the file afterwards, compares no checksum, and allocates the
@@ -37,8 +40,7 @@ class PngScan {
       : file_(file), path_(path), warnings_(warnings) {}
 
   PngHeader scan() {
-    using namespace std::string_view_literals;
-    if (!file_.starts_with("\x89PNG\r\n\x1a\n"sv)) not_a_png();
+    if (!is_png(file_)) fail(0, "not a PNG");
     bool ended = false;
     bool follows_data = false;
     for (std::size_t at = 8; !ended;) {
@@ -83,23 +85,6 @@ class PngScan {
                            .what = what,
                            .expected = expected,
                            .found = found});
-  }
-
-  [[noreturn]] void not_a_png() const {
-    using namespace std::string_view_literals;
-    std::string found(recognised_format(std::as_bytes(std::span<const char>(file_.data(), file_.size()))));
-    if (file_.starts_with("GIF8"sv)) found = "a GIF image";
-    if (file_.starts_with("8BPS"sv)) found = "a PSD image";
-    if (file_.starts_with("\x76\x2f\x31\x01"sv)) found = "an EXR image";
-    if (file_.starts_with("\xabKTX"sv)) found = "a KTX texture";
-    if (file_.starts_with("#?"sv)) found = "an HDR image";
-    if (file_.size() > 2 && file_[0] == 'P' && file_[1] >= '1' && file_[1] <= '7')
-      found = "a PNM image of another kind";
-    if (file_.starts_with("\x89PNG"sv)) found = "a PNG damaged by a text transfer";
-    fail(0, "not a picture of a kind that is read here", "a PNG, JPEG, BMP, PBM, PGM or PPM",
-         file_.empty()   ? "0 bytes"
-         : found.empty() ? "other bytes"
-                         : found);
   }
 
   [[nodiscard]] bool can_lack_end() const { return warnings_ != nullptr && !pieces_.empty(); }

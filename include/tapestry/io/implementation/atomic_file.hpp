@@ -209,12 +209,4 @@ void RunLock::write_owner() const {
   if (::ftruncate(descriptor_, 0) == 0 && ::pwrite(descriptor_, owner.data(), owner.size(), 0) < 0) return;
 }
 
-bool has_picture_name(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  constexpr std::string_view known[]{".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm", ".pnm"};
-  return std::find(std::begin(known), std::end(known), extension) != std::end(known);
-}
-
 }  // namespace tapestry::io

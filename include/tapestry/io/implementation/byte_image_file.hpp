@@ -1,9 +1,11 @@
 #pragma once
+#include <cctype>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/detail/bmp_file.hpp>
+#include <tapestry/io/detail/picture_format.hpp>
 #include <tapestry/io/detail/png_scan.hpp>
 #include <tapestry/io/detail/pnm_file.hpp>
 #include <tapestry/io/file_source.hpp>
@@ -11,28 +13,108 @@
 #include <tapestry/io/implementation/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
 
+namespace tapestry::io::detail {
+
+inline Array<std::uint8_t, 3> png_picture(std::string file, const std::string& path,
+                                          std::vector<std::string>* warnings, bool is_texture) {
+  const PngHeader header = scan_png(file, path, warnings);
+  const std::size_t channels = is_texture && header.has_alpha ? 4 : 3;
+  Array<std::uint8_t, 3> image(Extents<3>{header.height, header.width, channels});
+  require_decoded(decode_png(with_whole_palette(std::move(file), header), image), path);
+  if (channels == 3) return turned_upright(std::move(image), is_texture ? 1 : header.orientation);
+  Array<std::uint8_t, 3> colours(Extents<3>{header.height, header.width, 3});
+  bool is_opaque = true;
+  for (std::size_t i = 0; i < header.height * header.width; ++i) {
+    std::copy_n(image.data() + 4 * i, 3, colours.data() + 3 * i);
+    is_opaque = is_opaque && image.data()[4 * i + 3] == 255;
+  }
+  if (!is_opaque && warnings != nullptr)
+    warnings->push_back(path + ": the picture's transparency is not drawn; its colours count as opaque");
+  return colours;
+}
+
+inline Array<float, 2> png_mask(std::string file, const std::string& path,
+                                std::vector<std::string>* warnings) {
+  const PngHeader header = scan_png(file, path, warnings);
+  Array<std::uint16_t, 3> stored(Extents<3>{header.height, header.width, 1});
+  require_decoded(decode_png(with_whole_palette(std::move(file), header), stored), path);
+  const auto upright = turned_upright(std::move(stored), header.orientation);
+  Array<float, 2> mask(Extents<2>{upright.shape(0), upright.shape(1)});
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    mask.data()[i] = static_cast<float>(upright.data()[i]) / 65535.0F;
+  return mask;
+}
+
+inline Array<std::uint8_t, 3> jpeg_picture(std::string file, const std::string& path,
+                                           std::vector<std::string>* warnings, bool is_texture) {
+  return parse_jpeg(file, path, warnings, !is_texture);
+}
+
+template <auto parse>
+Array<std::uint8_t, 3> plain_picture(std::string file, const std::string& path, std::vector<std::string>*,
+                                     bool) {
+  return rgb_levels(parse(file, path));
+}
+
+template <auto parse>
+Array<float, 2> plain_mask(std::string file, const std::string& path, std::vector<std::string>*) {
+  return grey_shares(parse(file, path));
+}
+
+std::span<const PictureFormat> picture_formats() {
+  static constexpr PictureFormat formats[]{
+      {"PNG", ".png", is_png, png_picture, png_mask},
+      {"JPEG", ".jpg, .jpeg", is_jpeg, jpeg_picture, nullptr},
+      {"BMP", ".bmp", is_bmp, plain_picture<parse_bmp>, plain_mask<parse_bmp>},
+      {"PBM, PGM or PPM", ".pgm, .ppm or .pnm", is_pnm, plain_picture<parse_pnm>, plain_mask<parse_pnm>}};
+  return formats;
+}
+
+/// A column of picture_formats() as a list for messages.
+inline std::string listed_formats(std::string_view PictureFormat::*column) {
+  std::string text;
+  for (const PictureFormat& format : picture_formats())
+    text.append(text.empty() ? "" : ", ").append(format.*column);
+  return text;
+}
+
+/// \throws FileError (malformed) for a file of no such format
+inline const PictureFormat& picture_format(const std::string& file, const std::string& path) {
+  for (const PictureFormat& format : picture_formats())
+    if (format.recognises(file)) return format;
+  std::string_view found = recognised_format(std::as_bytes(std::span<const char>(file)));
+  if (found.empty()) found = file.empty() ? "0 bytes" : "other bytes";
+  constexpr std::pair<std::string_view, const char*> others[]{
+      {"GIF8", "a GIF image"},      {"8BPS", "a PSD image"}, {"\x76\x2f\x31\x01", "an EXR image"},
+      {"\xabKTX", "a KTX texture"}, {"#?", "an HDR image"},  {"\x89PNG", "a PNG damaged by a text transfer"}};
+  for (const auto& [beginning, name] : others)
+    if (file.starts_with(beginning)) found = name;
+  if (file.size() > 2 && file[0] == 'P' && file[1] >= '1' && file[1] <= '7')
+    found = "a PNM image of another kind";
+  throw FileError(ErrorKind::malformed, {path, "@0", "not a picture of a kind that is read here",
+                                         "a " + listed_formats(&PictureFormat::names), std::string(found)});
+}
+
+}  // namespace tapestry::io::detail
+
 namespace tapestry::io {
+
+std::string picture_endings() { return detail::listed_formats(&detail::PictureFormat::endings); }
+
+bool has_picture_name(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::ranges::transform(ending, ending.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string endings = " " + picture_endings() + ",";
+  return endings.find(" " + ending + ",") != std::string::npos ||
+         endings.find(" " + ending + " or") != std::string::npos;
+}
 
 Array<std::uint8_t, 3> detail::read_picture(const std::string& path, std::vector<std::string>* warnings,
                                             bool is_texture) {
   std::string file = read_text_file(path, png_file_limit);
-  if (is_jpeg(file)) return parse_jpeg(file, path, warnings, !is_texture);
-  if (is_bmp(file)) return rgb_levels(parse_bmp(file, path));
-  if (is_pnm(file)) return rgb_levels(parse_pnm(file, path));
-  const PngHeader header = scan_png(file, path, warnings);
-  const std::size_t channels = is_texture && header.has_alpha ? 4 : 3;
-  const auto pixels =
-      detail::decode_png_8(with_whole_palette(std::move(file), header), static_cast<int>(channels));
-  detail::require_decoded(pixels, header.height * header.width * channels, path);
-  Array<std::uint8_t, 3> image(Extents<3>{header.height, header.width, 3});
-  bool is_opaque = true;
-  for (std::size_t i = 0; i < header.height * header.width; ++i) {
-    std::copy_n(pixels.data() + i * channels, 3, image.data() + 3 * i);
-    is_opaque = is_opaque && (channels == 3 || pixels[i * channels + 3] == 255);
-  }
-  if (!is_opaque && warnings != nullptr)
-    warnings->push_back(path + ": the picture's transparency is not drawn; its colours count as opaque");
-  return is_texture ? image : turned_upright(image, header.orientation);
+  const PictureFormat& format = picture_format(file, path);
+  return format.picture(std::move(file), path, warnings, is_texture);
 }
 
 Array<std::uint8_t, 3> read_image(const std::string& path, std::vector<std::string>* warnings) {
@@ -45,20 +127,11 @@ Array<std::uint8_t, 3> read_texture(const std::string& path, std::vector<std::st
 
 Array<float, 2> read_mask(const std::string& path, std::vector<std::string>* warnings) {
   std::string file = read_text_file(path, png_file_limit);
-  if (is_jpeg(file))
-    throw FileError(ErrorKind::malformed,
-                    {path, "@0", "a mask must not have lost anything", "a PNG", "a JPEG"});
-  if (is_bmp(file)) return grey_shares(parse_bmp(file, path));
-  if (is_pnm(file)) return grey_shares(parse_pnm(file, path));
-  const PngHeader header = scan_png(file, path, warnings);
-  const auto pixels = detail::decode_png_16(with_whole_palette(std::move(file), header), 1);
-  detail::require_decoded(pixels, header.height * header.width, path);
-  Array<float, 3> stored(Extents<3>{header.height, header.width, 1});
-  for (std::size_t i = 0; i < pixels.size(); ++i) stored.data()[i] = static_cast<float>(pixels[i]) / 65535.0F;
-  const auto upright = turned_upright(stored, header.orientation);
-  Array<float, 2> mask(Extents<2>{upright.shape(0), upright.shape(1)});
-  std::copy_n(upright.data(), upright.size(), mask.data());
-  return mask;
+  const auto& format = detail::picture_format(file, path);
+  if (format.mask == nullptr)
+    throw FileError(ErrorKind::malformed, {path, "@0", "a mask must not have lost anything", "a PNG",
+                                           "a " + std::string(format.names)});
+  return format.mask(std::move(file), path, warnings);
 }
 
 void write_image(const std::string& path, const Array<std::uint8_t, 3>& image) {

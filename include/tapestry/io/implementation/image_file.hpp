@@ -10,9 +10,8 @@
 
 namespace tapestry::io::detail {
 
-template <class Element>
-void require_decoded(const std::vector<Element>& pixels, std::size_t count, const std::string& path) {
-  if (pixels.size() != count)
+inline void require_decoded(bool is_decoded, const std::string& path) {
+  if (!is_decoded)
     throw FileError(ErrorKind::malformed, {.path = path, .what = "PNG picture data cannot be decoded"});
 }
 

@@ -26,8 +26,8 @@ Array<std::uint8_t, 3> parse_jpeg(std::string_view file, const std::string& path
   if (is_damaged)
     warnings->push_back(path + ": JPEG is damaged or cut (" + complaint.text +
                         "); the rest is read, and what is missing is grey");
-  return turned_upright(is_cmyk ? detail::rgb_of_inverted_cmyk(stored) : stored,
-                        is_upright ? header.orientation : 1);
+  if (is_cmyk) stored = detail::rgb_of_inverted_cmyk(stored);
+  return turned_upright(std::move(stored), is_upright ? header.orientation : 1);
 }
 
 }  // namespace tapestry::io

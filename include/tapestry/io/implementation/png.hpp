@@ -74,41 +74,34 @@ inline unsigned char* compress_for_png(unsigned char* bytes, int count, int* com
 
 namespace tapestry::io::detail {
 
-/// Result for a file that stb could not decode: empty. Throws if stb ran out of memory, which it does not
-/// always report as the reason.
-template <class Element>
-std::vector<Element> none_decoded() {
-  const char* const reason = stbi_failure_reason();
-  if (reason == nullptr || std::string_view(reason) == "outofmem") throw std::bad_alloc();
-  return {};
-}
-
-std::vector<std::uint16_t> decode_png_16(std::string_view file, int channels) {
+/// Fills a picture by a loader of stb. Throws if stb ran out of memory, which it does not always report as
+/// the reason.
+template <class Element, class Load>
+bool decode_png_by(Load load, std::string_view file, Array<Element, 3>& pixels) {
   int width = 0, height = 0, stored_channels = 0;
   stbi__g_failure_reason = nullptr;
-  stbi_us* const pixels =
-      stbi_load_16_from_memory(reinterpret_cast<const stbi_uc*>(file.data()), static_cast<int>(file.size()),
-                               &width, &height, &stored_channels, channels);
-  if (pixels == nullptr) return none_decoded<std::uint16_t>();
-  const auto count =
-      static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels);
-  std::vector<std::uint16_t> result(pixels, pixels + count);
-  stbi_image_free(pixels);
-  return result;
+  const std::unique_ptr<Element, decltype(&stbi_image_free)> decoded(
+      load(reinterpret_cast<const stbi_uc*>(file.data()), static_cast<int>(file.size()), &width, &height,
+           &stored_channels, static_cast<int>(pixels.shape(2))),
+      stbi_image_free);
+  if (decoded == nullptr) {
+    const char* const reason = stbi_failure_reason();
+    if (reason == nullptr || std::string_view(reason) == "outofmem") throw std::bad_alloc();
+    return false;
+  }
+  if (static_cast<std::size_t>(height) != pixels.shape(0) ||
+      static_cast<std::size_t>(width) != pixels.shape(1))
+    return false;
+  std::copy_n(decoded.get(), pixels.size(), pixels.data());
+  return true;
 }
 
-std::vector<std::uint8_t> decode_png_8(std::string_view file, int channels) {
-  int width = 0, height = 0, stored_channels = 0;
-  stbi__g_failure_reason = nullptr;
-  stbi_uc* const pixels =
-      stbi_load_from_memory(reinterpret_cast<const stbi_uc*>(file.data()), static_cast<int>(file.size()),
-                            &width, &height, &stored_channels, channels);
-  if (pixels == nullptr) return none_decoded<std::uint8_t>();
-  const auto count =
-      static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels);
-  std::vector<std::uint8_t> result(pixels, pixels + count);
-  stbi_image_free(pixels);
-  return result;
+bool decode_png(std::string_view file, Array<std::uint16_t, 3>& pixels) {
+  return decode_png_by(stbi_load_16_from_memory, file, pixels);
+}
+
+bool decode_png(std::string_view file, Array<std::uint8_t, 3>& pixels) {
+  return decode_png_by(stbi_load_from_memory, file, pixels);
 }
 
 /// Takes what stb's writers write.

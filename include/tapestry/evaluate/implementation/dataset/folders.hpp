@@ -97,8 +97,7 @@ Dataset read_yolo_folder(const std::string& folder, std::size_t class_count) {
   const std::string from = io::is_folder(images) ? images : folder;
   const auto paths = io::listed_paths(from, io::has_picture_name);
   if (paths.empty())
-    throw FileError(ErrorKind::mismatch,
-                    {from, "", "no pictures", std::string(io::picture_endings) + " files", "none"});
+    throw FileError(ErrorKind::mismatch, {from, "", "no pictures", io::picture_endings() + " files", "none"});
   const auto stem_of = [](const std::string& path) { return fs::path(path).stem(); };
   const auto twin = std::ranges::adjacent_find(paths, {}, stem_of);  // sorted by name
   if (twin != paths.end())
