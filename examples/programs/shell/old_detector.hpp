@@ -9,7 +9,7 @@ namespace tapestry::shell {
 
 /// The entry of a block of parameters in the JSON of an old file, and its name.
 inline std::pair<std::string, nlohmann::json> old_entry(const detect::NetworkConfig& config,
-                                              const detect::ParameterBlock& block) {
+                                                        const detect::ParameterBlock& block) {
   const detect::LayerConfig& layer = config.layers[block.layer];
   constexpr const char* words[] = {"bn.bias", "bn.weight", "bn.running_mean", "bn.running_var", "weight"};
   const bool is_plain_bias = block.role == detect::ParameterRole::bias && !layer.batch_normalize;
