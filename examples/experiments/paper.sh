@@ -63,16 +63,19 @@ filter=(--filter anisotropic) # of every measurement, though mesh_adv is optimis
 [[ " ${COMMON:-} " != *" --filter "* ]] || filter=()
 as_photographed=(--light frame "${filter[@]}") # though rauca is optimised in another light
 
-declare -A options=([fca]="" [mesh_adv]="--method mesh_adv --filter bilinear" [camou]="--method camou" [upc]="--method upc"
-  [das]="--method das --smoothness-weight 0" [das_full]="--method das_full --smoothness-weight 0" [coarse]="${coarse[*]}" [planar_patch]="--method planar_patch"
-  [random]="--method random" [solid]="--method solid" [rauca]="--method rauca --light photo" [conditions]="--conditions physical"
+declare -A options=([coarse]="${coarse[*]}" [conditions]="--conditions physical"
   [cls]="--loss paper --iou-weight 0 --objectness-weight 0 --smoothness-weight 1"
   [obj]="--loss paper --iou-weight 0 --class-weight 0 --smoothness-weight 1"
   [iou]="--loss paper --objectness-weight 0 --class-weight 0 --smoothness-weight 1"
   [cls+obj]="--loss paper --iou-weight 0 --smoothness-weight 1"
   [all]="--loss paper --smoothness-weight 0"
   [all+smooth]="--loss paper --smoothness-weight 1" [vanish]="--loss vanish" [random_start]="--start random" [own_start]="--start own")
-[ -z "${TUNE:-}" ] || options[das]="--method das" options[das_full]="--method das_full"
+methods=() designs=() # all methods, and those but for noise and plain colours
+while read -r name usual; do
+  [ -z "${TUNE:-}" ] || usual=${usual/--smoothness-weight 0/}
+  methods+=("$name") options[$name]="--method $name $usual"
+  [[ $name == @(random|solid) ]] || designs+=("$name")
+done < <("$programs/camouflage" --list-methods)
 for texels in 8 16 32 64 128; do options[rows_$texels]="--texels $texels"; done
 
 # Words of a setting RATE/WEIGHT of TUNE, but for what a camouflage's own options state.
@@ -82,7 +85,7 @@ words_of() { # SETTING OWN...
 }
 # What a camouflage takes its setting from: a method from its own trials, all else from those of fca.
 tuned_as() { # NAME
-  case $1 in mesh_adv | camou | upc | das | das_full | planar_patch | solid | rauca) echo "$1" ;; *) echo fca ;; esac
+  [[ " ${methods[*]} " == *" $1 "* ]] && echo "$1" || echo fca
 }
 # Tries the settings with the first seed, at half of the passes. The best has the least term max_score on the views of
 # validation.
@@ -140,8 +143,8 @@ table_of_renders() { # NAME TITLE PROTOCOL ROW...
   tabulate "$1" "$2" "${rows[@]}"
 }
 
-table_1() { table_of_photographs 1-methods "Table 1: methods, as they are" digital fca mesh_adv camou upc das das_full coarse rauca planar_patch noise:random solid; }
-table_2() { table_of_renders 2-physical "Table 2: printed and photographed, simulated" physical fca mesh_adv camou upc das das_full coarse rauca planar_patch conditions; }
+table_1() { table_of_photographs 1-methods "Table 1: methods, as they are" digital "${designs[@]}" coarse noise:random solid; }
+table_2() { table_of_renders 2-physical "Table 2: printed and photographed, simulated" physical "${designs[@]}" coarse conditions; }
 table_3() { table_of_renders 3-views "Table 3: from all around, near and far" views fca coarse; }
 table_4() { table_of_renders 4-occlusion "Table 4: partly hidden" occlusion fca coarse; }
 table_6() { table_of_photographs 6-losses "Table 6: terms of the loss" digital cls obj iou cls+obj all all+smooth max_score:fca vanish; }

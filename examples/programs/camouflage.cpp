@@ -18,19 +18,19 @@ using namespace tapestry::shell;
 /// Reads the inputs of a run with all detectors, and checks that they have what the method needs.
 Inputs load_all(CamouflageOptions& options) {
   std::vector<std::string> layers;
-  const bool scatters = maps_attention(options.optimisation.method);
-  if (scatters) layers.emplace_back();  // the last one of all heads
+  const auto& method = camouflage::method_row<float>(options.optimisation.method);
+  const std::string named = "--method " + method.name;
+  if (method.traits.maps_attention) layers.emplace_back();  // the last one of all heads
   Inputs inputs = load_inputs(options.scene, options.detector, layers);
-  if (!options.resume && options.optimisation.method != "solid") require_texels(options.scene, inputs.car);
-  if (scatters && options.optimisation.smoothness > 0)
-    inputs.warnings.push_back("--method " + options.optimisation.method +
+  if (!options.resume && method.traits.tells_texels_apart) require_texels(options.scene, inputs.car);
+  if (method.traits.maps_attention && options.optimisation.smoothness > 0)
+    inputs.warnings.push_back(named +
                               ": smoothness outweighs the loss of attention by far; DAS has no such term, "
                               "see --smoothness-weight 0");
-  if (moves_shape(options.optimisation.method) && inputs.car.painted.pictures &&
+  if (method.traits.moves_shape && inputs.car.painted.pictures &&
       options.scene.filter != raster::name_of(raster::TextureFilter::bilinear))
-    throw Error(ErrorKind::usage, "--method " + options.optimisation.method +
-                                      " moves the mesh with its own textures (map_Kd); it needs --filter "
-                                      "bilinear");
+    throw Error(ErrorKind::usage,
+                named + " moves the mesh with its own textures (map_Kd); it needs --filter bilinear");
   loss::require_raw_logits("camouflage", inputs.detector.heads());
   inputs.ensemble =
       load_ensemble(options.optimisation.ensemble, options.detector, inputs.detector, inputs.warnings);
@@ -66,6 +66,11 @@ int check_only(CamouflageOptions options, ProblemList& list) {
 }
 
 int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
+  if (options.lists_methods) {
+    for (const auto& method : camouflage::methods<float>())
+      std::cout << method.name << ' ' << method.traits.usual_options << '\n';
+    return 0;
+  }
   ProblemList problems;
   require_sound(options, problems);
   if (options.check && !options.resume) return check_only(options, problems);

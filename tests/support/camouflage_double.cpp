@@ -1,5 +1,4 @@
 // What tests of gradients need of camouflage/ in double: the library compiles it for float alone.
-#include <tapestry/camouflage/implementation/method/comparators.hpp>
 #include <tapestry/camouflage/implementation/method/method.hpp>
 #include <tapestry/camouflage/implementation/objective.hpp>
 #include <tapestry/camouflage/implementation/paint.hpp>

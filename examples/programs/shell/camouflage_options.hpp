@@ -16,6 +16,7 @@ struct CamouflageOptions : RunOptions {
   SurveySettings survey;
   std::size_t keep_layers_mib = 2048;
   bool check = false;
+  bool lists_methods = false;
   bool profile = false;
 };
 
@@ -32,6 +33,8 @@ inline void describe(CLI::App& app, CamouflageOptions& options) {
   app.add_flag(
       "--check", options.check,
       "only check every input, look for the car in a few clean views, report all problems, and leave");
+  app.add_flag("--list-methods", options.lists_methods,
+               "print each --method, a line, with the options it is compared by in the tables of the paper");
   app.add_flag("--profile", options.profile, "print where the time of a step went");
 }
 
@@ -40,33 +43,29 @@ inline Json settings_json(const CamouflageOptions& options) {
   return json_of_settings(options.scene, options.detector, options.optimisation, options.survey);
 }
 
-/// Whether a method uses a detector's heat map, and therefore needs a layer.
-inline bool maps_attention(const std::string& method) { return method == "das" || method == "das_full"; }
-
-/// Whether a method optimises the car's shape, too.
-inline bool moves_shape(const std::string& method) { return method == "mesh_adv"; }
-
 /// Checks that a method gets the texture, the light and the detectors it needs.
 inline void require_fit(const OptimisationSettings& optimisation, const SceneSettings& scene,
                         ProblemList& list) {
-  const std::string& method = optimisation.method;
-  const bool paints_parts =
-      method == "planar_patch" || method == "camou" || method == "upc" || method == "das";
-  list.require(!maps_attention(method) || optimisation.ensemble.empty(),
-               "--method " + method + " scatters the attention of one detector; it takes no --ensemble");
-  list.require(!maps_attention(method) || optimisation.loss == OptimisationSettings{}.loss,
-               "--loss has no part in --method " + method + ", whose loss is the attention");
-  list.require(method != "random" || (optimisation.printability == 0 && optimisation.worst_views == 1),
-               "--printability and --worst-views have no part in --method random, which is not optimised");
-  list.require(!paints_parts || scene.texture == "atlas",
-               "--method " + method + " paints parts of an atlas; it needs --texture atlas");
+  const auto& methods = camouflage::methods<float>();
+  const auto method = std::ranges::find(methods, optimisation.method, &camouflage::NamedMethod<float>::name);
+  if (method == methods.end()) return;
+  const std::string named = "--method " + method->name;
+  list.require(!method->traits.maps_attention || optimisation.ensemble.empty(),
+               named + " scatters the attention of one detector; it takes no --ensemble");
+  list.require(!method->traits.maps_attention || optimisation.loss == OptimisationSettings{}.loss,
+               "--loss has no part in " + named + ", whose loss is the attention");
+  list.require(
+      method->traits.is_optimised || (optimisation.printability == 0 && optimisation.worst_views == 1),
+      "--printability and --worst-views have no part in " + named + ", which is not optimised");
+  list.require(!method->traits.needs_atlas || scene.texture == "atlas",
+               named + " paints parts of an atlas; it needs --texture atlas");
   const bool is_filtered = scene.texture == "atlas" && scene.filter != "bilinear";
-  list.require(!moves_shape(method) || (!is_filtered && scene.light == "frame"),
-               "--method " + method +
+  list.require(!method->traits.moves_shape || (!is_filtered && scene.light == "frame"),
+               named +
                    " moves the mesh, by which --filter anisotropic and trilinear and --light photo cannot be "
                    "differentiated; it needs --filter bilinear and --light frame");
-  list.require(method != "rauca" || scene.light == "photo",
-               "--method rauca takes its light from the photographs; it needs --light photo");
+  list.require(!method->traits.needs_photo_light || scene.light == "photo",
+               named + " takes its light from the photographs; it needs --light photo");
 }
 
 /// Checks the options. To resume a run, the settings come from its manifest and are checked there.

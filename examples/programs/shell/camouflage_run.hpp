@@ -135,7 +135,7 @@ class CamouflageRun {
             options_.keep_mib << 20U,
             inputs_.detector.fit(),
             witnessed(inputs_.photo_light, inputs_.detector, inputs_.class_index, options_.detector),
-            moves_shape(options_.optimisation.method),
+            camouflage::method_row<float>(options_.optimisation.method).traits.moves_shape,
             inputs_.keeps_photograph};
   }
 

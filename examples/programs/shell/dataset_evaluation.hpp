@@ -56,7 +56,7 @@ inline void require_dataset_options(const CLI::App& app, const DatasetSettings& 
   std::vector<std::string> known{"--dataset", "--images", "--dataset-names", "--most-detections",
                                  "--results", "--csv",    "--json",          "--threads"};
   DetectorSettings detector;
-  visit_settings(detector, [&](const std::string& name, auto&, const char*) {
+  visit_settings(detector, [&](const std::string& name, auto&, const std::string&) {
     if (name != "class") known.push_back("--" + name);
   });
   for (const auto* option : app.get_options())

@@ -7,12 +7,25 @@
 
 namespace tapestry::shell {
 
-/// Choices of an option: the names of an enumeration's values.
+/// Choices of an option: the names of an enumeration's values, or of a table's rows.
 template <class Values>
 std::vector<std::string> names_of(const Values& values) {
   std::vector<std::string> names;
-  for (const auto value : values) names.emplace_back(name_of(value));
+  for (const auto& value : values)
+    if constexpr (requires { value.name; })
+      names.emplace_back(value.name);
+    else
+      names.emplace_back(name_of(value));
   return names;
+}
+
+/// Choices of an option for its help: name and sentence of each row of a table.
+template <class Rows>
+std::string help_of(const Rows& rows) {
+  std::string text;
+  for (const auto& row : rows)
+    text += (text.empty() ? "" : "; ") + std::string(row.name) + ", " + row.sentence;
+  return text;
 }
 
 /// Collects problems instead of stopping at the first.

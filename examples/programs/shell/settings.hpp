@@ -161,12 +161,7 @@ void visit_settings(DetectorSettings& s, Visit visit) {
 
 template <class Visit>
 void visit_settings(OptimisationSettings& s, Visit visit) {
-  visit("method", s.method,
-        "method of the paint: fca, the whole body; planar_patch, one picture on roof, hood and doors; camou, "
-        "a small pattern repeated all over; upc, patches close to a natural picture; das and das_full, roof, "
-        "hood and doors or the whole body, to scatter the detector's attention; rauca, fca with --light "
-        "photo; mesh_adv, fca and the car's shape, with --filter bilinear; random, noise that is not "
-        "optimised; solid, one colour");
+  visit("method", s.method, "method of the paint: " + help_of(camouflage::methods<float>()));
   visit("loss", s.loss,
         "adversarial loss: paper, as_coded, max_score or vanish (no box of any class over the car)");
   visit("iou-weight", s.iou, "weight alpha of the IoU term");
@@ -214,7 +209,7 @@ void visit_settings(SurveySettings& s, Visit visit) {
 template <class Settings>
 void add_options(CLI::App& app, Settings& settings, const std::vector<std::string>& except = {}) {
   app.option_defaults()->group(Settings::group);
-  visit_settings(settings, [&](const char* name, auto& value, const char* help) {
+  visit_settings(settings, [&](const char* name, auto& value, const std::string& help) {
     if (std::find(except.begin(), except.end(), name) != except.end()) return;
     app.add_option(std::string("--") + name, value, help);
   });
@@ -245,7 +240,7 @@ inline const char* value_when_lacking(const std::string& name) {
 /// Adds the settings to a JSON object under their option names.
 template <class Settings>
 void add_json(nlohmann::ordered_json& json, Settings settings) {
-  visit_settings(settings, [&](const char* name, auto& value, const char*) {
+  visit_settings(settings, [&](const char* name, auto& value, const std::string&) {
     const nlohmann::ordered_json setting = value;
     const char* const lacking = value_when_lacking(name);
     if (lacking != nullptr && (setting.empty() || setting == lacking)) return;
@@ -315,8 +310,7 @@ inline void require_controls(const std::string& controls, ProblemList& list) {
 inline void require_sound(const SurveySettings& s, ProblemList& list) { require_controls(s.controls, list); }
 
 inline void require_sound(const OptimisationSettings& s, ProblemList& list) {
-  list.require_choice("--method", s.method,
-                      {camouflage::method_names.begin(), camouflage::method_names.end()});
+  list.require_choice("--method", s.method, names_of(camouflage::methods<float>()));
   list.attempt([&] { (void)loss::adversarial_loss_by_name(s.loss); });
   list.attempt([&] { (void)image::conditions_by_names(s.conditions); });
   list.require_choice("--smooth-over", s.smooth_over, {"picture", "texture"});
@@ -358,7 +352,7 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
   const auto is_left_out = [&](const char* name) {
     return value_when_lacking(name) != nullptr && saved.is_object() && !saved.contains(name);
   };
-  visit_settings(whole, [&](const char* name, auto& value, const char*) {
+  visit_settings(whole, [&](const char* name, auto& value, const std::string&) {
     if (is_left_out(name)) return;
     bool is_sound = saved.is_object() && saved.contains(name);
     if constexpr (std::is_integral_v<std::remove_reference_t<decltype(value)>>)  // no fractions
@@ -377,7 +371,7 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
   require_sound(whole, problems);
   if (!problems.problems().empty())
     throw FileError(ErrorKind::malformed, {path, "", problems.problems().front().what()});
-  visit_settings(settings, [&](const char* name, auto& value, const char*) {
+  visit_settings(settings, [&](const char* name, auto& value, const std::string&) {
     using Value = std::remove_reference_t<decltype(value)>;
     Value previous{};
     if constexpr (std::is_same_v<Value, std::string>)

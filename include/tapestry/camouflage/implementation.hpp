@@ -2,7 +2,6 @@
 /// \file
 /// The compiled part of camouflage/, for one source file of a program; see tapestry/implementation.hpp.
 #include <tapestry/camouflage/implementation/car_shape.hpp>
-#include <tapestry/camouflage/implementation/method/comparators.hpp>
 #include <tapestry/camouflage/implementation/method/method.hpp>
 #include <tapestry/camouflage/implementation/method/panels.hpp>
 #include <tapestry/camouflage/implementation/objective.hpp>

@@ -195,11 +195,14 @@ TEST_CASE("das paints the panels, each texel for itself, and das_full all", "[ca
 
 TEST_CASE("a method is refused a car that it cannot paint", "[camouflage][method][bad_input]") {
   const auto cubes = test::tiny_car(12, raster::TextureKind::cube);
-  for (const char* name : {"planar_patch", "camou", "upc", "das"})
-    CHECK_THROWS_WITH(camouflage::method_by_name<double>(name, cubes, 1),
-                      contains(std::string("the method ") + name + " paints parts of an atlas"));
-  for (const char* name : {"fca", "das_full", "rauca", "random", "solid"})
-    CHECK_NOTHROW(camouflage::method_by_name<double>(name, cubes, 1));
+  for (const auto& row : camouflage::methods<double>()) {
+    INFO(row.name);
+    CHECK_NOTHROW(row.make(test::stepped_car(), 1));
+    if (row.traits.needs_atlas)
+      CHECK_THROWS_WITH(row.make(cubes, 1), contains("the method " + row.name + " paints parts of an atlas"));
+    else
+      CHECK_NOTHROW(row.make(cubes, 1));
+  }
   auto front = test::stepped_car();
   std::fill(front.painted.begin() + 2, front.painted.end(), std::uint8_t(0));
   test::check_refused(tapestry::ErrorKind::mismatch,
@@ -221,6 +224,14 @@ TEST_CASE("a method is refused a car that it cannot paint", "[camouflage][method
   CHECK_THROWS_AS(camouflage::first_parameter(camouflage::method_by_name<double>("solid", cubes, 1),
                                               tapestry::zeros<double, 2>({3, 3})),
                   tapestry::ShapeError);
-  for (const char* name : camouflage::method_names)
-    CHECK_NOTHROW(camouflage::method_by_name<double>(name, test::stepped_car(), 1));
+}
+
+TEST_CASE("a method is as its row says", "[camouflage][method]") {
+  for (const auto& row : camouflage::methods<double>()) {
+    INFO(row.name);
+    const auto method = row.make(test::stepped_car(), 1);
+    CHECK((method.attention > 0) == row.traits.maps_attention);
+    CHECK((method.shape != nullptr) == row.traits.moves_shape);
+    CHECK(method.is_optimised == row.traits.is_optimised);
+  }
 }

@@ -6,15 +6,6 @@ template decltype(interior_of<TAPESTRY_SCALAR>) interior_of<TAPESTRY_SCALAR>;
 }  // namespace tapestry::camouflage::detail
 
 namespace tapestry::camouflage {
-template decltype(random_paint<TAPESTRY_SCALAR>) random_paint<TAPESTRY_SCALAR>;
-template decltype(solid_paint<TAPESTRY_SCALAR>) solid_paint<TAPESTRY_SCALAR>;
-template decltype(planar_patch<TAPESTRY_SCALAR>) planar_patch<TAPESTRY_SCALAR>;
-template decltype(camou<TAPESTRY_SCALAR>) camou<TAPESTRY_SCALAR>;
-template decltype(upc<TAPESTRY_SCALAR>) upc<TAPESTRY_SCALAR>;
-template decltype(das_full<TAPESTRY_SCALAR>) das_full<TAPESTRY_SCALAR>;
-template decltype(das<TAPESTRY_SCALAR>) das<TAPESTRY_SCALAR>;
-template decltype(mesh_adv<TAPESTRY_SCALAR>) mesh_adv<TAPESTRY_SCALAR>;
-template decltype(method_by_name<TAPESTRY_SCALAR>) method_by_name<TAPESTRY_SCALAR>;
 template void require_sound<TAPESTRY_SCALAR>(const Method<TAPESTRY_SCALAR>& method);
 template decltype(painted_texels<TAPESTRY_SCALAR>) painted_texels<TAPESTRY_SCALAR>;
 template decltype(first_parameter<TAPESTRY_SCALAR>) first_parameter<TAPESTRY_SCALAR>;
