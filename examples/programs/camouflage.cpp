@@ -23,7 +23,7 @@ Inputs load_all(CamouflageOptions& options) {
   if (method.traits.maps_attention) layers.emplace_back();  // the last one of all heads
   Inputs inputs = load_inputs(options.scene, options.detector, layers);
   if (!options.resume && method.traits.tells_texels_apart) require_texels(options.scene, inputs.car);
-  if (method.traits.maps_attention && options.optimisation.smoothness > 0)
+  if (method.traits.maps_attention && options.optimisation.objective.smoothness > 0)
     inputs.warnings.push_back(named +
                               ": smoothness outweighs the loss of attention by far; DAS has no such term, "
                               "see --smoothness-weight 0");

@@ -445,5 +445,5 @@ TEST_CASE("adversarial refuses what does not fit together", "[loss][adversarial]
 TEST_CASE("adversarial losses are chosen by name", "[loss][adversarial]") {
   for (const auto kind : all_kinds) CHECK(loss::adversarial_loss_by_name(loss::name_of(kind)) == kind);
   CHECK_THROWS_WITH(loss::adversarial_loss_by_name("papre"),
-                    "no adversarial loss is called 'papre'; there are paper, as_coded, max_score and vanish");
+                    "no adversarial loss is called 'papre'; there are paper, as_coded, max_score, vanish");
 }

@@ -54,9 +54,9 @@ inline void require_fit(const OptimisationSettings& optimisation, const SceneSet
                named + " scatters the attention of one detector; it takes no --ensemble");
   list.require(!method->traits.maps_attention || optimisation.loss == OptimisationSettings{}.loss,
                "--loss has no part in " + named + ", whose loss is the attention");
-  list.require(
-      method->traits.is_optimised || (optimisation.printability == 0 && optimisation.worst_views == 1),
-      "--printability and --worst-views have no part in " + named + ", which is not optimised");
+  list.require(method->traits.is_optimised ||
+                   (optimisation.objective.printability == 0 && optimisation.worst_views == 1),
+               "--printability and --worst-views have no part in " + named + ", which is not optimised");
   list.require(!method->traits.needs_atlas || scene.texture == "atlas",
                named + " paints parts of an atlas; it needs --texture atlas");
   const bool is_filtered = scene.texture == "atlas" && scene.filter != "bilinear";
@@ -83,14 +83,8 @@ inline void require_sound(const CamouflageOptions& options, ProblemList& list) {
 
 inline camouflage::ObjectiveOptions objective_options(const OptimisationSettings& o,
                                                       std::size_t class_index) {
-  camouflage::ObjectiveOptions objective;
+  camouflage::ObjectiveOptions objective = o.objective;
   objective.kind = loss::adversarial_loss_by_name(o.loss);
-  objective.weights.iou = o.iou;
-  objective.weights.objectness = o.objectness;
-  objective.weights.classification = o.classification;
-  objective.weights.max_score = o.max_score;
-  objective.smoothness = o.smoothness;
-  objective.printability = o.printability;
   objective.class_index = class_index;
   return objective;
 }

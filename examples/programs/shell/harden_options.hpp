@@ -55,9 +55,7 @@ void visit_settings(HardenSettings& s, Visit visit) {
   visit("epochs", s.epochs,
         "passes over the training views of each attack that is measured; 0: 20 over drawn scenes; over "
         "frames, as many as give 2400 views, at least 5");
-  visit("loss", s.loss,
-        "adversarial loss of the paints: paper, as_coded, max_score or vanish (no box of any class over the "
-        "car)");
+  visit("loss", s.loss, "adversarial loss of the paints: " + help_of(loss::adversarial_losses));
   visit("smoothness-weight", s.smoothness, "weight of the paints' smoothness term, in units of 1e-4");
   visit("batch", s.batch, "views a step of a paint");
   visit("learning-rate", s.learning_rate, "Adam's learning rate of the paints");

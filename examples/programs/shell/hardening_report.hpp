@@ -170,9 +170,9 @@ inline ReportPage page_of(const HardeningReport& report, std::string command, Vi
   for (const auto& sentence : hardening_findings(report))
     page.findings += "<p>" + escaped(sentence) + "</p>\n";
   page.list = std::move(list);
-  for (const auto& [name, term] : HardeningStep::all) {
-    page.curves.push_back({name, {}});
-    for (const auto& step : history) page.curves.back().values.push_back(step.*term);
+  for (const auto& number : HardeningStep::all) {
+    page.curves.push_back({number.name, {}});
+    for (const auto& step : history) page.curves.back().values.push_back(step.*number.value);
   }
   page.options = report.options;
   return page;

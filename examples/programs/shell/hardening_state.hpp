@@ -12,10 +12,13 @@ namespace tapestry::shell {
 struct HardeningStep {
   double box = 0, objectness = 0, classification = 0, total = 0, attack = 0;
 
-  /// Name and member of each number, in this order.
-  static const std::array<std::pair<const char*, double HardeningStep::*>, 5> all;
+  struct Number {
+    const char* name;
+    double HardeningStep::*value;
+  };
+  static const std::array<Number, 5> all;
 };
-inline constexpr std::array<std::pair<const char*, double HardeningStep::*>, 5> HardeningStep::all{
+inline constexpr std::array<HardeningStep::Number, 5> HardeningStep::all{
     {{"box", &HardeningStep::box},
      {"objectness", &HardeningStep::objectness},
      {"classification", &HardeningStep::classification},
@@ -86,7 +89,7 @@ inline void write_hardening(const std::string& path, const HardeningState& state
   Array<double, 2> history(Extents<2>{state.history.size(), 5});
   for (std::size_t i = 0; i < state.history.size(); ++i) {
     std::size_t column = 0;
-    for (const auto& [name, term] : HardeningStep::all) history(i, column++) = state.history[i].*term;
+    for (const auto& number : HardeningStep::all) history(i, column++) = state.history[i].*number.value;
   }
   io::NpzWriter file;
   file.add("format", detail::hardening_format);

@@ -72,9 +72,9 @@ ReportPage page_of(const RunReport& report, std::string title, std::string comma
                   report.seconds};
   page.findings = findings_html(report);
   page.list = std::move(list);
-  for (const auto& [name, term] : camouflage::ObjectiveTerms::all) {
-    page.curves.push_back({name, {}});
-    for (const auto& terms : report.history) page.curves.back().values.push_back(terms.*term);
+  for (const auto& term : camouflage::ObjectiveTerms::all) {
+    page.curves.push_back({term.name, {}});
+    for (const auto& terms : report.history) page.curves.back().values.push_back(terms.*term.value);
   }
   page.options = report.options;
   return page;

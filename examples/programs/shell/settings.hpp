@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
+#include <tapestry/camouflage/objective_terms.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/image/colour_space.hpp>
@@ -59,12 +60,7 @@ struct OptimisationSettings {
   static constexpr const char* group = "Optimisation";
   std::string method = "fca";
   std::string loss = "max_score";
-  double iou = 0.05;
-  double objectness = 1;
-  double classification = 0.5;
-  double max_score = 1;
-  double smoothness = 1;
-  double printability = 0;
+  camouflage::ObjectiveOptions objective{.printability = 0};  ///< its weights alone
   std::string palette;
   std::string smooth_over = "picture";
   std::string start = "zero";
@@ -162,15 +158,9 @@ void visit_settings(DetectorSettings& s, Visit visit) {
 template <class Visit>
 void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("method", s.method, "method of the paint: " + help_of(camouflage::methods<float>()));
-  visit("loss", s.loss,
-        "adversarial loss: paper, as_coded, max_score or vanish (no box of any class over the car)");
-  visit("iou-weight", s.iou, "weight alpha of the IoU term");
-  visit("objectness-weight", s.objectness, "weight beta of the objectness term");
-  visit("class-weight", s.classification, "weight gamma of the classification term");
-  visit("max-score-weight", s.max_score, "weight of the max_score term");
-  visit("smoothness-weight", s.smoothness, "weight mu of the smoothness term, in units of 1e-4");
-  visit("printability", s.printability,
-        "weight of the non-printability score: how far the paint's colours are from those of --palette");
+  visit("loss", s.loss, "adversarial loss: " + help_of(loss::adversarial_losses));
+  for (const auto& term : camouflage::ObjectiveTerms::all)
+    if (term.option != nullptr) visit(term.option, term.weight(s.objective), term.help);
   visit("palette", s.palette,
         "text file of printable colours, red, green and blue from 0 to 1 a line; left out, mixtures of four "
         "levels of a printer's three channels");
@@ -315,20 +305,16 @@ inline void require_sound(const OptimisationSettings& s, ProblemList& list) {
   list.attempt([&] { (void)image::conditions_by_names(s.conditions); });
   list.require_choice("--smooth-over", s.smooth_over, {"picture", "texture"});
   if (!is_texture_file(s.start)) list.require_choice("--start", s.start, {"random", "zero", "own"});
-  const std::pair<const char*, double> weights[] = {{"--iou-weight", s.iou},
-                                                    {"--objectness-weight", s.objectness},
-                                                    {"--class-weight", s.classification},
-                                                    {"--max-score-weight", s.max_score},
-                                                    {"--smoothness-weight", s.smoothness},
-                                                    {"--printability", s.printability}};
-  for (const auto& [name, weight] : weights)
-    list.require(weight >= 0, std::string(name) + " must be at least 0");
+  auto objective = s.objective;
+  for (const auto& term : camouflage::ObjectiveTerms::all)
+    list.require(term.option == nullptr || term.weight(objective) >= 0,
+                 std::string("--") + (term.option ? term.option : "") + " must be at least 0");
   list.require(s.epochs <= 1000000, "--epochs must be at most 1000000");
   list.require(s.batch >= 1 && s.batch <= 1024, "--batch must be 1 to 1024");
   list.require(s.worst_views > 0 && s.worst_views <= 1, "--worst-views must be above 0 and at most 1");
   list.require(s.worst_views == 1 || s.batch > 1,
                "--worst-views has nothing to choose from where --batch is 1");
-  list.require(s.palette.empty() || s.printability > 0, "--palette needs --printability above 0");
+  list.require(s.palette.empty() || s.objective.printability > 0, "--palette needs --printability above 0");
   list.require(s.learning_rate > 0, "--learning-rate must be above 0");
 }
 

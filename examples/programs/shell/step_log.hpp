@@ -22,11 +22,13 @@ inline std::string step_text(const camouflage::Training<float>& training, std::u
   const auto& terms = training.history().back();
   const auto done = static_cast<double>(training.steps_taken() - first);
   const auto left = static_cast<double>(training.step_count() - training.steps_taken());
-  return formatted(
-      "step %llu/%zu  loss %.4f  iou %.3f  obj %.3f  cls %.3f  max %.3f  smooth %.1f  %.1f images/s  %s left",
-      static_cast<unsigned long long>(training.steps_taken()), training.step_count(), terms.total, terms.iou,
-      terms.objectness, terms.classification, terms.max_score, terms.smoothness,
-      static_cast<double>(images) / seconds, duration_text(seconds / done * left).c_str());
+  std::string text =
+      formatted("step %llu/%zu  loss %.4f", static_cast<unsigned long long>(training.steps_taken()),
+                training.step_count(), terms.total);
+  for (const auto& term : camouflage::ObjectiveTerms::all)
+    if (*term.brief != 0) text += formatted("  %s %.3f", term.brief, terms.*term.value);
+  return text + formatted("  %.1f images/s  %s left", static_cast<double>(images) / seconds,
+                          duration_text(seconds / done * left).c_str());
 }
 
 /// \tparam Step has its terms listed in Step::all
@@ -34,11 +36,11 @@ template <class Step>
 std::string history_csv(const std::vector<Step>& history) {
   constexpr auto& terms = Step::all;
   std::string text = "step";
-  for (const auto& [name, term] : terms) text += std::string(",") + name;
+  for (const auto& term : terms) text.append(",").append(term.name);
   text += '\n';
   for (std::size_t i = 0; i < history.size(); ++i) {
     text += std::to_string(i + 1);
-    for (const auto& [name, term] : terms) text.append(",").append(csv_line(history[i].*term));
+    for (const auto& term : terms) text.append(",").append(csv_line(history[i].*term.value));
     text += '\n';
   }
   return text;

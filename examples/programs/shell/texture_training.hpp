@@ -67,7 +67,7 @@ inline std::shared_ptr<const Array<float, 2>> texels_to_print(const raster::Pain
 
 /// Colours that a printer can make: those of --palette, or printable_colours(); null without printability.
 inline std::shared_ptr<const Array<double, 2>> palette_of(const OptimisationSettings& settings) {
-  if (settings.printability == 0) return nullptr;
+  if (settings.objective.printability == 0) return nullptr;
   const io::InputLedger::Role role("palette");
   return std::make_shared<const Array<double, 2>>(
       settings.palette.empty() ? loss::printable_colours() : io::read_palette(settings.palette));

@@ -24,6 +24,14 @@ template <std::floating_point T>
 struct Evaluated {
   Variable<T> loss;
   ObjectiveTerms terms;
+
+  /// Adds a term to the loss.
+  /// \param term  where its value goes; null: to the total alone
+  void add(double ObjectiveTerms::*term, const Variable<T>& value, double weight) {
+    if (term != nullptr) terms.*term = static_cast<double>(value.value());
+    loss += static_cast<T>(weight) * value;
+    terms.total = static_cast<double>(loss.value());
+  }
 };
 
 /// The paint that all views of a step are drawn by, on the tape.
@@ -132,10 +140,6 @@ class Objective {
 
  private:
   static constexpr std::size_t lane_weights = std::size_t(16) << 20U;
-
-  [[nodiscard]] T weight_of_smoothness() const {
-    return static_cast<T>(options_.smoothness * smoothness_unit);
-  }
 
   Ensemble<T> ensemble_{};
   ObjectiveOptions options_;

@@ -19,6 +19,8 @@ struct ObjectiveOptions {
   std::size_t class_index = 0;         ///< the class that the car should no longer be found as
 };
 
+struct ObjectiveTerm;
+
 /// The terms of one minibatch, before their weights, averaged over its views.
 struct ObjectiveTerms {
   double iou = 0;
@@ -29,37 +31,54 @@ struct ObjectiveTerms {
   double printability = 0;  ///< non-printability score of the paint, 0 where no printer is known
   double total = 0;         ///< weighted sum, which is minimised
 
-  /// Name and member of each term, in this order.
-  static const std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> all;
+  /// Every term, a row each: checkpoints, reports and options of programs list them in this order.
+  static const std::array<ObjectiveTerm, 7> all;
 
   /// Adds each term of others, divided by so much.
   void add(const ObjectiveTerms& others, double divisor = 1);
 };
-inline constexpr std::array<std::pair<const char*, double ObjectiveTerms::*>, 7> ObjectiveTerms::all{
-    {{"iou", &ObjectiveTerms::iou},
-     {"objectness", &ObjectiveTerms::objectness},
-     {"classification", &ObjectiveTerms::classification},
-     {"max_score", &ObjectiveTerms::max_score},
-     {"smoothness", &ObjectiveTerms::smoothness},
-     {"printability", &ObjectiveTerms::printability},
-     {"total", &ObjectiveTerms::total}}};
+
+/// A term by its name, and the option of programs for its weight.
+struct ObjectiveTerm {
+  const char* name;
+  double ObjectiveTerms::*value;
+  const char* brief;             ///< its name where a line has all terms; empty: left out there
+  const char* option = nullptr;  ///< null: no weight
+  double& (*weight)(ObjectiveOptions& options) = nullptr;
+  const char* help = nullptr;  ///< shown for the option
+};
+inline constexpr std::array<ObjectiveTerm, 7> ObjectiveTerms::all{
+    {{"iou", &ObjectiveTerms::iou, "iou", "iou-weight",
+      [](ObjectiveOptions& o) -> double& { return o.weights.iou; }, "weight alpha of the IoU term"},
+     {"objectness", &ObjectiveTerms::objectness, "obj", "objectness-weight",
+      [](ObjectiveOptions& o) -> double& { return o.weights.objectness; },
+      "weight beta of the objectness term"},
+     {"classification", &ObjectiveTerms::classification, "cls", "class-weight",
+      [](ObjectiveOptions& o) -> double& { return o.weights.classification; },
+      "weight gamma of the classification term"},
+     {"max_score", &ObjectiveTerms::max_score, "max", "max-score-weight",
+      [](ObjectiveOptions& o) -> double& { return o.weights.max_score; }, "weight of the max_score term"},
+     {"smoothness", &ObjectiveTerms::smoothness, "smooth", "smoothness-weight",
+      [](ObjectiveOptions& o) -> double& { return o.smoothness; },
+      "weight mu of the smoothness term, in units of 1e-4"},
+     {"printability", &ObjectiveTerms::printability, "", "printability",
+      [](ObjectiveOptions& o) -> double& { return o.printability; },
+      "weight of the non-printability score: how far the paint's colours are from those of --palette"},
+     {"total", &ObjectiveTerms::total, ""}}};
 
 inline void ObjectiveTerms::add(const ObjectiveTerms& others, double divisor) {
-  for (const auto& [name, term] : all) this->*term += others.*term / divisor;
+  for (const ObjectiveTerm& term : all) this->*term.value += others.*term.value / divisor;
 }
 
-/// Values of the terms; those of the loss are variables.
+/// Values of the terms of an adversarial loss, which are variables.
 template <class Term>
-[[nodiscard]] ObjectiveTerms numbers_of(const loss::AdversarialTerms<Term>& adversarial,
-                                        const Term& smoothness, const Term& printability, const Term& total) {
+[[nodiscard]] ObjectiveTerms numbers_of(const loss::AdversarialTerms<Term>& adversarial) {
   const auto number = [](const Term& term) { return static_cast<double>(term.value()); };
-  return {number(adversarial.iou),
-          number(adversarial.objectness),
-          number(adversarial.classification),
-          number(adversarial.max_score),
-          number(smoothness),
-          number(printability),
-          number(total)};
+  return {.iou = number(adversarial.iou),
+          .objectness = number(adversarial.objectness),
+          .classification = number(adversarial.classification),
+          .max_score = number(adversarial.max_score),
+          .total = number(adversarial.total)};
 }
 
 /// Weights of a minibatch's views if only the worst share of them counts: they add up to one, and the

@@ -44,7 +44,19 @@ namespace tapestry::loss {
 /// as the probability of a class; as_coded takes the raw logit.
 enum class AdversarialLoss { paper, as_coded, max_score, vanish };
 
-/// \throws DomainError for any other name than paper, as_coded, max_score or vanish
+/// A kind of loss, and how programs name and explain it.
+struct NamedLoss {
+  AdversarialLoss kind;
+  const char* name;
+  const char* sentence;
+};
+inline constexpr std::array<NamedLoss, 4> adversarial_losses{
+    {{AdversarialLoss::paper, "paper", "terms of FCA's paper"},
+     {AdversarialLoss::as_coded, "as_coded", "those of its program"},
+     {AdversarialLoss::max_score, "max_score", "the surest box over the car"},
+     {AdversarialLoss::vanish, "vanish", "no box of any class over the car"}}};
+
+/// \throws DomainError for any other name than those of adversarial_losses
 [[nodiscard]] AdversarialLoss adversarial_loss_by_name(const std::string& name);
 
 /// The name that adversarial_loss_by_name() takes.

@@ -81,9 +81,9 @@ TEST_CASE("a shape that has not moved gives the pictures, loss and texture gradi
   CHECK((camouflage::method_colours(moving.method(), start) == camouflage::texture_colours(texture)));
   const auto expected = test::pipeline_gradient(plain, views, texture);
   const auto found = test::pipeline_gradient(moving, views, start);
-  for (const auto& [name, term] : camouflage::ObjectiveTerms::all) {
-    CAPTURE(name);
-    CHECK(moving.terms().*term == Approx(plain.terms().*term).epsilon(1e-12));
+  for (const auto& term : camouflage::ObjectiveTerms::all) {
+    CAPTURE(term.name);
+    CHECK(moving.terms().*term.value == Approx(plain.terms().*term.value).epsilon(1e-12));
   }
   double largest = 0, moves = 0;
   for (std::size_t i = 0; i < expected.size(); ++i) largest = std::max(largest, std::abs(expected.data()[i]));

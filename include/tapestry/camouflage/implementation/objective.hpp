@@ -129,23 +129,20 @@ std::pair<DrawnPaint<T>, Evaluated<T>> Objective<T>::paint_of(const ArrayVariabl
   const auto colours = session && session->print ? printed(method_, own, *session->print) : own;
   DrawnPaint<T> paint{drawn_texels(views, colours)};
   clock.end_of(&StepTimes::update);
-  loss::AdversarialTerms<Variable<T>> none{};
-  Variable<T> smoothness = T(0), printability = T(0), total = T(0);
-  if (used_texels_) {
-    smoothness = loss::atlas_smoothness(colours, used_texels_);
-    total += weight_of_smoothness() * smoothness;
-  }
+  Evaluated<T> found{T(0), {}};
+  if (used_texels_)
+    found.add(&ObjectiveTerms::smoothness, loss::atlas_smoothness(colours, used_texels_),
+              options_.smoothness * smoothness_unit);
   if (method_.shape) {
     const auto steps = shape_steps(*method_.shape, parameter);
     paint.positions = shape_positions(*method_.shape, steps);
-    total += static_cast<T>(method_.shape->stiffness) * shape_roughness(*method_.shape, steps);
+    found.add(nullptr, shape_roughness(*method_.shape, steps), method_.shape->stiffness);
   }
-  if (palette_) {
-    printability = loss::non_printability(own, printed_texels_, palette_);
-    total += static_cast<T>(options_.printability) * printability;
-  }
+  if (palette_)
+    found.add(&ObjectiveTerms::printability, loss::non_printability(own, printed_texels_, palette_),
+              options_.printability);
   clock.end_of(&StepTimes::losses);
-  return {std::move(paint), {total, numbers_of(none, smoothness, printability, total)}};
+  return {std::move(paint), std::move(found)};
 }
 
 template <std::floating_point T>
@@ -167,10 +164,11 @@ Evaluated<T> Objective<T>::evaluate(const DrawnPaint<T>& paint, Views views, con
   clock.end_of(&StepTimes::composite);
   const auto adversarial =
       ensemble_({pictures, views, session, method_.shape != nullptr}, options_, method_.attention, clock);
-  Variable<T> total = adversarial.total;
-  if (!used_texels_) total += weight_of_smoothness() * smoothness;
+  Evaluated<T> found{adversarial.total, numbers_of(adversarial)};
+  if (!used_texels_)
+    found.add(&ObjectiveTerms::smoothness, smoothness, options_.smoothness * smoothness_unit);
   clock.end_of(&StepTimes::losses);
-  return {total, numbers_of(adversarial, smoothness, Variable<T>(T(0)), total)};
+  return found;
 }
 
 template <std::floating_point T>

@@ -6,7 +6,7 @@ namespace tapestry::camouflage::detail {
 
 inline ObjectiveTerms terms_of(const double* row) {
   ObjectiveTerms terms;
-  for (const auto& [name, term] : ObjectiveTerms::all) terms.*term = *row++;
+  for (const auto& term : ObjectiveTerms::all) terms.*term.value = *row++;
   return terms;
 }
 
@@ -43,7 +43,7 @@ void write_checkpoint(const std::string& path, const TrainingState<T>& state, co
   Array<double, 2> history(Extents<2>{state.history.size(), detail::history_columns});
   for (std::size_t i = 0; i < state.history.size(); ++i)
     for (std::size_t j = 0; j < detail::history_columns; ++j)
-      history(i, j) = state.history[i].*ObjectiveTerms::all[j].second;
+      history(i, j) = state.history[i].*ObjectiveTerms::all[j].value;
   io::NpzWriter file;
   file.add("format", checkpoint_format);
   file.add("settings", std::string_view(settings));

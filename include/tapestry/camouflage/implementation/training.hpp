@@ -157,7 +157,7 @@ void Training<T>::exchange(std::vector<Share>& shares, const Slopes& slopes) con
 template <std::floating_point T>
 std::vector<double> Training<T>::Share::numbers() const {
   std::vector<double> numbers;
-  for (const auto& [name, term] : ObjectiveTerms::all) numbers.push_back(terms.*term);
+  for (const auto& term : ObjectiveTerms::all) numbers.push_back(terms.*term.value);
   numbers.insert(numbers.end(), slopes.texels.begin(), slopes.texels.end());
   numbers.insert(numbers.end(), slopes.positions.begin(), slopes.positions.end());
   return numbers;
@@ -166,7 +166,7 @@ std::vector<double> Training<T>::Share::numbers() const {
 template <std::floating_point T>
 typename Training<T>::Share Training<T>::Share::of(const double* numbers, Slopes slopes) {
   Share share{{}, std::move(slopes)};
-  for (const auto& [name, term] : ObjectiveTerms::all) share.terms.*term = *numbers++;
+  for (const auto& term : ObjectiveTerms::all) share.terms.*term.value = *numbers++;
   for (T& slope : share.slopes.texels.storage()) slope = static_cast<T>(*numbers++);
   for (T& slope : share.slopes.positions.storage()) slope = static_cast<T>(*numbers++);
   return share;
@@ -174,9 +174,9 @@ typename Training<T>::Share Training<T>::Share::of(const double* numbers, Slopes
 
 template <std::floating_point T>
 void Training<T>::require_finite_terms(const std::vector<ViewPointer>& views) const {
-  for (const auto& [name, term] : ObjectiveTerms::all)
-    if (!std::isfinite(terms_.*term))
-      throw NumericError({"step ", state_.step + 1, ": term ", name, " is ", terms_.*term,
+  for (const auto& term : ObjectiveTerms::all)
+    if (const double value = terms_.*term.value; !std::isfinite(value))
+      throw NumericError({"step ", state_.step + 1, ": term ", term.name, " is ", value,
                           " in the minibatch of ", names_of(views)});
 }
 

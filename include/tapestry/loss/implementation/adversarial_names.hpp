@@ -12,17 +12,16 @@
 namespace tapestry::loss {
 
 AdversarialLoss adversarial_loss_by_name(const std::string& name) {
-  if (name == "paper") return AdversarialLoss::paper;
-  if (name == "as_coded") return AdversarialLoss::as_coded;
-  if (name == "max_score") return AdversarialLoss::max_score;
-  if (name == "vanish") return AdversarialLoss::vanish;
-  throw DomainError(
-      {"no adversarial loss is called '", name, "'; there are paper, as_coded, max_score and vanish"});
+  std::string names;
+  for (const NamedLoss& loss : adversarial_losses) {
+    if (name == loss.name) return loss.kind;
+    names += (names.empty() ? "" : ", ") + std::string(loss.name);
+  }
+  throw DomainError({"no adversarial loss is called '", name, "'; there are ", names});
 }
 
 std::string name_of(AdversarialLoss kind) {
-  constexpr const char* names[] = {"paper", "as_coded", "max_score", "vanish"};
-  return names[static_cast<std::size_t>(kind)];
+  return std::ranges::find(adversarial_losses, kind, &NamedLoss::kind)->name;
 }
 
 }  // namespace tapestry::loss
