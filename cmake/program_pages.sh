@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # program_pages.sh PROGRAM SHARE: writes the manual page, compressed, and the bash completion of a program from what its --help prints
-# (examples/programs/shell/help.hpp) into SHARE/man/man1 and SHARE/bash-completion/completions.
+# (form_help() of examples/programs/shell/command_line.cpp) into SHARE/man/man1 and SHARE/bash-completion/completions.
 set -euo pipefail
 program=$1
 man=$2/man/man1
@@ -43,7 +43,7 @@ awk -v name="$name" -v version="$version" '
   /^$/ { if (verbatim) print ".fi"; verbatim = 0; next }
   verbatim { print plain($0); next }
   /^  [^ ]/ {
-    wide = substr($0, 25, 2) != "  "
+    wide = substr($0, 26, 1) != " "
     print ".TP\n.B " plain(wide ? $0 : substr($0, 1, 26))
     if (!wide) print plain(substr($0, 27))
     next

@@ -123,7 +123,7 @@ void read_options(const std::string& path) {
   std::vector<std::string> words;
   app.add_option("--words", words);
   app.set_config("--config");
-  app.config_formatter(std::make_shared<shell::ConfigFile>(app));
+  app.config_formatter(std::make_shared<shell::ConfigFile>());
   app.parse(std::vector<std::string>{path, "--config"});
 }
 }  // namespace

@@ -42,7 +42,7 @@ void read_options(const std::string& bytes) {
   app.add_flag("--flag", flag);
   app.set_config("--config");
   app.allow_config_extras(CLI::config_extras_mode::error);
-  app.config_formatter(std::make_shared<shell::ConfigFile>(app));
+  app.config_formatter(std::make_shared<shell::ConfigFile>());
   const std::string path = fuzz::folder().write("options.toml", bytes);
   try {
     app.parse(std::vector<std::string>{path, "--config"});  // CLI11 takes the last word first

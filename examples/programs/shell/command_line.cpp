@@ -12,11 +12,17 @@
 
 #include "config_file.hpp"
 #include "formatted.hpp"
-#include "help.hpp"
 #include "verbosity.hpp"
 
 namespace tapestry::shell {
 namespace {
+
+constexpr const char* exit_status_text =
+    "Exit status:\n"
+    "  0 done              3 input unreadable or malformed   6 a value is not finite\n"
+    "  1 internal fault    4 inputs do not fit each other    7 folder in use\n"
+    "  2 wrong usage       5 output cannot be written        8 beyond a limit\n"
+    "  128 + n after signal n, with the work so far saved where a run can be resumed";
 
 /// Every option in the form that the user types.
 std::vector<std::string> option_words(const CLI::App& app) {
@@ -82,11 +88,39 @@ void open_standard_streams() {
     if (::fcntl(stream, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0) return;
 }
 
+/// Lines of words, of at most so many columns.
+std::string wrapped(const std::string& text, std::size_t columns) {
+  std::istringstream words(text);
+  std::string lines, word;
+  for (std::size_t column = 0; words >> word; column += word.size()) {
+    const bool begins = column + 1 + word.size() > columns;
+    if (column > 0) lines += begins ? '\n' : ' ';
+    column = begins ? 0 : column + (column > 0 ? 1 : 0);
+    lines += word;
+  }
+  return lines;
+}
+
+/// The form of --help, at most 80 columns wide. The script for manual pages reads it: names from column 3,
+/// texts from column 27.
+void form_help(CLI::App& app) {
+  constexpr std::size_t text_column = 26, most_columns = 80;
+  app.get_formatter()->column_width(text_column);
+  app.get_formatter()->label("Positionals", "Arguments");
+  app.description(wrapped(app.get_description(), most_columns) + '\n');
+  app.footer("Examples:\n" + app.get_footer() + "\n\n" + exit_status_text);
+  for (auto* option : app.get_options()) {
+    option->description(wrapped(option->get_description(), most_columns - text_column));
+    if (const auto& value = option->get_default_str(); value == "[]" || value == "\"\"")
+      option->default_str("");
+  }
+}
+
 /// Gives the app a name, the options of every program (--version, --config, --quiet, --verbose), and the form
 /// of --help.
 void add_general_options(CLI::App& app, const std::string& program) {
   app.name(std::filesystem::path(program).filename().string());
-  app.option_defaults()->group(HelpText::general);
+  app.option_defaults()->group("General");
   app.set_version_flag("--version", app.get_name() + " (Tapestry) " TAPESTRY_VERSION_TEXT,
                        "print the version and leave");
   app.set_config("--config", "",
@@ -96,8 +130,7 @@ void add_general_options(CLI::App& app, const std::string& program) {
   add_verbosity_options(app);
   app.set_help_flag("-h,--help", "print this and leave");
   app.allow_config_extras(CLI::config_extras_mode::error);
-  app.config_formatter(std::make_shared<ConfigFile>(app));
-  app.formatter(std::make_shared<HelpText>());
+  app.config_formatter(std::make_shared<ConfigFile>());
 }
 
 }  // namespace
@@ -111,6 +144,7 @@ CommandLine command_line(std::string description) { return CommandLine(std::move
 int parse_arguments(CLI::App& app, int argc, char** argv) {
   open_standard_streams();
   add_general_options(app, argv[0]);
+  form_help(app);
   require_sound_values(app);
   app.get_config_ptr()->check([](const std::string& path) {  // before CLI11 would block on a FIFO
     (void)io::RegularFile(path, ConfigFile::most_bytes);
@@ -121,6 +155,10 @@ int parse_arguments(CLI::App& app, int argc, char** argv) {
     return -1;
   } catch (const CLI::ExtrasError&) {
     return unknown_option(app);
+  } catch (const CLI::ConfigError& error) {
+    std::cerr << "error: " << for_terminal(app.get_config_ptr()->results().front() + ": " + error.what())
+              << "\nsee --help\n";
+    return static_cast<int>(ErrorKind::usage);
   } catch (const CLI::FileError&) {  // the file existed a moment ago
     throw FileError(ErrorKind::malformed, {app.get_config_ptr()->results().front(), "", "cannot open"});
   } catch (const CLI::ParseError& error) {
@@ -139,6 +177,7 @@ std::vector<std::string> given_options(const CLI::App& app, const std::vector<st
     if (option->count() == 0 || option->get_lnames().empty() || !option->get_configurable()) continue;
     const std::string& name = option->get_lnames().front();
     if (std::find(except.begin(), except.end(), name) != except.end()) continue;
+    if (option->get_items_expected_max() == 0 && option->results().front() == "false") continue;  // of a file
     words.push_back("--" + name);
     if (option->get_items_expected_max() == 0) continue;  // a flag
     words.insert(words.end(), option->results().begin(), option->results().end());
