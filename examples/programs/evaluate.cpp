@@ -83,12 +83,12 @@ void describe(CLI::App& app, Options& options) {
   add_options(app, options.scene);
   add_options(app, options.detector);
   add_options(app, options.dataset);
-  add_options(app, options.protocol, protocol_help());
+  add_options(app, options.protocol, help_of(protocols()));
   app.option_defaults()->group("Measurement");
   app.add_option("--sweep", options.sweep, "confidence thresholds, 0 to 1, at which P@0.5 is listed as well");
   app.add_option("--conditions", options.conditions,
-                 "conditions under which the views are photographed: camera, light, blur, noise, contrast, "
-                 "jpeg, print, or physical for all; left out, they are measured as they are");
+                 "conditions under which the views are photographed: " + std::string(image::condition_names) +
+                     "; left out, they are measured as they are");
   app.add_option("--draws", options.draws, "photographs of each view under --conditions");
   describe_other_detectors(app, options);
   app.add_option(
@@ -171,7 +171,7 @@ void require_sound(const CLI::App& app, const Options& options) {
   ProblemList list;
   require_protocol_options(app, options.protocol, is_on_photographs(options.protocol.protocol),
                            is_before_plain_background(options.protocol.protocol), options.clean_only, list);
-  require_sound(options.protocol, protocol_names(), list);
+  require_sound(options.protocol, names_of(protocols()), list);
   list.attempt([&] { (void)heat_map_by_name(options.protocol.heat_map_kind); });
   require_sound(options.scene, list);
   require_sound(options.detector, list);

@@ -182,8 +182,8 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
         "further detectors to optimise against, .onnx models of the same input "
         "size and --class: the loss is the mean over all; only the first, --weights, is measured");
   visit("conditions", s.conditions,
-        "conditions under which every step photographs its views, drawn anew: camera, light, blur, noise, "
-        "contrast, jpeg, print, or physical for all; none when left out");
+        "conditions under which every step photographs its views, drawn anew: " +
+            std::string(image::condition_names) + "; none when left out");
   visit("seed", s.seed,
         "seed of the start texture, the views' order, --conditions and the draws of --method");
 }

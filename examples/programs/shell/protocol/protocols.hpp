@@ -14,10 +14,10 @@ namespace tapestry::shell {
 /// Surroundings of the car in a protocol's pictures.
 enum class Surroundings : std::uint8_t { plain, streets, photographs };
 
-/// A protocol's name, a description, and the function that makes it from settings and a seed.
+/// A protocol's name, a sentence for help, and the function that makes it from settings and a seed.
 struct ProtocolEntry {
   std::string name;
-  std::string help;
+  std::string sentence;
   std::function<Protocol(const ProtocolSettings&, std::uint64_t seed, const ProtocolSubject&)> make;
   Surroundings surroundings = Surroundings::plain;
 };
@@ -37,19 +37,6 @@ inline const std::vector<ProtocolEntry>& protocols() {
       {"traffic", "324 views in drawn streets of a car behind other vehicles, by hidden share and distance",
        traffic_protocol, Surroundings::streets}};
   return entries;
-}
-
-inline std::vector<std::string> protocol_names() {
-  std::vector<std::string> names;
-  for (const auto& entry : protocols()) names.push_back(entry.name);
-  return names;
-}
-
-/// Names and descriptions, for --help.
-inline std::string protocol_help() {
-  std::string help;
-  for (const auto& entry : protocols()) help += (help.empty() ? "" : "; ") + entry.name + ": " + entry.help;
-  return help;
 }
 
 /// The protocol with this name.

@@ -89,8 +89,11 @@ struct Conditions {
 /// for them. Values are ours; RAUCA-E2E trains with turns of ±5°, scales of 0.7 to 1 and jittered colours.
 inline constexpr Conditions physical_conditions{5, 5, 0.15, 1, 0.1, 0.5, 0.2, 1.5, 0.04, 50, 0.1, 0.05};
 
-/// Physical conditions restricted to some kinds: camera, light, blur, noise, contrast, jpeg or print;
-/// physical means all of them.
+/// Names of conditions, for help and errors.
+inline constexpr const char* condition_names =
+    "camera, light, blur, noise, contrast, jpeg, print, or physical for all";
+
+/// Physical conditions restricted to some of condition_names.
 /// \throws DomainError naming one that is none of these
 [[nodiscard]] Conditions conditions_by_names(const std::vector<std::string>& names);
 

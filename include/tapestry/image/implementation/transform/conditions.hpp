@@ -93,10 +93,7 @@ Conditions conditions_by_names(const std::vector<std::string>& names) {
     take("contrast", &Conditions::contrast);
     take("jpeg", &Conditions::worst_quality);
     take("print", &Conditions::printed_range, &Conditions::printed_error);
-    if (!is_known)
-      throw DomainError({"conditions: '", name,
-                         "' is none of camera, light, blur, noise, contrast, "
-                         "jpeg, print, physical"});
+    if (!is_known) throw DomainError({"conditions: '", name, "' is none of ", condition_names});
   }
   return chosen;
 }
