@@ -405,17 +405,9 @@ struct Ball {
 };
 
 Ball ball_around(const geometry::Mesh& mesh) {
-  geometry::Vector3 low{}, high{};
-  low.fill(std::numeric_limits<double>::infinity());
-  high.fill(-std::numeric_limits<double>::infinity());
-  for (const auto& position : mesh.positions) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], position[axis]);
-      high[axis] = std::max(high[axis], position[axis]);
-    }
-  }
-  const double radius = geometry::length(geometry::subtract(high, low)) / 2;
-  return {geometry::scale(geometry::add(low, high), 0.5), radius > 0 ? radius : 1};
+  const auto bounds = geometry::bounds_of(mesh.positions);
+  const double radius = geometry::length(geometry::subtract(bounds.high, bounds.low)) / 2;
+  return {bounds.middle(), radius > 0 ? radius : 1};
 }
 
 /// Position of the camera if neither a frame nor a pose is given.

@@ -9,28 +9,24 @@ namespace tapestry::camouflage::detail {
 class PaintedBox {
  public:
   explicit PaintedBox(const raster::PaintedMesh& car) {
-    for (std::size_t face = 0; face < car.painted.size(); ++face) {
-      if (car.painted[face] == 0) continue;
+    std::vector<geometry::Vector3> corners;
+    for (std::size_t face = 0; face < car.painted.size(); ++face)
       for (const std::int32_t corner : car.mesh.faces[face])
-        for (std::size_t k = 0; k < 3; ++k) {
-          const double x = car.mesh.positions[static_cast<std::size_t>(corner)][k];
-          low_[k] = std::min(low_[k], x);
-          high_[k] = std::max(high_[k], x);
-        }
-    }
+        if (car.painted[face] != 0) corners.push_back(car.mesh.positions[static_cast<std::size_t>(corner)]);
+    bounds_ = geometry::bounds_of(corners);
   }
   [[nodiscard]] std::array<double, 3> operator()(const std::array<double, 3>& x) const {
     std::array<double, 3> place{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const double share = high_[k] > low_[k] ? (x[k] - low_[k]) / (high_[k] - low_[k]) : 0.5;
+      const double low = bounds_.low[k], high = bounds_.high[k];
+      const double share = high > low ? (x[k] - low) / (high - low) : 0.5;
       place[k] = k == 2 ? share : 2 * share - 1;
     }
     return place;
   }
 
  private:
-  static constexpr double most = std::numeric_limits<double>::max();
-  std::array<double, 3> low_{most, most, most}, high_{-most, -most, -most};
+  geometry::Bounds bounds_{};
 };
 
 /// The panel at a place of the box with this normal, of any length and side.
