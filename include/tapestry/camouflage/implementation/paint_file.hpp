@@ -2,7 +2,8 @@
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/io/npy.hpp>
 
-namespace tapestry::camouflage::detail {
+namespace tapestry::camouflage {
+namespace detail {
 
 /// \throws FileError (mismatch) with the text `wrong`, unless an array of a file is [count, 3]
 inline void require_rows_of_3(const std::string& path, const char* wrong, std::size_t count,
@@ -13,9 +14,7 @@ inline void require_rows_of_3(const std::string& path, const char* wrong, std::s
                    io::shape_text(std::vector<std::size_t>{found.shape(0), found.shape(1)})});
 }
 
-}  // namespace tapestry::camouflage::detail
-
-namespace tapestry::camouflage {
+}  // namespace detail
 
 Paint<float> read_paint(const std::string& path, std::size_t texel_count) {
   const auto file = io::NpzFile::read(path);

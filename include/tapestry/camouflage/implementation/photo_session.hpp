@@ -6,7 +6,8 @@
 #include <tapestry/image/over.hpp>
 #include <tapestry/loss/smoothness.hpp>
 
-namespace tapestry::camouflage::detail {
+namespace tapestry::camouflage {
+namespace detail {
 
 /// The box around the covered pixels of a view after a warp; empty if some come to lie behind the camera. A
 /// warp keeps lines straight, so that the ends of each row are enough.
@@ -45,9 +46,7 @@ inline detect::Box cut_to(const detect::Box& box, double height, double width) {
   return detect::box_from_corners(left, top, right, bottom);
 }
 
-}  // namespace tapestry::camouflage::detail
-
-namespace tapestry::camouflage {
+}  // namespace detail
 
 template <std::floating_point T>
 Shot draw_shot(const View<T>& view, const image::Conditions& conditions, Random random, bool is_smooth) {
@@ -91,9 +90,7 @@ ArrayVariable<T, 4> photographed(const ArrayVariable<T, 4>& pictures, const Phot
   return image::transformed(pictures, chains);
 }
 
-}  // namespace tapestry::camouflage
-
-namespace tapestry::camouflage::detail {
+namespace detail {
 
 /// Pictures of one size as a batch, [N, H, W, C].
 template <std::floating_point T>
@@ -106,9 +103,7 @@ template <std::floating_point T>
   return concatenate(std::span<const ArrayVariable<T, 4>>(batch), 0);
 }
 
-}  // namespace tapestry::camouflage::detail
-
-namespace tapestry::camouflage {
+}  // namespace detail
 
 template <std::floating_point T>
 ArrayVariable<T, 2> drawn_texels(ViewSpan<T> views, const ArrayVariable<T, 2>& colours) {

@@ -2,7 +2,8 @@
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/io/npy.hpp>
 
-namespace tapestry::camouflage::detail {
+namespace tapestry::camouflage {
+namespace detail {
 
 inline ObjectiveTerms terms_of(const double* row) {
   ObjectiveTerms terms;
@@ -34,9 +35,7 @@ void require_sound_state(const std::string& path, const TrainingState<T>& state)
                                           std::to_string(state.step), std::to_string(state.adam.step)});
 }
 
-}  // namespace tapestry::camouflage::detail
-
-namespace tapestry::camouflage {
+}  // namespace detail
 
 template <std::floating_point T>
 void write_checkpoint(const std::string& path, const TrainingState<T>& state, const std::string& settings) {

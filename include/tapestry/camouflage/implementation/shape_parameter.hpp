@@ -2,16 +2,15 @@
 #include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/image/over.hpp>
 
-namespace tapestry::camouflage::detail {
+namespace tapestry::camouflage {
+namespace detail {
 
 /// The longest edge of a mesh's bounding box, in its units; 0 without finite positions.
 [[nodiscard]] inline double longest_extent(const geometry::Mesh& mesh) {
   return 2 * geometry::bounds_of(mesh.positions).half_length();
 }
 
-}  // namespace tapestry::camouflage::detail
-
-namespace tapestry::camouflage {
+}  // namespace detail
 
 template <std::floating_point T>
 ArrayVariable<T, 2> shape_steps(const ShapeParameter& shape, const ArrayVariable<T, 2>& parameter) {

@@ -6,7 +6,8 @@
 #include <tapestry/raster/fitted_camera.hpp>
 #include <tapestry/raster/visibility.hpp>
 
-namespace tapestry::camouflage::detail {
+namespace tapestry::camouflage {
+namespace detail {
 
 /// m = 1 where any pixel of the frame's mask under the bilinear kernel is not zero: the rule of the
 /// published data set, whose masks are slightly dilated silhouettes. Beside the frame it is 0.
@@ -105,9 +106,7 @@ std::shared_ptr<const Array<float, 3>> kept_photograph(const View<T>& view, bool
   return std::make_shared<const raster::EstimatedLight>(std::move(estimate));
 }
 
-}  // namespace tapestry::camouflage::detail
-
-namespace tapestry::camouflage {
+}  // namespace detail
 
 template <std::floating_point T>
 Sight<T> sight_of(const io::Frame& frame, image::ColourSpace space, std::size_t height, std::size_t width,

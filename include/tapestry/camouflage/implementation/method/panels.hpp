@@ -2,7 +2,8 @@
 #include <tapestry/camouflage/detail/method/method.hpp>
 #include <tapestry/raster/bake.hpp>
 
-namespace tapestry::camouflage::detail {
+namespace tapestry::camouflage {
+namespace detail {
 
 /// The box around the painted faces. A place in it is (a, b, h): a from −1 at the rear to 1 at the front, b
 /// from −1 on the right to 1 on the left, h from 0 below to 1 on top.
@@ -49,9 +50,7 @@ class PaintedBox {
   return {-x[1], x[0]};
 }
 
-}  // namespace tapestry::camouflage::detail
-
-namespace tapestry::camouflage {
+}  // namespace detail
 
 void require_atlas(const std::string& method, const raster::PaintedMesh& car) {
   if (car.layout.kind != raster::TextureKind::atlas)
