@@ -24,7 +24,7 @@ template <class Rows>
 std::string help_of(const Rows& rows) {
   std::string text;
   for (const auto& row : rows)
-    text += (text.empty() ? "" : "; ") + std::string(row.name) + ": " + row.sentence;
+    text += (text.empty() ? "" : "; ") + std::string(row.name) + " (" + row.sentence + ")";
   return text;
 }
 

@@ -24,15 +24,15 @@ struct ProtocolEntry {
 
 inline const std::vector<ProtocolEntry>& protocols() {
   static const std::vector<ProtocolEntry> entries{
-      {"digital", "held-out photographs, with every control and each detector (table 1)", digital_protocol,
+      {"digital", "held-out photographs, with every control and each detector, table 1", digital_protocol,
        Surroundings::photographs},
       {"physical",
-       "72 views in drawn streets, each printed and photographed twice, and as it is (table 2, simulated)",
+       "72 views in drawn streets, each printed and photographed twice, and as it is, table 2, simulated",
        physical_protocol, Surroundings::streets},
       {"attention", "heat maps of detectors on held-out photographs, and their share on the car",
        attention_protocol, Surroundings::photographs},
-      {"views", "4,320 views from all around, by azimuth and distance (table 3)", views_protocol},
-      {"occlusion", "1,080 views of a partly hidden car, by hidden share and distance (table 4)",
+      {"views", "4,320 views from all around, by azimuth and distance, table 3", views_protocol},
+      {"occlusion", "1,080 views of a partly hidden car, by hidden share and distance, table 4",
        occlusion_protocol},
       {"traffic", "324 views in drawn streets of a car behind other vehicles, by hidden share and distance",
        traffic_protocol, Surroundings::streets}};
