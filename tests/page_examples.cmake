@@ -111,3 +111,4 @@ foreach(page IN ITEMS README.md benchmarks/README.md docs/ARCHITECTURE.md docs/C
     endif()
   endforeach()
 endforeach()
+add_page_program(.github/ISSUE_TEMPLATE/wrong_gradient.md wrong_gradient "```cpp\n")

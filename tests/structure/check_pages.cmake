@@ -1,6 +1,7 @@
 # cmake -DSOURCE_DIR=<root> -DPAGES=<page>… -P check_pages.cmake: every path between backticks on the pages is there. It may be
 # written from the root, or be the end of a path; <x> stands for a name, and * for a part of one. The table below "Read in this
 # order" names headers below include/tapestry/ in full, or in the folder of the name before.
+cmake_minimum_required(VERSION 3.21)
 file(GLOB_RECURSE there LIST_DIRECTORIES true RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/include/* ${SOURCE_DIR}/examples/*
      ${SOURCE_DIR}/tests/* ${SOURCE_DIR}/benchmarks/* ${SOURCE_DIR}/cmake/* ${SOURCE_DIR}/docs/* ${SOURCE_DIR}/.ci/*
      ${SOURCE_DIR}/.github/* ${SOURCE_DIR}/.devcontainer/*)
