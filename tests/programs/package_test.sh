@@ -62,7 +62,7 @@ expect_exit 0 "compiling by pkg-config" "${CXX:-g++}" -std=c++20 main.cpp "${fla
 [ "$(./by_pkg_config)" = "$expected" ] && pass || fail "pkg-config's program says $(./by_pkg_config)"
 
 cat >CMakeLists.txt <<'END'
-cmake_minimum_required(VERSION 3.24)
+cmake_minimum_required(VERSION 3.22)
 project(user LANGUAGES CXX)
 find_package(tapestry REQUIRED)
 add_executable(by_find_package main.cpp)
