@@ -31,6 +31,14 @@ if(TAPESTRY_INSTALL)
     set_tests_properties("consumer: pkg-config" PROPERTIES PASS_REGULAR_EXPRESSION "-isystem [^ ]*/include .*eigen3"
                          ENVIRONMENT "PKG_CONFIG_PATH=${consumer_dir}/prefix/${CMAKE_INSTALL_DATADIR}/pkgconfig")
     list(APPEND installed_tests "consumer: pkg-config")
+    set(configure ${CMAKE_COMMAND} -S ${PROJECT_SOURCE_DIR} -B ${consumer_dir}/absolute -DTAPESTRY_BUILD_TESTS=OFF
+        -DTAPESTRY_BUILD_EXAMPLES=OFF -DCMAKE_INSTALL_INCLUDEDIR=/opt/x/include -DCMAKE_INSTALL_LIBDIR=/opt/x/lib)
+    list(JOIN configure " " configure)
+    add_test(NAME "consumer: pkg-config with absolute folders"
+             COMMAND sh -c "${configure} && ${PKG_CONFIG} --cflags --libs tapestry")
+    set_tests_properties("consumer: pkg-config with absolute folders" PROPERTIES
+                         PASS_REGULAR_EXPRESSION "-isystem /opt/x/include .*-L/opt/x/lib "
+                         ENVIRONMENT "PKG_CONFIG_PATH=${consumer_dir}/absolute/pkgconfig/prefix")
   endif()
   set_tests_properties(${installed_tests} PROPERTIES FIXTURES_REQUIRED installed_tapestry)
 endif()
