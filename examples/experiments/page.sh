@@ -77,7 +77,7 @@ part_hardened() {
       "${hardening[@]}" $strong --weight-rate 0.0003 --epochs "$EPOCHS" --output "$folder" "${resume[@]}"
   done
 }
-# A table of runs of harden: P@0.5 of each picture before and after, and what the drawn scenes say.
+# A table of runs of harden: P@0.5 of each picture before and after, and the results in the drawn scenes.
 table_of_hardening() { # NAME TITLE RUN...
   local file=$output/results/$1 run label
   echo "detector,$(head -n 1 "$3/metrics.csv")" | sed 's/,detector,/,state,/' >"$file.csv"

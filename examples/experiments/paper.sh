@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Every table of the FCA paper and its figure of attention, and an eighth: effect against resolution. What is there is not
-# done again, so that an interrupted command goes on, and ends with the same files. One command at a time works in a folder,
+# Every table of the FCA paper and its figure of attention, and an eighth: effect against resolution. Files that exist are
+# not made again: an interrupted command continues, and ends with the same files. One command at a time works in a folder,
 # and files that its steps read must not change.
 #
 #   paper.sh OUTPUT [--quick] [--tables "1 8"]
@@ -44,7 +44,7 @@ settle "$(printf '%s; ' "${quick[*]}" "${COMMON:-}" "${FRAMES:-}" "${LENGTH:-}" 
   "${VALIDATION:-no} views of validation" "tuned: ${TUNE:-no}" "${VIEWS:-}" "${HARD_FOR:-}")"
 [ -z "${TUNE:-}" ] || [ -n "${VALIDATION:-}" ] || fail 2 "TUNE needs VALIDATION"
 
-# Options of COMMON that say which mesh stands in the streets, and those that further detectors share.
+# Options of COMMON that choose the mesh in the streets, and those that further detectors share.
 mesh=() shared=()
 for ((i = 0; i < ${#common[@]}; i++)); do
   case ${common[i]} in
@@ -83,7 +83,7 @@ words_of() { # SETTING OWN...
   [[ " ${*:2} " == *" --learning-rate "* ]] || echo "--learning-rate ${1%/*}"
   [[ " ${*:2} " == *" --smoothness-weight "* ]] || echo "--smoothness-weight ${1#*/}"
 }
-# What a camouflage takes its setting from: a method from its own trials, all else from those of fca.
+# Prints whose trials set a camouflage's options: those of its method, or else those of fca.
 tuned_as() { # NAME
   [[ " ${methods[*]} " == *" $1 "* ]] && echo "$1" || echo fca
 }

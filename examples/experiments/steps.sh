@@ -53,7 +53,7 @@ run() { # FILE COMMAND...
   [ "$status" = 0 ] || exit "$status"
 }
 
-# What the programs have read so far, by their ledgers: lines of SHA-256 and path.
+# Prints the files that the programs have read so far, by their ledgers: lines of SHA-256 and path.
 ledger() {
   find "$output" -mindepth 2 -maxdepth 3 \( -name manifest.json -o -name settings.json \) -exec cat {} + |
     sed -nE '/^ *"path": "/{s/^ *"path": "(.*)",?$/\1/;h;}
@@ -87,8 +87,8 @@ settle() { # SETTINGS
   require_same_inputs
 }
 
-# Optimises a camouflage with each seed, in $output/runs/NAME-SEED. What is there is not done again, and what was interrupted
-# goes on. Its own options replace common ones. Random and plain colours are left to measure().
+# Optimises a camouflage with each seed, in $output/runs/NAME-SEED. Finished steps are not repeated; interrupted ones
+# continue. Its own options replace common ones. Random and plain colours are left to measure().
 optimise() { # NAME OPTIONS...
   local name=$1 seed folder resume word is_kept=yes options=()
   shift

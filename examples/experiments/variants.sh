@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Variants of an optimisation beside each other, over several seeds: how often each detector finds the car, and what each
-# variant does beyond its own matched noise. What is there is not done again, so that an interrupted table goes on.
+# variant does beyond its own matched noise. Files that exist are not made again: an interrupted table continues.
 #
 #   variants.sh OUTPUT COMMON NAME=OPTIONS NAME=OPTIONS...
 #

@@ -326,7 +326,7 @@ void write_frames(const Options& options, const FrameDrawing& draw, bool held_ou
   });
 }
 
-/// What is assumed of the photographs' camera, since no option states it; empty if nothing is.
+/// Assumptions about the photographs' camera that no option states; empty if there are none.
 std::string assumptions(const CLI::App& app, const Options& options, bool is_fov_known) {
   std::ostringstream what, names;
   const auto add = [&](const std::string& name, const auto&... words) {

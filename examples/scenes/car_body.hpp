@@ -10,7 +10,7 @@ struct CarMaterials {
   std::int32_t body, glass, tyre, light, tail_light, trim, rim, plate;
 };
 
-/// Where a chart lies in the 2×1 atlas: metres [s_low, s_high] × [t_low, t_high] fill the rectangle.
+/// Place of a chart in the 2×1 atlas: metres [s_low, s_high] × [t_low, t_high] fill the rectangle.
 struct Chart {
   double u_low, u_high, v_low, v_high;
   double s_low = 0, s_high = 1, t_low = 0, t_high = 1;

@@ -29,7 +29,7 @@ struct Variation {
 /// Mirrored half the time, brighter or darker by at most 15 %, tinted by at most 6 %.
 [[nodiscard]] Variation draw_variation(Random& random);
 
-/// Where objects lie in a varied picture of this width.
+/// Places of objects in a varied picture of this width.
 [[nodiscard]] std::vector<loss::Target> varied(std::vector<loss::Target> truths, const Variation& variation,
                                                std::size_t width);
 

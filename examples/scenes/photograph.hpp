@@ -7,7 +7,7 @@
 
 namespace tapestry::scenes {
 
-/// Where photographs were taken from, and where on their ground a car may stand. Ranges are {low, high},
+/// Camera of photographs, and the places on their ground where a car may stand. Ranges are {low, high},
 /// uniform.
 struct PhotographOptions {
   double camera_height_m = 1.5;

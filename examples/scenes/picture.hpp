@@ -5,7 +5,7 @@
 
 namespace tapestry::scenes {
 
-/// Where an object shows in a picture.
+/// Place of an object in a picture.
 struct PictureBox {
   std::size_t class_index = 0;
   std::size_t object = 0;                           ///< index into the scene's objects

@@ -18,7 +18,7 @@ struct SegmentedScene {
 /// Draws a scene of `size` × `size` pixels.
 [[nodiscard]] SegmentedScene draw_segmented(Random random, const SceneOptions& options, std::size_t size);
 
-/// Where at least half of a pixel shows the car, 1.
+/// 1 where at least half of a pixel shows the car.
 [[nodiscard]] Array<std::uint8_t, 2> silhouette_of(const SegmentedScene& scene);
 
 /// Draws a scene to train on into one image of a batch, mirrored half the time and tinted.

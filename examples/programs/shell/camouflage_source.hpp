@@ -14,8 +14,8 @@
 
 namespace tapestry::shell {
 
-/// A measured camouflage: that of a run's folder, or a picture that lies on the mesh by its uv, whoever made
-/// it. With neither only the plain car is measured.
+/// A measured camouflage: the result of a run, or any picture that lies on the mesh by its uv. With neither
+/// only the plain car is measured.
 struct CamouflageSource {
   std::string run{}, picture{};
 
@@ -103,7 +103,7 @@ inline void require_other_than_own(const std::string& path, const Bitmap& pictur
 }
 
 /// A picture as the paint of a car with an atlas, each texel the mean, in the car's colour space, of what it
-/// covers of the picture. Where u leaves the picture, it repeats.
+/// covers of the picture. The picture repeats along u.
 /// \throws FileError as io::read_texture(), read_texture_description() and require_other_than_own()
 inline camouflage::Paint<float> picture_paint(const std::string& path, const Car& loaded,
                                               const std::string& mesh_path) {

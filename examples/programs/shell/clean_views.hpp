@@ -11,7 +11,7 @@
 
 namespace tapestry::shell {
 
-/// What a detector finds in some clean views.
+/// Detections of a detector in some clean views.
 struct CleanViews {
   std::size_t views = 0, found = 0;  ///< pictures; those in which it finds the car
   /// Pictures in which it finds another class there, by its name.

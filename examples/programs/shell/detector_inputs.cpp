@@ -40,7 +40,7 @@ constexpr std::array<const char*, 80> coco_names{"person",        "bicycle",    
                                                  "vase",          "scissors",     "teddy bear",
                                                  "hair drier",    "toothbrush"};
 
-/// Requires that weights that are not ONNX by their name are not a file of another kind by their content.
+/// Refuses weights without the name of an ONNX file whose content is of another known kind.
 /// \throws FileError (malformed) with the kind
 void require_detector_format(const std::string& weights) {
   const io::RegularFile file(weights);
@@ -66,7 +66,7 @@ void name_coco_classes(const DetectorSettings& settings, detect::Detector<float>
                      ": 80 classes and no --names; they are taken for those of COCO, in its order");
 }
 
-/// Prints once, except with --quiet, how pictures go into a detector, and what says so.
+/// Prints once, except with --quiet, how pictures enter a detector, and the source of that.
 void print_input(const DetectorSettings& settings, const detect::Detector<float>& detector,
                  const std::string& source) {
   static std::set<std::string> printed;

@@ -15,7 +15,7 @@ using io::is_folder;
 using io::is_there;
 using io::status_of;
 
-/// Where a path leads, however it is written; the path itself where that cannot be found out.
+/// File that a path leads to, without links and dots; the path itself if that cannot be resolved.
 inline std::filesystem::path place_of(const std::string& path) {
   std::error_code failure;
   auto place = std::filesystem::weakly_canonical(path, failure);

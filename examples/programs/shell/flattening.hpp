@@ -16,7 +16,7 @@ namespace tapestry::shell {
 /// A part of a surface, and where its faces lie when it is flat.
 struct FlatPart {
   std::vector<std::size_t> faces{};  ///< of the mesh
-  /// Of each face's corners, in units of the mesh. Seen from outside, where corners turn to the left.
+  /// Places of each face's corners, in units of the mesh. Seen from outside, where corners turn to the left.
   std::vector<std::array<std::array<double, 2>, 3>> places{};
   /// Edges that no other face of the part has: a face's place in `faces`, and the corner where its edge
   /// begins.
@@ -118,7 +118,7 @@ class CutSurface {
   }
 
  private:
-  /// Faces on both sides of an edge that turn alike. Of more than two, those that lie flattest.
+  /// Faces on both sides of an edge that turn alike. The flattest, if there are more than two.
   void find_borders() {
     borders_.resize(size());
     std::map<std::pair<std::size_t, std::size_t>, std::array<std::vector<std::size_t>, 2>> edges;
@@ -326,7 +326,7 @@ class FlatLayout {
     return matrix;
   }
 
-  /// The right-hand side for which every face wants its own shape, turned as it lies.
+  /// The right-hand side by which every face keeps its shape, turned as it lies.
   [[nodiscard]] Eigen::MatrixX2d wanted() const {
     Eigen::MatrixX2d sums = Eigen::MatrixX2d::Zero(static_cast<Eigen::Index>(places_.size()), 2);
     for (std::size_t i = 0; i < part_.size(); ++i) {

@@ -32,7 +32,7 @@ class PhotoLightReport {
         [&](std::size_t, const auto& view) { add(*view, car.layout.texel_count(car.mesh)); });
   }
 
-  /// By the views' names; null if the car could not be made out, so that the frame's own light was used.
+  /// Light by the name of a view; null if the car was not recognised and the frame's light was used.
   [[nodiscard]] const Json& json() const { return json_; }
 
  private:

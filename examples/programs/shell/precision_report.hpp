@@ -20,7 +20,7 @@ inline std::vector<std::pair<const char*, std::optional<double>>> named_measures
           {"recall", s.recall}};
 }
 
-/// In per cent; a dash without a value.
+/// A share in per cent, or a dash.
 inline std::string measure_text(const std::optional<double>& value) {
   return value ? formatted("%6.2f", 100 * *value) : "     -";
 }

@@ -6,15 +6,15 @@
 namespace tapestry::shell {
 
 // One rule for what a run's bits depend on beside its options. Relative paths of its settings start where it
-// began, and its instruction set is taken over, wherever this processor has it. What cannot be taken over is
-// stated: --resume, which promises the run's bits, refuses it unless it is accepted; a measurement warns.
+// began, and its instruction set is taken over, wherever this processor has it. Differences that remain are
+// named: --resume, which promises the run's bits, refuses them unless they are accepted; a measurement warns.
 
 /// The folder where this process works, for the manifest of a run: the absolute path, and the path from the
 /// run's own folder, which stays right where both are moved together.
 Json begun_in(const std::string& run);
 
-/// Makes the folder where a run began that of this process, where it holds more of the run's inputs, by their
-/// hashes, than the folder where this process works. Nothing happens without a manifest.
+/// Enters the folder where a run began if it holds more of the run's inputs, by their hashes, than the
+/// current folder. Nothing happens without a manifest.
 /// \param paths  relative to the folder of now; made absolute, but for empty ones
 /// \returns      the new folder; empty if it is that of now
 /// \throws FileError as read_manifest()

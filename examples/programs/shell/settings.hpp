@@ -322,7 +322,7 @@ inline void require_sound_thread_count(int threads, ProblemList& list) {
   list.require(threads >= 0 && threads <= 1024, "--threads must be 0 to 1024");
 }
 
-/// Whether a 0 leaves a setting to the program, as its help says.
+/// Whether a 0 leaves a setting to the program, as in its help.
 inline bool is_open_at_zero(const std::string& name) {
   return name == "scenes" || name == "texels" || name == "size" || name == "epochs";
 }

@@ -13,8 +13,8 @@
 namespace tapestry::shell {
 
 /// Views that a run does not optimise on. After each epoch its paint is tried on them, and the best epoch's
-/// paint is what the run ends with. What counts is the mean of the loss max_score over the views, whatever
-/// the run's own loss, so that runs of several losses and methods can be compared by it.
+/// paint is what the run ends with. The measure is the mean of the loss max_score over the views, whatever
+/// the run minimises: so runs of several losses and methods can be compared.
 class Validation {
  public:
   /// Moves so many of the usable views to a validation, evenly spread. None: every paint is as good as the
@@ -83,7 +83,7 @@ class Validation {
             {"best_max_score", std::ranges::min(scores_)}};
   }
 
-  /// What a run's end says of it; empty without validation.
+  /// Sentence for the end of a run; empty without validation.
   [[nodiscard]] std::string text() const {
     if (scores_.empty()) return {};
     return "paint of epoch " + std::to_string(best_epoch()) + " of " + std::to_string(scores_.size()) +

@@ -70,7 +70,7 @@ inline std::string markdown_of(const WordTable& table) {
   return text + "\n";
 }
 
-/// In a part of the page that scrolls sideways where the page is narrower; the title does not.
+/// The table scrolls sideways on a narrow page; its title does not.
 inline std::string html_of(const WordTable& table) {
   std::string text = "<figure class=\"table\"><figcaption>" + escaped(table.title) +
                      "</figcaption>\n<div class=\"wide\" tabindex=\"0\"><table>\n";

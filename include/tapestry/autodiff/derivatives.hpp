@@ -13,7 +13,7 @@ namespace tapestry {
 // type S. The duals are tagged by the function's own type, so that a derivative taken inside another cannot
 // mix up its directions with the outer one's: such a mixture does not compile.
 
-/// Where to differentiate: contiguous numbers, or a list of them in braces, which lives as long as the call.
+/// Point of differentiation: contiguous numbers, or a list in braces, which lives as long as the call.
 template <class T>
 struct Point : std::span<const T> {
   using std::span<const T>::span;

@@ -17,8 +17,8 @@
 /// and decompositions. Each of their operations is differentiated. Pivoting compares the values.
 ///
 /// A number that is 0 keeps its derivatives: in LU, Cholesky and QR decompositions, dense ones of any size
-/// and SparseLU, SimplicialLLT and SimplicialLDLT, in triangular solves, determinants and sparseView(). Where
-/// a matrix has no full rank, its decomposition has no derivative, and what it gives is none.
+/// and SparseLU, SimplicialLLT and SimplicialLDLT, in triangular solves, determinants and sparseView(). A
+/// matrix without full rank has a decomposition without a derivative; what is computed is none.
 /// SelfAdjointEigenSolver, EigenSolver, JacobiSVD and BDCSVD are of our own, with Eigen's values, and in
 /// umeyama(), Transform::rotation(), Quaternion::FromTwoVectors() and PolynomialSolver, too; they say what
 /// derivatives are where values are equal. So vectors a half turn apart, of many axes, have no rotation with

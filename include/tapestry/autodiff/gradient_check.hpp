@@ -88,8 +88,8 @@ class EntryDifference {
     return (at(index, h) - at(index, -h)) / (2 * h);
   }
 
-  /// Forward minus backward difference. Of a smooth function, proportional to h; of one with a kink or a
-  /// jump within h, not.
+  /// Forward minus backward difference. Proportional to h for a smooth function, but not for a kink or a jump
+  /// within h.
   [[nodiscard]] double bend(std::size_t index, double h) {
     return ((at(index, h) - centre_) - (centre_ - at(index, -h))) / h;
   }

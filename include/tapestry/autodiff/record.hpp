@@ -188,7 +188,7 @@ template <class Pullback>
 CarriesTangents(Pullback) -> CarriesTangents<Pullback>;
 
 namespace detail {
-/// The pullback of an own operation on a tape of T. Refuses plain numbers on a tape of duals, where they
+/// The pullback of a user's operation on a tape of T. Refuses plain numbers on a tape of duals, where they
 /// would be constants, so that second derivatives would silently lack a part. Captures cannot be seen from
 /// outside; without any, slopes can only be constants.
 template <class T, class Pullback>

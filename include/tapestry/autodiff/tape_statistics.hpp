@@ -135,9 +135,9 @@ void count_statements(const TapeState<T>& state, StatementCounts& counts) {
 /// Counts the content of a tape: scalar statements by their number of operands, operations with a pullback by
 /// their names, everything by label. A scalar statement is a whole formula; the tape keeps its partial
 /// derivatives but not its operations, so scalar statements have no names. Use labels to count them
-/// separately. The name of an operation is that of the function that called record_array() and the like with
-/// a lambda, or the type of another callable. Counting takes one pass over the tape and costs nothing during
-/// recording.
+/// separately. An operation is named after the function that called record_array() and the like with a
+/// lambda, or after the type of another callable. Counting takes one pass over the tape and costs nothing
+/// during recording.
 ///
 ///   std::cout << tape_statistics(tape);
 template <class T>

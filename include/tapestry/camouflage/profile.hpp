@@ -18,7 +18,7 @@ struct StepTimes {
   double update = 0;             ///< texture parametrisation with its pullback, Adam
 
   // Stretches of a step that follow each other.
-  WorkTime paint{};     ///< texture parametrisation, what the views look up, and the paint's own terms
+  WorkTime paint{};     ///< texture parametrisation, the views' lookups, and the terms of the paint alone
   WorkTime views{};     ///< from the pictures of the views to their pullbacks
   WorkTime pullback{};  ///< the views' adjoints added up, and pulled back to the parameters
   WorkTime adam{};
@@ -63,7 +63,7 @@ class StageClock {
     Stage swept = nullptr;  ///< the stage that the sweep is in
   };
 
-  /// Where one stage ends and the next begins.
+  /// Time at which one stage ends and the next begins.
   void mark(Stage before);
 
   std::shared_ptr<Shared> shared_;

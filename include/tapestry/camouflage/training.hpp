@@ -25,7 +25,7 @@ struct TrainingOptions {
 struct SharedSteps {
   std::size_t processes = 1;
   std::size_t own = 0;  ///< index of this process, from 0
-  /// The values of all processes, one after the other; each calls it at the same time with as many.
+  /// Collects the values of all processes, one after the other; all call it together, with equally many.
   std::function<std::vector<double>(const std::vector<double>&)> gathered;
 };
 
@@ -59,7 +59,7 @@ class Training {
   /// Steps of all epochs.
   [[nodiscard]] std::size_t step_count() const { return options_.epochs * steps_per_epoch(); }
   [[nodiscard]] bool finished() const { return state_.step >= step_count(); }
-  /// Steps so far, also those of a run that this one resumes.
+  /// Steps so far, including the run that this one resumes.
   [[nodiscard]] std::uint64_t steps_taken() const { return state_.step; }
   /// The trained parameter, [texel, 3] or a row for each of the method's; see method_colours().
   [[nodiscard]] const Array<T, 2>& parameter() const { return state_.parameter; }

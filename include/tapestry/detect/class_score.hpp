@@ -5,9 +5,9 @@
 
 namespace tapestry::detect {
 
-/// The probabilities of all classes of one candidate. By its head, each is computed by itself, see
-/// probability(), or classes are exclusive and have their softmax e^t_k / Σ_j e^t_j. A NaN logit of exclusive
-/// classes makes all of them NaN.
+/// The probabilities of all classes of one candidate. The head decides: each class by itself, see
+/// probability(), or exclusive classes with their softmax e^t_k / Σ_j e^t_j. A NaN logit of exclusive classes
+/// makes all of them NaN.
 ///
 /// Logits is a function that takes a channel of the candidate and returns its output as a double.
 template <std::invocable<std::size_t> Logits>

@@ -22,9 +22,9 @@ inline constexpr double claim_tolerance = 1e-3;
 
 /// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. The names
 /// may be those of inner values, too, such as those before suppression; these may lack the axis of the
-/// picture, [N, channels]. Name logits rather than probabilities: where a probability is rounded
-/// to 1, its gradient is 0. Where N depends on the picture, as of proposals, the head has room for
-/// most_candidates; those that are not there have a box of no extent and the least probability.
+/// picture, [N, channels]. Name logits rather than probabilities: where a probability is rounded to 1, its
+/// gradient is 0. If N depends on the picture, as with proposals, the head has room for most_candidates;
+/// missing ones have a box of no extent and the least probability.
 struct DecodedOutputs {
   std::string boxes{}, scores{};  ///< names of outputs; of one for both, boxes come first in it
   bool channels_first = false;    ///< [1, channels, N], as of YOLOv8, instead of [1, N, channels]
@@ -134,7 +134,7 @@ class DecodedOutputNodes {
 
 }  // namespace detail
 
-/// Adds values to a network: the logits of a head of the decode family decoded, made of the network's own
+/// Adds values to a network: the logits of a head of the decode family decoded, made of the network's
 /// outputs.
 ///
 /// \param height, width  of the network's input, pixels

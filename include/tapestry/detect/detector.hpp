@@ -34,11 +34,10 @@ class KeptPicture;
 /// members of one detector at once, each with a Pass of its own.
 ///
 /// The heads of an export are read before the logistic function that it ends with, so that losses get raw
-/// logits; boxes_and_scores and end_to_end are the exceptions, see DecodedOutputs. What a description states
-/// of their values, probabilities and numbers of classes, is held against the pictures of the first call of
-/// forward(). Pictures of a batch run one after another on all threads, those of a small network side by
-/// side: a batch costs no more a picture than one. Only a network that takes a batch's statistics runs it
-/// together.
+/// logits; boxes_and_scores and end_to_end are the exceptions, see DecodedOutputs. The first call of
+/// forward() checks the values that a description states, probabilities and numbers of classes. Pictures of a
+/// batch run one after another on all threads, those of a small network side by side: a batch costs no more a
+/// picture than one. Only a network that takes a batch's statistics runs it together.
 ///
 /// A network whose extents depend on the picture, as of proposals or behind a suppression, runs as an
 /// nn::StagedNetwork, with gradients to the picture; it does not train, and forward_within() computes all.
@@ -257,7 +256,7 @@ class Detector {
   static void require_logits_adjoint(const char* operation, const Pass<T>& pass,
                                      const std::vector<const Array<T, 4>*>& logits_adjoint);
 
-  /// Where a piece of image n begins within its head's logits.
+  /// Start of a piece of image n in its head's logits.
   template <class Logits>
   [[nodiscard]] static auto* at(const HeadPiece& piece, Logits& logits, std::size_t n) {
     const std::size_t cells = logits.shape(2) * logits.shape(3);

@@ -45,7 +45,7 @@ inline constexpr std::array<DecodeFamily, 6> decode_families{
 /// The families by name, for messages.
 inline constexpr std::string_view decode_family_names =
     "darknet, ultralytics, scaled, yolox, distance or decoded";
-/// Those with anchors, which are what a [yolo] section of a cfg can be of.
+/// Families with anchors, which a [yolo] section of a cfg may name.
 inline constexpr std::string_view anchored_family_names = "darknet, ultralytics or scaled";
 
 /// Whether boxes of a family are multiples of a head's anchors.

@@ -90,8 +90,8 @@ struct ExplainedLogits {
 
 /// Logits and, for each picture, the layer_cam() of the surest candidate of a class, over the first observed
 /// layer of the detector, on the tape. The pullback of a map is that of the layer's values; the gradient of
-/// the score in the layer is taken as constant, as programs with Grad-CAM do it. That is exact, off kinks,
-/// where the network above the layer is piecewise linear.
+/// the score in the layer is taken as constant, as programs with Grad-CAM do it. The map is exact, off kinks,
+/// if the network above the layer is piecewise linear.
 ///
 /// \param detector  with an observed layer; must outlive the tape's last reverse(), unchanged
 /// \param images    [N, H, W, 3], RGB in [0, 1]

@@ -108,8 +108,8 @@ inline constexpr const char* other_run_name = "other run";
 /// it sees none.
 [[nodiscard]] std::vector<std::uint8_t> faces_seen_around(const geometry::Mesh& mesh);
 
-/// Charts as one. Those of an atlas lie where the atlas has them, so that distances in the chart are those in
-/// uv; of other kinds below each other.
+/// Charts as one. Texels of an atlas keep their places, so that distances in the chart are those in uv; other
+/// kinds lie below each other.
 /// \param charts  no texel in two of them
 [[nodiscard]] raster::TextureChart joined_chart(const std::vector<raster::TextureChart>& charts,
                                                 const raster::TextureLayout& layout);
@@ -134,8 +134,8 @@ inline constexpr const char* other_run_name = "other run";
 [[nodiscard]] std::optional<double> noise_in_place(const std::vector<Control>& controls);
 
 /// The picture of a view with noise in place of its paint, drawn in the picture and not on the car: matched
-/// noise of what the paint looks like there, in the same light. Each pixel's paint and light are told apart
-/// by the same picture with black and with grey paint. So the noise has the colours and the spectrum that the
+/// noise of what the paint looks like there, in the same light. The same picture with black and with grey
+/// paint separates each pixel's paint from its light. So the noise has the colours and the spectrum that the
 /// paint shows to this camera, whatever its texture has at other scales, and no design; but no texture looks
 /// like it from two sides.
 ///

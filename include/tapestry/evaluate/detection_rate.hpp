@@ -39,9 +39,8 @@ namespace tapestry::evaluate {
 [[nodiscard]] std::array<double, 2> wilson_interval(std::size_t hits, std::size_t trials,
                                                     std::size_t pictures_a_trial = 1);
 
-/// How the pictures of one texture follow each other: those of a seed; of these those of a view; of these
-/// those of a photograph; and of these the draws. A seed is an optimisation of its own, a draw a noise of its
-/// own.
+/// Order of the pictures of one texture: by seed, then by view, then by photograph, then by draw. A seed is
+/// an optimisation of its own, a draw a noise of its own.
 struct PictureOrder {
   std::size_t photographs = 1;  ///< of one view
   std::size_t draws = 1;

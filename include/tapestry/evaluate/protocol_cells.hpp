@@ -241,8 +241,8 @@ template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] std::vector<Cell> cells_of(const ProtocolTable& table, const std::vector<ProtocolFrame>& frames,
                                          const ProtocolOutcomes& outcomes);
 
-/// The cell in which a texture hides the car least: that of the lowest attack success, compared by the upper
-/// end of its interval, so that one frame does not outweigh ninety. None where the clean car is never found.
+/// The cell in which a texture hides the car least, by the upper end of the interval of attack success, so
+/// that one frame does not outweigh ninety. None where the clean car is never found.
 ///
 /// \param texture  its number in the outcomes
 [[nodiscard]] std::optional<std::size_t> least_hidden_cell(const std::vector<Cell>& cells,

@@ -113,7 +113,7 @@ void append(Mesh& mesh, const Mesh& other);
 ///
 /// The wheels are at the side, of those that are as long as the car, with the largest wheel_share(), if that
 /// is at least .6 and twice that of the side now below. Without such a side, only the extents are judged.
-/// Front and tail are not told apart: a front that is found has the positive sign. A flat mesh is no car.
+/// Front and tail are not distinguished: a front that is found has the positive sign. A flat mesh is no car.
 ///
 /// \param mesh  as in its file, in which `axes` point up and to its front
 /// \throws DomainError as world_from_mesh()

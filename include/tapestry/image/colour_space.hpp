@@ -51,7 +51,7 @@ template <std::floating_point T>
 //
 // Source of the curve: IEC 61966-2-1, but that its two parts take turns where they cross. The standard
 // rounds that place (to 0.04045 and 0.0031308), which leaves a step of 2e-8 that a derivative would not see.
-// Beyond 0 to 1 both parts go on as they are.
+// Both parts continue beyond 0 to 1.
 namespace tapestry::image {
 
 /// Space in which colours are blended, filtered and lit. Colours that are read, optimised, shown to a

@@ -222,7 +222,7 @@ class FourierTransform {
       throw ShapeError({"FourierTransform::", operation, ": found ", found, " values, expected ", expected});
   }
 
-  /// Two rows as one, f + ig, in each lane. Those of lanes without rows are left as they are.
+  /// Two rows as one, f + ig, in each lane. Lanes without rows stay unchanged.
   void take_pairs_of_rows(const Plane& plane, std::size_t first) {
     for (std::size_t i = 0; i < Lanes::count && first + 2 * i < height_; ++i) {
       const double* const row = plane.data() + (first + 2 * i) * width_;

@@ -54,7 +54,7 @@ inline void write_file_atomically(const std::string& path, std::string_view text
   write_file_atomically(path, {std::as_bytes(std::span<const char>(text.data(), text.size()))});
 }
 
-/// Removes the temporaries that write_file_atomically() left in a folder when its process was killed. Those
+/// Removes the temporaries that write_file_atomically() left in a folder when its process was killed. Files
 /// of living processes are locked and stay. Failures are ignored, as nothing depends on it.
 void remove_abandoned_parts(const std::string& folder);
 

@@ -105,7 +105,7 @@ template <std::floating_point T>
 
 /// Adds total_adjoint · ∂total/∂logits to logits_adjoint, which has the shapes of the logits. At a kink (two
 /// candidates with equal score, coinciding edges of boxes, a mean logit of 0) it takes the value documented
-/// there. Only the predictions' own image is changed.
+/// there. Only the image of the predictions is changed.
 /// \throws as adversarial(), and ShapeError if logits_adjoint does not fit
 template <std::floating_point T>
 void adversarial_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,

@@ -169,8 +169,8 @@ void atlas_smoothness_adjoint(const Texels& texels, const UsedTexels& used,
                                 static_cast<double>(loss_adjoint), texels_adjoint.data());
 }
 
-/// Where a picture's steps count: pixels of a window, [h, w], shared and not to be changed before the tape's
-/// last reverse().
+/// Mask of the steps that count: pixels of a window, [h, w], shared, and unchanged until the tape's last
+/// reverse().
 template <std::floating_point T>
 struct PlacedMask {
   std::shared_ptr<const Array<T, 2>> mask;  ///< not null

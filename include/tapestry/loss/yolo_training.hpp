@@ -28,8 +28,8 @@ struct YoloTrainingOptions {
 /// (2018), section 2, with the cross entropy for x and y too.
 ///
 /// Heads of the ultralytics family have H(tw, w) + H(th, h) instead of the squares, w and h being half the
-/// root of the truth's size over the anchor's, at most 1: their boxes end at 4 anchors. That is this loss for
-/// their decode family, not the complete IoU that they were trained with.
+/// root of the truth's size over the anchor's, at most 1: their boxes end at 4 anchors. Their decode family
+/// takes this loss, not the complete IoU that they were trained with.
 ///
 /// \param logits  per head [N, A·(5+K), H, W]
 /// \param truths  one entry an image, boxes in pixels of the network's input

@@ -69,7 +69,7 @@ struct PoolingLayer {
   std::size_t padding = 0;  ///< on each side; what lies there is not counted
 };
 
-/// The largest value of each window in each channel, [N, H', W', C]. Of equal ones the first in reading order
+/// The largest value of each window in each channel, [N, H', W', C]. The first of equal ones in reading order
 /// gets the derivative.
 /// \throws ShapeError if the window does not fit
 template <std::floating_point T>

@@ -132,7 +132,7 @@ template <std::floating_point T>
                                       const ArrayVariable<T, 2>& positions = {},
                                       std::shared_ptr<const MeshEdges> edges = nullptr);
 
-/// interpolate() on the tape. Of ones it is 1 on the mesh and 0 beside it.
+/// interpolate() on the tape. Values of 1 give 1 on the mesh and 0 beside it.
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 3> interpolate(const Rasterised<T>& rasterised,
                                               const std::type_identity_t<ArrayVariable<T, 2>>& attributes,

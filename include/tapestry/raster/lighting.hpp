@@ -64,8 +64,8 @@ using Harmonics = std::array<double, 9>;
 /// No light: colours are shown as they are. Generates no code and takes no memory.
 struct Unlit {};
 
-/// Like Light, with normals interpolated over each face: those of the mesh, and where a corner has none, the
-/// mean of the normals of the faces around its position, weighted by area.
+/// Like Light, with normals interpolated over each face: the mesh's normals, or at a corner without one the
+/// mean of the normals of the faces around it, weighted by area.
 struct SmoothLight : Light {};
 
 /// Photograph shown by faces without paint.

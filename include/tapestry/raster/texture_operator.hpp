@@ -190,7 +190,7 @@ template <std::floating_point T, LightModel Model = Light>
   return picture;
 }
 
-// With other lights, such as a user's own, it is compiled where it is used.
+// With other lights, such as a user's, it is compiled where it is used.
 /// \cond
 extern template decltype(texture_operator<float, Light>) texture_operator<float, Light>;
 extern template decltype(texture_operator<double, Light>) texture_operator<double, Light>;

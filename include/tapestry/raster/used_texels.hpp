@@ -31,20 +31,20 @@ std::vector<std::size_t> used_cube_texels(std::size_t edge);
 ///
 /// atlas: a chart is a set of painted faces that are connected in uv, by points that they share; its texels
 /// are those that bilinear lookups in these faces read. A texel belongs to one chart only: that of the first
-/// face that contains its centre, else of the first that reaches it. Where the faces repeat the atlas so
-/// often that used_texels() throws, all of it is one chart. The other kinds have no plane that contains their
-/// texels, and are one chart. cube: a row for every painted face, in the order of the mesh, with the texels
-/// that trilinear lookups read; neighbours in a column are near each other on the mesh if its faces are in
-/// order. vertex: a row with the positions of painted faces, in their order. solid: its one texel.
+/// face that contains its centre, else of the first that reaches it. The atlas is one chart if faces repeat
+/// it so often that used_texels() throws. The other kinds have no plane that contains their texels, and are
+/// one chart. cube: a row for every painted face, in the order of the mesh, with the texels that trilinear
+/// lookups read; neighbours in a column are near each other on the mesh if its faces are in order. vertex: a
+/// row with the positions of painted faces, in their order. solid: its one texel.
 ///
 /// \returns  charts with texels, in the order of their first faces; none if no face is painted
 /// \throws ShapeError, DomainError, Error (mismatch, limit) as texture_operator() does
 [[nodiscard]] std::vector<TextureChart> texture_charts(const PaintedMesh& body);
 
-/// Share of the painted area that an atlas hardly holds: that of charts with less than one texel, or with
-/// less than a hundredth of the texels that an even atlas of its size would give them. Faces whose corners
-/// share a point of a palette are such charts. \returns  0 to 1; 0 for textures of other kinds and where the
-/// painted faces have no area \throws as texture_charts()
+/// Share of the painted area that an atlas hardly holds: charts with less than one texel, or less than a
+/// hundredth of the texels that an even atlas of its size would give them. Faces whose corners share a point
+/// of a palette are such charts. \returns 0 to 1; 0 for textures of other kinds and where the painted faces
+/// have no area \throws as texture_charts()
 [[nodiscard]] double starved_share(const PaintedMesh& body);
 
 /// Charts restricted to painted texels: the pieces of each chart that are connected side by side.

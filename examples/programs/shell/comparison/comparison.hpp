@@ -52,7 +52,7 @@ struct Comparison {
   std::vector<std::pair<std::string, std::vector<std::optional<ComparedTexture>>>>
       plain{};  ///< untouched and clean pictures and controls that are no camouflage's, by column
   std::vector<ComparedRow> rows{};
-  /// Of the programs that made the runs and measured them: fact, value, and a folder of each value.
+  /// Facts of the programs that made and measured the runs: name, value, and a folder with that value.
   std::map<std::string, std::map<std::string, std::string>> made_by{};
 };
 
@@ -249,7 +249,7 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
   return cell;
 }
 
-/// What a folder holds in a column.
+/// Results of a folder in a column.
 inline const MeasuredContent& content_of(const MeasuredFolder& folder, const std::string& column) {
   if (!folder.protocol.on_photographs) return folder.contents.front();
   const auto& columns = folder.protocol.table.columns;
@@ -307,7 +307,7 @@ inline std::vector<std::string> plain_textures(const MeasuredFolder& folder) {
   return names;
 }
 
-/// Adds a column's results for pictures without a camouflage, where it has none yet: those of its first seed.
+/// Adds the first seed's results for pictures without a camouflage to a column that has none yet.
 inline void add_plain(Comparison& comparison, const ColumnMeasurements& column, std::size_t index) {
   const MeasuredFolder& folder = *column.seeds.front().first;
   for (const std::string& name : plain_textures(folder)) {
@@ -324,7 +324,7 @@ inline void add_plain(Comparison& comparison, const ColumnMeasurements& column, 
 
 }  // namespace detail
 
-/// Adds a row of measured folders, those of its seeds, of one or several detectors.
+/// Adds a row: the measured folders of its seeds, by one or several detectors.
 /// \throws Error (mismatch) if a folder has no camouflage, or the folders do not fit each other or the rows
 inline void add_row(Comparison& comparison, const std::string& name,
                     const std::vector<MeasuredFolder>& folders) {

@@ -72,7 +72,7 @@ std::vector<WordTable> camouflage_then_noise(const Comparison& comparison, const
                            [=](const auto& cell) { return words_of(cell.noise); })};
 }
 
-/// Where noise was drawn in each picture: how often the car is found in it, and the effect beyond it.
+/// Rate at which the car is found under noise drawn in each picture, and the effect beyond that noise.
 inline std::vector<WordTable> picture_noise_tables(const Comparison& comparison) {
   const auto table = [&](const std::string& title, auto words_of) {
     return comparison_table(comparison, title, {}, [=](const ComparedCell& cell) {
@@ -119,7 +119,7 @@ inline std::vector<WordTable> rate_tables(const Comparison& comparison) {
   return tables;
 }
 
-/// What the detector takes the car for.
+/// Class that the detector gives the car.
 inline std::vector<WordTable> fate_tables(const Comparison& comparison) {
   std::vector<WordTable> tables{comparison_table(
       comparison, "attack success, % of the pictures found in clean, 95 %", {}, [](const auto& cell) {

@@ -83,7 +83,7 @@ inline ReadFiles files_of(const Json& list, const std::string& path) {
   return files;
 }
 
-/// What tables compare of a measurement, by detector.
+/// Values of a measurement that tables compare, by detector.
 /// \throws FileError (malformed) for a measurement whose ledger has no roles, as older versions wrote it
 inline std::vector<MeasuredContent> contents_of(const Json& json, const SavedMeasurement& saved,
                                                 const std::string& path) {

@@ -15,7 +15,7 @@ struct ReadFile {
 /// Files of one part of a measurement, such as a detector.
 using ReadFiles = std::vector<ReadFile>;
 
-/// What decides whether two measurements may stand in one column, or be seeds of one row.
+/// Facts by which two measurements may share a column, or be seeds of one row.
 struct MeasuredContent {
   std::string folder;        ///< of the measurement
   Json options;              ///< protocol, class, thresholds and others that all rows share
@@ -93,7 +93,7 @@ inline void require_seeds(const std::string& row, const MeasuredContent& one, co
                                          " measured one camouflage, not two of its seeds");
 }
 
-/// What is to be compared of the options of a measurement. Paths are not: the ledger knows their content.
+/// Options of a measurement that are compared. Paths are not: the ledger knows their content.
 /// \param on_photographs  whose pictures do not depend on the measurement's seed
 inline void add_options(MeasuredContent& content, const Json& options, bool on_photographs) {
   constexpr std::array paths{"mesh",    "faces", "frames",   "segmenter",      "cfg",

@@ -51,7 +51,7 @@ inline std::vector<std::string> thinned(const std::vector<std::string>& paths, s
   return some;
 }
 
-/// The file's name in a form that fits a table; of what harden has written that of its run's folder.
+/// The file's name in a form that fits a table; for a file of harden, its run's folder.
 inline std::string detector_name(const std::string& weights) {
   const fs::path path(weights);
   std::string name = path.stem().string();

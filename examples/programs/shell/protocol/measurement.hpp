@@ -93,7 +93,7 @@ struct FrameViews {
 struct ProtocolSource {
   std::function<FrameViews(std::size_t frame)> views;
   std::function<evaluate::Meter&(std::size_t frame)> meter;
-  /// Of noise that is drawn in a frame's pictures: the same for frames that share a view.
+  /// Random numbers of noise in a frame's pictures; frames that share a view share them.
   std::function<Random(std::size_t frame)> random;
   /// Share of the attention that lies on the car; empty where it is not measured.
   std::function<double(const Array<float, 3>& picture, const camouflage::View<float>&, std::size_t frame)>

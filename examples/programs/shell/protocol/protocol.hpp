@@ -115,7 +115,7 @@ struct Protocol {
   /// Number of a frame's view. Frames with the same number share one view, which is made once; if empty, no
   /// frames share a view.
   std::function<std::size_t(std::size_t frame)> view_of{};
-  /// The picture of a frame with a paint, and the place of the car in it; if empty, the view's own.
+  /// The picture of a frame with a paint, and the place of the car in it; if empty, taken from the view.
   std::function<evaluate::Photograph(const camouflage::View<float>&, std::size_t frame,
                                      const camouflage::Paint<float>&)>
       photograph{};

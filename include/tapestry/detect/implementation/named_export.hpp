@@ -127,8 +127,8 @@ struct JoinedOutput {
   description.head = HeadKind::boxes_and_scores;
   DecodedOutputs& decoded = description.decoded;
   std::tie(decoded.scores, decoded.boxes) = query_outputs(network);
-  // Those that refine reference points, by the logit of a box, by sampling there, or by choosing the surest,
-  // were trained with a logistic function for each class.
+  // Networks that refine reference points, by the logit of a box, by sampling there, or by choosing the
+  // surest, are trained with a logistic function a class.
   const HeadTrace trace = head_trace(network, {decoded.scores, decoded.boxes});
   const bool attends = trace.has({"Attention", "Softmax"});
   const bool has_references = trace.has({"GridSample", "Log", "TopK"});

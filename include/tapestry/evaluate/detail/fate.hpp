@@ -6,8 +6,8 @@
 
 /// How a car fares in a picture. A detector that calls it an umbrella has not lost it: P@0.5 and the paper's
 /// attack success ("not detected or false detected") count that as a success, and these five tell it apart
-/// from a picture in which nothing is found where the car is. As Bolya et al., TIDE (ECCV 2020), separate
-/// kinds of error.
+/// from a picture in which nothing is found where the car is. Source: kinds of error of Bolya et al., TIDE
+/// (ECCV 2020).
 namespace tapestry::evaluate {
 
 /// Fate of a car in a picture: the first in this order that holds for some detection.

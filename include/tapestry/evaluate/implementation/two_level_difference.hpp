@@ -206,7 +206,7 @@ inline Array<double, 2> difference_of(const Array<double, 2>& first, const Array
   return difference;
 }
 
-/// Distance from a difference to an end of its interval, by those of its terms.
+/// Distance from a difference to an end of its interval, from its terms' distances.
 inline double put_together(double first, double second, double correlation) {
   return std::sqrt(std::max(0.0, first * first + second * second - 2 * correlation * first * second));
 }

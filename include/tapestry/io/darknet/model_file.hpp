@@ -8,7 +8,7 @@
 namespace tapestry::io {
 namespace detail {
 
-/// Layers of a cfg; each is checked on its own.
+/// Layers of a cfg, each checked alone.
 [[nodiscard]] detect::NetworkConfig parse_cfg(std::string_view text, const std::string& name);
 
 inline constexpr std::uint64_t largest_cfg_size = std::uint64_t(4) << 20U;

@@ -25,7 +25,7 @@ inline void read_fit(const DescribedObject& input, image::Fit& fit) {
   fit.fill = input.number("fill", input.member("fill"), 0, 255, "a number from 0 to 255") / 255;
 }
 
-/// Warning that a description says nothing of the input.
+/// Warning that a description leaves out the input.
 inline std::string assumed_input(const std::string& path, const image::Fit& fit) {
   return path + ": has no 'input'; assumed are RGB in the range 0 to 1 and the fit " +
          std::string(image::name_of(fit.kind));

@@ -50,7 +50,7 @@ class JsonReader {
       return {std::move(value), std::move(positions_)};
     } catch (const nlohmann::json::parse_error& error) {
       refuse(std::min(error.byte, text_.size() + 1) - 1, error.what());
-    } catch (const nlohmann::json::out_of_range& error) {  // a number, which does not tell its place
+    } catch (const nlohmann::json::out_of_range& error) {  // a number, whose position is not known
       refuse(text_.find_first_not_of(" \t\r\n,:[{", token_end_), error.what());
     }
   }
@@ -93,7 +93,7 @@ class JsonReader {
     if (keys_.size() == 1) member_ = name;
   }
 
-  /// Where the token that was read last begins.
+  /// Position of the token read last.
   /// \param ahead characters that the parser has read beyond it: one after a number
   std::size_t next_token(std::size_t ahead) {
     const std::size_t begin = text_.find_first_not_of(" \t\r\n,:", token_end_);

@@ -89,7 +89,7 @@ template <std::floating_point T>
                        : "its layers fit --detector " + words;
 }
 
-/// A description by the name of a family; says what it reads.
+/// A description by the name of a family, with a note of what it reads.
 [[nodiscard]] inline detect::DetectorDescription description_by_name(const DetectorFiles& files,
                                                                      const nn::NetworkDescription& network,
                                                                      std::string_view name,
@@ -181,7 +181,7 @@ template <std::floating_point T>
   return path + ": class names in the model's metadata are left out: " + error.what();
 }
 
-/// Gives a detector what the metadata of its model say.
+/// Sets a detector's facts from the metadata of its model.
 /// \param without_names  whether no file has the names of the classes
 /// \returns warnings: what is taken from the metadata, and what contradicts the network
 template <std::floating_point T>

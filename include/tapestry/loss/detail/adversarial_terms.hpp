@@ -119,9 +119,9 @@ void max_score_adjoint(const Predictions<T>& predictions, const Target& target, 
 ///
 ///     log(1 + Σ_k m_k / (1 − m_k)),   m_k = 1 − e^(−max_score of class k),
 ///
-/// the log of one plus the odds of every name. Of one class it is max_score(); a name takes its share of the
+/// the log of one plus the odds of every name. For one class it is max_score(); a name takes its share of the
 /// gradient, (m_k / (1 − m_k)) / (1 + Σ), so that no other name is left to take the place of the first. Kinks
-/// and NaN as max_score(). \param box  of the target, pixels of the input
+/// and NaN as max_score(). \param box of the target, pixels of the input
 template <std::floating_point T>
 [[nodiscard]] double vanish(const Predictions<T>& predictions, const detect::Box& box);
 

@@ -12,7 +12,7 @@ struct YoloTrainingTerms {
 
 namespace detail {
 
-/// The terms of a batch: those of its images, several at once, summed in order and divided by `count`.
+/// The terms of a batch: its images are computed side by side, summed in order and divided by `count`.
 /// \param options   with a weight of each term
 /// \param of_image  the terms of an image, called with its number
 template <class Options, std::invocable<std::size_t> OfImage>

@@ -227,7 +227,7 @@ template <std::floating_point T, class Options, class AdjointOf>
   const auto pullback = [options, adjoint_of](const Array<T, 1>& terms_adjoint,
                                               const LogitsAdjoint<T>& logits_adjoint) {
     const auto adjoint = [&](std::size_t term) { return static_cast<double>(terms_adjoint(term)); };
-    Options weights = options;  // weights from each term's own adjoint and the total's
+    Options weights = options;  // weights from the adjoints of each term and of the total
     weights.box = adjoint(0) + adjoint(3) * options.box;
     weights.objectness = adjoint(1) + adjoint(3) * options.objectness;
     weights.classification = adjoint(2) + adjoint(3) * options.classification;

@@ -144,7 +144,7 @@ class WinogradConvolution {
   }
   [[nodiscard]] std::size_t filter_panel_step() const { return plan_.blocks * filter_step(); }
 
-  /// Where the packed weights of a panel's block begin; taps are in_channels · width apart.
+  /// Start of the packed weights of a panel's block; taps are in_channels · width apart.
   [[nodiscard]] const T* packed_filters(std::size_t panel, std::size_t block) const {
     return packed_.weights->data() + panel * 2 * kernels<T>().lanes * packed_.reduction() +
            block * plan_.channels_per_block * width_of(panel);
@@ -271,7 +271,7 @@ class WinogradConvolution {
 ///
 /// Filters are transformed from the packed weights when they are needed, a block at a time, and stay in the
 /// second cache. For 49 tiles that takes 7 % of the products' time, and saves four times the weights' memory
-/// and bandwidth. Where all of them are few they are kept instead.
+/// and bandwidth. If all of them are few, they are kept instead.
 ///
 /// \param pairs  transformed inputs and filters are rounded to bfloat16, of an even number of channels in;
 ///               see bfloat16.hpp. Partial sums are then of 128 channels

@@ -20,7 +20,7 @@ using Attribute =
 struct Node {
   std::string name{};  ///< for messages; may be empty
   std::string operation{};
-  /// Names of values; empty where an optional input is left out. Behind those of the operator follow the
+  /// Names of values; empty where an optional input is left out. The operator's inputs come first, then the
   /// values that each of the node's subgraphs captures.
   std::vector<std::string> inputs{};
   std::vector<std::string> outputs{};

@@ -62,10 +62,10 @@ class Network {
   [[nodiscard]] std::size_t step_of(const std::string& value) const;
 
   /// Position of each weight in weights(). A constant of the description counts several times here, each with
-  /// its own adjoint, if it is read in both layouts or if other constants are computed from it beforehand. Of
-  /// a simplified network these have names of their own; else those that are only moved have the constant's.
+  /// its own adjoint, if it is read in both layouts or if other constants are computed from it beforehand. A
+  /// simplified network gives them new names; otherwise a constant that is only moved keeps its name.
   [[nodiscard]] const std::vector<WeightBlock>& weight_blocks() const { return program_.weights; }
-  /// Where the elements of a block lie in the constant that it is named after.
+  /// Place of a block's elements in the constant that it is named after.
   /// \throws DomainError for a moved constant of more than 2^24 elements
   [[nodiscard]] static std::vector<std::size_t> places_of(const WeightBlock& block);
   /// Values of the constants that training changes, one after another.

@@ -114,7 +114,7 @@ class ProgramBuilder {
   /// Names of all values, those between parts included.
   ValueNames& names();
 
-  /// Records a problem. Of a network that cannot run at all only the first ones are kept.
+  /// Records a problem. Only the first ones are kept of a network that cannot run.
   void add_problem(const std::string& problem);
 
   void fail(const Node& node) {
@@ -150,7 +150,7 @@ class ProgramBuilder {
 
   const Constant* stored_constant(const std::string& name, const Constant& constant);
 
-  /// Where the program has a value in the layout wanted, converted or copied there if it has not yet.
+  /// Slot of a value in the layout wanted, converted or copied if the program has none yet.
   std::size_t value_of(const std::string& name, Known& known, bool is_last, std::size_t rank);
 
   [[noreturn]] void refuse() const;

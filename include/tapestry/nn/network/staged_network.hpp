@@ -64,8 +64,8 @@ class StagedPass {
 /// A network in which extents depend on values: of boxes that are left after suppression, of a condition's
 /// branch, of a number of rounds. It runs as networks of fixed extents, one after the other: each has all
 /// nodes whose extents are known. Integers and truths that it computes are constants of the next. Gradients
-/// run back through all of them. What is selected (by NonMaxSuppression, NonZero, TopK, a condition) is held
-/// still: a selection is constant but where it jumps.
+/// run back through all of them. Selections (by NonMaxSuppression, NonZero, TopK, a condition) count as
+/// constant, which they are but where they jump.
 template <std::floating_point T>
 class StagedNetwork {
  public:

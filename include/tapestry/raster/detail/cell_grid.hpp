@@ -57,8 +57,8 @@ class CellGrid {
             {cell(high[0], 0, columns_), cell(high[1], 1, rows_)}};
   }
 
-  /// Cuts a line at the borders of cells: calls visit(index, from, to) for each segment, in order. Those
-  /// beside all cells are in the nearest ones.
+  /// Cuts a line at the borders of cells: calls visit(index, from, to) for each segment, in order. Points
+  /// outside the grid are in the nearest cells.
   template <class Visit>
   void cut(const std::array<double, 2>& from, const std::array<double, 2>& to, Visit visit) const {
     std::array<std::int32_t, 2> cell = cells_of(from, from).first;

@@ -26,8 +26,8 @@ class SeenFaces {
       }
     }
 
-    /// Of each pixel its only face, `none`, or a number below it for several faces, which no other pixel has;
-    /// the last pixels without faces may be missing.
+    /// The only face of each pixel, or `none`, or for several faces a number below it that no other pixel
+    /// has; trailing pixels without faces may be missing.
     [[nodiscard]] const std::vector<std::int32_t>& shown() const { return shown_; }
 
     /// The faces of a pixel; none if it is not in the band.

@@ -10,8 +10,8 @@ namespace tapestry::raster {
 template <std::size_t Coordinates>
 using ColourSlope = std::array<std::array<double, Coordinates>, 3>;
 
-/// ∂colour/∂(u, v) of visit_atlas_taps()'s bilinear lookup. At a texel's centre, where it jumps, it is that
-/// of the greater index's side; beyond the outer texels' centres it is 0.
+/// ∂colour/∂(u, v) of visit_atlas_taps()'s bilinear lookup. At a texel's centre, where it jumps, it takes the
+/// side of the greater index; beyond the outer texels' centres it is 0.
 /// \param texels  [height · width, 3]
 template <class Texels>
 [[nodiscard]] ColourSlope<2> atlas_slope(const TextureLayout& layout, const Texels& texels,

@@ -17,8 +17,8 @@ inline constexpr double environment_togetherness = 0.001;
 /// showed there.
 inline constexpr double brightest_surroundings = 2;
 
-/// Weight of gloss's own square: where gloss and surroundings explain a photograph alike, the surroundings
-/// do.
+/// Weight of the square of gloss: where gloss and surroundings explain a photograph alike, prefers the
+/// surroundings.
 inline constexpr double gloss_smallness = 10;
 
 /// Surroundings that points of a photograph mirror, fitted from coarse to fine.

@@ -53,8 +53,8 @@ inline std::vector<std::size_t> chart_of_faces(const PaintedMesh& body) {
   return chart;
 }
 
-/// The chart of each texel of an atlas, no_chart for unused ones: that of the first painted face whose uv
-/// triangle contains the texel's centre, else of the first whose lookups read it.
+/// The chart of each texel of an atlas, no_chart for unused ones: the chart of the first painted face whose
+/// uv triangle contains its centre, else of the first whose lookups read it.
 inline std::vector<std::size_t> chart_of_texels(const PaintedMesh& body) {
   const TextureLayout& layout = body.layout;
   const std::vector<std::size_t> chart_of_face = chart_of_faces(body);

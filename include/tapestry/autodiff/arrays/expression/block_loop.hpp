@@ -39,7 +39,7 @@ template <std::size_t Largest = 64, class Body>
   for (; first < count; ++first) body(first);
 }
 
-/// plain_block() as a function of its own.
+/// plain_block() as a separate function.
 template <std::size_t Largest = 64, class Body>
 [[gnu::noinline]] void portable_block(std::size_t count, const Body& body) {
   const Body own = body;

@@ -13,9 +13,9 @@ template <std::size_t Rank>
   return count;
 }
 
-/// Memory of arrays that a tape has forgotten, for those of its next recording: pages fresh from the system
-/// cost more than most operations. Holds no more than was in use at once, and frees what it holds of other
-/// sizes before it allocates more. Any thread may give back.
+/// Memory of forgotten arrays, kept for the next recording: fresh pages of the system cost more than most
+/// operations. Holds no more than was in use at once, and frees what it holds of other sizes before it
+/// allocates more. Any thread may give back.
 template <class T>
 class ArrayMemory {
  public:

@@ -8,8 +8,7 @@
 namespace tapestry {
 namespace detail {
 
-/// The element of each line that `is_better` than all before it, and after which none is; its adjoint goes to
-/// that element.
+/// The best element of each line, the first of equals; the adjoint goes to that element.
 template <class X, class IsBetter>
 [[nodiscard]] auto extreme_along(const char* operation, const X& x, std::size_t axis, IsBetter is_better) {
   using T = ArrayScalarType<X>;

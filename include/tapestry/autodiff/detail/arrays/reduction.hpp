@@ -172,8 +172,8 @@ template <Exponential Policy = Exponential::vector, DifferentiableArray X>
 }
 
 namespace detail {
-/// x̄ᵢ += yᵢ·(ḡᵢ − Σ ḡⱼ·yⱼ) of a line of the softmax y, summed in double. All ḡ are taken less that of the
-/// largest yₘ, so that 1 − yₘ keeps its digits as yₘ nears 1.
+/// x̄ᵢ += yᵢ·(ḡᵢ − Σ ḡⱼ·yⱼ) of a line of the softmax y, summed in double. The ḡ of the largest yₘ is
+/// subtracted from all, so that 1 − yₘ keeps its digits as yₘ nears 1.
 template <class T>
 void pull_back_softmax_line(const T* g, const T* y, T* x_adjoint, std::size_t count, std::size_t step) {
   std::size_t top = 0;

@@ -5,8 +5,8 @@ namespace Eigen::internal {
 template <class Matrix, int Size>
 struct determinant_impl;
 
-/// Determinant of variables of more than four rows, as Eigen's own. That leaves a column as it is that has no
-/// pivot; a singular matrix is decomposed anew, with full pivoting, which leaves zeros alone at the end.
+/// Determinant of variables of more than four rows, as Eigen's own. Partial pivoting skips a column without a
+/// pivot; so a singular matrix is decomposed again with full pivoting, which leaves zeros only at the end.
 /// Their determinant is right to second order.
 template <class Matrix, int Size>
 requires(tapestry::detail::HasDerivatives<typename Matrix::Scalar> &&

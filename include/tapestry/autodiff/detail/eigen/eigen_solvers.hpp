@@ -3,7 +3,7 @@
 #include <tapestry/autodiff/detail/eigen/changes.hpp>
 #include <tapestry/autodiff/functions.hpp>
 
-// Solvers for eigenvalues in place of Eigen's. Those end an iteration where a value is 0, and drop its
+// Solvers for eigenvalues in place of Eigen's. Eigen's solvers end an iteration at a value 0, and drop its
 // derivatives.
 
 namespace tapestry::detail {

@@ -6,7 +6,7 @@ namespace Eigen {
 template <class Scalar>
 class JacobiRotation;
 
-/// Rotation [c s; −s c] of variables, as Eigen's own. That drops derivatives where an entry is 0.
+/// Rotation [c s; −s c] of variables, as Eigen's own. Eigen's rotation drops derivatives of an entry 0.
 template <class S>
 requires tapestry::Differentiable<S>
 class JacobiRotation<S> {

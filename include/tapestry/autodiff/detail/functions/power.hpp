@@ -111,7 +111,7 @@ struct PowSlope {
 };
 struct Pow {
   static constexpr bool skips_zero = true;
-  /// Where the slope by x, or its own slope, is infinite, and so that by y.
+  /// Points where the slope by x or its derivative is infinite, and with it the slope by y.
   static bool is_kink(auto x, auto y) { return x == 0 && y < 2 && !(y == 0 || y == 1); }
   static auto value(auto x, auto y) { return pow(x, y); }
   static auto partial_x(auto x, auto y, auto pow_xy) { return PowSlope<1>::value(x, y, pow_xy); }

@@ -39,8 +39,8 @@ struct AtLeastNumber : Selection<AtLeastNumber> {
 struct AtMostNumber : Selection<AtMostNumber> {
   static bool takes_x(auto x, auto y) { return either(x <= y, y != y); }
 };
-/// The same but for ties, at which each side has one half of the derivative: whichever stands first,
-/// max(x, y) + min(x, y) has the derivatives of x + y.
+/// The same, but at a tie each side has one half of the derivative: in either order, max(x, y) + min(x, y)
+/// has the derivatives of x + y.
 template <class Operation, class Choice>
 struct SharedSelection : Choice {
   template <class T>

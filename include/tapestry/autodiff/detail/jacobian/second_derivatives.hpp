@@ -16,7 +16,7 @@ template <class T>
 struct SecondDerivatives : std::vector<T> {
   using std::vector<T>::vector;
 
-  /// How many are not known. Those that a sparsity pattern leaves out count, too, on the diagonal.
+  /// How many are not known. Derivatives that a sparsity pattern leaves out count on the diagonal, too.
   std::size_t unknown = 0;
 
   /// The sentence for a message.
@@ -52,9 +52,9 @@ struct Spread {
 
 /// Second derivatives at a point where the rules for kinks and for zeros would decide: as the limit of those
 /// around it. The function is taken as smooth there if its gradient and its second derivatives are the same
-/// on all sides, at two distances, the far one 256 times the near one, which is some roundings of x. Of every
-/// two variables each moves with the other and against it, and all move by different amounts. Points where
-/// the function is not finite, or throws, are outside its domain and are left out.
+/// on all sides, at two distances, the far one 256 times the near one, which is some roundings of x. Any two
+/// variables move together and against each other, and all move by different amounts. Points where the
+/// function is not finite, or throws, are outside its domain and are left out.
 template <class T>
 class Surroundings {
  public:

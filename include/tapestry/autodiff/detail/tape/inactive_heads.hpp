@@ -4,8 +4,8 @@
 
 namespace tapestry::detail {
 
-// State of which a program has one copy is visible everywhere ([[gnu::visibility("default")]]), even where a
-// shared library hides its symbols: another library's functions may replace its own, and need the same tape.
+// State with one copy a program is visible everywhere ([[gnu::visibility("default")]]), even if a shared
+// library hides its symbols: functions of one library may replace another's, and need the same tape.
 
 /// The head of threads without an active tape: no variable has its generation, and it has no room.
 template <class T>

@@ -96,8 +96,8 @@ template <class T>
   return counts.general * pair_words<T> + counts.plus + counts.minus;
 }
 
-/// A general operand of floating-point type among words. A type of its own shows the compiler that writing
-/// one changes nothing else.
+/// A general operand of floating-point type among words. A separate type shows the compiler that writing one
+/// changes nothing else.
 template <std::floating_point T>
 struct [[gnu::packed, gnu::aligned(alignof(Word))]] Pair {
   T partial;

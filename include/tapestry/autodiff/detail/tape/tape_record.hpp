@@ -27,8 +27,8 @@ class TapeRecord {
   TapeRecord& operator=(const TapeRecord&) = delete;
   virtual ~TapeRecord() = default;
 
-  /// Adds to the adjoints of the inputs. `adjoints[i]` is that of scalar statement i, and `statement`
-  /// is the record's own place.
+  /// Adds to the adjoints of the inputs. `adjoints[i]` belongs to scalar statement i, and `statement` is the
+  /// place of the record.
   virtual void pull_back(T* adjoints, std::size_t statement) = 0;
   /// Appends the statements of all its active inputs, in any order. A sweep of several roots fills the
   /// adjoints of these alone, of `statement` and of its results before it calls pull_back().
@@ -51,8 +51,7 @@ namespace detail {
 /// An object that is kept on a tape for others, as long as the tape lives.
 struct TapeAttachment {
   virtual ~TapeAttachment() = default;
-  /// Adjoints that records hold are those of this lane from now on: 0 outside sweeps and in those of one
-  /// root.
+  /// Sets the lane of the adjoints that records hold: 0 outside sweeps, and in sweeps of one root.
   virtual void select_lane(std::size_t lane) noexcept = 0;
 };
 

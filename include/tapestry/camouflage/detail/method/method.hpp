@@ -38,9 +38,9 @@ void require_sound(const Method<T>& method);
 template <std::floating_point T>
 [[nodiscard]] std::vector<std::uint8_t> painted_texels(const Method<T>& method);
 
-/// The first parameter of a method, [row, 3]: each row has that of the first texel it paints, 0 if it paints
-/// none. Within bounds, the start sets where between them a colour begins, 0 in the middle. If the shape is
-/// a parameter, too, it begins as the car's own shape.
+/// The first parameter of a method, [row, 3]: each row starts as the first texel it paints, or at 0 if it
+/// paints none. Within bounds, the start sets where between them a colour begins, 0 in the middle. If the
+/// shape is a parameter, too, it begins as the car's own shape.
 ///
 /// \param start  [texel, 3], a parameter for every texel
 /// \throws ShapeError unless the method is for as many texels; else as require_sound()

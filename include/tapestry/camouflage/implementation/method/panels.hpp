@@ -43,7 +43,7 @@ class PaintedBox {
   return {};
 }
 
-/// Where a point of the mesh lies in a panel, to the right and up; see PanelTexel.
+/// Place of a point of the mesh in a panel, to the right and up; see PanelTexel.
 [[nodiscard]] inline std::array<double, 2> within_panel(Panel panel, const std::array<double, 3>& x) {
   if (panel == Panel::left_doors) return {-x[0], x[2]};
   if (panel == Panel::right_doors) return {x[0], x[2]};

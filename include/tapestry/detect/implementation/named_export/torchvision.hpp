@@ -73,7 +73,7 @@ class TorchvisionExport {
     }
   }
 
-  /// Whether boxes and scores were found. Where scores are logistic, candidates have a class each.
+  /// Whether boxes and scores were found. Logistic scores have one candidate a class.
   [[nodiscard]] bool is_known() const { return boxes_ && scores_ && (has_softmax() || labels_); }
   [[nodiscard]] bool has_softmax() const { return scores_->is_made_by("Softmax"); }
 

@@ -133,8 +133,8 @@ inline void check_repeated_options(const std::string& path, SectionReader& reade
   return text;
 }
 
-/// Checks the options that were never read. Those that would change the result are errors; unknown ones
-/// become warnings.
+/// Checks the options that were never read. Keys that would change the result are errors; unknown keys bring
+/// warnings.
 inline void check_leftover_options(const std::string& path, SectionReader& reader,
                                    std::vector<std::string>& warnings) {
   for (const CfgOption& option : reader.section().options) {

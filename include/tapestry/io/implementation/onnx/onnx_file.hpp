@@ -71,7 +71,7 @@ class ModelReader {
     }
   }
 
-  /// Reads an operator set. Of several versions the highest counts, as onnx.proto requires.
+  /// Reads an operator set. The highest of several versions counts, as onnx.proto requires.
   void read_opset(ProtobufMessage message) {
     std::string_view domain;
     std::int64_t version = 0;

@@ -8,7 +8,7 @@
 
 namespace tapestry::nn {
 
-/// Where axis i of an [N, C, H, W] tensor lies when it is stored channels last, [N, H, W, C].
+/// Place of axis i of an [N, C, H, W] tensor that is stored channels last, [N, H, W, C].
 inline constexpr std::array<std::size_t, 4> stored_axis{0, 3, 1, 2};
 
 /// An operand as the maker of an operation sees it.

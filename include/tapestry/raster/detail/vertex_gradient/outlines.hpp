@@ -280,7 +280,7 @@ class Outlines {
     const double nearness = scene_.field.inverse_depth(own).at(column, row);
     const double farther = nearness - scene_.field.inverse_depth(other).at(column, row);
     if (std::abs(farther) > 1e-6 * nearness) return false;
-    const double sign = low_is_own ? -1 : 1;  // does the other face lie under the own one?
+    const double sign = low_is_own ? -1 : 1;  // does the other face lie under this one?
     return scene_.field.hit(other, column + sign * beside * line.normal[0],
                             row + sign * beside * line.normal[1]) == 0;
   }

@@ -200,7 +200,7 @@ class ArrayWhere {
 template <class X>
 inline constexpr std::size_t leaf_count = std::tuple_size_v<decltype(std::declval<const X&>().leaves())>;
 
-/// A node whose values are each kept or computed in a loop of their own.
+/// A node whose values are kept, or computed in a separate loop.
 template <class X>
 inline constexpr bool is_costly_node = false;
 template <class Operation, class X>

@@ -39,9 +39,9 @@ inline void decompose_if(OperatorContext& context, Decomposer& parts) {
   for (std::size_t i = 0; i < results.size(); ++i) parts.finish(i, "Identity", {results[i]});
 }
 
-/// Loop, as its first round and a Loop of the others. What each round that is over has scanned is carried
-/// along behind the other carried values, in pieces: 32 rounds become one piece, so that long loops neither
-/// copy what they have at every round nor carry a name for each. Source: onnx.ai, Operators.md.
+/// Loop, as its first round and a Loop of the others. Scanned results of finished rounds follow the other
+/// carried values, in pieces of 32 rounds: long loops then neither copy all results at every round nor carry
+/// a name for each. Source: onnx.ai, Operators.md.
 class LoopParts {
  public:
   LoopParts(OperatorContext& context, Decomposer& parts)

@@ -47,7 +47,7 @@ class DeformableConvolution {
   }
 
  private:
-  /// Where a kernel's points look without offsets, as GridSample counts: [1, points, rows, columns, 2], x
+  /// Sampling points of a kernel without offsets, as GridSample counts: [1, points, rows, columns, 2], x
   /// first, −1 and 1 the edges of the map.
   [[nodiscard]] std::string unmoved() {
     const Shape shape{1, points_, offsets_[2], offsets_[3], 2};

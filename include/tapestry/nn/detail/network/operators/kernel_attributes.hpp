@@ -133,7 +133,7 @@ struct KernelTaps {
   std::size_t with_padding = 0;  ///< taps in the picture or the zeros around it
 };
 
-/// A pooling of pictures [images, row, column, channel], each channel on its own.
+/// A pooling of pictures [images, row, column, channel], each channel alone.
 struct PoolingPlan {
   AxisWindow rows{};
   AxisWindow columns{};

@@ -5,7 +5,7 @@
 namespace tapestry::nn {
 
 /// NonZero of values that are known beforehand: the places of those that are not 0, [axes, count], in
-/// row-major order. Those of computed ones have no extents.
+/// row-major order. Positions of computed values have no extents.
 template <std::floating_point T>
 class NonZero : public Operation<T> {
  public:

@@ -14,8 +14,8 @@ struct PadRun {
   std::size_t count = 0;
 };
 
-/// Where element `at` of a padded axis comes from, counted in the axis before padding, which has `extent`
-/// elements; −1 for the constant.
+/// Source of element `at` of a padded axis, in the axis before padding, which has `extent` elements; −1 for
+/// the constant.
 [[nodiscard]] inline std::ptrdiff_t pad_source(const std::string& mode, std::ptrdiff_t at,
                                                std::ptrdiff_t extent) {
   if (at >= 0 && at < extent) return at;

@@ -7,7 +7,7 @@
 
 namespace tapestry::nn {
 
-/// MaxPool and GlobalMaxPool. Values outside the picture count as −∞. Of equal values, the first in reading
+/// MaxPool and GlobalMaxPool. Values outside the picture count as −∞. The first of equal values in reading
 /// order gets the adjoint. NaN counts as the largest value.
 template <std::floating_point T>
 class MaxPool : public Operation<T> {

@@ -51,8 +51,8 @@ struct ResizeTable {
 };
 
 namespace detail {
-/// Coordinate of output i among the inputs. The nearest value is that of a tie wherever the extents make one:
-/// there a scale that is their ratio, rounded to single precision as in files, stands for the ratio.
+/// Coordinate of output i among the inputs. Ties of the nearest value follow the extents: a scale that equals
+/// their ratio, rounded to single precision as in files, counts as the exact ratio.
 [[nodiscard]] inline double resize_coordinate(const ResizeRule& rule, const ResizeAxis& axis, std::size_t i) {
   const auto x = static_cast<double>(i), scale = axis.scale;
   const auto input = static_cast<double>(axis.input), output = static_cast<double>(axis.output);

@@ -8,7 +8,7 @@ namespace tapestry::nn {
 enum class ScatterRule { replace, add, multiply, largest, smallest };
 
 /// ScatterND and ScatterElements: a copy of a tensor to which updates of the blocks that indices select are
-/// applied one after another. Of equal values the element gets the adjoint, not the update.
+/// applied one after another. If an update equals its element, the element gets the adjoint.
 template <std::floating_point T>
 class Scatter : public Operation<T> {
  public:

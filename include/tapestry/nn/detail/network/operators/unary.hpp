@@ -240,8 +240,8 @@ void add_elementary_operators(OperatorTable<T>& table) {
 }
 }  // namespace detail
 
-/// Functions of each element on its own. "Swish" is Tapestry's name for x · σ(x), and StraightRound is its
-/// own, too; ONNX has neither.
+/// Functions of each element alone. "Swish" is Tapestry's name for x · σ(x), and StraightRound is its own,
+/// too; ONNX has neither.
 template <std::floating_point T>
 void add_unary_operators(OperatorTable<T>& table) {
   using detail::add_unary;

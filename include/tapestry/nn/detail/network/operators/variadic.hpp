@@ -71,7 +71,7 @@ class SumOf : public Variadic<T> {
   T scale_;
 };
 
-/// Max and Min of each element. Of equal operands the first one gets the whole adjoint; NaN comes before
+/// Max and Min of each element. The first of equal operands gets the whole adjoint; NaN comes before
 /// everything.
 template <std::floating_point T>
 class ExtremeOf : public Variadic<T> {
