@@ -42,7 +42,7 @@ std::vector<MeasuredFolder> folders_of(const std::string& row, std::size_t equal
   return folders;
 }
 
-/// \throws Error (usage) for a folder that is given twice, by whatever names
+/// \throws Error (usage) for a folder given twice, even by other names
 void require_distinct(const Comparison& comparison, const std::vector<MeasuredFolder>& folders) {
   std::vector<std::string> known;
   for (const auto& row : comparison.rows) known.insert(known.end(), row.folders.begin(), row.folders.end());

@@ -14,7 +14,7 @@ namespace tapestry::scenes {
 [[nodiscard]] io::Frame make_frame(Random& random, const std::function<Scene(Random&)>& make, double least,
                                    double most, std::size_t height, std::size_t width);
 
-/// The same of so many scenes at most; nothing if none will do.
+/// The same, within a number of scenes; nothing if none fits.
 /// \param shows_car  whether the picture shows the car; if not, what lies behind it, with its shadow
 [[nodiscard]] std::optional<io::Frame> find_frame(Random& random, const std::function<Scene(Random&)>& make,
                                                   double least, double most, std::size_t height,

@@ -1,6 +1,5 @@
-// Shows what a detector's belief rests on: the gradient of its surest box's score with respect to a
-// photograph, saved as a picture. Takes an .onnx or a .weights file, the latter with its .cfg beside it, and
-// a photograph.
+// Saves the gradient of a detector's surest score with respect to a photograph as a picture: the pixels that
+// it rests on. Takes an .onnx or a .weights file, the latter with its .cfg beside it, and a photograph.
 #include <cstdio>
 #include <filesystem>
 #include <tapestry/detect/box_decode_variable.hpp>

@@ -12,7 +12,7 @@ constexpr std::size_t sample_count = 20000, part_size = 1000;
 
 /// The slopes of Σ softplus(−y·(w·x + b)) by w and b, over some of the samples.
 std::vector<double> gradient_of_part(double weight, double bias, tapestry::BlockRange part) {
-  tapestry::Tape<double> tape;  // of this part, and so of this thread
+  tapestry::Tape<double> tape;  // one a part, so no threads share it
   const auto scope = tape.activate();
   const auto w = tape.input(weight), b = tape.input(bias);
   tapestry::Variable<double> loss = 0;

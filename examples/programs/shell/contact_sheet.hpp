@@ -10,7 +10,7 @@ inline bool is_shown(std::size_t index, std::size_t shown, std::size_t pictures)
   return (index + 1) * shown / pictures > index * shown / pictures;
 }
 
-/// Columns of a sheet of so many pictures.
+/// Number of columns of a sheet of pictures.
 inline std::size_t sheet_columns(std::size_t pictures) { return pictures > 12 ? 8 : 3; }
 
 /// Most pictures of `side` pixels on a sheet, so that neither side of the sheet exceeds the 16,384 pixels of

@@ -529,7 +529,7 @@ class Flattening {
 };
 }  // namespace detail
 
-/// Lays faces of a mesh flat, in as few parts as keep lengths.
+/// Lays faces of a mesh flat, in the fewest parts that keep lengths.
 /// \param faces  with area
 /// \param most   stretch beyond which a part is cut, of all but a hundredth of its area
 [[nodiscard]] inline std::vector<FlatPart> flattened(const geometry::Mesh& mesh,

@@ -79,7 +79,7 @@ class OutputClaim {
     if (const int signal = deferred.exchange(0); signal != 0) end_by(signal);
   }
 
-  // Handlers of signals reach nothing but what is static.
+  // Handlers of signals reach static objects only.
   static inline std::array<std::atomic<const char*>, 16> lock_files{};
   static inline std::atomic<bool> is_changing{
       false};                                  ///< while a signal would find a lock that is not listed

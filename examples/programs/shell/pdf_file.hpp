@@ -40,7 +40,7 @@ class PdfPage {
                 rectangle(box) + "f Q\n";
   }
 
-  /// \param text  one line; what is not printable ASCII becomes a question mark
+  /// \param text one line; other than printable ASCII becomes a question mark
   void text(const PagePoint& baseline, double size_pt, std::string_view text) {
     content_ += "BT /F1 " + number(size_pt) + " Tf " + point(baseline) + "Td (";
     for (const char c : text) {

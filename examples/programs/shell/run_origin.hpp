@@ -5,7 +5,7 @@
 
 namespace tapestry::shell {
 
-// One rule for what a run's bits depend on beside its options. Relative paths of its settings start where it
+// Sets what else decides a run's bits, beside its options. Relative paths of its settings start where it
 // began, and its instruction set is taken over, wherever this processor has it. Differences that remain are
 // named: --resume, which promises the run's bits, refuses them unless they are accepted; a measurement warns.
 

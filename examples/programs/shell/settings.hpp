@@ -246,7 +246,7 @@ nlohmann::ordered_json json_of_settings(const Settings&... settings) {
   return json;
 }
 
-/// The number of --scale; 0 for what is none.
+/// The number of --scale; 0 for other text.
 inline double scale_of(const SceneSettings& settings) {
   double scale = 0;
   return io::parse_number(settings.scale, scale) ? scale : 0;

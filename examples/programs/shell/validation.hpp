@@ -17,7 +17,7 @@ namespace tapestry::shell {
 /// the run minimises: so runs of several losses and methods can be compared.
 class Validation {
  public:
-  /// Moves so many of the usable views to a validation, evenly spread. None: every paint is as good as the
+  /// Moves this number of usable views to a validation, evenly spread. None: every paint is as good as the
   /// last.
   /// \param path  file of the best paint so far
   /// \throws Error (usage) unless views to optimise on are left

@@ -4,8 +4,7 @@
 namespace tapestry::shell {
 
 /// Counts boxes that no object has: the centre lies outside the picture, or the box is larger than the
-/// picture by half, or thinner than a quarter of a pixel. Outputs that are not what they are read as have
-/// such boxes.
+/// picture by half, or thinner than a quarter of a pixel. Outputs that are misread have such boxes.
 class WildBoxes {
  public:
   /// \param height, width  of the picture whose pixels the boxes are in

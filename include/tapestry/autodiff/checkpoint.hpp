@@ -141,8 +141,8 @@ struct FunctionPart {
 
 /// Computes a function of several variables and records it as one statement, whose gradient is taken at once:
 /// for parts with many operations and few inputs. The tape keeps nothing else of them.
-/// \param function  takes std::span<const Variable<T>> of as many, and returns a Variable<T>; uses no other
-///                  active ones
+/// \param function takes a std::span<const Variable<T>> of the inputs' length, returns a Variable<T>, and
+///                  uses no other active ones
 template <class T, class Function>
 [[nodiscard]] Variable<T> preaccumulate(const Function& function, std::span<const Variable<T>> inputs) {
   std::vector<T> partials(inputs.size()), values;

@@ -21,9 +21,8 @@ namespace detail {
   return count;
 }
 
-/// Number of steps, of `steps` ≥ 2, after which to keep the next state, where `snapshots` ≥ 2 may be kept
-/// with the first, so that the fewest steps are computed again. Source: Griewank and Walther 2000, "Algorithm
-/// 799: revolve".
+/// Steps, of `steps` ≥ 2, up to the next state to keep, so that the fewest are computed again; `snapshots` ≥
+/// 2 states may be kept, the first included. Source: Griewank and Walther 2000, "Algorithm 799: revolve".
 [[nodiscard]] inline std::size_t steps_to_next_snapshot(std::size_t steps, std::size_t snapshots) {
   std::size_t repeats = 1;
   while (reversible_steps(snapshots, repeats, steps) < steps) ++repeats;

@@ -98,7 +98,7 @@ template <std::floating_point T = double, class Function>
   return result;
 }
 
-/// f(x), ∇f(x), and ∇²f(x)·v, see hessian() for what is not known of it.
+/// f(x), ∇f(x), and ∇²f(x)·v; see hessian() for unknown entries.
 template <class T>
 struct HessianProduct {
   T value;

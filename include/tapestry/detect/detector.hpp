@@ -241,7 +241,7 @@ class Detector {
   /// run() of a network in stages, image after image.
   void run_stages(const Array<T, 4>& images, Pass<T>& pass) const;
 
-  /// pull_back_one() of a network in stages.
+  /// The same as pull_back_one() for a staged network.
   void pull_back_stages(Pass<T>& pass, std::size_t n, const std::vector<const T*>& of_outputs,
                         Array<T, 4>* images_adjoint, const std::vector<T*>& gathered) const;
 

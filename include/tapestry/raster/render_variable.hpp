@@ -185,7 +185,7 @@ template <std::floating_point T, LightModel Model, class Gradient = BoundaryInte
   };
   auto picture = record_array(std::move(drawn.colour), std::move(pullback), inputs.texels, inputs.positions,
                               inputs.pose, inputs.light);
-  if constexpr (std::same_as<Gradient, InteriorOnly>)  // outlines held still cover what they cover
+  if constexpr (std::same_as<Gradient, InteriorOnly>)  // outlines count as fixed
     return {std::move(picture), std::move(drawn.coverage)};
   else
     return {std::move(picture),

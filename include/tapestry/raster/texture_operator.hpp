@@ -10,7 +10,7 @@
 
 namespace tapestry::raster {
 
-/// The linear map from texture to picture of one view, stored sparse:
+/// The linear map from texture to picture of one view, sparse:
 ///
 ///   render[p, c] = constant[p, c] + light_colour[c] · Σ_i weights[i] · texels[texels_of[i], c]
 ///

@@ -32,7 +32,7 @@ struct ComparedCell {
   std::optional<ComparedPictureNoise> picture_noise{};
   std::optional<evaluate::PairedRatio> kept{};  ///< of the effect in the protocol's second part
   Array<double, 2> confidence{};                ///< best, with the camouflage, [seed, view]
-  /// Mean best confidence of the first row minus this, where that has as many seeds.
+  /// Mean best confidence of the first row minus this, if both have equally many seeds.
   std::optional<evaluate::PairedDifference> beyond_first{};
 };
 

@@ -11,7 +11,7 @@
 
 namespace tapestry::shell {
 
-/// A frame of which nothing shows, so that it is left out.
+/// A frame without a visible car, which is left out.
 inline io::Frame hidden_frame(const evaluate::ProtocolFrame& frame, std::size_t size_px) {
   io::Frame hidden;
   hidden.image = zeros<std::uint8_t, 3>({size_px, size_px, 3});

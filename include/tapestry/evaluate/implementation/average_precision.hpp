@@ -79,7 +79,7 @@ void ClassMatches::measure_overlaps() {
 
 /// COCO's precision and recall of a class at one threshold.
 struct CurveSummary {
-  double precision = 0;  ///< interpolated, mean over 101 recalls
+  double precision = 0;  ///< interpolated precision, mean over 101 recalls
   double recall = 0;     ///< the largest
 };
 

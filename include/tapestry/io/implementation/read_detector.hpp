@@ -102,7 +102,7 @@ template <std::floating_point T>
   return description;
 }
 
-/// A description, and what it is from.
+/// A description, and its source.
 struct SourcedDescription {
   detect::DetectorDescription description{};
   std::string source{};

@@ -22,7 +22,7 @@ namespace tapestry::nn {
 template <std::floating_point T>
 struct Epilogue {
   const T* bias = nullptr;             ///< one for each lane, readable up to whole vectors
-  bool adds = false;                   ///< add to what is there
+  bool adds = false;                   ///< add to the outputs
   T slope = 1;                         ///< 1 changes nothing
   const std::uint8_t* gate = nullptr;  ///< bits, or null
   std::uint8_t* positive = nullptr;    ///< bits to write, or null

@@ -54,7 +54,7 @@ class ProgramBuilder {
   /// \throws FileError (limit) naming the node at which the budget is used up
   void add_nodes();
 
-  /// Returns what is left after add_nodes().
+  /// Returns the nodes left by add_nodes().
   [[nodiscard]] const PlanBudget& budget() const { return budget_; }
 
   /// Facts of every value that could be made, after build() or add_nodes(). Constants belong to the

@@ -42,7 +42,7 @@ class StagedPass {
     std::vector<ElementType> types{};              ///< of its outputs
     NetworkDescription rest{};                     ///< the nodes that wait
     std::optional<Engine> engine{};                ///< as of StagedNetwork
-    PlanBudget budget{};                           ///< what is left behind this stage
+    PlanBudget budget{};                           ///< nodes left behind this stage
   };
   struct Run {
     std::shared_ptr<const Stage> stage{};

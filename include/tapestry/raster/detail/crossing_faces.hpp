@@ -75,7 +75,7 @@ class SeenFaces {
     std::vector<std::int32_t> several_;  // the number of a pixel's faces, then these
   };
 
-  /// No seen faces: a picture of which nothing is known.
+  /// No seen faces: an unknown picture.
   SeenFaces() = default;
 
   /// \param width      of the picture

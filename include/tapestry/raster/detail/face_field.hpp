@@ -70,7 +70,7 @@ class FaceField {
     return inverse_depth * (1 + rounding);
   }
 
-  /// Finds what hides points of a segment, and what is seen beside them.
+  /// Finds the faces that hide points of a segment, and those seen beside them.
   /// \param step      to the points beside them, which lie at point − step and point + step
   /// \param left_out  the faces of these are ignored
   /// \param points    their place, hidden_from and the 1/z of known faces are set

@@ -191,8 +191,8 @@ namespace tapestry::raster::detail {
   return reaches_through(a, b) && reaches_through(b, a);
 }
 
-/// Calls compare(face, face) for pairs of which each of two neighbouring pixels shows one face. Where pixels
-/// show more than two faces, faces are small, and a missed line is short. Both show at least one.
+/// Calls compare(face, face) for pairs of faces that neighbouring pixels show. Where pixels show more than
+/// two faces, faces are small, and a missed line is short. Both show at least one.
 template <class Compare>
 void compare_across(std::span<const std::int32_t> faces, std::span<const std::int32_t> beside,
                     Compare compare) {

@@ -12,7 +12,7 @@ namespace tapestry::detail {
 template <class S>
 concept HasDerivatives = Differentiable<S> || ComplexOfDifferentiable<S>;
 
-/// Whether a number is 0 and has no derivatives: what is multiplied by it is left out.
+/// Whether a number is 0 without derivatives, so that products with it are left out.
 template <HasDerivatives S>
 [[nodiscard]] bool is_passive_zero(const S& x) {
   if constexpr (ComplexOfDifferentiable<S>) {

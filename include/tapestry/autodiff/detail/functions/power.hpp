@@ -77,7 +77,7 @@ struct PowSlope {
     }
     if (factor == 0 || (power == 0 && std::isinf(y))) return T(0);
     if (std::isnan(power) || (x != 0 && is_normal_number(power) && is_normal_number(slope))) return slope;
-    T size = 0;  // the power is 0 or ∞, or lost digits, where its slope need not
+    T size = 0;  // the power is 0, ∞ or lost digits; its slope may have not
     if (lowered_power(std::abs(x), y, N, factor, size))
       return x < 0 && std::signbit(power) == (N % 2 == 0) ? -size : size;
     return factor * std::pow(x, y - T(N));

@@ -27,8 +27,8 @@ template <std::floating_point T>
   return std::make_shared<const EigenPairs<T>>(EigenPairs<T>{solver.eigenvalues(), solver.eigenvectors()});
 }
 
-/// turn / gap: two eigenvectors turn into each other as their eigenvalues part. If the gap is only rounding,
-/// there is no derivative, except for functions of the space that both span, which no turn changes.
+/// turn / gap: rate at which two eigenvectors mix, by the gap of their eigenvalues. If the gap is only
+/// rounding, there is no derivative, except for functions of the space that both span, which no turn changes.
 /// \param gap, turn          of the two
 /// \param gap_size, turn_size  sizes below which they are only rounding
 template <std::floating_point T>

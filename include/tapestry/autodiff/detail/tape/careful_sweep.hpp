@@ -6,7 +6,7 @@
 #include <tapestry/autodiff/detail/tape/tape_memory.hpp>
 
 /// The rule that a zero passes nothing, where the fast sweep leaves it out: it multiplies adjoints that are
-/// infinite or NaN by zero partial derivatives. Such a product is NaN, and so is what it is added to.
+/// infinite or NaN by zero partial derivatives. Such a product is NaN, and makes its sum NaN.
 namespace tapestry::detail {
 
 /// Whether a sweep may have multiplied an infinite adjoint or a NaN by 0: one adjoint at least is NaN. To

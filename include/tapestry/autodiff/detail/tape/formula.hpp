@@ -85,7 +85,7 @@ requires FormulaOperands<X, Y>
   }
 }
 
-/// The number of type T that an operand stands for, whatever it carries.
+/// The number of type T of an operand, without its derivatives.
 template <std::floating_point T, class X>
 [[nodiscard]] T value_of(const X& x) {
   if constexpr (Number<X>) {

@@ -25,7 +25,7 @@ class AdjointMemory {
     std::memset(static_cast<void*>(memory_.get()), 0, count * sizeof(T));
     size_ = count;
   }
-  /// Reserves memory for so many adjoints, and forgets the present ones.
+  /// Reserves memory for adjoints, and forgets the present ones.
   void reserve(std::size_t count) {
     if (count <= capacity_) return;
     grow(count);

@@ -67,9 +67,9 @@ template <DualNumber T>
   return (static_cast<int>(a) | static_cast<int>(b)) != 0;
 }
 
-/// factor · partial, of which a zero on either side passes nothing, not even from infinity or a NaN: a
-/// product of slopes is then the same from either end, on the tape and in duals. The product comes first, so
-/// that loops of this need no branch.
+/// factor · partial; a zero on either side gives 0, even beside infinity or NaN: a product of slopes is then
+/// the same from either end, on the tape and in duals. The product comes first, so that loops of this need no
+/// branch.
 template <std::floating_point T>
 [[nodiscard]] constexpr T chain(T factor, T partial) {
   const T product = factor * partial;

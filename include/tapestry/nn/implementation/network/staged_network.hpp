@@ -72,7 +72,7 @@ auto StagedNetwork<T>::made(NetworkDescription description, Stage stage) -> std:
   finder.add_nodes();
   stage.budget = finder.budget();
   auto [nodes, left, constants] = finder.divided();
-  // Without new nodes the next stage would be this one again, but for what is chosen by the inputs' values.
+  // Without new nodes the next stage would equal this one, but for choices by the inputs' values.
   const bool may_choose = !stage.before && std::ranges::any_of(left, detail::chooses_by_values);
   if (nodes.empty() && left.size() == description.nodes.size() && !may_choose) finder.require_no_problems();
   const NetworkFacts facts = finder.facts();

@@ -4,7 +4,7 @@
 
 namespace tapestry::nn::detail {
 
-/// Names of what a subgraph captures, whose values begin at `first` among the node's inputs.
+/// Names of the values that a subgraph captures; they begin at `first` among the node's inputs.
 [[nodiscard]] inline std::map<std::string, std::string> captured_names(const Subgraph& graph,
                                                                        const Node& node, std::size_t first) {
   std::map<std::string, std::string> names;

@@ -6,8 +6,8 @@
 
 namespace tapestry::nn::detail {
 
-/// A convolution of which each point of the kernel looks elsewhere for each pixel: bilinear lookups at moved
-/// places, 0 outside, times a mask, then a product with the weights. Source: onnx.ai, DeformConv; Dai et al.,
+/// A convolution whose kernel has other sampling points for each pixel: bilinear lookups at moved places, 0
+/// outside, times a mask, then a product with the weights. Source: onnx.ai, DeformConv; Dai et al.,
 /// "Deformable Convolutional Networks" (ICCV 2017), and Zhu et al. (CVPR 2019) for the mask.
 class DeformableConvolution {
  public:
@@ -111,7 +111,7 @@ inline void decompose_deform_conv(OperatorContext& context, Decomposer& parts) {
   DeformableConvolution(context, parts).write();
 }
 
-/// Slices where a condition holds, of the whole in one row without `axis`. Source: onnx.ai, Compress.
+/// Slices along `axis` at which a condition holds; without it, elements. Source: onnx.ai, Compress.
 inline void decompose_compress(OperatorContext& context, Decomposer& parts) {
   const std::string places =
       parts.add("Reshape", {parts.add("NonZero", {parts.input(1)}), parts.integers({-1})});

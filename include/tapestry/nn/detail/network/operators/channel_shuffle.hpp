@@ -78,7 +78,7 @@ class InterleaveChannels : public Operation<T> {
  public:
   using Result = typename Operation<T>::Result;
 
-  /// \param results  of twice as many channels together
+  /// \param results together of twice the channels
   InterleaveChannels(const Shape& shape, std::vector<Result> results)
       : Operation<T>(std::move(results)), channels_(shape.back()), pixels_(size_of(shape) / channels_) {
     this->set_pixelwise();

@@ -169,7 +169,7 @@ void add_resize(OperatorTable<T>& table) {
     const Operand& x = context.input(0);
     Shape out = x.shape;
     std::vector<ResizeTable> tables;
-    for (std::size_t axis = x.shape.size(); axis-- > 0;) {  // last first: smaller tensors between
+    for (std::size_t axis = x.shape.size(); axis-- > 0;) {  // last axis first keeps tensors small
       for (const ResizeAxis& one : attributes.axes)
         if (one.axis == axis) tables.push_back(resize_table(attributes.rule, one));
       if (!tables.empty() && tables.back().axis == axis) out[axis] = tables.back().output;

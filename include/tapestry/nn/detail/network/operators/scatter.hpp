@@ -7,8 +7,8 @@ namespace tapestry::nn {
 /// How an update changes its element.
 enum class ScatterRule { replace, add, multiply, largest, smallest };
 
-/// ScatterND and ScatterElements: a copy of a tensor to which updates of the blocks that indices select are
-/// applied one after another. If an update equals its element, the element gets the adjoint.
+/// ScatterND and ScatterElements: a copy of a tensor; updates are applied to the blocks that indices select,
+/// one after another. If an update equals its element, the element gets the adjoint.
 template <std::floating_point T>
 class Scatter : public Operation<T> {
  public:
