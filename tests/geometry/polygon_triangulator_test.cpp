@@ -26,8 +26,7 @@ double twice_area(const Vector2& a, const Vector2& b, const Vector2& c) {
 double shoelace(const Polygon& polygon) {
   double sum = 0;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector2& a = polygon[i];
-    const Vector2& b = polygon[(i + 1) % polygon.size()];
+    const Vector2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
     sum += a[0] * b[1] - a[1] * b[0];
   }
   return sum / 2;
@@ -46,8 +45,7 @@ std::vector<std::array<std::size_t, 3>> triangles_of(const Polygon& polygon, Pol
 int winding_number(const Polygon& polygon, const Vector2& point) {
   int winding = 0;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector2& a = polygon[i];
-    const Vector2& b = polygon[(i + 1) % polygon.size()];
+    const Vector2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
     if ((a[1] <= point[1]) == (b[1] <= point[1])) continue;  // does not cross the ray to the right
     const double side = twice_area(a, b, point);
     if (a[1] <= point[1] && side > 0) ++winding;
@@ -144,6 +142,10 @@ TEST_CASE("concave polygons are covered whichever corner comes first", "[geometr
   check_covers({{2, 1}, {0.5, 0.5}, {1, 2}, {0, 0}}, 0.5);  // an arrowhead, its notch second
   check_covers(spiral(6, 40), shoelace(spiral(6, 40)));
   check_covers(star(500, 0.01), 500 * 0.01 * std::sin(std::numbers::pi / 500));
+  // Twice its area is 64,120,397,646,443, and in double the sum over the fan is -140,737,488,355,328.
+  const Vector2 notch{210642624042246, 380290420227459};
+  triangles_of({{0, 0}, notch, {3278110275445017, 6492100153243591}, {notch[0] + 1, notch[1] + 2}},
+               PolygonShape::concave);
 }
 
 TEST_CASE("size and place of a polygon do not change its triangles", "[geometry][triangulate]") {

@@ -29,6 +29,13 @@ TEMPLATE_TEST_CASE("Adam's first step has the length of the learning rate", "[op
   CHECK(x[2] == TestType(0));
 }
 
+TEST_CASE("Adam leaves a parameter without a slope where it is, also with epsilon 0", "[optim][adam]") {
+  optim::Adam<double> adam(1, {0.1, 0.9, 0.999, 0.0});
+  std::vector<double> x{1.0};
+  adam.step(x, std::vector<double>{0.0});
+  CHECK(x[0] == 1.0);
+}
+
 TEST_CASE("Adam goes on to the same bits after its state was saved and restored", "[optim][adam]") {
   constexpr std::size_t count = 40000;  // more than one block
   const auto start = tapestry::test::random_array<float>({count}, 1);
