@@ -6,6 +6,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"
+#include "function_rows.hpp"
 
 // Every function, and its derivatives up to the third, against reference/function_table.txt, which
 // reference/make_function_table.py computed with many digits and without a formula of ours. The bounds here
@@ -120,13 +121,21 @@ void check_bounds(const std::string& name, const Worst& worst, const std::array<
   }
 }
 
-template <class Function, class SizesOf = decltype(&no_size)>
-void check_one(const std::string& name, const std::array<double, 4>& bounds, const Function& f,
-               const SizesOf& sizes_of = &no_size) {
-  check_bounds(name,
-               worst_of(
-                   name, 1, [&](const Row& row) { return derivatives_of_one(f, row[0]); }, sizes_of),
-               bounds);
+/// The terms of which derivatives are sums that cancel; the bound of digamma beside its roots below −20 is
+/// absolute.
+Sizes sizes_by_name(const std::string& name, const Row& row) {
+  const double by_root = row[0] < -20 ? 0x1p-10 : 0;
+  if (name == "sigmoid") return {0, 0, 0, row[2]};
+  if (name == "atan") return {0, 0, 0, 2 * row[2] * row[2]};
+  if (name == "tanh") return {0, 0, 0, 2 * row[2]};
+  if (name == "asinh") return {0, 0, 0, row[2] * row[2] * row[2]};
+  if (name == "erf" || name == "erfc") return {0, 0, 0, (4 * row[0] * row[0] + 2) * std::abs(row[2])};
+  if (name == "lgamma") return {0, by_root, 0, 0};
+  if (name == "digamma") return {4 * by_root, 0, 0, 0};
+  if (name != "tgamma") return {0, 0, 0, 0};
+  const double psi = std::abs(tapestry::digamma(row[0])), psi1 = tapestry::polygamma<1>(row[0]);
+  const double terms = psi * psi * psi + 3 * psi * psi1 + std::abs(tapestry::polygamma<2>(row[0]));
+  return {0, by_root * std::abs(row[1]), 0, terms * std::abs(row[1])};
 }
 
 template <class Function, class SizesOf = decltype(&no_size)>
@@ -139,66 +148,26 @@ void check_two(const std::string& name, const std::array<double, 4>& bounds, con
 }
 }  // namespace
 
-TEST_CASE("exponentials and logarithms are as near to many digits as they say", "[autodiff][table]") {
-  check_one("exp", {1, 1, 1, 1}, [](auto x) { return exp(x); });
-  check_one("exp2", {1, 2, 3, 4}, [](auto x) { return exp2(x); });
-  check_one("exp10", {2, 3, 5, 8}, [](auto x) { return exp10(x); });
-  check_one("expm1", {1, 1, 1, 1}, [](auto x) { return expm1(x); });
-  check_one("log", {1, 1, 2, 3}, [](auto x) { return log(x); });
-  check_one("log2", {1, 2, 3, 4}, [](auto x) { return log2(x); });
-  check_one("log10", {1, 2, 3, 4}, [](auto x) { return log10(x); });
-  check_one("log1p", {1, 2, 5, 8}, [](auto x) { return log1p(x); });
-  const auto sigmoid_sizes = [](const Row& row) { return Sizes{0, 0, 0, row[2]}; };
-  check_one(
-      "sigmoid", {2, 4, 5, 8}, [](auto x) { return sigmoid(x); }, sigmoid_sizes);
-  check_one("softplus", {2, 2, 5, 8}, [](auto x) { return softplus(x); });
+TEST_CASE("functions of one number are as near to many digits as they say", "[autodiff][table]") {
+  tapestry::test::for_each_function([](const tapestry::test::FunctionRow& function, const auto& f) {
+    const std::string name = function.name;
+    const auto found = [&](const Row& row) { return derivatives_of_one(f, row[0]); };
+    check_bounds(name, worst_of(name, 1, found, [&](const Row& row) { return sizes_by_name(name, row); }),
+                 {function.f, function.f1, function.f2, function.f3});
+  });
+}
+
+TEST_CASE("functions of two numbers are as near to many digits as they say", "[autodiff][table]") {
   check_two(
       "logsumexp", {2, 4, 5, 8}, [](auto x, auto y) { return logsumexp(x, y); },
       [](const Row& row) {
         return Sizes{std::abs(row[0]) + std::abs(row[1]), 0, 0, row[5]};
-      });
-}
-
-TEST_CASE("trigonometric functions are as near to many digits as they say", "[autodiff][table]") {
-  check_one("sin", {1, 1, 1, 1}, [](auto x) { return sin(x); });
-  check_one("cos", {1, 1, 1, 1}, [](auto x) { return cos(x); });
-  check_one("tan", {1, 4, 5, 8}, [](auto x) { return tan(x); });
-  check_one("asin", {1, 4, 5, 8}, [](auto x) { return asin(x); });
-  check_one("acos", {1, 4, 5, 8}, [](auto x) { return acos(x); });
-  check_one(
-      "atan", {1, 4, 5, 8}, [](auto x) { return atan(x); },
-      [](const Row& row) {
-        return Sizes{0, 0, 0, 2 * row[2] * row[2]};
       });
   check_two(
       "atan2", {1, 4, 5, 8}, [](auto y, auto x) { return atan2(y, x); },
       [](const Row& row) {
         return Sizes{0, 0, 0, 2 / std::pow(std::hypot(row[0], row[1]), 3)};
       });
-}
-
-TEST_CASE("hyperbolic functions are as near to many digits as they say", "[autodiff][table]") {
-  check_one("sinh", {2, 1, 2, 1}, [](auto x) { return sinh(x); });
-  check_one("cosh", {1, 2, 1, 2}, [](auto x) { return cosh(x); });
-  check_one(
-      "tanh", {2, 4, 5, 8}, [](auto x) { return tanh(x); },
-      [](const Row& row) {
-        return Sizes{0, 0, 0, 2 * row[2]};
-      });
-  check_one(
-      "asinh", {2, 4, 5, 8}, [](auto x) { return asinh(x); },
-      [](const Row& row) {
-        return Sizes{0, 0, 0, row[2] * row[2] * row[2]};
-      });
-  check_one("acosh", {2, 4, 5, 8}, [](auto x) { return acosh(x); });
-  check_one("atanh", {2, 4, 5, 8}, [](auto x) { return atanh(x); });
-}
-
-TEST_CASE("powers and lengths are as near to many digits as they say", "[autodiff][table]") {
-  check_one("square", {1, 1, 1, 1}, [](auto x) { return square(x); });
-  check_one("reciprocal", {1, 2, 3, 4}, [](auto x) { return 1 / x; });
-  check_one("sqrt", {1, 2, 3, 4}, [](auto x) { return sqrt(x); });
-  check_one("cbrt", {3, 2, 5, 8}, [](auto x) { return cbrt(x); });
   check_two("divide", {1, 2, 5, 8}, [](auto x, auto y) { return x / y; });
   check_two("pow", {2, 4, 5, 8}, [](auto x, auto y) { return pow(x, y); });
   const auto sizes = [](const Row& row) {  // below the normal numbers where the length overflows
@@ -209,36 +178,6 @@ TEST_CASE("powers and lengths are as near to many digits as they say", "[autodif
       "hypot", {1, 4, 5, 8}, [](auto x, auto y) { return hypot(x, y); }, sizes);
   check_two(
       "hypot3", {1, 4, 5, 8}, [](auto x, auto y) { return hypot(x, y, 2); }, sizes);
-}
-
-TEST_CASE("error and gamma functions are as near to many digits as they say", "[autodiff][table]") {
-  const auto bell_sizes = [](const Row& row) {
-    return Sizes{0, 0, 0, (4 * row[0] * row[0] + 2) * std::abs(row[2])};
-  };
-  check_one(
-      "erf", {1, 4, 5, 8}, [](auto x) { return erf(x); }, bell_sizes);
-  check_one(
-      "erfc", {1, 4, 5, 8}, [](auto x) { return erfc(x); }, bell_sizes);
-  // Beside the roots of digamma below −20 its bound is absolute.
-  const auto by_root = [](double x) { return x < -20 ? 0x1p-10 : 0; };
-  check_one(
-      "lgamma", {2, 4, 5, 8}, [](auto x) { return lgamma(x); },
-      [=](const Row& row) {
-        return Sizes{0, by_root(row[0]), 0, 0};
-      });
-  check_one(
-      "tgamma", {3, 4, 5, 8}, [](auto x) { return tgamma(x); },
-      [=](const Row& row) {
-        const double psi = std::abs(tapestry::digamma(row[0])), psi1 = tapestry::polygamma<1>(row[0]);
-        const double terms = psi * psi * psi + 3 * psi * psi1 + std::abs(tapestry::polygamma<2>(row[0]));
-        return Sizes{0, by_root(row[0]) * std::abs(row[1]), 0, terms * std::abs(row[1])};
-      });
-  check_one(
-      "digamma", {1, 4, 5, 8}, [](auto x) { return digamma(x); },
-      [=](const Row& row) {
-        return Sizes{4 * by_root(row[0]), 0, 0, 0};
-      });
-  check_one("trigamma", {4, 4, 5, 8}, [](auto x) { return tapestry::polygamma<1>(x); });
 }
 
 TEST_CASE("fmod and remainder are exact between their jumps", "[autodiff][table]") {

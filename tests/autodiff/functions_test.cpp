@@ -1,7 +1,13 @@
 #include <tapestry/autodiff/functions.hpp>
 
+#include <filesystem>
+#include <fstream>
+#include <set>
+
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
+#include "../support/paths.hpp"
+#include "function_rows.hpp"
 
 using tapestry::Tape;
 using tapestry::Variable;
@@ -59,34 +65,32 @@ void check_slope(const char* name, Function f, std::initializer_list<double> arg
 TEMPLATE_TEST_CASE("functions of one variable agree with central differences",
                    "[autodiff][functions][gradient]", float, double) {
   using T = TestType;
-  check_slope<T>("exp", [](auto x) { return exp(x); }, {-2, 0, 1.5});
-  check_slope<T>("exp2", [](auto x) { return exp2(x); }, {-2, 0, 1.5});
-  check_slope<T>("expm1", [](auto x) { return expm1(x); }, {-2, 0, 1.5});
-  check_slope<T>("log", [](auto x) { return log(x); }, {0.5, 3});
-  check_slope<T>("log2", [](auto x) { return log2(x); }, {0.5, 3});
-  check_slope<T>("log10", [](auto x) { return log10(x); }, {0.5, 3});
-  check_slope<T>("log1p", [](auto x) { return log1p(x); }, {-0.5, 0, 3});
-  check_slope<T>("sigmoid", [](auto x) { return sigmoid(x); }, {-3, 0, 2});
-  check_slope<T>("softplus", [](auto x) { return softplus(x); }, {-3, 0, 2});
-  check_slope<T>("sin", [](auto x) { return sin(x); }, {-1, 0, 2});
-  check_slope<T>("cos", [](auto x) { return cos(x); }, {-1, 0, 2});
-  check_slope<T>("tan", [](auto x) { return tan(x); }, {-1, 0, 0.7});
-  check_slope<T>("asin", [](auto x) { return asin(x); }, {-0.5, 0, 0.8});
-  check_slope<T>("acos", [](auto x) { return acos(x); }, {-0.5, 0, 0.8});
-  check_slope<T>("atan", [](auto x) { return atan(x); }, {-5, 0, 0.8});
-  check_slope<T>("sinh", [](auto x) { return sinh(x); }, {-1, 0, 2});
-  check_slope<T>("cosh", [](auto x) { return cosh(x); }, {-1, 0, 2});
-  check_slope<T>("tanh", [](auto x) { return tanh(x); }, {-3, 0, 0.3});
-  check_slope<T>("asinh", [](auto x) { return asinh(x); }, {-3, 0, 0.3});
-  check_slope<T>("acosh", [](auto x) { return acosh(x); }, {1.5, 4});
-  check_slope<T>("atanh", [](auto x) { return atanh(x); }, {-0.5, 0, 0.8});
-  check_slope<T>("square", [](auto x) { return square(x); }, {-2, 0, 3});
-  check_slope<T>("sqrt", [](auto x) { return sqrt(x); }, {0.5, 3});
-  check_slope<T>("cbrt", [](auto x) { return cbrt(x); }, {-2, 0.5});
-  check_slope<T>("erf", [](auto x) { return erf(x); }, {-1, 0, 0.5});
-  check_slope<T>("erfc", [](auto x) { return erfc(x); }, {-1, 0, 0.5});
+  tapestry::test::for_each_function([](const tapestry::test::FunctionRow& row, const auto& f) {
+    const double low = std::max(row.low, -2.0), high = std::min(row.high, 3.0);
+    check_slope<T>(row.name, f, {0.7 * low + 0.3 * high, 0.4 * low + 0.6 * high, 0.1 * low + 0.9 * high});
+  });
   check_slope<T>("abs", [](auto x) { return abs(x); }, {-2, 3});
   check_slope<T>("clamp", [](auto x) { return clamp(x, -1, 1); }, {-2, 0.5, 3});
+}
+
+TEST_CASE("every function of one number has a row in function_rows.hpp", "[autodiff][functions]") {
+  std::set<std::string> rows = {"abs", "fabs", "operator-", "polygamma"};  // tested by name
+  tapestry::test::for_each_function(
+      [&](const tapestry::test::FunctionRow& row, const auto&) { rows.insert(row.name); });
+  std::size_t count = 0;
+  const std::string folder = tapestry::test::in_sources("include/tapestry/autodiff/detail/functions");
+  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+    std::ifstream stream(file.path());
+    const std::string text{std::istreambuf_iterator<char>(stream), {}};
+    const std::string made = "detail::make_unary<detail::", before = " auto ";
+    for (auto at = text.find(made); at != std::string::npos; at = text.find(made, at + 1), ++count) {
+      const auto begin = text.rfind(before, text.rfind("(const ", at)) + before.size();
+      const std::string name = text.substr(begin, text.find('(', begin) - begin);
+      INFO(name);
+      CHECK(rows.contains(name));
+    }
+  }
+  CHECK(count > 30);
 }
 
 TEMPLATE_TEST_CASE("functions of two variables agree with central differences",

@@ -104,13 +104,6 @@ class InputRecord final : public TapeRecord<T> {
 };
 }  // namespace detail
 
-/// A formula of array variables that has not been assigned to one yet. It has the scalar type, the rank,
-/// extents, and its variables, in order, as leaves().
-template <class E>
-concept ArrayExpression = requires {
-  typename std::remove_cvref_t<E>::ArrayScalar;
-};
-
 /// An array that a tape can differentiate by. An Array<T, Rank> converts to a passive one, which costs no
 /// tape. The value never changes; copies share it and their record, and cost little. Formulas of arrays
 /// (array_functions.hpp) are evaluated and recorded, as one operation, when they become an ArrayVariable or
@@ -129,7 +122,7 @@ class ArrayVariable {
   explicit ArrayVariable(std::shared_ptr<const Array<T, Rank>> value) : value_(std::move(value)) {}
   /// Records the formula as one operation of the active tape; a passive formula records nothing.
   template <ArrayExpression E>
-  requires(std::is_same_v<typename E::ArrayScalar, T>&& E::rank == Rank) ArrayVariable(const E& formula)
+  requires(E::rank == Rank && std::same_as<typename E::ArrayScalar, T>) ArrayVariable(const E& formula)
       : ArrayVariable(evaluated(formula)) {}
   /// Copies share value and adjoint.
   ArrayVariable(const ArrayVariable&) = default;  // also for moves: a moved-from variable keeps its value

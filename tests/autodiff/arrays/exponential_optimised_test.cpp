@@ -1,4 +1,4 @@
-#include <tapestry/autodiff/detail/arrays/unary.hpp>
+#include <tapestry/autodiff/detail/arrays/exponential.hpp>
 
 #include <tapestry/autodiff/detail/arrays/reduction.hpp>
 

@@ -2,6 +2,7 @@
 #include <tapestry/autodiff/functions.hpp>
 
 #include "../../support/catch.hpp"
+#include "../function_rows.hpp"
 
 using tapestry::Array;
 using tapestry::ArrayVariable;
@@ -103,6 +104,20 @@ TEMPLATE_TEST_CASE("sums and lengths of arrays have the values and slopes of tho
   check_twins<T>([](const auto& x) { return Vector{sum(x)}; }, [](const auto& x) { return Vector{sum(x)}; });
   check_twins<T>([](const auto& x) { return Vector{norm(x)}; },
                  [](const auto& x) { return Vector{norm(x)}; });
+}
+
+TEMPLATE_TEST_CASE("functions of the elements of arrays have the values and slopes of those of vectors",
+                   "[autodiff][arrays]", float, double) {
+  using T = TestType;
+  tapestry::test::for_each_function([](const tapestry::test::FunctionRow& row, const auto& f) {
+    CAPTURE(row.name);
+    check_twins<T>([&](const auto& x) { return elements_of(ArrayVariable<T, 1>(f(x))); },
+                   [&](const auto& x) {
+                     std::vector<Variable<T>> all;
+                     for (const auto& entry : x) all.push_back(f(entry));
+                     return all;
+                   });
+  });
 }
 
 TEMPLATE_TEST_CASE("logsumexp and softmax of arrays have the values and slopes of those of vectors",

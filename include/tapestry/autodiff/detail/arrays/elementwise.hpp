@@ -8,11 +8,6 @@ namespace tapestry {
 namespace detail {
 
 template <class X>
-struct IsArrayVariable : std::false_type {};
-template <class T, std::size_t Rank>
-struct IsArrayVariable<ArrayVariable<T, Rank>> : std::true_type {};
-
-template <class X>
 struct ArrayScalarOf {};
 template <class T, std::size_t Rank>
 struct ArrayScalarOf<ArrayVariable<T, Rank>> {
@@ -22,14 +17,7 @@ template <ArrayExpression X>
 struct ArrayScalarOf<X> {
   using type = typename X::ArrayScalar;
 };
-}  // namespace detail
 
-/// An array variable or a formula of array variables.
-template <class X>
-concept DifferentiableArray =
-    detail::IsArrayVariable<std::remove_cvref_t<X>>::value || ArrayExpression<std::remove_cvref_t<X>>;
-
-namespace detail {
 template <class X>
 using ArrayScalarType = typename ArrayScalarOf<std::remove_cvref_t<X>>::type;
 
@@ -58,21 +46,15 @@ template <DifferentiableArray X>
   return to_node<ArrayScalarType<X>, X::rank>(x);
 }
 
-/// Two operands: one an array variable or formula, the other any operand that goes with it element by
-/// element.
-template <class X, class Y>
-struct ArePairable : std::false_type {};
 template <DifferentiableArray X, class Y>
 struct ArePairable<X, Y> : std::bool_constant<ArrayOperand<Y, ArrayScalarType<X>, X::rank>> {};
 template <class X, DifferentiableArray Y>
 requires(!DifferentiableArray<X>) struct ArePairable<X, Y>
     : std::bool_constant<ArrayOperand<X, ArrayScalarType<Y>, Y::rank>> {
 };
-template <class X, class Y>
-concept ArrayPair = ArePairable<std::remove_cvref_t<X>, std::remove_cvref_t<Y>>::value;
 
 template <class Operation, DifferentiableArray X>
-[[nodiscard]] auto array_unary(const X& x, const Operation& operation = Operation()) {
+[[nodiscard]] auto array_unary(const X& x, const Operation& operation) {
   auto node = to_node(x);
   return ArrayUnary<Operation, decltype(node)>(operation, std::move(node));
 }
@@ -130,9 +112,9 @@ struct Clamp {
 // pulled back in one pass. One operand is an array variable, a view or a formula of these; the other is
 // another such operand of the same rank or of rank 0, a plain array, a scalar variable or formula, or a
 // number. Axes of extent 1 and arrays of no axes repeat; the adjoint of a repeated operand, and of a scalar,
-// sums over the elements. As everywhere on the tape, a zero adjoint passes nothing on, even where a partial
-// derivative is infinite or NaN, so a masked element cannot poison the gradient. Kinks and poles are treated
-// as by the scalar functions of the same name.
+// sums over the elements. functions.hpp has the other functions of elements. As everywhere on the tape, a
+// zero adjoint passes nothing on, even where a partial derivative is infinite or NaN, so a masked element
+// cannot poison the gradient. Kinks and poles are treated as by the scalar functions of the same name.
 // \throws ShapeError if extents do not go together.
 
 template <class X, class Y>
@@ -156,37 +138,6 @@ requires detail::ArrayPair<X, Y>
   } else {
     return detail::array_binary<detail::Divide>("operator/", x, y);
   }
-}
-
-template <class X, class Y>
-requires detail::ArrayPair<X, Y>
-[[nodiscard]] auto pow(const X& x, const Y& y) { return detail::array_binary<detail::Pow>("pow", x, y); }
-
-template <class X, class Y>
-requires detail::ArrayPair<X, Y>
-[[nodiscard]] auto hypot(const X& x, const Y& y) {
-  return detail::array_binary<detail::Hypot>("hypot", x, y);
-}
-
-template <class Y, class X>
-requires detail::ArrayPair<Y, X>
-[[nodiscard]] auto atan2(const Y& y, const X& x) {
-  return detail::array_binary<detail::Atan2>("atan2", y, x);
-}
-
-/// At a tie each has one half of the derivative.
-template <class X, class Y>
-requires detail::ArrayPair<X, Y>
-[[nodiscard]] auto max(const X& x, const Y& y) { return detail::array_binary<detail::Max>("max", x, y); }
-
-template <class X, class Y>
-requires detail::ArrayPair<X, Y>
-[[nodiscard]] auto min(const X& x, const Y& y) { return detail::array_binary<detail::Min>("min", x, y); }
-
-template <class X, class Y>
-requires detail::ArrayPair<X, Y>
-[[nodiscard]] auto logsumexp(const X& x, const Y& y) {
-  return detail::array_binary<detail::LogSumExp>("logsumexp", x, y);
 }
 
 /// 1 where x < y and 0 elsewhere, without a derivative: a mask for where().
@@ -224,9 +175,8 @@ template <class T, std::size_t Whole, std::size_t Rank>
 
 /// x where the mask is not 0, and y elsewhere. The side not taken receives no gradient, even where it is
 /// infinite or NaN.
-template <DifferentiableArray M, class X, class Y>
-requires(detail::ArrayPair<M, X>&& detail::ArrayPair<M, Y>)
-    [[nodiscard]] auto where(const M& mask, const X& x, const Y& y) {
+template <DifferentiableArray M, detail::ArrayPair<M> X, detail::ArrayPair<M> Y>
+[[nodiscard]] auto where(const M& mask, const X& x, const Y& y) {
   using T = detail::ArrayScalarType<M>;
   auto m = detail::to_node(mask);
   auto first = detail::to_node<T, M::rank>(x);

@@ -1,7 +1,6 @@
 #pragma once
 #include <compare>
 #include <iosfwd>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
 
 namespace tapestry {
@@ -10,98 +9,47 @@ struct Plus {
   static constexpr bool is_cheap = true;
   using SlopeX = One;
   using SlopeY = One;
-  template <class T>
-  static T value(const T& x, const T& y) {
-    return x + y;
-  }
-  template <class T>
-  static T partial_x(const T&, const T&, const T&) {
-    return T(1);
-  }
-  template <class T>
-  static T partial_y(const T&, const T&, const T&) {
-    return T(1);
-  }
+  static auto value(const auto& x, const auto& y) { return x + y; }
+  static auto partial_x(auto x, auto, auto) { return decltype(x)(1); }
+  static auto partial_y(auto x, auto, auto) { return decltype(x)(1); }
   /// The gradient g times the partial of one side.
-  template <class T>
-  static T pass_x(const T& g, const T&, const T&) {
-    return g;
-  }
-  template <class T>
-  static T pass_y(const T& g, const T&, const T&) {
-    return g;
-  }
+  static auto pass_x(auto g, auto, auto) { return g; }
+  static auto pass_y(auto g, auto, auto) { return g; }
 };
 struct Minus {
   static constexpr bool is_cheap = true;
   using SlopeX = One;
   using SlopeY = MinusOne;
-  template <class T>
-  static T value(const T& x, const T& y) {
-    return x - y;
-  }
-  template <class T>
-  static T partial_x(const T&, const T&, const T&) {
-    return T(1);
-  }
-  template <class T>
-  static T partial_y(const T&, const T&, const T&) {
-    return T(-1);
-  }
-  template <class T>
-  static T pass_x(const T& g, const T&, const T&) {
-    return g;
-  }
-  template <class T>
-  static T pass_y(const T& g, const T&, const T&) {
-    return -g;
-  }
+  static auto value(const auto& x, const auto& y) { return x - y; }
+  static auto partial_x(auto x, auto, auto) { return decltype(x)(1); }
+  static auto partial_y(auto x, auto, auto) { return decltype(x)(-1); }
+  static auto pass_x(auto g, auto, auto) { return g; }
+  static auto pass_y(auto g, auto, auto) { return -g; }
 };
 struct Times {
   static constexpr bool is_cheap = true;
   static constexpr bool is_linear_in_x = true;
   static constexpr bool is_linear_in_y = true;
-  template <class T>
-  static T value(const T& x, const T& y) {
-    return x * y;
-  }
-  template <class T>
-  static T partial_x(const T&, const T& y, const T&) {
-    return y;
-  }
-  template <class T>
-  static T partial_y(const T& x, const T&, const T&) {
-    return x;
-  }
+  static auto value(const auto& x, const auto& y) { return x * y; }
+  static auto partial_x(const auto&, const auto& y, const auto&) { return y; }
+  static auto partial_y(const auto& x, const auto&, const auto&) { return x; }
 };
 struct Divide {
   static constexpr bool is_cheap = true;
   static constexpr bool is_linear_in_x = true;
   static bool is_kink(const auto&, const auto& y) { return y == 0; }
-  template <class T>
-  static T value(const T& x, const T& y) {
-    return x / y;
-  }
+  static auto value(const auto& x, const auto& y) { return x / y; }
   template <class T>
   static T partial_x(const T&, const T& y, const T&) {
     return T(1) / y;
   }
-  template <class T>
-  static T partial_y(const T&, const T& y, const T& quotient) {
-    return -quotient / y;
-  }
+  static auto partial_y(const auto&, const auto& y, const auto& quotient) { return -quotient / y; }
 };
 struct Negate {
   static constexpr bool is_cheap = true;
   using Slope = MinusOne;
-  template <class T>
-  static T value(const T& x) {
-    return -x;
-  }
-  template <class T>
-  static T partial(const T&, const T&) {
-    return T(-1);
-  }
+  static auto value(const auto& x) { return -x; }
+  static auto partial(auto x, auto) { return decltype(x)(-1); }
 };
 }  // namespace detail
 
@@ -163,10 +111,7 @@ template <detail::ComplexOfDifferentiable Z, Number N>
   return Z(typename Z::value_type(x)) / z;
 }
 
-template <Differentiable X>
-[[nodiscard]] auto operator-(const X& x) {
-  return detail::make_unary<detail::Negate>(x);
-}
+[[nodiscard]] auto operator-(const detail::Argument auto& x) { return detail::make_unary<detail::Negate>(x); }
 
 template <Differentiable X>
 [[nodiscard]] const X& operator+(const X& x) {

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
 
 namespace tapestry {
@@ -14,28 +13,14 @@ struct Sqrt {
   static constexpr bool is_cheap = true;
   static bool is_kink(auto x) { return x == 0; }
   static auto value(auto x) { return sqrt(x); }
-  template <std::floating_point T>
-  static T partial(T, T sqrt_x) {
-    return 1 / (2 * sqrt_x);
-  }
-  template <DualNumber T>
-  static T partial(const T& x, const T& sqrt_x) {
-    const auto slope = partial(x.value(), sqrt_x.value());
-    return dual_of<Sqrt>(x, slope, -slope / (2 * x.value()));
-  }
+  static auto partial(auto, auto sqrt_x) { return 1 / (2 * sqrt_x); }
+  static auto curvature(auto x, auto, auto slope) { return -slope / (2 * x); }
 };
 struct Cbrt {
   static bool is_kink(auto x) { return x == 0; }
   static auto value(auto x) { return cbrt(x); }
-  template <std::floating_point T>
-  static T partial(T x, T cbrt_x) {
-    return cbrt_slope(x, cbrt_x);
-  }
-  template <DualNumber T>
-  static T partial(const T& x, const T& cbrt_x) {
-    const auto slope = partial(x.value(), cbrt_x.value());
-    return dual_of<Cbrt>(x, slope, -2 * slope / (3 * x.value()));
-  }
+  static auto partial(auto x, auto cbrt_x) { return cbrt_slope(x, cbrt_x); }
+  static auto curvature(auto x, auto, auto slope) { return -2 * slope / (3 * x); }
 };
 template <std::floating_point T>
 [[nodiscard]] bool is_normal_number(T x) {
@@ -147,14 +132,8 @@ struct Pow {
 
 /// x · 2^n, where n is an integer.
 struct Ldexp {
-  template <std::floating_point T>
-  static T value(T x, T n) {
-    return std::ldexp(x, static_cast<int>(n));
-  }
-  template <DualNumber T>
-  static T value(const T& x, const T& n) {
-    return dual_binary<Ldexp, T>(x, n);
-  }
+  static auto value(std::floating_point auto x, auto n) { return std::ldexp(x, static_cast<int>(n)); }
+  static auto value(DualNumber auto x, auto n) { return dual_binary<Ldexp, decltype(x)>(x, n); }
   static auto partial_x(auto x, auto n, auto) { return value(decltype(x)(1), n); }
   static auto partial_y(auto x, auto, auto) { return decltype(x)(0); }
 };
@@ -231,11 +210,8 @@ struct Hypot {
 }  // namespace detail
 
 /// x · x, evaluating x once.
-template <template <class...> class Formula, class... Parts>
-requires Differentiable<Formula<Parts...>>
-[[nodiscard]] auto square(const Formula<Parts...>& x) { return detail::make_unary<detail::Square>(x); }
-template <class T, std::size_t N, class Tag>
-[[nodiscard]] auto square(const Dual<T, N, Tag>& x) {
+template <int = 0, detail::Argument X>
+[[nodiscard]] auto square(const X& x) {
   return detail::make_unary<detail::Square>(x);
 }
 
@@ -258,28 +234,22 @@ template <Differentiable X>
 }
 
 /// At 0 the derivative is +∞; it does no harm where the adjoint is zero.
-template <Differentiable X>
-[[nodiscard]] auto sqrt(const X& x) {
-  return detail::make_unary<detail::Sqrt>(x);
-}
+[[nodiscard]] auto sqrt(const detail::Argument auto& x) { return detail::make_unary<detail::Sqrt>(x); }
 
 /// At 0 the derivative is +∞.
-template <Differentiable X>
-[[nodiscard]] auto cbrt(const X& x) {
-  return detail::make_unary<detail::Cbrt>(x);
-}
+[[nodiscard]] auto cbrt(const detail::Argument auto& x) { return detail::make_unary<detail::Cbrt>(x); }
 
 /// x to the power of y, as std::pow; pow(0, 0) = 1.
 /// d/dx = y · x^(y−1), and 0 for y = 0 whatever x is. d/dy = x^y · log x; it is 0 where the power is 0
 /// and at pow(0, 0), −∞ for x = 0 > y, and NaN for x < 0, where neighbouring powers do not exist: let the
 /// exponent be passive there. A passive operand costs nothing.
 template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto pow(const X& x, const Y& y) { return detail::make_binary<detail::Pow>(x, y); }
+requires detail::Arguments<X, Y>
+[[nodiscard]] auto pow(const X& x, const Y& y) { return detail::make_binary<detail::Pow>(x, y, "pow"); }
 
 /// √(x² + y²) without overflow. At the origin both derivatives are 0, a subgradient.
 template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto hypot(const X& x, const Y& y) { return detail::make_binary<detail::Hypot>(x, y); }
+requires detail::Arguments<X, Y>
+[[nodiscard]] auto hypot(const X& x, const Y& y) { return detail::make_binary<detail::Hypot>(x, y, "hypot"); }
 
 }  // namespace tapestry

@@ -27,6 +27,7 @@ using std::hypot;
 using std::isfinite;
 using std::isinf;
 using std::isnan;
+using std::lerp;
 using std::lgamma;
 using std::log;
 using std::log10;
@@ -42,13 +43,6 @@ using std::sqrt;
 using std::tan;
 using std::tanh;
 using std::tgamma;
-
-/// 1 / (1 + exp(−x)), without overflow for any x.
-template <std::floating_point T>
-[[nodiscard]] T sigmoid_of(T x) {
-  const T e = std::exp(-std::abs(x));
-  return (x < 0 ? e : T(1)) / (1 + e);
-}
 
 /// d sigmoid / dx = e / (1 + e)², e = exp(−|x|): to full precision where 1 − sigmoid(x) would cancel. For
 /// numbers only, like all functions here that use |x| or a rounding: as a formula of duals it would have no
@@ -102,7 +96,8 @@ template <std::floating_point T>
 /// 1 / (1 + exp(−x)), without overflow for any x.
 template <std::floating_point T>
 [[nodiscard]] T sigmoid(T x) {
-  return detail::sigmoid_of(x);
+  const T e = std::exp(-std::abs(x));
+  return (x < 0 ? e : T(1)) / (1 + e);
 }
 
 /// log(1 + exp(x)), without overflow for any x, and without cancellation where it is small.

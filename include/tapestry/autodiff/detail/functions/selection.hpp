@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
 
 namespace tapestry {
@@ -70,14 +69,8 @@ struct Fdim {
   static constexpr bool is_cheap = true;
   static constexpr bool skips_zero = true;
   static bool is_kink(auto x, auto y) { return x == y; }
-  template <std::floating_point T>
-  static T value(T x, T y) {
-    return x <= y ? T(0) : x - y;
-  }
-  template <DualNumber T>
-  static T value(const T& x, const T& y) {
-    return dual_binary<Fdim, T>(x, y);
-  }
+  static auto value(std::floating_point auto x, auto y) { return x <= y ? decltype(x)(0) : x - y; }
+  static auto value(DualNumber auto x, auto y) { return dual_binary<Fdim, decltype(x)>(x, y); }
   static auto partial_x(auto x, auto y, auto) { return decltype(x)(x < y ? 0 : 1); }
   static auto partial_y(auto x, auto y, auto) { return decltype(x)(x < y ? 0 : -1); }
 };
@@ -104,117 +97,78 @@ struct Copysign {
 }  // namespace detail
 
 /// |x|; its derivative at 0 is taken as 0.
-template <Differentiable X>
-[[nodiscard]] auto abs(const X& x) {
-  return detail::make_unary<detail::Abs>(x);
-}
-template <Differentiable X>
-[[nodiscard]] auto fabs(const X& x) {
-  return detail::make_unary<detail::Abs>(x);
-}
+[[nodiscard]] auto abs(const detail::Argument auto& x) { return detail::make_unary<detail::Abs>(x); }
+[[nodiscard]] auto fabs(const detail::Argument auto& x) { return detail::make_unary<detail::Abs>(x); }
 
 /// The larger one, and its derivative. At a tie each has one half of it. A NaN on either side gives NaN. The
 /// argument not taken receives no gradient, whatever is upstream. std::max takes two variables but no number
 /// beside one: write max(x, 0.0) without std::, and likewise clamp(x, 0.0, 1.0).
-template <class... Named, class X, class Y>
-requires(sizeof...(Named) == 0 && detail::FormulaOperands<X, Y>)
-    [[nodiscard]] auto max(const X& x, const Y& y, const Named&...) {
-  return detail::make_binary<detail::Max>(x, y);
-}
+template <int = 0, class X, class Y>
+requires detail::Arguments<X, Y>
+[[nodiscard]] auto max(const X& x, const Y& y) { return detail::make_binary<detail::Max>(x, y, "max"); }
 
 /// The smaller one; otherwise as max().
-template <class... Named, class X, class Y>
-requires(sizeof...(Named) == 0 && detail::FormulaOperands<X, Y>)
-    [[nodiscard]] auto min(const X& x, const Y& y, const Named&...) {
-  return detail::make_binary<detail::Min>(x, y);
-}
+template <int = 0, class X, class Y>
+requires detail::Arguments<X, Y>
+[[nodiscard]] auto min(const X& x, const Y& y) { return detail::make_binary<detail::Min>(x, y, "min"); }
 
 /// Like max(), but a NaN on one side returns the other.
 template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto fmax(const X& x, const Y& y) { return detail::make_binary<detail::Fmax>(x, y); }
+requires detail::Arguments<X, Y>
+[[nodiscard]] auto fmax(const X& x, const Y& y) { return detail::make_binary<detail::Fmax>(x, y, "fmax"); }
 
 /// Like min(), but a NaN on one side returns the other.
 template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto fmin(const X& x, const Y& y) { return detail::make_binary<detail::Fmin>(x, y); }
+requires detail::Arguments<X, Y>
+[[nodiscard]] auto fmin(const X& x, const Y& y) { return detail::make_binary<detail::Fmin>(x, y, "fmin"); }
 
 /// x held within [low, high]. The derivative by x is 1 on the closed interval and for a NaN, which stays one,
 /// and 0 outside.
-template <class... Named, Differentiable X, Number N>
-requires(sizeof...(Named) == 0) [[nodiscard]] auto clamp(const X& x, N low, N high, const Named&...) {
+template <int = 0, Differentiable X, Number N>
+[[nodiscard]] auto clamp(const X& x, N low, N high) {
   return detail::make_binary<detail::AtMost>(detail::make_binary<detail::AtLeast>(x, low), high);
 }
 
 /// max(x − y, 0), and 0 of two equal infinities; at x = y the derivatives are those of x − y.
 template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto fdim(const X& x, const Y& y) { return detail::make_binary<detail::Fdim>(x, y); }
+requires detail::Arguments<X, Y>
+[[nodiscard]] auto fdim(const X& x, const Y& y) { return detail::make_binary<detail::Fdim>(x, y, "fdim"); }
 
 /// Like std::fmod; the derivatives are those between its jumps: 1, and −trunc(x / y).
 template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto fmod(const X& x, const Y& y) { return detail::make_binary<detail::Fmod>(x, y); }
+requires detail::Arguments<X, Y>
+[[nodiscard]] auto fmod(const X& x, const Y& y) { return detail::make_binary<detail::Fmod>(x, y, "fmod"); }
 
 /// Like std::remainder; the derivatives are those between its jumps: 1, and −(the integer nearest to x / y).
 template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto remainder(const X& x, const Y& y) { return detail::make_binary<detail::Remainder>(x, y); }
+requires detail::Arguments<X, Y>
+[[nodiscard]] auto remainder(const X& x, const Y& y) {
+  return detail::make_binary<detail::Remainder>(x, y, "remainder");
+}
 
 /// |x| with the sign of y, −0 being negative. The derivative by x is 1 where the signs agree and −1 where
 /// they do not; that by y, between its jumps, is 0.
 template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
-[[nodiscard]] auto copysign(const X& x, const Y& y) { return detail::make_binary<detail::Copysign>(x, y); }
+requires detail::Arguments<X, Y>
+[[nodiscard]] auto copysign(const X& x, const Y& y) {
+  return detail::make_binary<detail::Copysign>(x, y, "copysign");
+}
 
 /// Functions constant between jumps have no derivative to record and return a plain number.
-template <template <class...> class Formula, class... Parts>
-requires Differentiable<Formula<Parts...>>
-[[nodiscard]] auto sign(const Formula<Parts...>& x) { return sign(detail::base_value(x)); }
-template <class T, std::size_t N, class Tag>
-[[nodiscard]] auto sign(const Dual<T, N, Tag>& x) {
+template <int = 0, Differentiable X>
+[[nodiscard]] auto sign(const X& x) {
   return sign(detail::base_value(x));
 }
-template <Differentiable X>
-[[nodiscard]] auto floor(const X& x) {
-  return std::floor(detail::base_value(x));
-}
-template <Differentiable X>
-[[nodiscard]] auto ceil(const X& x) {
-  return std::ceil(detail::base_value(x));
-}
-template <Differentiable X>
-[[nodiscard]] auto round(const X& x) {
-  return std::round(detail::base_value(x));
-}
-template <Differentiable X>
-[[nodiscard]] auto rint(const X& x) {
-  return std::rint(detail::base_value(x));
-}
-template <Differentiable X>
-[[nodiscard]] auto nearbyint(const X& x) {
-  return std::nearbyint(detail::base_value(x));
-}
-template <Differentiable X>
-[[nodiscard]] auto trunc(const X& x) {
-  return std::trunc(detail::base_value(x));
-}
+[[nodiscard]] auto floor(const Differentiable auto& x) { return std::floor(detail::base_value(x)); }
+[[nodiscard]] auto ceil(const Differentiable auto& x) { return std::ceil(detail::base_value(x)); }
+[[nodiscard]] auto round(const Differentiable auto& x) { return std::round(detail::base_value(x)); }
+[[nodiscard]] auto rint(const Differentiable auto& x) { return std::rint(detail::base_value(x)); }
+[[nodiscard]] auto nearbyint(const Differentiable auto& x) { return std::nearbyint(detail::base_value(x)); }
+[[nodiscard]] auto trunc(const Differentiable auto& x) { return std::trunc(detail::base_value(x)); }
 
-template <Differentiable X>
-[[nodiscard]] bool isfinite(const X& x) {
-  return std::isfinite(detail::base_value(x));
-}
-template <Differentiable X>
-[[nodiscard]] bool isinf(const X& x) {
-  return std::isinf(detail::base_value(x));
-}
-template <Differentiable X>
-[[nodiscard]] bool isnan(const X& x) {
-  return std::isnan(detail::base_value(x));
-}
-template <Differentiable X>
-[[nodiscard]] bool signbit(const X& x) {
-  return std::signbit(detail::base_value(x));
-}
+[[nodiscard]] bool isfinite(const Differentiable auto& x) { return std::isfinite(detail::base_value(x)); }
+[[nodiscard]] bool isinf(const Differentiable auto& x) { return std::isinf(detail::base_value(x)); }
+[[nodiscard]] bool isnan(const Differentiable auto& x) { return std::isnan(detail::base_value(x)); }
+[[nodiscard]] bool signbit(const Differentiable auto& x) { return std::signbit(detail::base_value(x)); }
 
 }  // namespace tapestry

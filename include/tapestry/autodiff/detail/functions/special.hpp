@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/detail/functions/polygamma.hpp>
 #include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
 
 namespace tapestry {
@@ -15,10 +14,7 @@ struct ExpMinusSquare {
     const T e = std::exp(-squared);
     return e == 0 ? e : e * (1 - std::fma(x, x, -squared));
   }
-  template <DualNumber T>
-  static T value(const T& x) {
-    return dual_unary<ExpMinusSquare>(x);
-  }
+  static auto value(DualNumber auto x) { return dual_unary<ExpMinusSquare>(x); }
   static auto partial(auto x, auto f) {
     using T = decltype(x);
     return f == 0 ? T(0) : T(-2 * x * f);  // not the NaN of ∞ · 0
@@ -45,10 +41,7 @@ struct Lgamma {
 };
 struct Tgamma {
   static auto value(auto x) { return tgamma(x); }
-  template <std::floating_point T>
-  static T partial(T x, T) {
-    return gamma_derivative(x);
-  }
+  static auto partial(std::floating_point auto x, auto) { return gamma_derivative(x); }
   template <DualNumber T>
   static T partial(const T& x, const T& gamma_x) {
     if (x > 1 && !isfinite(gamma_x)) return gamma_x;  // where ψ² outgrows the slopes of ψ, below 0
@@ -57,39 +50,23 @@ struct Tgamma {
 };
 }  // namespace detail
 
-template <Differentiable X>
-[[nodiscard]] auto erf(const X& x) {
-  return detail::make_unary<detail::Erf>(x);
-}
-
-template <Differentiable X>
-[[nodiscard]] auto erfc(const X& x) {
-  return detail::make_unary<detail::Erfc>(x);
-}
+[[nodiscard]] auto erf(const detail::Argument auto& x) { return detail::make_unary<detail::Erf>(x); }
+[[nodiscard]] auto erfc(const detail::Argument auto& x) { return detail::make_unary<detail::Erfc>(x); }
 
 /// The N-th derivative of digamma(x); see polygamma.hpp for its poles.
-template <int N, Differentiable X>
+template <int N, detail::Argument X>
 [[nodiscard]] auto polygamma(const X& x) {
   return detail::make_unary<detail::Polygamma<N>>(x);
 }
-template <template <class...> class Formula, class... Parts>
-requires Differentiable<Formula<Parts...>>
-[[nodiscard]] auto digamma(const Formula<Parts...>& x) { return detail::make_unary<detail::Polygamma<0>>(x); }
-template <class T, std::size_t N, class Tag>
-[[nodiscard]] auto digamma(const Dual<T, N, Tag>& x) {
+template <int = 0, detail::Argument X>
+[[nodiscard]] auto digamma(const X& x) {
   return detail::make_unary<detail::Polygamma<0>>(x);
 }
 
 /// log |Γ(x)|; the derivative is digamma(x), at 0 −∞ or +∞ with the side, at negative integers NaN.
-template <Differentiable X>
-[[nodiscard]] auto lgamma(const X& x) {
-  return detail::make_unary<detail::Lgamma>(x);
-}
+[[nodiscard]] auto lgamma(const detail::Argument auto& x) { return detail::make_unary<detail::Lgamma>(x); }
 
 /// Γ(x); at 0 the derivative is −∞, at negative integers NaN.
-template <Differentiable X>
-[[nodiscard]] auto tgamma(const X& x) {
-  return detail::make_unary<detail::Tgamma>(x);
-}
+[[nodiscard]] auto tgamma(const detail::Argument auto& x) { return detail::make_unary<detail::Tgamma>(x); }
 
 }  // namespace tapestry

@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/detail/functions/power.hpp>
 #include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
 #include <tapestry/autodiff/variable.hpp>
 
@@ -9,28 +8,14 @@ namespace tapestry {
 namespace detail {
 
 struct FusedMultiplyAdd {
-  template <std::floating_point T>
-  static T value(T x, T y, T z) {
-    return std::fma(x, y, z);
-  }
-  template <DualNumber T>
-  static T value(const T& x, const T& y, const T& z) {
-    return fma(x, y, z);
-  }
+  static auto value(auto x, auto y, auto z) { return fma(x, y, z); }
   template <class T>
   static std::array<T, 3> partials(const T& x, const T& y, const T&, const T&) {
     return {y, x, T(1)};
   }
 };
 struct Lerp {
-  template <std::floating_point T>
-  static T value(T x, T y, T t) {
-    return std::lerp(x, y, t);
-  }
-  template <DualNumber T>
-  static T value(const T& x, const T& y, const T& t) {
-    return lerp(x, y, t);
-  }
+  static auto value(auto x, auto y, auto t) { return lerp(x, y, t); }
   template <class T>
   static std::array<T, 3> partials(const T& x, const T& y, const T& t, const T&) {
     return {1 - t, t, y - x};
@@ -38,13 +23,8 @@ struct Lerp {
 };
 struct Hypot3 {
   static constexpr bool skips_zero = true;
-  template <std::floating_point T>
-  static T value(T x, T y, T z) {
-    return std::hypot(x, y, z);
-  }
-  template <DualNumber T>
-  static T value(const T& x, const T& y, const T& z) {
-    return value_at_kink(x == 0 && y == 0 && z == 0, T(hypot(x, y, z)), x, y, z);
+  static auto value(auto x, auto y, auto z) {
+    return value_at_kink(x == 0 && y == 0 && z == 0, decltype(x)(hypot(x, y, z)), x, y, z);
   }
   template <class T>
   static std::array<T, 3> partials(const T& x, const T& y, const T& z, const T& length) {

@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/functions/hyperbolic.hpp>
 #include <tapestry/autodiff/detail/functions/power.hpp>
 #include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
 
 namespace tapestry {
@@ -22,21 +21,13 @@ struct Tan {
 struct Asin {
   static bool is_kink(auto x) { return x == 1 || x == -1; }
   static auto value(auto x) { return asin(x); }
-  template <std::floating_point T>
-  static T partial(T x, T) {
-    return 1 / std::sqrt((1 - x) * (1 + x));
-  }
-  /// The slope is given, since the product of the two factors would cancel near 0.
-  template <DualNumber T>
-  static T partial(const T& x, const T& asin_x) {
-    const auto f = partial(x.value(), asin_x.value());
-    return dual_of<Asin>(x, f, x.value() * f * Atanh::partial(x.value(), f));
-  }
+  static auto partial(auto x, auto) { return 1 / std::sqrt((1 - x) * (1 + x)); }
+  static auto curvature(auto x, auto, auto slope) { return x * slope * slope_of<Atanh>(x, slope); }
 };
 struct Acos {
   static bool is_kink(auto x) { return Asin::is_kink(x); }
   static auto value(auto x) { return acos(x); }
-  static auto partial(auto x, auto acos_x) { return -Asin::partial(x, acos_x); }
+  static auto partial(auto x, auto acos_x) { return -slope_of<Asin>(x, acos_x); }
 };
 struct Atan {
   static auto value(auto x) { return atan(x); }
@@ -57,10 +48,7 @@ struct LegBySquaredRadius {
     const T scaled = std::hypot(scale * x, scale * y);
     return std::isinf(scaled) ? T(0) : scale * x / scaled / scaled * scale;
   }
-  template <DualNumber T>
-  static T value(const T& x, const T& y) {
-    return dual_binary<LegBySquaredRadius, T>(x, y);
-  }
+  static auto value(DualNumber auto x, auto y) { return dual_binary<LegBySquaredRadius, decltype(x)>(x, y); }
   /// (y − x) (y + x) by the fourth power of the radius.
   static auto partial_x(auto x, auto y, auto) {
     const auto radius = hypot(x, y);
@@ -87,42 +75,21 @@ struct Atan2 {
 };
 }  // namespace detail
 
-template <Differentiable X>
-[[nodiscard]] auto sin(const X& x) {
-  return detail::make_unary<detail::Sin>(x);
-}
-
-template <Differentiable X>
-[[nodiscard]] auto cos(const X& x) {
-  return detail::make_unary<detail::Cos>(x);
-}
-
-template <Differentiable X>
-[[nodiscard]] auto tan(const X& x) {
-  return detail::make_unary<detail::Tan>(x);
-}
+[[nodiscard]] auto sin(const detail::Argument auto& x) { return detail::make_unary<detail::Sin>(x); }
+[[nodiscard]] auto cos(const detail::Argument auto& x) { return detail::make_unary<detail::Cos>(x); }
+[[nodiscard]] auto tan(const detail::Argument auto& x) { return detail::make_unary<detail::Tan>(x); }
 
 /// At ±1 the derivative is +∞.
-template <Differentiable X>
-[[nodiscard]] auto asin(const X& x) {
-  return detail::make_unary<detail::Asin>(x);
-}
+[[nodiscard]] auto asin(const detail::Argument auto& x) { return detail::make_unary<detail::Asin>(x); }
 
 /// At ±1 the derivative is −∞.
-template <Differentiable X>
-[[nodiscard]] auto acos(const X& x) {
-  return detail::make_unary<detail::Acos>(x);
-}
-
-template <Differentiable X>
-[[nodiscard]] auto atan(const X& x) {
-  return detail::make_unary<detail::Atan>(x);
-}
+[[nodiscard]] auto acos(const detail::Argument auto& x) { return detail::make_unary<detail::Acos>(x); }
+[[nodiscard]] auto atan(const detail::Argument auto& x) { return detail::make_unary<detail::Atan>(x); }
 
 /// Angle of the point (x, y). At the origin, and across the cut, where the angle jumps, the derivatives
 /// are those of the smooth branch; at the origin itself they are taken as 0.
 template <class Y, class X>
-requires detail::FormulaOperands<Y, X>
-[[nodiscard]] auto atan2(const Y& y, const X& x) { return detail::make_binary<detail::Atan2>(y, x); }
+requires detail::Arguments<Y, X>
+[[nodiscard]] auto atan2(const Y& y, const X& x) { return detail::make_binary<detail::Atan2>(y, x, "atan2"); }
 
 }  // namespace tapestry

@@ -196,6 +196,19 @@ template <class Operation, class T, std::size_t N, class Tag, class Slope>
   return {value, tangents};
 }
 
+/// Slope of an operation, given x and f(x). Where x is a dual, the slope's own slope is curvature(x, f,
+/// slope) of the operation if it has that, for where the formula of partial() would cancel; else partial() of
+/// duals.
+template <class Operation, class T>
+[[nodiscard, gnu::always_inline]] constexpr auto slope_of(const T& x, const T& f) {
+  if constexpr (DualNumber<T> && requires { Operation::curvature(x.value(), f.value(), f.value()); }) {
+    const auto slope = slope_of<Operation>(x.value(), f.value());
+    return dual_of<Operation>(x, slope, Operation::curvature(x.value(), f.value(), slope));
+  } else {
+    return Operation::partial(x, f);
+  }
+}
+
 template <class Operation, class T, std::size_t N, class Tag>
 [[nodiscard]] constexpr Dual<T, N, Tag> dual_unary(const Dual<T, N, Tag>& x) {
   const T value = Operation::value(x.value());
@@ -203,7 +216,7 @@ template <class Operation, class T, std::size_t N, class Tag>
   if constexpr (requires { typename Operation::Slope; }) {
     return dual_of<Operation>(x, value, Operation::partial(Base<T>(0), Base<T>(0)));
   } else {
-    return dual_of<Operation>(x, value, Operation::partial(x.value(), value));
+    return dual_of<Operation>(x, value, slope_of<Operation>(x.value(), value));
   }
 }
 

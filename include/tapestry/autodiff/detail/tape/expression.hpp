@@ -13,9 +13,30 @@ concept ScalarExpression = requires {
   typename std::remove_cvref_t<E>::ExpressionScalar;
 };
 
-/// Operand of the functions of functions.hpp: a Variable, a formula of Variables, or a Dual.
+/// A differentiable number: a Variable, a formula of Variables, or a Dual.
 template <class E>
 concept Differentiable = ScalarExpression<E> || DualNumber<E>;
+
+template <class T, std::size_t Rank>
+class ArrayVariable;
+
+namespace detail {
+template <class X>
+inline constexpr bool is_array_variable = false;
+template <class T, std::size_t Rank>
+inline constexpr bool is_array_variable<ArrayVariable<T, Rank>> = true;
+}  // namespace detail
+
+/// A formula of array variables that has not been assigned to one yet. It has the scalar type, the rank,
+/// extents, and its variables, in order, as leaves().
+template <class E>
+concept ArrayExpression = requires {
+  typename std::remove_cvref_t<E>::ArrayScalar;
+};
+
+/// An array variable or a formula of array variables.
+template <class X>
+concept DifferentiableArray = detail::is_array_variable<std::remove_cvref_t<X>> || ArrayExpression<X>;
 
 template <Differentiable X>
 X& operator++(X& x) {
@@ -36,9 +57,12 @@ X operator--(X& x, int) {
 
 namespace detail {
 
+template <class X, class T>
+concept ConvertibleDual = DualNumber<X> && std::convertible_to<X, T>;
+
 /// A constant of scalar type T: a number, or a dual that is T or converts to it.
 template <class X, class T>
-concept ConstantOf = Number<X> ||(DualNumber<X>&& std::convertible_to<X, T>);
+concept ConstantOf = Number<X> || ConvertibleDual<X, T>;
 
 /// Operand of an operator beside a Variable<T>.
 template <class Y, class T>
@@ -74,7 +98,7 @@ template <class Operation, class Operand, class Factor, class Partial, class Sin
   push_factor(operand, chain_slopes(factor, partial), sink);
 }
 
-/// f(x), where Operation has value(x) and partial(x, f(x)).
+/// f(x), where Operation is a row of functions/, see slope_of().
 template <class Operation, class X>
 class Unary {
  public:
@@ -95,7 +119,7 @@ class Unary {
   template <class Factor, class Sink>
   [[gnu::always_inline]] void push(Factor factor, Sink& sink) const {
     if constexpr (std::is_same_v<Slope, T>) {
-      push_partial<Operation>(x_, factor, Operation::partial(x_.value(), value_), sink);
+      push_partial<Operation>(x_, factor, slope_of<Operation>(x_.value(), value_), sink);
     } else {
       push_partial<Operation>(x_, factor, Slope{}, sink);
     }

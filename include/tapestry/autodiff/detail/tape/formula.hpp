@@ -50,12 +50,33 @@ struct FormulaScalar<X, Y> {
 template <class X, class Y>
 using ScalarOf = typename FormulaScalar<X, Y>::type;
 
-template <class Operation, Differentiable X>
+/// The argument of a function of one number; of an array, element by element.
+template <class X>
+concept Argument = Differentiable<X> || DifferentiableArray<X>;
+
+/// Two operands: one an array variable or formula, the other any operand that goes with it element by
+/// element. arrays/elementwise.hpp knows which, and defines array_unary() and array_binary().
+template <class X, class Y>
+struct ArePairable : std::false_type {};
+template <class X, class Y>
+concept ArrayPair = ArePairable<std::remove_cvref_t<X>, std::remove_cvref_t<Y>>::value;
+template <class Operation, DifferentiableArray X>
+[[nodiscard]] auto array_unary(const X& x, const Operation& operation = Operation());
+template <class Operation, class X, class Y>
+[[nodiscard]] auto array_binary(const char* name, const X& x, const Y& y);
+
+/// The arguments of a function of two numbers.
+template <class X, class Y>
+concept Arguments = FormulaOperands<X, Y> || ArrayPair<X, Y>;
+
+template <class Operation, Argument X>
 [[nodiscard]] auto make_unary(const X& x) {
   if constexpr (DualNumber<X>) {
     return dual_unary<Operation>(x);
-  } else {
+  } else if constexpr (ScalarExpression<X>) {
     return Unary<Operation, X>(x);
+  } else {
+    return array_unary<Operation>(x);
   }
 }
 
@@ -70,15 +91,18 @@ template <class T, class X>
 }
 
 /// A constant takes the other operand's scalar type.
+/// \param name  for errors of arrays whose shapes differ
 template <class Operation, class X, class Y>
-requires FormulaOperands<X, Y>
-[[nodiscard]] auto make_binary(const X& x, const Y& y) {
-  using T = ScalarOf<X, Y>;
-  if constexpr (DualOperands<X, Y>) {
-    return dual_binary<Operation, T>(x, y);
+[[nodiscard]] auto make_binary(const X& x, const Y& y, [[maybe_unused]] const char* name = nullptr) {
+  if constexpr (!FormulaOperands<X, Y>) {
+    return array_binary<Operation>(name, x, y);
+  } else if constexpr (DualOperands<X, Y>) {
+    return dual_binary<Operation, ScalarOf<X, Y>>(x, y);
   } else if constexpr (!ScalarExpression<X>) {
+    using T = ScalarOf<X, Y>;
     return Binary<Operation, ConstantLeaf<T>, Y>(ConstantLeaf<T>(static_cast<T>(x)), y);
   } else if constexpr (!ScalarExpression<Y>) {
+    using T = ScalarOf<X, Y>;
     return Binary<Operation, X, ConstantLeaf<T>>(x, ConstantLeaf<T>(static_cast<T>(y)));
   } else {
     return Binary<Operation, X, Y>(x, y);

@@ -166,10 +166,10 @@ class InnerCursor<ArrayBinary<Operation, X, Y>> {
     if constexpr (Y::may_be_active) y_.backward(first, count);
   }
   [[nodiscard]] auto reader() {
-    constexpr bool has_derivative = !HasNoDerivative<Operation>;
-    return BinaryReader < Operation, ReaderOf<X>, ReaderOf<Y>, typename X::ArrayScalar,
-           has_derivative && X::may_be_active,
-           has_derivative && Y::may_be_active > {x_.reader(), y_.reader()};
+    constexpr bool of_x = !HasNoDerivative<Operation> && X::may_be_active;
+    constexpr bool of_y = !HasNoDerivative<Operation> && Y::may_be_active;
+    using T = typename X::ArrayScalar;
+    return BinaryReader<Operation, ReaderOf<X>, ReaderOf<Y>, T, of_x, of_y>{x_.reader(), y_.reader()};
   }
 
  private:
