@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/piecewise_functions.hpp>
-#include <tapestry/nn/detail/network/operators/trigonometric_functions.hpp>
 #include <tapestry/nn/detail/network/operators/unary_functions.hpp>
 #include <tapestry/nn/pointwise.hpp>
 

@@ -1,6 +1,5 @@
 #pragma once
-#include <cmath>
-#include <concepts>
+#include <tapestry/autodiff/functions.hpp>
 #include <tapestry/core/vector_exp.hpp>
 
 /// \file
@@ -31,6 +30,31 @@ struct VectorFunction {
   static constexpr bool is_vector = true;
 };
 
+/// A function of the tape, see autodiff/functions.hpp.
+template <class Row, Reads From = Reads::input>
+struct OfTape : Function<From> {
+  template <std::floating_point T>
+  static T value(T x, T, T) {
+    return Row::value(x);
+  }
+  template <std::floating_point T>
+  static T slope(T from, T, T) {
+    return Row::partial(from, from);  // which reads one of the two
+  }
+};
+using Log = OfTape<tapestry::detail::Log>;
+using Sqrt = OfTape<tapestry::detail::Sqrt, Reads::output>;
+using Sin = OfTape<tapestry::detail::Sin>;
+using Cos = OfTape<tapestry::detail::Cos>;
+using Tan = OfTape<tapestry::detail::Tan, Reads::output>;
+using Asin = OfTape<tapestry::detail::Asin>;
+using Acos = OfTape<tapestry::detail::Acos>;
+using Sinh = OfTape<tapestry::detail::Sinh>;
+using Cosh = OfTape<tapestry::detail::Cosh>;
+using Asinh = OfTape<tapestry::detail::Asinh>;
+using Acosh = OfTape<tapestry::detail::Acosh>;
+using Atanh = OfTape<tapestry::detail::Atanh>;
+
 /// |x|.
 template <std::floating_point T>
 [[nodiscard, gnu::always_inline]] inline T magnitude(T x) {
@@ -51,8 +75,8 @@ template <std::floating_point T>
   return e / ((1 + e) * (1 + e));
 }
 
-/// terms[I] + terms[I + 1] · r + … + terms[Last] · r^(Last − I). Unrolled, so that loops around it become
-/// loops of vectors.
+/// terms[Term] + terms[Term + 1] · r + … + terms[Last] · r^(Last − Term). Unrolled, so that loops around it
+/// become loops of vectors.
 template <std::size_t Term, std::size_t Last, class T, std::size_t Count>
 [[nodiscard, gnu::always_inline]] inline T polynomial(const double (&terms)[Count], T r) {
   if constexpr (Term == Last) {
@@ -130,7 +154,8 @@ struct Tanh : VectorFunction<Reads::input> {
   template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     const T size = magnitude(x), square = x * x, e = vector_exp(-2 * size);
-    const T near = x + x * square * polynomial < 0, sizeof(T) == 4 ? 4 : 8 > (terms, square);
+    constexpr std::size_t last = sizeof(T) == 4 ? 4 : 8;
+    const T near = x + x * square * polynomial<0, last>(terms, square);
     const T far = (1 - e) / (1 + e);
     const T signed_far = x < 0 ? -far : far;
     return size < T(0.25) ? near : signed_far;
@@ -150,7 +175,8 @@ struct Softplus : VectorFunction<Reads::input> {
   template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     const T e = vector_exp(-magnitude(x)), s = e / (2 + e), square = s * s;
-    const T logarithm = 2 * (s + s * square * polynomial < 0, sizeof(T) == 4 ? 6 : 15 > (terms, square));
+    constexpr std::size_t last = sizeof(T) == 4 ? 6 : 15;
+    const T logarithm = 2 * (s + s * square * polynomial<0, last>(terms, square));
     return (x < 0 ? T(0) : x) + logarithm;
   }
   template <std::floating_point T>
@@ -206,27 +232,15 @@ struct Erf : Function<Reads::input> {
   }
 };
 
-/// log x.
-struct Log : Function<Reads::input> {
+/// arctan x.
+struct Atan : Function<Reads::input> {
   template <std::floating_point T>
   static T value(T x, T, T) {
-    return std::log(x);
+    return std::atan(x);
   }
   template <std::floating_point T>
   static T slope(T x, T, T) {
-    return 1 / x;
-  }
-};
-
-/// The derivative is infinite at 0.
-struct Sqrt : Function<Reads::output> {
-  template <std::floating_point T>
-  static T value(T x, T, T) {
-    return std::sqrt(x);
-  }
-  template <std::floating_point T>
-  static T slope(T y, T, T) {
-    return 1 / (2 * y);
+    return 1 / (1 + x * x);
   }
 };
 
