@@ -7,8 +7,8 @@ namespace Eigen::internal {
 /// derivatives stay there.
 template <class Matrix, int Mode>
 concept ScaledUnitTriangle =
-    (Mode & UnitDiag) != 0 && tapestry::detail::HasDerivatives<typename Matrix::Scalar>&& bool(
-                                  blas_traits<Matrix>::HasScalarFactor);
+    (Mode & UnitDiag) != 0 &&
+    bool(blas_traits<Matrix>::HasScalarFactor) && tapestry::detail::HasDerivatives<typename Matrix::Scalar>;
 
 template <int Mode, class Left, class Right>
 requires ScaledUnitTriangle<Left, Mode>

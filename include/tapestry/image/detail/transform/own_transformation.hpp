@@ -21,12 +21,15 @@ concept TransformsPictures = requires(const Own& own, const Array<Scalar, 3>& pi
   transformed_adjoint(picture, own, picture, adjoint);
 };
 
+template <class Own>
+concept TransformsAllPictures = TransformsPictures<Own, float> && TransformsPictures<Own, double>;
+
 /// A link of a TransformationChain that holds a user's transformation. Copies share it.
 class OwnTransformation {
  public:
   template <class Own>
-  requires(!std::same_as<std::remove_cvref_t<Own>, OwnTransformation>) &&
-      TransformsPictures<Own, float>&& TransformsPictures<Own, double> OwnTransformation(Own own)
+  requires(!std::same_as<std::remove_cvref_t<Own>, OwnTransformation> && TransformsAllPictures<Own>)
+      OwnTransformation(Own own)
       : held_(std::make_shared<const Model<Own>>(std::move(own))) {}
 
   /// \throws ShapeError if the result has other extents than the picture, or as the user's function
