@@ -105,11 +105,12 @@ class Decomposer {
     auto [inputs, attributes] = along(value, {axis});
     return add("Unsqueeze", std::move(inputs), std::move(attributes));
   }
-  /// Sums along some axes, which go.
-  std::string summed(const std::string& value, const std::vector<std::int64_t>& axes) {
-    auto [inputs, attributes] = along(value, axes);
-    attributes["keepdims"] = std::int64_t{0};
-    return add("ReduceSum", std::move(inputs), std::move(attributes));
+  /// Reduces along some axes, by ReduceMean and the like; the axes stay with extent 1, or go.
+  std::string reduced(const char* operation, const std::string& value, const std::vector<std::int64_t>& axes,
+                      bool keeps_axes = true) {
+    auto [inputs, attributes] = along(value, axes, std::string_view(operation) == "ReduceSum" ? 13 : 18);
+    attributes["keepdims"] = std::int64_t{keeps_axes};
+    return add(operation, std::move(inputs), std::move(attributes));
   }
   /// Makes the result i of a value without an axis of extent 1.
   void squeeze(std::size_t i, const std::string& value, std::int64_t axis) {
@@ -146,10 +147,11 @@ class Decomposer {
     return parts_.nodes.emplace_back(std::move(node));
   }
 
-  /// A value with axes, which are an operand since opset 13.
+  /// A value with axes, which are an operand since some opset, and an attribute before.
   [[nodiscard]] std::pair<Names, Attributes> along(const std::string& value,
-                                                   const std::vector<std::int64_t>& axes) {
-    if (opset_ >= 13) return {{value, integers(axes)}, {}};
+                                                   const std::vector<std::int64_t>& axes,
+                                                   std::int64_t since = 13) {
+    if (opset_ >= since) return {{value, integers(axes)}, {}};
     return {{value}, {{"axes", axes}}};
   }
 

@@ -201,7 +201,7 @@ class EinsumParts {
         places.push_back(static_cast<std::int64_t>(a));
       else
         rest.push_back(from.axes[a]);
-    return {parts_.summed(from.value, places), rest};
+    return {parts_.reduced("ReduceSum", from.value, places, false), rest};
   }
 
   [[nodiscard]] Term without_unused(Term from, std::size_t next) {

@@ -17,15 +17,13 @@ inline void decompose_quick_gelu(OperatorContext& context, Decomposer& parts) {
 
 /// x / √(mean of x² + epsilon) · scale over the axes from `axis` on. Source: onnx.ai, RMSNormalization.
 inline void decompose_rms_normalization(OperatorContext& context, Decomposer& parts) {
-  const auto rank = static_cast<std::int64_t>(context.input(0).shape.size());
-  const auto first =
-      static_cast<std::int64_t>(context.axis(context.integer("axis", -1), context.input(0).shape.size()));
+  const std::size_t rank = context.input(0).shape.size();
+  std::vector<std::int64_t> axes(rank - context.axis(context.integer("axis", -1), rank));
+  std::iota(axes.begin(), axes.end(), static_cast<std::int64_t>(rank - axes.size()));
   const double epsilon = context.number("epsilon", 1e-5);
   context.ignore("stash_type");
-  std::vector<std::int64_t> axes;
-  for (std::int64_t axis = first; axis < rank; ++axis) axes.push_back(axis);
   const std::string& x = parts.input(0);
-  const std::string mean = parts.add("ReduceMean", {parts.add("Mul", {x, x}), parts.integers(axes)});
+  const std::string mean = parts.reduced("ReduceMean", parts.add("Mul", {x, x}), axes);
   const std::string root = parts.add("Sqrt", {parts.add("Add", {mean, parts.number(epsilon)})});
   parts.finish(0, "Mul", {parts.add("Div", {x, root}), parts.input(1)});
 }
@@ -122,7 +120,7 @@ inline void decompose_attention(OperatorContext& context, Decomposer& parts) {
   AttentionParts(context, parts).write();
 }
 
-/// Where the taps of patches lie in a picture of any number of axes.
+/// Places of the taps of patches in a picture of any number of axes.
 struct PatchPlaces {
   struct Axis {
     std::int64_t extent = 0, block = 0, dilation = 1, stride = 1, pad = 0;

@@ -34,10 +34,10 @@ inline void decompose_likelihood(OperatorContext& context, Decomposer& parts, co
   if (reduction == "none") return parts.finish(0, "Identity", {losses});
   std::vector<std::int64_t> axes;
   for (std::size_t axis = 0; axis < classes.size(); ++axis) axes.push_back(static_cast<std::int64_t>(axis));
-  const std::string sum = parts.summed(losses, axes);
+  const std::string sum = parts.reduced("ReduceSum", losses, axes, false);
   if (reduction == "sum") return parts.finish(0, "Identity", {sum});
-  const std::string count =
-      weights.empty() ? parts.number(static_cast<double>(size_of(classes))) : parts.summed(weights, axes);
+  const std::string count = weights.empty() ? parts.number(static_cast<double>(size_of(classes)))
+                                            : parts.reduced("ReduceSum", weights, axes, false);
   parts.finish(0, "Div", {sum, count});
 }
 
