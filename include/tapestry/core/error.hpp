@@ -76,8 +76,7 @@ class MessagePart {
   std::size_t size_ = 0;
 };
 
-/// Message of an exception: a text, or parts, as in `ShapeError({"solve: b is ", b.shape(), ", expected ",
-/// 3})`.
+/// Message of an exception: a text, or parts, as in `ShapeError({"b is ", b.shape(), ", expected ", 3})`.
 class ErrorMessage {
  public:
   ErrorMessage(std::string text) : text_(std::move(text)) {}

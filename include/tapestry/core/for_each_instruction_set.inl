@@ -1,7 +1,10 @@
-// Compiles the file TAPESTRY_KERNELS once for each instruction set by target attributes, so that a build with
-// plain options has them all: in the namespaces portable, avx2 and avx512, with TAPESTRY_VECTOR_BYTES
-// defined. Where TAPESTRY_WIDE_LOOPS is defined, GCC vectorises the file's plain loops with the whole width
-// of AVX-512, too.
+// Compiles the file TAPESTRY_KERNELS for each instruction set by target attributes, so that a plain build has
+// them all: in the namespaces portable, avx2 and avx512, with TAPESTRY_VECTOR_BYTES defined. With
+// TAPESTRY_WIDE_LOOPS, GCC vectorises the file's plain loops with the whole width of AVX-512, too.
+#ifndef TAPESTRY_KERNELS  // an editor reads this file alone
+#include <cstddef>
+#define TAPESTRY_KERNELS <tapestry/core/vector_memory.inl>
+#endif
 
 namespace portable {
 #define TAPESTRY_VECTOR_BYTES 16

@@ -25,8 +25,7 @@ namespace detail {
 }
 }  // namespace detail
 
-/// The text with a '?' for each character that a terminal would obey: it could hide or turn round its
-/// surroundings.
+/// The text with a '?' for each character that a terminal obeys: it could hide or turn round text beside it.
 [[nodiscard]] inline std::string printable(std::string_view text) {
   std::string clean;
   while (!text.empty()) {

@@ -1,6 +1,9 @@
 // Vectors of one instruction set, in registers and in memory. Kernels include this file inside the namespace
-// of each set and with TAPESTRY_VECTOR_BYTES defined: generic vectors must be parsed under the target they
-// are meant for.
+// of each set: generic vectors must be parsed under the target they are meant for.
+#ifndef TAPESTRY_VECTOR_BYTES  // an editor reads this file alone
+#include <cstddef>
+#define TAPESTRY_VECTOR_BYTES 16
+#endif
 
 template <class T>
 struct Vector {

@@ -1,5 +1,8 @@
-// The functions and classes of this room, for the scalar TAPESTRY_SCALAR; implementation.hpp includes this
-// file behind the bodies, and a test does so for double.
+// Instances for TAPESTRY_SCALAR; implementation.hpp includes this file behind the bodies, a test for double.
+#ifndef TAPESTRY_SCALAR  // an editor reads this file alone
+#include <tapestry/camouflage/implementation.hpp>
+#define TAPESTRY_SCALAR double
+#endif
 
 namespace tapestry::camouflage::detail {
 template decltype(interior_of<TAPESTRY_SCALAR>) interior_of<TAPESTRY_SCALAR>;
@@ -11,18 +14,18 @@ template decltype(painted_texels<TAPESTRY_SCALAR>) painted_texels<TAPESTRY_SCALA
 template decltype(first_parameter<TAPESTRY_SCALAR>) first_parameter<TAPESTRY_SCALAR>;
 template decltype(texture_rows<TAPESTRY_SCALAR>) texture_rows<TAPESTRY_SCALAR>;
 template ArrayVariable<TAPESTRY_SCALAR, 2> method_colours<TAPESTRY_SCALAR>(
-    const Method<TAPESTRY_SCALAR>& method, const ArrayVariable<TAPESTRY_SCALAR, 2>& parameter);
-template ArrayVariable<TAPESTRY_SCALAR, 2> printed<TAPESTRY_SCALAR>(
-    const Method<TAPESTRY_SCALAR>& method, const ArrayVariable<TAPESTRY_SCALAR, 2>& colours,
-    const image::ColourChange& print);
+    const Method<TAPESTRY_SCALAR>&, const ArrayVariable<TAPESTRY_SCALAR, 2>&);
+template ArrayVariable<TAPESTRY_SCALAR, 2> printed<TAPESTRY_SCALAR>(const Method<TAPESTRY_SCALAR>&,
+                                                                    const ArrayVariable<TAPESTRY_SCALAR, 2>&,
+                                                                    const image::ColourChange&);
 template decltype(paint_panels<TAPESTRY_SCALAR>) paint_panels<TAPESTRY_SCALAR>;
 template class KeptLayers<TAPESTRY_SCALAR>;
 template class Ensemble<TAPESTRY_SCALAR>;
 template class Objective<TAPESTRY_SCALAR>;
 template decltype(without_paint<TAPESTRY_SCALAR>) without_paint<TAPESTRY_SCALAR>;
-template void require_sound<TAPESTRY_SCALAR>(const char* operation, const Paint<TAPESTRY_SCALAR>& paint);
-template Array<TAPESTRY_SCALAR, 2> printed<TAPESTRY_SCALAR>(const Paint<TAPESTRY_SCALAR>& paint,
-                                                            const image::ColourChange& print);
+template void require_sound<TAPESTRY_SCALAR>(const char* operation, const Paint<TAPESTRY_SCALAR>&);
+template Array<TAPESTRY_SCALAR, 2> printed<TAPESTRY_SCALAR>(const Paint<TAPESTRY_SCALAR>&,
+                                                            const image::ColourChange&);
 template decltype(own_colours<TAPESTRY_SCALAR>) own_colours<TAPESTRY_SCALAR>;
 template decltype(atlas_of<TAPESTRY_SCALAR>) atlas_of<TAPESTRY_SCALAR>;
 template decltype(parameter_of_colours<TAPESTRY_SCALAR>) parameter_of_colours<TAPESTRY_SCALAR>;

@@ -1,5 +1,8 @@
-// The functions and classes of this room, for the scalar TAPESTRY_SCALAR; implementation.hpp and
-// implementation_double.hpp include this file behind the bodies.
+// Instances for TAPESTRY_SCALAR; implementation.hpp and implementation_double.hpp include this file last.
+#ifndef TAPESTRY_SCALAR  // an editor reads this file alone
+#include <tapestry/loss/implementation.hpp>
+#define TAPESTRY_SCALAR double
+#endif
 
 namespace tapestry::loss::detail {
 template decltype(terms_adjoint<TAPESTRY_SCALAR>) terms_adjoint<TAPESTRY_SCALAR>;
@@ -11,18 +14,18 @@ template decltype(yolox_training_of<TAPESTRY_SCALAR>) yolox_training_of<TAPESTRY
 }  // namespace tapestry::loss::detail
 
 namespace tapestry::loss {
-template AdversarialTerms<TAPESTRY_SCALAR> adversarial<TAPESTRY_SCALAR>(
-    const Predictions<TAPESTRY_SCALAR>& predictions, const Target& target, AdversarialLoss kind,
-    const AdversarialWeights& weights);
+template AdversarialTerms<TAPESTRY_SCALAR> adversarial<TAPESTRY_SCALAR>(const Predictions<TAPESTRY_SCALAR>&,
+                                                                        const Target&, AdversarialLoss,
+                                                                        const AdversarialWeights&);
 template decltype(adversarial_adjoint<TAPESTRY_SCALAR>) adversarial_adjoint<TAPESTRY_SCALAR>;
 template decltype(mean_of<TAPESTRY_SCALAR>) mean_of<TAPESTRY_SCALAR>;
 template decltype(vanish<TAPESTRY_SCALAR>) vanish<TAPESTRY_SCALAR>;
 template decltype(vanish_adjoint<TAPESTRY_SCALAR>) vanish_adjoint<TAPESTRY_SCALAR>;
 template decltype(max_score<TAPESTRY_SCALAR>) max_score<TAPESTRY_SCALAR>;
 template decltype(max_score_adjoint<TAPESTRY_SCALAR>) max_score_adjoint<TAPESTRY_SCALAR>;
-template TAPESTRY_SCALAR attention<TAPESTRY_SCALAR>(const Array<TAPESTRY_SCALAR, 2>& heat);
+template TAPESTRY_SCALAR attention<TAPESTRY_SCALAR>(const Array<TAPESTRY_SCALAR, 2>&);
 template decltype(attention_adjoint<TAPESTRY_SCALAR>) attention_adjoint<TAPESTRY_SCALAR>;
-template Variable<TAPESTRY_SCALAR> attention<TAPESTRY_SCALAR>(const ArrayVariable<TAPESTRY_SCALAR, 2>& heat);
+template Variable<TAPESTRY_SCALAR> attention<TAPESTRY_SCALAR>(const ArrayVariable<TAPESTRY_SCALAR, 2>&);
 template TAPESTRY_SCALAR binary_cross_entropy<TAPESTRY_SCALAR>(const Array<TAPESTRY_SCALAR, 4>&,
                                                                const Array<TAPESTRY_SCALAR, 4>&);
 template TAPESTRY_SCALAR cross_entropy<TAPESTRY_SCALAR>(const Array<TAPESTRY_SCALAR, 4>&,
@@ -35,36 +38,33 @@ template Variable<TAPESTRY_SCALAR> binary_cross_entropy<TAPESTRY_SCALAR>(
 template Variable<TAPESTRY_SCALAR> cross_entropy<TAPESTRY_SCALAR>(
     const ArrayVariable<TAPESTRY_SCALAR, 4>&, std::shared_ptr<const Array<TAPESTRY_SCALAR, 4>>);
 template decltype(dynamic_matches<TAPESTRY_SCALAR>) dynamic_matches<TAPESTRY_SCALAR>;
-template TAPESTRY_SCALAR laplacian<TAPESTRY_SCALAR>(const geometry::MeshTopology& topology,
-                                                    const Array<TAPESTRY_SCALAR, 2>& positions);
+template TAPESTRY_SCALAR laplacian<TAPESTRY_SCALAR>(const geometry::MeshTopology&,
+                                                    const Array<TAPESTRY_SCALAR, 2>&);
 template decltype(laplacian_adjoint<TAPESTRY_SCALAR>) laplacian_adjoint<TAPESTRY_SCALAR>;
-template TAPESTRY_SCALAR edge_length<TAPESTRY_SCALAR>(const geometry::MeshTopology& topology,
-                                                      const Array<TAPESTRY_SCALAR, 2>& positions,
-                                                      double length);
+template TAPESTRY_SCALAR edge_length<TAPESTRY_SCALAR>(const geometry::MeshTopology&,
+                                                      const Array<TAPESTRY_SCALAR, 2>&, double);
 template decltype(edge_length_adjoint<TAPESTRY_SCALAR>) edge_length_adjoint<TAPESTRY_SCALAR>;
-template TAPESTRY_SCALAR normal_consistency<TAPESTRY_SCALAR>(const geometry::MeshTopology& topology,
-                                                             const Array<TAPESTRY_SCALAR, 2>& positions);
+template TAPESTRY_SCALAR normal_consistency<TAPESTRY_SCALAR>(const geometry::MeshTopology&,
+                                                             const Array<TAPESTRY_SCALAR, 2>&);
 template decltype(normal_consistency_adjoint<TAPESTRY_SCALAR>) normal_consistency_adjoint<TAPESTRY_SCALAR>;
-template Variable<TAPESTRY_SCALAR> laplacian<TAPESTRY_SCALAR>(
-    const geometry::MeshTopology& topology, const ArrayVariable<TAPESTRY_SCALAR, 2>& positions);
-template Variable<TAPESTRY_SCALAR> edge_length<TAPESTRY_SCALAR>(
-    const geometry::MeshTopology& topology, const ArrayVariable<TAPESTRY_SCALAR, 2>& positions,
-    double length);
+template Variable<TAPESTRY_SCALAR> laplacian<TAPESTRY_SCALAR>(const geometry::MeshTopology&,
+                                                              const ArrayVariable<TAPESTRY_SCALAR, 2>&);
+template Variable<TAPESTRY_SCALAR> edge_length<TAPESTRY_SCALAR>(const geometry::MeshTopology&,
+                                                                const ArrayVariable<TAPESTRY_SCALAR, 2>&,
+                                                                double);
 template Variable<TAPESTRY_SCALAR> normal_consistency<TAPESTRY_SCALAR>(
-    const geometry::MeshTopology& topology, const ArrayVariable<TAPESTRY_SCALAR, 2>& positions);
+    const geometry::MeshTopology&, const ArrayVariable<TAPESTRY_SCALAR, 2>&);
 template Variable<TAPESTRY_SCALAR> non_printability<TAPESTRY_SCALAR>(
-    const ArrayVariable<TAPESTRY_SCALAR, 2>& texels, std::shared_ptr<const Array<TAPESTRY_SCALAR, 2>> used,
-    std::shared_ptr<const Array<double, 2>> palette, double spread);
-template YoloTrainingTerms yolo_training<TAPESTRY_SCALAR>(const std::vector<detect::Head>& heads,
-                                                          const LogitsView<TAPESTRY_SCALAR>& logits,
-                                                          const Truths& truths, std::size_t input_height,
-                                                          std::size_t input_width,
-                                                          const YoloTrainingOptions& options);
+    const ArrayVariable<TAPESTRY_SCALAR, 2>&, std::shared_ptr<const Array<TAPESTRY_SCALAR, 2>>,
+    std::shared_ptr<const Array<double, 2>>, double);
+template YoloTrainingTerms yolo_training<TAPESTRY_SCALAR>(const std::vector<detect::Head>&,
+                                                          const LogitsView<TAPESTRY_SCALAR>&, const Truths&,
+                                                          std::size_t, std::size_t,
+                                                          const YoloTrainingOptions&);
 template decltype(yolo_training_adjoint<TAPESTRY_SCALAR>) yolo_training_adjoint<TAPESTRY_SCALAR>;
-template YoloTrainingTerms yolox_training<TAPESTRY_SCALAR>(const std::vector<detect::Head>& heads,
-                                                           const LogitsView<TAPESTRY_SCALAR>& logits,
-                                                           const DynamicMatches& matches,
-                                                           std::size_t input_height, std::size_t input_width,
-                                                           const YoloxTrainingOptions& options);
+template YoloTrainingTerms yolox_training<TAPESTRY_SCALAR>(const std::vector<detect::Head>&,
+                                                           const LogitsView<TAPESTRY_SCALAR>&,
+                                                           const DynamicMatches&, std::size_t, std::size_t,
+                                                           const YoloxTrainingOptions&);
 template decltype(yolox_training_adjoint<TAPESTRY_SCALAR>) yolox_training_adjoint<TAPESTRY_SCALAR>;
 }  // namespace tapestry::loss

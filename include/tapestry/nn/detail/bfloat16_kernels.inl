@@ -1,7 +1,7 @@
-// Kernels on pairs of bfloat16 for one instruction set; vector_kernels.inl includes this file, under the same
-// rules.
+// Kernels on pairs of bfloat16, for one instruction set.
+#include <tapestry/nn/detail/winograd_kernels.inl>
 
-/// The filters of pairs of channels; channel_count is even, and so many words a point are half as many.
+/// The filters of pairs of channels; channel_count is even, and a point has half as many words.
 template <WinogradForm F>
 void winograd_filter_pairs(const WinogradFilterArguments<float>& a) {
   constexpr std::size_t lanes = Vector<float>::lanes;

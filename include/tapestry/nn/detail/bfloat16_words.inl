@@ -1,7 +1,8 @@
-// Pairs of bfloat16 of one instruction set; vector_kernels.inl includes this file, under the same rules. A
-// word, stored as a float is, holds two of them, the first one in its low half; see bfloat16.hpp. Where
-// TAPESTRY_BFLOAT16 is defined the processor has instructions for them, elsewhere the same arithmetic is done
-// in float: the product of two bfloat16 is exact, so that the order of the sum alone decides its bits.
+// Pairs of bfloat16 of one instruction set. A word, stored as a float is, holds two of them, the first one in
+// its low half; see bfloat16.hpp. Where TAPESTRY_BFLOAT16 is defined the processor has instructions for them,
+// elsewhere the same arithmetic is done in float: the product of two bfloat16 is exact, so that the order of
+// the sum alone decides its bits.
+#include <tapestry/nn/detail/pointwise_kernels.inl>
 
 using Bits = std::uint32_t;
 using Words = Register<Bits>;
@@ -17,7 +18,7 @@ inline void store_words(float* to, const Words& words) {
 }
 
 #if !defined(TAPESTRY_BFLOAT16)
-/// The nearest bfloat16 in the high half of each lane, ties to even, and what is left of the sum below it.
+/// The nearest bfloat16 in the high half of each lane, ties to even; below it, the rest of the sum.
 /// Subnormals become zeros and NaN stays NaN.
 inline Words rounded(const Register<float>& values) {
   const Words bits = reinterpret_cast<Words>(values);

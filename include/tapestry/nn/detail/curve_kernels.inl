@@ -1,5 +1,5 @@
-// Activations that are curves, for one instruction set; vector_kernels.inl includes this file, under the same
-// rules. See Curve for what they are.
+// Activations that are curves, for one instruction set. See Curve for what they are.
+#include <tapestry/nn/detail/lane_kernels.inl>
 
 /// The smaller and the larger of each lane and a number, in the form that is one instruction; NaN stays.
 template <std::floating_point T>

@@ -1,5 +1,5 @@
-// Kernels of convolutions with a filter for each channel, for one instruction set; vector_kernels.inl
-// includes this file, under the same rules.
+// Kernels of convolutions with a filter for each channel, for one instruction set.
+#include <tapestry/nn/detail/reduce_kernels.inl>
 
 /// P neighbouring outputs from x on, for taps that touch and lie in the row. An input is read once for all.
 template <std::floating_point T, int Taps, int Stride, int P>

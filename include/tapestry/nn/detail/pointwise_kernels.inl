@@ -1,5 +1,5 @@
-// Kernels over single values, windows and periods for one instruction set; vector_kernels.inl includes this
-// file, under the same rules.
+// Kernels over single values, windows and periods, for one instruction set.
+#include <tapestry/nn/detail/depthwise_kernels.inl>
 
 /// to[i] += from[i]
 template <std::floating_point T>

@@ -1,6 +1,6 @@
-// Winograd transforms for one instruction set; vector_kernels.hpp includes this file after
-// vector_kernels.inl, under the same rules. See winograd.hpp for the transforms' definition. All arithmetic
-// is on registers of neighbouring channels.
+// Winograd transforms for one instruction set. See winograd.hpp for the transforms' definition. All
+// arithmetic is on registers of neighbouring channels.
+#include <tapestry/nn/detail/bfloat16_words.inl>
 
 #define TAPESTRY_INLINE inline __attribute__((always_inline))
 

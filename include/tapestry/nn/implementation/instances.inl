@@ -1,5 +1,8 @@
-// The functions and classes of this room, for the scalar TAPESTRY_SCALAR; implementation.hpp and
-// implementation_double.hpp include this file behind the bodies.
+// Instances for TAPESTRY_SCALAR; implementation.hpp and implementation_double.hpp include this file last.
+#ifndef TAPESTRY_SCALAR  // an editor reads this file alone
+#include <tapestry/nn/implementation.hpp>
+#define TAPESTRY_SCALAR double
+#endif
 
 namespace tapestry::nn {
 template class Network<TAPESTRY_SCALAR>;
@@ -25,8 +28,5 @@ template decltype(average_pool<TAPESTRY_SCALAR>) average_pool<TAPESTRY_SCALAR>;
 template ArrayVariable<TAPESTRY_SCALAR, 4> batch_norm<TAPESTRY_SCALAR>(
     const ArrayVariable<TAPESTRY_SCALAR, 4>&, const ArrayVariable<TAPESTRY_SCALAR, 1>&,
     const ArrayVariable<TAPESTRY_SCALAR, 1>&, double);
-}  // namespace tapestry::nn
-
-namespace tapestry::nn {
 template Kernels<TAPESTRY_SCALAR> kernels_of<TAPESTRY_SCALAR>(InstructionSet);
 }  // namespace tapestry::nn

@@ -1,4 +1,5 @@
-// The third part of raster_kernels.inl.
+// Barycentric coordinates of points, for one instruction set.
+#include <tapestry/raster/detail/vertex_kernels.inl>
 
 /// Terms of the barycentric weights for one point each lane: three planes through the eye and two corners,
 /// b_k ∝ x·plane[k][0] + y·plane[k][1] + plane[k][2].

@@ -1,4 +1,5 @@
-// The second part of raster_kernels.inl: triangles into tiles.
+// Triangles into tiles, for one instruction set.
+#include <tapestry/raster/detail/barycentric_kernel.inl>
 
 /// Edge function of one side in whole samples, and its steps. A sample is inside where all three are ≥ 0.
 /// Doubled-area units are divided by 256, rounded down; since steps are whole multiples of 256 this keeps

@@ -1,4 +1,5 @@
-// The fourth part of raster_kernels.inl: filtered lookups in an atlas.
+// Filtered lookups in an atlas, for one instruction set.
+#include <tapestry/raster/detail/draw_kernels.inl>
 
 /// Square roots of numbers from 0 to 1e300, to a few units of the last place: 1/√x by Newton's iterations
 /// from half the negative exponent.

@@ -1,4 +1,5 @@
-// The fifth part of raster_kernels.inl: samples into fragments.
+// Samples into fragments, for one instruction set.
+#include <tapestry/raster/detail/filter_kernel.inl>
 
 /// The samples of a pixel, row by row, and for each one 1 | row << 10 | column << 20.
 template <std::size_t Axis>

@@ -1,4 +1,5 @@
-// The sixth part of raster_kernels.inl: faces near lines of a picture.
+// Faces near lines of a picture, for one instruction set.
+#include <tapestry/raster/detail/fragment_kernel.inl>
 
 /// Lists those of some segments, given by the columns and rows of their ends, that do not lie on the outer
 /// side of one of a face's sides. Reads and writes up to 8 elements beyond the last.

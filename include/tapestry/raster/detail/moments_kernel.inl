@@ -1,4 +1,5 @@
-// The seventh part of raster_kernels.inl.
+// Sums over the samples of faces, for one instruction set.
+#include <tapestry/raster/detail/line_kernel.inl>
 
 typedef double EightDoubles __attribute__((vector_size(64)));
 

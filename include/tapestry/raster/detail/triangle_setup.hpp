@@ -31,7 +31,7 @@ enum class FaceCulling { none, back };
 namespace detail {
 
 /// Turns a face that crosses near, far or the guard band into triangles. For faces without a cut see set_up()
-/// in raster_kernels.inl.
+/// in vertex_kernels.inl.
 class CutSetup {
  public:
   static constexpr std::size_t most_triangles = 7;  ///< of a face after the cuts
@@ -89,7 +89,7 @@ class CutSetup {
     return true;
   }
 
-  /// See set_depths() in raster_kernels.inl.
+  /// See set_depths() in vertex_kernels.inl.
   void set_depth(std::array<geometry::Vector3, 3> corners, ScreenTriangle& triangle) const {
     std::sort(corners.begin(), corners.end());
     const geometry::Vector3 normal = geometry::cross(geometry::subtract(corners[1], corners[0]),

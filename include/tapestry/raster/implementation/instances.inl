@@ -1,11 +1,14 @@
-// The functions and classes of this room, for the scalar TAPESTRY_SCALAR; implementation.hpp and
-// implementation_double.hpp include this file behind the bodies.
+// Instances for TAPESTRY_SCALAR; implementation.hpp and implementation_double.hpp include this file last.
+#ifndef TAPESTRY_SCALAR  // an editor reads this file alone
+#include <tapestry/raster/implementation.hpp>
+#define TAPESTRY_SCALAR double
+#endif
 
 namespace tapestry::raster {
 template ArrayVariable<TAPESTRY_SCALAR, 2> silhouette<TAPESTRY_SCALAR>(
-    const geometry::Mesh& mesh, const geometry::Camera& camera, std::size_t height, std::size_t width,
-    const ArrayVariable<TAPESTRY_SCALAR, 2>& positions, const ArrayVariable<TAPESTRY_SCALAR, 1>& pose,
-    std::size_t samples_per_axis, std::shared_ptr<const MeshEdges> edges);
+    const geometry::Mesh&, const geometry::Camera&, std::size_t, std::size_t,
+    const ArrayVariable<TAPESTRY_SCALAR, 2>&, const ArrayVariable<TAPESTRY_SCALAR, 1>&, std::size_t,
+    std::shared_ptr<const MeshEdges> edges);
 template decltype(barycentrics<TAPESTRY_SCALAR>) barycentrics<TAPESTRY_SCALAR>;
 template decltype(barycentrics_adjoint<TAPESTRY_SCALAR>) barycentrics_adjoint<TAPESTRY_SCALAR>;
 template decltype(interpolate_adjoint<TAPESTRY_SCALAR>) interpolate_adjoint<TAPESTRY_SCALAR>;
@@ -30,7 +33,7 @@ template ArrayVariable<TAPESTRY_SCALAR, 3> look_up<TAPESTRY_SCALAR>(const ArrayV
                                                                     const ArrayVariable<TAPESTRY_SCALAR, 3>&);
 template decltype(with_unused_filled<TAPESTRY_SCALAR>) with_unused_filled<TAPESTRY_SCALAR>;
 template ArrayVariable<TAPESTRY_SCALAR, 2> stored_texels<TAPESTRY_SCALAR>(
-    const std::shared_ptr<const MipPyramid>& pyramid, const ArrayVariable<TAPESTRY_SCALAR, 2>& texels);
+    const std::shared_ptr<const MipPyramid>&, const ArrayVariable<TAPESTRY_SCALAR, 2>&);
 template decltype(used_texels<TAPESTRY_SCALAR>) used_texels<TAPESTRY_SCALAR>;
 template decltype(used_texels_or_all<TAPESTRY_SCALAR>) used_texels_or_all<TAPESTRY_SCALAR>;
 template decltype(bake_atlas<TAPESTRY_SCALAR>) bake_atlas<TAPESTRY_SCALAR>;
@@ -38,17 +41,14 @@ template decltype(bake_cube<TAPESTRY_SCALAR>) bake_cube<TAPESTRY_SCALAR>;
 template decltype(texture_operator<TAPESTRY_SCALAR, Light>) texture_operator<TAPESTRY_SCALAR, Light>;
 template decltype(texture_operator<TAPESTRY_SCALAR, Unlit>) texture_operator<TAPESTRY_SCALAR, Unlit>;
 template decltype(with_tiles<TAPESTRY_SCALAR>) with_tiles<TAPESTRY_SCALAR>;
-template Array<TAPESTRY_SCALAR, 3> render<TAPESTRY_SCALAR>(const TextureOperator<TAPESTRY_SCALAR>& picture,
-                                                           const Array<TAPESTRY_SCALAR, 2>& texels);
+template Array<TAPESTRY_SCALAR, 3> render<TAPESTRY_SCALAR>(const TextureOperator<TAPESTRY_SCALAR>&,
+                                                           const Array<TAPESTRY_SCALAR, 2>&);
 template decltype(render_adjoint<TAPESTRY_SCALAR>) render_adjoint<TAPESTRY_SCALAR>;
-template ArrayVariable<TAPESTRY_SCALAR, 3> render<TAPESTRY_SCALAR>(
-    const TextureOperator<TAPESTRY_SCALAR>& picture, const ArrayVariable<TAPESTRY_SCALAR, 2>& texels);
+template ArrayVariable<TAPESTRY_SCALAR, 3> render<TAPESTRY_SCALAR>(const TextureOperator<TAPESTRY_SCALAR>&,
+                                                                   const ArrayVariable<TAPESTRY_SCALAR, 2>&);
 template std::vector<ArrayVariable<TAPESTRY_SCALAR, 3>> render<TAPESTRY_SCALAR>(
-    const std::vector<std::shared_ptr<const TextureOperator<TAPESTRY_SCALAR>>>& pictures,
-    const ArrayVariable<TAPESTRY_SCALAR, 2>& texels);
+    const std::vector<std::shared_ptr<const TextureOperator<TAPESTRY_SCALAR>>>&,
+    const ArrayVariable<TAPESTRY_SCALAR, 2>&);
 template decltype(silhouette_adjoint<TAPESTRY_SCALAR>) silhouette_adjoint<TAPESTRY_SCALAR>;
+template decltype(detail::record_coverage<TAPESTRY_SCALAR>) detail::record_coverage<TAPESTRY_SCALAR>;
 }  // namespace tapestry::raster
-
-namespace tapestry::raster::detail {
-template decltype(record_coverage<TAPESTRY_SCALAR>) record_coverage<TAPESTRY_SCALAR>;
-}  // namespace tapestry::raster::detail
