@@ -382,7 +382,7 @@ TEST_CASE("the bundled car's gradient is that of a supersampled picture",
 }
 
 TEST_CASE("the real car's gradient is that of a supersampled picture",
-          "[raster][vertex_gradient][gradient]") {
+          "[raster][vertex_gradient][gradient][long]") {
   const std::string path = tapestry::test::in_shared("data/mesh/audi_et_te.obj");
   if (!std::filesystem::exists(path)) {
     WARN("skipped: " << path << " is not there");
