@@ -6,6 +6,6 @@
 
 /// The one home of the version: CMake reads these three numbers.
 #define TAPESTRY_VERSION_MAJOR 0
-#define TAPESTRY_VERSION_MINOR 2
+#define TAPESTRY_VERSION_MINOR 3
 #define TAPESTRY_VERSION_PATCH 0
-#define TAPESTRY_VERSION_TEXT "0.2.0"
+#define TAPESTRY_VERSION_TEXT "0.3.0"
