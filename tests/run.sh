@@ -5,7 +5,7 @@
 #   --all                also what finds a mistake rarely: clang's sanitizers, the programs and longer tests by g++, lesser
 #                        instruction sets, headers alone, users' projects, every table of the paper
 #   --long               also every source read by the other compiler, instruction sets under the sanitizers, every fault,
-#                        all benchmarks and those of other libraries that are installed: hours
+#                        all benchmarks and those of other libraries that are installed, clang-tidy-14 where it is: hours
 # Ends with where the time went.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -83,6 +83,7 @@ if [ "$all" = ON ] && [ "$status" -eq 0 ]; then
   presets=(check release)
   phase "tests that find a mistake rarely" run_tests || status=$?
   presets+=(test)
+  if [ "$long" = ON ] && command -v clang-tidy-14 >/dev/null; then phase "tidy" build tidy || status=$?; fi
 fi
 print_times
 exit "$status"

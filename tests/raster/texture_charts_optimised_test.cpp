@@ -156,8 +156,8 @@ TEST_CASE("charts of what is painted are the pieces that hang together", "[raste
                                           0, 0, 0, 1};
   raster::TextureChart chart{4, 4};
   for (std::size_t i = 0; i < 16; ++i) chart.texels.push_back({i / 4, i % 4, 100 + i});
-  std::vector<std::uint8_t> of_texture(100, 1);
-  of_texture.insert(of_texture.end(), painted.begin(), painted.end());
+  std::vector<std::uint8_t> of_texture(116, 1);
+  std::copy(painted.begin(), painted.end(), of_texture.begin() + 100);
   const auto pieces = raster::painted_charts({chart}, of_texture);
   REQUIRE(pieces.size() == 2);
   CHECK(pieces[0].height == 3);
