@@ -161,7 +161,7 @@ grep -q 'was made with' plain_digital/digital.md && fail "a plain car that was o
 expect_exit 2 "a background of photographs" "$evaluate" --protocol digital --clean-only --background 1 1 1
 expect_error_line '^error: --background has no part in --protocol digital'
 expect_exit 2 "a further detector without its description" "$evaluate" "${photographs[@]:0:6}" --further-weights "$assets/detector.weights"
-expect_error_line '^error: --further-weights: .*detector.weights is neither an .onnx model nor'
+expect_error_line '^error: --further-weights: .*detector.weights is not an .onnx model; convert_weights makes one'
 expect_exit 7 "other photographs" "$evaluate" "${photographs[@]}" --output digital
 expect_error_line '--quick \(was true, now false\)'
 

@@ -10,13 +10,13 @@ assets=$sources/examples/assets
 
 # A conversion over an old file.
 inputs=(--cfg "$assets/detector.cfg" --weights "$assets/detector.weights")
-"$convert" "${inputs[@]}" --output old >/dev/null
-"$convert" "${inputs[@]}" --fold --output new >/dev/null
-prepare() { cp old out; }
+"$convert" "${inputs[@]}" --output old.onnx >/dev/null
+"$convert" "${inputs[@]}" --fold --output new.onnx >/dev/null
+prepare() { cp old.onnx out.onnx; }
 check_conversion() {
-  if [ "$code" -eq 0 ]; then expect_same new out; elif cmp -s old out || cmp -s new out; then pass; else fail "a torn file"; fi
+  if [ "$code" -eq 0 ]; then expect_same new.onnx out.onnx; elif cmp -s old.onnx out.onnx || cmp -s new.onnx out.onnx; then pass; else fail "a torn file"; fi
 }
-conversion=("$convert" "${inputs[@]}" --fold --output out)
+conversion=("$convert" "${inputs[@]}" --fold --output out.onnx)
 for call in write fsync rename; do until_success "$call" $ENOSPC "5" check_conversion "${conversion[@]}"; done # F04
 until_success create $EROFS "5" check_conversion "${conversion[@]}" # F08
 until_success open $EIO "0 3 5" check_conversion "${conversion[@]}"
