@@ -50,6 +50,7 @@ struct NamedLoss {
   const char* name;
   const char* sentence;
 };
+/// All kinds, in the order of AdversarialLoss.
 inline constexpr std::array<NamedLoss, 4> adversarial_losses{
     {{AdversarialLoss::paper, "paper", "terms of FCA's paper"},
      {AdversarialLoss::as_coded, "as_coded", "those of its program"},

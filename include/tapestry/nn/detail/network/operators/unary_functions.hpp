@@ -42,6 +42,7 @@ struct OfTape : Function<From> {
     return Row::partial(from, from);  // which reads one of the two
   }
 };
+/// \cond
 using Log = OfTape<tapestry::detail::Log>;
 using Sqrt = OfTape<tapestry::detail::Sqrt, Reads::output>;
 using Sin = OfTape<tapestry::detail::Sin>;
@@ -54,6 +55,7 @@ using Cosh = OfTape<tapestry::detail::Cosh>;
 using Asinh = OfTape<tapestry::detail::Asinh>;
 using Acosh = OfTape<tapestry::detail::Acosh>;
 using Atanh = OfTape<tapestry::detail::Atanh>;
+/// \endcond
 
 /// |x|.
 template <std::floating_point T>
