@@ -7,7 +7,7 @@ namespace tapestry::io::detail {
 /// A format of pictures that is read. Its readers take the content of a file, its name for messages, and
 /// where warnings go, or null; see read_image() and read_mask().
 struct PictureFormat {
-  std::string_view names;    ///< "A, B"; those of the last row "A or B"
+  std::string_view names;    ///< words between spaces
   std::string_view endings;  ///< of files' names, likewise
   bool (*recognises)(std::string_view file);
   Array<std::uint8_t, 3> (*picture)(std::string file, const std::string& path,

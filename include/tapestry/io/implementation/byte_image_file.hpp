@@ -64,18 +64,25 @@ Array<float, 2> plain_mask(std::string file, const std::string& path, std::vecto
 std::span<const PictureFormat> picture_formats() {
   static constexpr PictureFormat formats[]{
       {"PNG", ".png", is_png, png_picture, png_mask},
-      {"JPEG", ".jpg, .jpeg", is_jpeg, jpeg_picture, nullptr},
+      {"JPEG", ".jpg .jpeg", is_jpeg, jpeg_picture, nullptr},
       {"BMP", ".bmp", is_bmp, plain_picture<parse_bmp>, plain_mask<parse_bmp>},
-      {"PBM, PGM or PPM", ".pgm, .ppm or .pnm", is_pnm, plain_picture<parse_pnm>, plain_mask<parse_pnm>}};
+      {"PBM PGM PPM", ".pgm .ppm .pnm", is_pnm, plain_picture<parse_pnm>, plain_mask<parse_pnm>}};
   return formats;
 }
 
-/// A column of picture_formats() as a list for messages.
+/// The words of a column of picture_formats(), each behind a space.
+inline std::string words_of_formats(std::string_view PictureFormat::*column) {
+  std::string words;
+  for (const PictureFormat& format : picture_formats()) words.append(" ").append(format.*column);
+  return words;
+}
+
+/// Those words as a list for messages: "A, B or C".
 inline std::string listed_formats(std::string_view PictureFormat::*column) {
-  std::string text;
-  for (const PictureFormat& format : picture_formats())
-    text.append(text.empty() ? "" : ", ").append(format.*column);
-  return text;
+  std::string list = words_of_formats(column).substr(1);
+  list.replace(list.rfind(' '), 1, " or ");
+  for (auto at = list.find(' '); at < list.rfind(" or "); at = list.find(' ', at + 2)) list.insert(at, ",");
+  return list;
 }
 
 /// \throws FileError (malformed) for a file of no such format
@@ -105,9 +112,8 @@ bool has_picture_name(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
   std::ranges::transform(ending, ending.begin(),
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const std::string endings = " " + picture_endings() + ",";
-  return endings.find(" " + ending + ",") != std::string::npos ||
-         endings.find(" " + ending + " or") != std::string::npos;
+  return (detail::words_of_formats(&detail::PictureFormat::endings) + " ").find(" " + ending + " ") !=
+         std::string::npos;
 }
 
 Array<std::uint8_t, 3> detail::read_picture(const std::string& path, std::vector<std::string>* warnings,
