@@ -260,9 +260,7 @@ struct MeasuredViews {
         reshaped(reshaped_by(options.clean_only ? CamouflageSource() : options.camouflage)),
         reshaped_by_other(reshaped_by({options.against, ""})) {
     print_warnings(inputs.warnings);
-    if (usable.empty())
-      throw Error(ErrorKind::mismatch,
-                  options.scene.frames + ": no frame shows the car" + word_on_size(inputs.car));
+    if (usable.empty()) throw no_car_shown(options.scene.frames, inputs.car);
   }
 
   std::optional<ReshapedViews> reshaped_by(const CamouflageSource& source) {

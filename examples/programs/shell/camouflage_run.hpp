@@ -81,9 +81,7 @@ class CamouflageRun {
     auto& test = test_store();
     const auto usable_test = inputs_.frames.held_out ? prepared(test) : usable_train;  // all of them
     print_warnings(inputs_.warnings);
-    if (usable_train.empty() || usable_test.empty())
-      throw Error(ErrorKind::mismatch,
-                  options_.scene.frames + ": no frame shows the car" + word_on_size(inputs_.car));
+    if (usable_train.empty() || usable_test.empty()) throw no_car_shown(options_.scene.frames, inputs_.car);
     validation_.emplace(usable_train, options_.optimisation.validation, path("best.npz"));
     auto& epochs = options_.optimisation.epochs;
     if (epochs == 0) epochs = default_epochs(usable_train.size(), inputs_.frames.drawn > 0);

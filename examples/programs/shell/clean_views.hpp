@@ -36,8 +36,7 @@ inline CleanViews examine_clean_views(const Inputs& inputs, const SceneSettings&
       frame_loaders(paths, inputs.mask, inputs.frames.posed));
   std::vector<std::string> warnings;  // a run repeats them
   const auto usable = views_with_car(store, scene.mesh, inputs.car, warnings);
-  if (usable.empty())
-    throw Error(ErrorKind::mismatch, scene.frames + ": no frame shows the car" + word_on_size(inputs.car));
+  if (usable.empty()) throw no_car_shown(scene.frames, inputs.car);
   evaluate::Meter meter(detector, inputs.class_index, {settings.confidence, settings.nms});
   const auto clean = camouflage::without_paint(camouflage::own_colours<float>(inputs.car.painted));
   CleanViews seen{usable.size()};

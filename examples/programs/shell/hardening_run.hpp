@@ -66,9 +66,7 @@ class HardeningRun {
     usable_train_ = with_car(train_);
     usable_test_ = inputs_.frames.held_out ? with_car(test_) : usable_train_;
     print_warnings(warnings);
-    if (usable_train_.empty() || usable_test_.empty())
-      throw Error(ErrorKind::mismatch,
-                  options_.scene.frames + ": no frame shows the car" + word_on_size(inputs_.car));
+    if (usable_train_.empty() || usable_test_.empty()) throw no_car_shown(options_.scene.frames, inputs_.car);
     if (options_.harden.epochs == 0)
       options_.harden.epochs = default_epochs(usable_train_.size(), inputs_.frames.drawn > 0);
     open_folder();

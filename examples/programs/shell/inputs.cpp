@@ -44,9 +44,8 @@ raster::TextureLayout layout_of(const SceneSettings& settings, const raster::Pai
 
 std::string word_on_starved(const Car& car) {
   return formatted("%.0f", 100 * car.starved_share) +
-         " % of the painted area has hardly a texel of the atlas: its uv share points, as of a palette, or "
-         "are "
-         "small, for which see --texels";
+         " % of the painted area has hardly a texel of the atlas: its uv share points, as of a palette, "
+         "or are small, for which see --texels";
 }
 
 /// Checks the files of a detector. The other files are checked even if the cfg is unsound.

@@ -10,17 +10,13 @@ namespace tapestry::shell {
 /// The entry of a block of parameters in the JSON of an old file, and its name.
 inline std::pair<std::string, nlohmann::json> old_entry(const detect::NetworkConfig& config,
                                                         const detect::ParameterBlock& block) {
-  const detect::LayerConfig& layer = config.layers[block.layer];
   constexpr const char* words[] = {"bn.bias", "bn.weight", "bn.running_mean", "bn.running_var", "weight"};
-  const bool is_plain_bias = block.role == detect::ParameterRole::bias && !layer.batch_normalize;
-  std::vector<std::size_t> shape{layer.filters};
-  if (block.role == detect::ParameterRole::weight)
-    shape.insert(shape.end(),
-                 {block.count / (layer.filters * layer.size * layer.size), layer.size, layer.size});
+  const bool is_plain_bias =
+      block.role == detect::ParameterRole::bias && !config.layers[block.layer].batch_normalize;
   return {"layers." + std::to_string(block.layer) + "." +
               (is_plain_bias ? "bias" : words[static_cast<std::size_t>(block.role)]),
           {{"dtype", "F32"},
-           {"shape", shape},
+           {"shape", detect::constant_shape(config, block)},
            {"data_offsets", {4 * block.offset, 4 * (block.offset + block.count)}}}};
 }
 

@@ -26,6 +26,11 @@ inline std::string word_on_size(const Car& car) {
          formatted("%g", scale * car.scale) + " makes it " + formatted("%.3g", scale * length);
 }
 
+/// The error (mismatch) of frames of which none shows the car.
+inline Error no_car_shown(const std::string& frames, const Car& car) {
+  return Error(ErrorKind::mismatch, frames + ": no frame shows the car" + word_on_size(car));
+}
+
 /// The views of a store that show the car; every other view, and every one whose photograph does not hold it,
 /// adds a warning.
 /// \param mesh_path  for messages

@@ -13,6 +13,9 @@ namespace tapestry::detect {
 /// The constant that holds a block of parameters in network_description().
 [[nodiscard]] std::string constant_name(const ParameterBlock& block);
 
+/// Extents of that constant: [filters], or [filters, channels / groups, row, column] for weights.
+[[nodiscard]] nn::Shape constant_shape(const NetworkConfig& config, const ParameterBlock& block);
+
 /// The network of a cfg file and its parameters as operators on named values, [N, C, H, W] from the input
 /// "picture" on. The result of layer i is "layer_i", its constants are "layer_i.weights", ".biases" and, with
 /// batch normalisation, ".scales", ".means" and ".variances". The outputs are the raw logits of the heads in

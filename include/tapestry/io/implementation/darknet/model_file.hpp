@@ -43,11 +43,7 @@ namespace tapestry::io::detail {
 [[nodiscard]] inline const nn::Constant& constant_of(const nn::NetworkDescription& network,
                                                      const detect::NetworkConfig& config,
                                                      const detect::ParameterBlock& block) {
-  const detect::LayerConfig& layer = config.layers[block.layer];
-  nn::Shape shape{layer.filters};
-  if (block.role == detect::ParameterRole::weight)
-    shape.insert(shape.end(),
-                 {block.count / (layer.filters * layer.size * layer.size), layer.size, layer.size});
+  const nn::Shape shape = detect::constant_shape(config, block);
   const std::string name = detect::constant_name(block);
   const auto found = network.constants.find(name);
   if (found == network.constants.end() || found->second.shape != shape)
