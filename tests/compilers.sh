@@ -66,7 +66,7 @@ configure_settings() {
 build_and_test() {
   cmake -S "$source_dir" -B "$1" -G Ninja "${settings[@]}" -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE=-O2 \
     -DCMAKE_CXX_FLAGS="${flags[*]}" -DTAPESTRY_TESTS=kernels -DTAPESTRY_BUILD_EXAMPLES=OFF &&
-    cmake --build "$1" --parallel "$(nproc)" --target all umbrella &&
+    cmake --build "$1" --parallel "$(nproc)" --target kernels_test umbrella &&
     ctest --test-dir "$1" --parallel "$(nproc)" --output-on-failure --no-tests=error
 }
 
