@@ -2,8 +2,9 @@
 # compilers.sh [COMPILER...]: with each compiler named (or each below that this machine has) compiles the umbrella header
 # with every warning as an error, builds the vector kernels and their tests with -O2 and runs them: with every instruction
 # set, or under qemu for another processor. Ends with 1 when one of them failed; its log is then in build/compilers.
-# clang++-19/libc++ is that compiler with the other standard library; aarch64-linux-gnu-g++ and clang++-14/aarch64 also need
-# g++-aarch64-linux-gnu and qemu-user, and take Debian's libraries for arm64 into build/compilers, not into the system.
+# clang++-19/libc++ is that compiler with the other standard library; g++/native compiles for this processor's instruction
+# set alone; aarch64-linux-gnu-g++ and clang++-14/aarch64 also need g++-aarch64-linux-gnu and qemu-user, and take Debian's
+# libraries for arm64 into build/compilers, not into the system.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source_dir=$PWD
@@ -15,7 +16,7 @@ compilers=("$@")
 if [ $# -eq 0 ]; then
   for version in {12..16}; do compilers+=("g++-$version"); done
   for version in {14..21}; do compilers+=("clang++-$version" "clang++-$version/libc++"); done
-  compilers+=(aarch64-linux-gnu-g++ clang++-14/aarch64)
+  compilers+=(g++/native aarch64-linux-gnu-g++ clang++-14/aarch64)
 fi
 
 # What a build for arm64 links with, from Debian, unpacked below root.
@@ -49,6 +50,7 @@ configure_settings() {
       flags+=(-stdlib=libc++)
       settings+=(-DTAPESTRY_CATCH_MAIN=ON)
       ;;
+    */native) flags+=(-DTAPESTRY_ONE_INSTRUCTION_SET -march=native) ;;
     *aarch64*)
       is_here aarch64-linux-gnu-g++ && is_here qemu-aarch64 || return 1
       unpack_arm64_libraries

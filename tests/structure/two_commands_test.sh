@@ -21,14 +21,15 @@ compilations() {
 }
 
 arguments=$(sed -n 's/^cmake --preset release //p' examples/run.sh)
-target=$(sed -n 's/^cmake --build --preset release.* --target //p' examples/run.sh)
+targets=$(sed -n 's/^build //p' examples/run.sh)
 # shellcheck disable=SC2086 # several arguments
 configure programs $arguments -DTAPESTRY_CCACHE_PROGRAM= -DCMAKE_DISABLE_FIND_PACKAGE_MPI=ON \
   -DCMAKE_DISABLE_FIND_PACKAGE_benchmark=ON
 configure tests 
-compilations programs "$target" >"$folder/first"
+# shellcheck disable=SC2086 # several targets
+compilations programs $targets >"$folder/first"
 compilations tests >"$folder/second"
-[ "$(wc -l <"$folder/first")" -ge 20 ] || { echo "found no objects of $target"; exit 1; }
+[ "$(wc -l <"$folder/first")" -ge 20 ] || { echo "found no objects of $targets"; exit 1; }
 if LC_ALL=C comm -23 "$folder/first" "$folder/second" | grep .; then
   echo "are compiled by examples/run.sh, and not by tests/run.sh --all in the same way"
   exit 1

@@ -8,16 +8,29 @@ namespace tapestry {
 /// Instruction sets that kernels are compiled for; each includes the ones before it.
 enum class InstructionSet { portable, avx2, avx512 };
 
+/// The set of kernels that no target attribute compiles: portable; or, if TAPESTRY_ONE_INSTRUCTION_SET is
+/// defined in all sources of a program, the best that the compiler's options allow, such as -march=native.
+/// That is then the only one, which compiles sooner and runs on such processors alone.
+#if !defined(TAPESTRY_ONE_INSTRUCTION_SET)
+inline constexpr InstructionSet plain_instruction_set = InstructionSet::portable;
+#elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__)
+inline constexpr InstructionSet plain_instruction_set = InstructionSet::avx512;
+#elif defined(__AVX2__) && defined(__FMA__)
+inline constexpr InstructionSet plain_instruction_set = InstructionSet::avx2;
+#else
+inline constexpr InstructionSet plain_instruction_set = InstructionSet::portable;
+#endif
+
 /// The best instruction set of this processor that kernels are compiled for.
 [[nodiscard]] inline InstructionSet best_instruction_set() {
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
       __builtin_cpu_supports("avx512vl")) {
     return InstructionSet::avx512;
   }
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return InstructionSet::avx2;
 #endif
-  return InstructionSet::portable;
+  return plain_instruction_set;
 }
 
 /// "portable", "avx2" or "avx512".
@@ -33,6 +46,10 @@ enum class InstructionSet { portable, avx2, avx512 };
                                                           InstructionSet best = best_instruction_set()) {
   for (const auto set : {InstructionSet::portable, InstructionSet::avx2, InstructionSet::avx512}) {
     if (name_of(set) != name) continue;
+#if defined(TAPESTRY_ONE_INSTRUCTION_SET)
+    if (set == best) return set;
+    throw DomainError({"TAPESTRY_INSTRUCTION_SET: this program has no ", name, ", expected ", name_of(best)});
+#endif
     if (set <= best) return set;
     throw DomainError(
         {"TAPESTRY_INSTRUCTION_SET: this processor has no ", name, ", expected at most ", name_of(best)});

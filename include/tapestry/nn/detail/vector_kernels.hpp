@@ -203,7 +203,9 @@ using tapestry::InstructionSet;
 
 /// True if the processor has instructions for bfloat16. Without them, kernels emulate bfloat16 in float.
 [[nodiscard]] inline bool has_bfloat16() {
-#if defined(__x86_64__)
+#if defined(TAPESTRY_ONE_INSTRUCTION_SET) && !(defined(__AVX512BF16__) && defined(__AVX512BW__))
+  return false;
+#elif defined(__x86_64__)
   return best_instruction_set() == InstructionSet::avx512 && __builtin_cpu_supports("avx512bw") &&
          __builtin_cpu_supports("avx512bf16");
 #else

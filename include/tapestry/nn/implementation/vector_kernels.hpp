@@ -10,6 +10,11 @@
 
 namespace tapestry::nn {
 
+#if defined(__x86_64__) && \
+    (!defined(TAPESTRY_ONE_INSTRUCTION_SET) || (defined(__AVX512BF16__) && defined(__AVX512BW__)))
+#define TAPESTRY_BFLOAT16_SET
+#endif
+
 // At -O2 GCC does not unroll loops of the kernels that -O3 does, which makes small networks a tenth slower.
 // Builds without optimisation and under sanitizers are left alone.
 #if defined(__OPTIMIZE__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
@@ -21,7 +26,7 @@ namespace tapestry::nn {
 #define TAPESTRY_KERNELS <tapestry/nn/detail/vector_kernels.inl>
 #include <tapestry/core/for_each_instruction_set.inl>
 
-#if defined(__x86_64__)  // the last set: only its bfloat16 kernels are used
+#if defined(TAPESTRY_BFLOAT16_SET)  // the last set: only its bfloat16 kernels are used
 #if defined(__clang__)
 #pragma clang attribute push( \
     __attribute__((target("avx512f,avx512dq,avx512vl,avx512bw,avx512bf16,avx2,fma"))), apply_to = function)
@@ -50,17 +55,22 @@ namespace avx512_bf16 {
 
 template <std::floating_point T>
 Kernels<T> kernels_of([[maybe_unused]] InstructionSet set) {
-#if defined(__x86_64__)
-  if constexpr (std::is_same_v<T, float>) {
-    if (set == InstructionSet::avx512) {
-      Kernels<T> kernels = avx512::make_kernels<T>();
-      if (has_bfloat16()) avx512_bf16::fill_bfloat16(kernels);
-      return kernels;
+  Kernels<T> kernels = [&] {
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
+    if constexpr (std::is_same_v<T, float>) {
+      if (set == InstructionSet::avx512) return avx512::make_kernels<T>();
+      if (set == InstructionSet::avx2) return avx2::make_kernels<T>();
     }
-    if (set == InstructionSet::avx2) return avx2::make_kernels<T>();
-  }
 #endif
-  return portable::make_kernels<T>();
+    return portable::make_kernels<T>();
+  }();
+#if defined(TAPESTRY_BFLOAT16_SET)
+  if constexpr (std::is_same_v<T, float>)
+    if (set == InstructionSet::avx512 && has_bfloat16()) avx512_bf16::fill_bfloat16(kernels);
+#endif
+  return kernels;
 }
+
+#undef TAPESTRY_BFLOAT16_SET
 
 }  // namespace tapestry::nn

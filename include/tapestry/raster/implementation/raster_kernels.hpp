@@ -31,7 +31,7 @@ namespace tapestry::raster {
 #endif
 
 RasterKernels raster_kernels_of([[maybe_unused]] InstructionSet set) {
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
   if (set == InstructionSet::avx512) return avx512::make_kernels();
   if (set == InstructionSet::avx2) return avx2::make_kernels();
 #endif

@@ -47,7 +47,8 @@ template <std::size_t Largest = 64, class Body>
 }
 
 // Sanitizers make these loops large and slow to compile, and look at all memory in the plain one as well.
-#if defined(__x86_64__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__x86_64__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(TAPESTRY_ONE_INSTRUCTION_SET)
 template <std::size_t Largest, class Body>
 [[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma"), gnu::noinline]] void avx512_block(std::size_t count,
                                                                                        const Body& body) {

@@ -86,7 +86,7 @@ class ProductTiles {
   }
 };
 
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
 template <class T>
 [[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma")]] void add_product_avx512(const ProductArguments<T>& p) {
   ProductTiles<T, 64>::run(p);
@@ -100,7 +100,7 @@ template <class T>
 /// The same in the best instructions of this processor; see for_block().
 template <class T>
 void add_product(const ProductArguments<T>& p) {
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
   switch (instruction_set()) {
     case InstructionSet::avx512:
       return add_product_avx512(p);
@@ -110,7 +110,7 @@ void add_product(const ProductArguments<T>& p) {
       break;
   }
 #endif
-  ProductTiles<T, 16>::run(p);
+  ProductTiles<T, std::size_t{16} << static_cast<unsigned>(plain_instruction_set)>::run(p);
 }
 
 /// aᵀ of a[rows, columns], row-major.

@@ -45,7 +45,7 @@ class TangentVectors {
 
   void run_forwards(const StatementRun& run) {
     auto* const lanes = reinterpret_cast<Lanes*>(memory_.data());
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
     switch (instruction_set()) {
       case InstructionSet::avx512:
         return run_avx512(run, ends_.data(), lanes);
@@ -58,7 +58,7 @@ class TangentVectors {
     run_portable(run, ends_.data(), lanes);
   }
 
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
   [[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma")]] static void run_avx512(const StatementRun& run,
                                                                                const Word* const* ends,
                                                                                Lanes* lanes) {

@@ -97,11 +97,12 @@ class ReverseSweep {
     const StatementRun part = run_up_to<Scalar>(root, run, [&](StatementKind kind) {
       if (kind == StatementKind::record) skip_record();
     });
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
     if constexpr (std::floating_point<Scalar>)
       if (instruction_set() != InstructionSet::portable) return sweep_fused(part, adjoints, pull_back);
 #endif
-    sweep<false>(part, adjoints, pull_back);
+    constexpr bool is_fused = plain_instruction_set != InstructionSet::portable;
+    sweep<is_fused && std::floating_point<Scalar>>(part, adjoints, pull_back);
   }
 
  private:
@@ -128,7 +129,7 @@ class ReverseSweep {
     StatementWalk<Scalar, Visitor>::run(run.words_end, run.kinds + (run.end_index - run.first_index),
                                         visitor);
   }
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
   template <class PullBack>
   [[gnu::target("avx2,fma")]] static void sweep_fused(const StatementRun& run, Scalar* adjoints,
                                                       PullBack& pull_back) {

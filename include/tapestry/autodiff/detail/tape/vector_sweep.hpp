@@ -95,7 +95,7 @@ class VectorSweep {
     const StatementRun part = run_up_to<Scalar>(root, run, [&](StatementKind kind) {
       if (kind == StatementKind::record) skip_record();
     });
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
     switch (instruction_set()) {
       case InstructionSet::avx512:
         return run_avx512(part, adjoints, pull_back);
@@ -155,7 +155,7 @@ class VectorSweep {
     [[gnu::always_inline]] static Lanes& as_lanes(T* adjoints) { return *reinterpret_cast<Lanes*>(adjoints); }
   };
 
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
   template <class PullBack>
   [[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma")]] static void run_avx512(
       const StatementRun& run, VectorAdjoints<Scalar, Width>& adjoints, PullBack& pull_back) {
