@@ -2,7 +2,7 @@
 # check_budgets.sh FOLDER [TABLE]: compares the lines (.hpp, .inl, .cpp, .sh) of the source folders below FOLDER with
 # TABLE, budgets.txt beside this script, and prints what each part has gained or lost since the last release. Exits with 1
 # if a folder has more lines than its budget or no budget, if include/ and examples/ together pass the table's ceiling, or
-# if the sum of a part's budgets is above that of the commit before: a budget rises only where another falls by as much.
+# if the sum of all budgets is above that of the commit before: a budget rises only where others fall by as much.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 table=${2:-$here/budgets.txt}
@@ -14,6 +14,8 @@ count_lines() { find "$@" -type f \( -name '*.hpp' -o -name '*.inl' -o -name '*.
 refuse() { echo "$1"; status=1; }
 # sums TABLE COLUMN: the sum of a column for each part, the first folder of a name.
 sums() { awk -v column="$2" '/^[a-z]/ { split($1, path, "/"); sum[path[1]] += $column } END { for (part in sum) print part, sum[part] }' "$1" | sort; }
+
+total() { awk '/^[a-z]/ { sum += $2 } END { print sum + 0 }' "$1"; }
 
 lines_of=$(mktemp)
 trap 'rm -f "$lines_of" "$lines_of.before"' EXIT
@@ -50,9 +52,8 @@ fi
 before=HEAD
 if git diff --quiet HEAD -- "$tracked"; then before=$(git log -1 --format=%H -- "$tracked")^; fi
 if git show "$before:$tracked" > "$lines_of.before" 2>/dev/null; then
-  while read -r part now then; do
-    [ "$now" -le "$then" ] || refuse "budgets of $part sum up to $now, before they did to $then: lower others by as much"
-  done < <(join <(sums "$table" 2) <(sums "$lines_of.before" 2))
+  now=$(total "$table") then=$(total "$lines_of.before")
+  [ "$now" -le "$then" ] || refuse "budgets sum up to $now, before they did to $then: lower others by as much"
 else
   echo "the commit before is not at hand: budgets are not compared with it"
 fi
