@@ -56,7 +56,7 @@ TEMPLATE_TEST_CASE("every instruction set multiplies matrices of any extents", "
   using Arguments = tapestry::detail::ProductArguments<T>;
   check_extents<T>([](const Arguments& p) { tapestry::detail::ProductTiles<T, 16>::run(p); });
   check_extents<T>([](const Arguments& p) { tapestry::detail::add_product(p); });
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
   if (tapestry::best_instruction_set() != InstructionSet::portable)
     check_extents<T>([](const Arguments& p) { tapestry::detail::add_product_avx2(p); });
 #endif
