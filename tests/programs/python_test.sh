@@ -1,70 +1,51 @@
 #!/usr/bin/env bash
-# The Python module: gradients against differences, a transposed map, and errors as exceptions.
+# The Python package as it is built: what it computes, what it refuses, its stubs, its notebook, and PyTorch where it is.
 source "$(dirname "$0")/support.sh"
-ls "$programs"/python/tapestry*.so >/dev/null 2>&1 || {
-  echo "skipped: the Python module is not built; it needs python3-dev, python3-pybind11 and pybind11-dev"
+ls "$programs"/python/tapestry/_tapestry*.so >/dev/null 2>&1 || {
+  echo "skipped: the Python package is not built; it needs python3-dev, python3-numpy and pybind11-dev"
   exit 77
 }
+export PYTHONPATH=$programs/python
 for python in python3 /usr/bin/python3 none; do
-  PYTHONPATH=$programs/python "$python" -c 'import numpy, tapestry' 2>/dev/null && break
+  "$python" -c 'import numpy, tapestry' 2>/dev/null && break
 done
 [ "$python" != none ] || {
-  echo "skipped: no Python has NumPy and can load the module"
+  echo "skipped: no Python has NumPy and can load the package"
   exit 77
 }
 assets=$sources/examples/assets
-cat >check.py <<'E2'
-import sys
-import numpy, tapestry
-assets, photograph = sys.argv[1], numpy.load(sys.argv[2])
-detector = tapestry.Detector(assets + "/detector.weights", config=assets + "/detector.cfg")
-pictures = detector.fitted(photograph)
-assert pictures.shape == (1, detector.height, detector.width, 3) and pictures.dtype == numpy.float32
+here=$sources/tests/programs
+mkdir frames && cp "$assets"/frames/test/00[0-3].npz frames
+expect_exit 0 "a camouflage" "$programs/camouflage" --frames frames --texels 16 --epochs 2 --output run
+expect_exit 0 "the package" "$python" "$here/python_test.py" "$assets" run/texture.npz
 
-run = detector.forward(pictures)
-generator = numpy.random.default_rng(1)
-weights = [generator.standard_normal(logits.shape).astype("float32") for logits in run.logits]
-gradient = run.pull_back(weights)
-direction = gradient / numpy.linalg.norm(gradient)
-value = lambda x: sum(float(numpy.vdot(w.astype("float64"), l)) for w, l in zip(weights, detector.forward(x).logits))
-step = 2e-3
-slope = (value(pictures + step * direction) - value(pictures - step * direction)) / (2 * step)
-length = float(numpy.vdot(gradient, direction))
-assert abs(slope - length) < 0.05 * abs(length), (slope, length)
-none = run.pull_back([None] * len(weights))
-assert none.shape == pictures.shape and not none.any()
-boxes = run.boxes(confidence=0.05)
-assert len(boxes) == 1 and boxes[0].shape[1] == 6
+# Its cells run as they are, beside the assets; at most 15 lines of them are code.
+mkdir notebook && ln -s "$assets" assets && cd notebook || exit 1
+cp "$sources/examples/python/fca.ipynb" .
+cat >run.py <<'END'
+import json
+cells = ["".join(cell["source"]) for cell in json.load(open("fca.ipynb"))["cells"] if cell["cell_type"] == "code"]
+assert sum(bool(line.strip()) for cell in cells for line in cell.splitlines()) <= 15
+scope = {}
+for cell in cells:
+    exec(cell, scope)
+found = scope["found"]
+assert found["own"] == 40 and found["shuffled"] >= 36 and found["camouflage"] <= 16, found
+END
+expect_exit 0 "the notebook" "$python" run.py
+[ "$(od -An -tx1 -N8 fca.png)" = " 89 50 4e 47 0d 0a 1a 0a" ] && pass || fail "the notebook ends without its picture"
+cd ..
 
-whole = detector.forward((255 * pictures).round().astype("uint8"), unchecked=True).logits
-assert all((a == b).all() for a, b in zip(whole, detector.forward((255 * pictures).round(), unchecked=True).logits))
+# README's lines run in the folder of the sources, which stands for a reader's clone.
+ln -s "$sources/examples" examples
+sed -n '/^```python$/,/^```$/p' "$sources/README.md" | grep -v '^```' >readme.py
+[ "$(wc -l <readme.py)" -ge 6 ] && pass || fail "README shows no Python"
+expect_exit 0 "README's lines" "$python" readme.py
+expect_file painted.png
 
-view = tapestry.View(assets + "/car_sedan.obj", material="body", rows=16, size=96)
-texels = generator.random((view.texel_count, 3), dtype="float32")
-picture = view.render(texels)
-assert picture.shape == (96, 96, 3) and view.coverage.max() == 1
-adjoint = generator.standard_normal(picture.shape).astype("float32")
-product = numpy.vdot(view.render(texels) - view.render(0 * texels), adjoint)
-transposed = numpy.vdot(texels, view.pull_back(adjoint))
-assert abs(product - transposed) < 1e-3 * abs(product), (product, transposed)
-
-for wrong, said in [(lambda: detector.forward(pictures[0]), "pictures has 3 axes, expected 4"),
-                    (lambda: detector.forward(pictures[:, :8]), "images"),
-                    (lambda: detector.forward((255 * pictures).astype("uint8")), "pictures holds uint8"),
-                    (lambda: detector.forward(255 * pictures), "expected floating-point RGB in [0, 1]"),
-                    (lambda: detector.forward(pictures * numpy.nan), "pictures holds nan"),
-                    (lambda: detector.fitted((255 * photograph).astype("uint8")), "a photograph holds uint8"),
-                    (lambda: view.render(numpy.full_like(texels, numpy.inf)), "texels holds inf"),
-                    (lambda: run.pull_back([]), "logits_adjoint has 0 arrays"),
-                    (lambda: tapestry.Detector("absent.onnx"), "absent.onnx"),
-                    (lambda: view.render(texels[1:]), "texels")]:
-    try:
-        wrong()
-    except tapestry.Error as error:
-        assert said in str(error), error
-    else:
-        raise AssertionError(said)
-E2
-"$python" -c 'import numpy; numpy.save("photograph.npy", numpy.random.default_rng(2).random((48, 80, 3), dtype="float32"))'
-PYTHONPATH=$programs/python expect_exit 0 "the module" "$python" check.py "$assets" photograph.npy
+if "$python" -c 'import torch' 2>/dev/null; then
+  expect_exit 0 "functions of PyTorch" "$python" "$here/torch_test.py" "$assets"
+else
+  echo "left out: functions of PyTorch, which is not installed"
+fi
 finish
