@@ -1,9 +1,6 @@
 # libjpeg-turbo's own interface. Defines turbojpeg::turbojpeg.
 find_path(turbojpeg_INCLUDE_DIR turbojpeg.h)
-if(TAPESTRY_STATIC_JPEG)  # of a Python wheel, which cannot ask for a package of the system
-  set(static_name libturbojpeg.a)
-endif()
-find_library(turbojpeg_LIBRARY NAMES ${static_name} turbojpeg)
+find_library(turbojpeg_LIBRARY turbojpeg)
 include(FindPackageHandleStandardArgs)
 find_package_handle_standard_args(turbojpeg REQUIRED_VARS turbojpeg_LIBRARY turbojpeg_INCLUDE_DIR)
 if(turbojpeg_FOUND AND NOT TARGET turbojpeg::turbojpeg)
