@@ -17,28 +17,15 @@ void step(optim::Adam<float>& adam, py::array_t<float, py::array::c_style>& para
   adam.step(values, slopes);
 }
 
-/// Settings of camouflage() that programs have, too, with their defaults.
-struct Settings {
-  std::string class_name, loss;
-  double smoothness;
-  camouflage::TrainingOptions training;
-};
-
-camouflage::ObjectiveOptions objective_of(const Settings& settings, const Detector& detector) {
-  return {.kind = loss::adversarial_loss_by_name(settings.loss),
-          .smoothness = settings.smoothness,
-          .printability = 0,
-          .class_index = detector.class_index(settings.class_name)};
-}
-
 /// A run: what stays in the same place while the paint is optimised.
 class Session {
  public:
   Session(const Detector& detector, const Mesh& mesh, const std::vector<FramePointer>& frames,
-          const Settings& settings, std::size_t samples, const py::object& start)
+          const camouflage::ObjectiveOptions& objective, const camouflage::TrainingOptions& options,
+          std::size_t samples, const py::object& start)
       : store_(mesh, {detector.input_height(), detector.input_width(), samples, keep_bytes, detector.fit()},
                loaders_of(mesh, frames)),
-        objective_(detector, objective_of(settings, detector)) {
+        objective_(detector, objective) {
     auto parameter = start.is_none() ? zeros<float, 2>({mesh.texel_count(), 3})
                                      : camouflage::parameter_of_colours(colours_of<2>("start", start));
     require_shape("camouflage", "start", parameter, {mesh.texel_count(), 3});
@@ -49,7 +36,7 @@ class Session {
     }
     warn(usable.warnings);
     if (usable.indices.empty()) throw DomainError("camouflage: no frame shows the mesh");
-    training_.emplace(objective_, store_, usable.indices, std::move(parameter), settings.training);
+    training_.emplace(objective_, store_, usable.indices, std::move(parameter), options);
   }
 
   /// Calls back after each step; a true value ends the run, as does what Python raises.
@@ -89,6 +76,23 @@ class Session {
   std::optional<camouflage::Training<float>> training_{};
 };
 
+py::tuple optimised(const Detector& detector, const Mesh& mesh, const std::vector<FramePointer>& frames,
+                    const std::string& class_name, const std::string& loss, double smoothness,
+                    std::size_t epochs, std::size_t batch, double learning_rate, std::uint64_t seed,
+                    std::size_t samples, const py::object& start, const py::object& callback) {
+  if (batch == 0 || !(learning_rate > 0) || !(smoothness >= 0))
+    throw DomainError("camouflage: batch and learning_rate must be above 0, smoothness at least 0");
+  Session session(detector, mesh, frames,
+                  {.kind = loss::adversarial_loss_by_name(loss),
+                   .smoothness = smoothness,
+                   .printability = 0,
+                   .class_index = detector.class_index(class_name)},
+                  {.epochs = epochs, .batch = batch, .seed = seed, .adam = {.learning_rate = learning_rate}},
+                  samples, start);
+  session.run(callback);
+  return session.result();
+}
+
 py::tuple composite(const FramePointer& frame, const Mesh& mesh, const py::object& colours,
                     const Detector& detector, std::size_t samples) {
   mesh.require_seen_by(*frame);
@@ -121,25 +125,10 @@ void add_camouflage(py::module_& module) {
            "Changes parameters, a contiguous float32 array of any extents, in place by one step against the "
            "gradient, of as many numbers.");
   module.def(
-      "camouflage",
-      [](const Detector& detector, const Mesh& mesh, const std::vector<FramePointer>& frames,
-         const std::string& class_name, const std::string& loss, double smoothness, std::size_t epochs,
-         std::size_t batch, double learning_rate, std::uint64_t seed, std::size_t samples,
-         const py::object& start, const py::object& callback) {
-        const Settings settings{
-            class_name,
-            loss,
-            smoothness,
-            {.epochs = epochs, .batch = batch, .seed = seed, .adam = {.learning_rate = learning_rate}}};
-        if (batch == 0 || !(learning_rate > 0) || !(smoothness >= 0))
-          throw DomainError("camouflage: batch and learning_rate must be above 0, smoothness at least 0");
-        Session session(detector, mesh, frames, settings, samples, start);
-        session.run(callback);
-        return session.result();
-      },
-      arg("detector"), arg("mesh"), arg("frames"), arg("class_name") = "car", arg("loss") = "max_score",
-      arg("smoothness") = 1, arg("epochs") = 5, arg("batch") = 8, arg("learning_rate") = 0.1, arg("seed") = 1,
-      arg("samples") = 2, arg("start") = py::none(), arg("callback") = py::none(),
+      "camouflage", &optimised, arg("detector"), arg("mesh"), arg("frames"), arg("class_name") = "car",
+      arg("loss") = "max_score", arg("smoothness") = 1, arg("epochs") = 5, arg("batch") = 8,
+      arg("learning_rate") = 0.1, arg("seed") = 1, arg("samples") = 2, arg("start") = py::none(),
+      arg("callback") = py::none(),
       "Optimises a texture so that the detector loses the mesh in the frames, as the program camouflage "
       "does: "
       "colours [T, 3] in [0, 1], and the loss's terms of every step. start: colours [T, 3], None for mid "

@@ -123,18 +123,9 @@ py::tuple adversarial(const Detector& detector, const std::vector<py::object>& l
   for (auto& head : values) adjoints.append(handed_over(std::move(head)));
   return py::make_tuple(dict_of(terms), adjoints);
 }
-}  // namespace
 
-void add_detector(py::module_& module) {
+void add_run(py::module_& module) {
   using py::arg;
-  module.def(
-      "iou",
-      [](const py::object& box, const py::object& other) {
-        const auto a = numbers_of<1>("box", box), b = numbers_of<1>("other", other);
-        if (std::min(a.size(), b.size()) < 4) throw ShapeError("a box has less than 4 numbers");
-        return detect::iou(box_of(a.data()), box_of(b.data()));
-      },
-      arg("box"), arg("other"), "Intersection over union of two boxes: left, top, right, bottom, and more.");
   py::class_<Run>(module, "Run", "One forward pass, which keeps what its gradient needs.")
       .def_property_readonly("logits", &Run::logits,
                              "Raw numbers of each head, [N, channels, rows, columns], read-only.")
@@ -144,6 +135,20 @@ void add_detector(py::module_& module) {
       .def("pull_back", &Run::pull_back, arg("adjoints"),
            "Gradient by the pictures, [N, height, width, 3], from a list of adjoints of the logits, each of "
            "the extents of its head; None stands for zeros.");
+}
+}  // namespace
+
+void add_detector(py::module_& module) {
+  using py::arg;
+  add_run(module);
+  module.def(
+      "iou",
+      [](const py::object& box, const py::object& other) {
+        const auto a = numbers_of<1>("box", box), b = numbers_of<1>("other", other);
+        if (std::min(a.size(), b.size()) < 4) throw ShapeError("a box has less than 4 numbers");
+        return detect::iou(box_of(a.data()), box_of(b.data()));
+      },
+      arg("box"), arg("other"), "Intersection over union of two boxes: left, top, right, bottom, and more.");
   py::class_<Detector, std::shared_ptr<Detector>>(
       module, "Detector",
       "A detector from an ONNX model, or from Darknet weights with their cfg as config. description names a "

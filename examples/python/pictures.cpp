@@ -82,9 +82,8 @@ py::tuple smoothness(const py::object& picture, const py::object& mask) {
   loss::smoothness_adjoint(colours, counted, 1, gradient);
   return py::make_tuple(sum, handed_over(std::move(gradient)));
 }
-}  // namespace
 
-void add_pictures(py::module_& module) {
+void add_view(py::module_& module) {
   using py::arg;
   py::class_<View>(
       module, "View",
@@ -100,6 +99,12 @@ void add_pictures(py::module_& module) {
            "The picture of texels [T, 3], [height, width, 3], multiplied by its coverage.")
       .def("pull_back", &View::pull_back, arg("picture_adjoint"),
            "The transposed map, without materials of unpainted faces: [height, width, 3] to [T, 3].");
+}
+}  // namespace
+
+void add_pictures(py::module_& module) {
+  using py::arg;
+  add_view(module);
   module.def(
       "over", &over, arg("front"), arg("coverage"), arg("background"), arg("top") = 0, arg("left") = 0,
       arg("space") = "encoded",
