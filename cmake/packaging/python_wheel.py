@@ -54,6 +54,8 @@ def libraries_of(module):
 def built_package():
     """Builds the package in build/python-…; returns its folder."""
     build = root / "build" / f"python-{sys.implementation.cache_tag}"
+    if not shutil.which("cmake"):
+        raise RuntimeError("Tapestry is built by CMake, which was not found. On Debian: .ci/packages python")
     generator = ["-G", "Ninja"] if shutil.which("ninja") and not (build / "Makefile").exists() else []
     subprocess.run(["cmake", "-S", root, "-B", build, *generator, "-DCMAKE_BUILD_TYPE=Release", "-DTAPESTRY_PYTHON=ON",
                     "-DTAPESTRY_BUILD_TESTS=OFF", "-DTAPESTRY_BUILD_EXAMPLES=OFF", "-DTAPESTRY_CCACHE=ON",

@@ -2,6 +2,7 @@
 import ast
 import pathlib
 import re
+import signal
 import sys
 import threading
 import time
@@ -55,6 +56,8 @@ def finds_boxes_in_photographs():
     found = detector.detect(frame.photograph)[0]
     assert tapestry.iou([0, 0, 2, 1], [1, 0, 3, 1, 7]) == 1 / 3
     assert found[5] == frame.label[4] == detector.class_index("car") and numpy.abs(found[:4] - frame.label[:4]).max() < 0.1 * width
+    twice = detector.detect(frame.photograph.repeat(2, 0).repeat(2, 1))[0]
+    assert numpy.abs(twice[:4] - 2 * found[:4]).max() < 0.05 * width
     wide = numpy.full((3 * height, 5 * width, 3), 128, dtype="uint8")
     wide[2 * height:, 4 * width:] = frame.photograph
     small = tapestry.Detector(assets + "/detector.weights", assets + "/detector.cfg", size=5 * width // 32 * 32)
@@ -142,10 +145,17 @@ def camouflages():
     assert first == history[:5] and (again != colours).any()
     program = numpy.load(sys.argv[2])["colours"]  # of the same settings
     assert (tapestry.camouflage(detector, car, frames, epochs=2)[0] == program).all()
-    try:
-        tapestry.camouflage(detector, car, frames, callback=lambda step, terms: 1 / 0)
-    except ZeroDivisionError:
-        pass
+
+    def divide(*_):
+        return 1 / 0
+    signal.signal(signal.SIGALRM, divide)
+    signal.setitimer(signal.ITIMER_REAL, 0.2)
+    for callback in (None, divide):  # a signal, and what the callback raises, end a run
+        try:
+            tapestry.camouflage(detector, car, frames, epochs=2000, callback=callback)
+        except ZeroDivisionError:
+            continue
+        raise AssertionError("nothing ends the run")
     ticks, done = [], threading.Event()
 
     def tick():
