@@ -52,7 +52,9 @@ template <std::size_t Rank>
 
 /// Colours, RGB: bytes from 0 to 255, or floating-point numbers in [0, 1], which may pass it by 1 as those of
 /// an optimiser do.
-/// \throws DomainError for other types, for NaN, and for numbers farther away; otherwise as contiguous()
+/// \throws DomainError for other types, for NaN, and for numbers farther away; ShapeError unless the last
+/// axis
+///         is of three channels; otherwise as contiguous()
 template <std::size_t Rank>
 [[nodiscard]] Array<float, Rank> colours_of(const char* name, const py::object& given) {
   constexpr const char* expected = ", expected bytes, or floating-point RGB in [0, 1]";
@@ -61,6 +63,9 @@ template <std::size_t Rank>
     PyErr_Clear();
     throw DomainError({name, " is no array", expected});
   }
+  const auto rank = static_cast<py::ssize_t>(Rank);
+  if (array.ndim() == rank && array.shape(rank - 1) != 3)
+    throw ShapeError({name, " has ", array.shape(rank - 1), " channels, expected 3"});
   const auto type = array.dtype();
   if (type.kind() == 'u' && type.itemsize() == 1)
     return copied<float, Rank>(contiguous<std::uint8_t, Rank>(name, array),

@@ -130,8 +130,7 @@ void add_run(py::module_& module) {
       .def_property_readonly("logits", &Run::logits,
                              "Raw numbers of each head, [N, channels, rows, columns], read-only.")
       .def("boxes", &Run::boxes, arg("confidence") = 0.25, arg("overlap") = 0.45,
-           "Objects of each picture, [count, 6]: left, top, right, bottom in pixels of the input, score, "
-           "class.")
+           "Objects of each picture, [count, 6]: left, top, right, bottom in pixels, score, class.")
       .def("pull_back", &Run::pull_back, arg("adjoints"),
            "Gradient by the pictures, [N, height, width, 3], from a list of adjoints of the logits, each of "
            "the extents of its head; None stands for zeros.");
@@ -174,9 +173,8 @@ void add_detector(py::module_& module) {
       .def("forward", &forward, arg("pictures"),
            "A pass over pictures [N, height, width, 3]: bytes, or floating-point RGB in [0, 1].")
       .def("adversarial", &adversarial, arg("logits"), arg("targets"), arg("loss") = "paper",
-           "The loss that hides targets [N, 5] (left, top, right, bottom in pixels of the input, class), one "
-           "a "
-           "picture, by name: paper, as_coded, max_score or vanish. Its terms, means over the pictures, and "
-           "their total's gradient by the logits, a list of arrays as Run.pull_back takes them.");
+           "The loss that hides targets [N, 5], one a picture: left, top, right, bottom in pixels of the "
+           "input, class. By name: paper, as_coded, max_score or vanish. Its terms, means over the pictures, "
+           "and their total's gradient by the logits, a list of arrays as Run.pull_back takes them.");
 }
 }  // namespace tapestry::python

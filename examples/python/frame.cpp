@@ -117,9 +117,8 @@ void add_frame(py::module_& module) {
            arg("colour") = std::array<double, 3>{1, 1, 1});
   py::class_<io::Frame, FramePointer>(
       module, "Frame",
-      "A photograph with its camera and, where they are known, mask, light and label; of a file .npz or "
-      ".json, or "
-      "of a photograph [H, W, 3], a camera, a mask [H, W] (not 0 where the car may show) and a light.")
+      "A photograph with its camera and, where they are known, mask, light and label: a file .npz or .json, "
+      "or a photograph [H, W, 3], a camera, a mask [H, W], not 0 where the car may show, and a light.")
       .def(py::init(&frame_of_file), arg("path"))
       .def(py::init(&frame_of), arg("photograph"), arg("camera"), arg("mask") = py::none(),
            arg("light") = py::none(), arg("name") = "photograph")

@@ -19,16 +19,16 @@ std::shared_ptr<Mesh> mesh_of(const std::string& path, const std::string& materi
                               std::size_t rows, const std::string& filter, const std::string& space,
                               bool normalised) {
   io::LoadedMesh loaded;
-  auto mesh = std::make_shared<Mesh>();
+  std::shared_ptr<Mesh> mesh;
   {
     const others_may_run released;
     loaded = io::read_obj(path);
     if (normalised) loaded.mesh = geometry::normalise_mesh(std::move(loaded.mesh));
-    static_cast<raster::PaintedMesh&>(*mesh) = raster::painted(
-        std::move(loaded.mesh), {material, kind_by_name(kind), rows, raster::texture_filter_by_name(filter),
-                                 image::colour_space_by_name(space)});
+    const raster::PaintChoice choice{material, kind_by_name(kind), rows,
+                                     raster::texture_filter_by_name(filter),
+                                     image::colour_space_by_name(space)};
+    mesh = std::make_shared<Mesh>(Mesh{raster::painted(std::move(loaded.mesh), choice), normalised});
   }
-  mesh->is_normalised = normalised;
   warn(loaded.warnings);
   return mesh;
 }
@@ -55,13 +55,10 @@ void add_mesh(py::module_& module) {
   using py::arg;
   py::class_<Mesh, std::shared_ptr<Mesh>>(
       module, "Mesh",
-      "The mesh of an OBJ file with a texture over the faces of one material; empty: over all. kind: atlas "
-      "(rows "
-      "texels high), cube (rows texels an edge), vertex or solid. filter of an atlas: anisotropic, trilinear "
-      "or "
-      "bilinear. space in which it is lit and laid over photographs: linear, as light, or encoded, as "
-      "numbers. "
-      "normalised: to length 2, as frames with poses and without cameras see it.")
+      "The mesh of an OBJ file with a texture over the faces of one material; empty: over all.\n\n"
+      "kind: atlas (rows texels high), cube (rows texels an edge), vertex or solid. filter of an atlas: "
+      "anisotropic, trilinear or bilinear. space in which it is lit and laid over photographs: linear, as "
+      "light, or encoded, as numbers. normalised: to length 2, as frames of poses without cameras see it.")
       .def(py::init(&mesh_of), arg("path"), arg("material") = "", arg("kind") = "atlas", arg("rows") = 64,
            arg("filter") = "anisotropic", arg("space") = "linear", arg("normalised") = false)
       .def_property_readonly("positions", shown_rows<&geometry::Mesh::positions>(),

@@ -184,6 +184,7 @@ def refuses():
                         (lambda: detector.forward(255 * pictures), "expected bytes, or floating-point RGB in [0, 1]"),
                         (lambda: detector.forward(pictures * numpy.nan), "pictures holds nan"),
                         (lambda: detector.forward((255 * pictures).astype("int64")), "pictures holds int64"),
+                        (lambda: detector.detect(numpy.zeros((9, 9, 4))), "a photograph has 4 channels, expected 3"),
                         (lambda: detector.detect("photograph.png"), "a photograph holds <U14"),
                         (lambda: detector.detect(None), "a photograph holds object"),
                         (lambda: detector.forward(pictures).pull_back([]), "logits_adjoint has 0 arrays"),
