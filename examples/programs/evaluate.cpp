@@ -322,11 +322,11 @@ struct Written {
 };
 
 void write_folder(const Options& options, const Written& what, const raster::PaintedMesh& own_car,
-                  PicturePairs pairs, Bitmap side_by_side, ViewList list) {
+                  const std::vector<MarkedPicture>& pictures, const SideBySide& side_by_side, ViewList list) {
   const char* const shown = options.clean_only ? "clean" : "adversarial";
   const std::string sheet = std::string(shown) + ".png";
-  io::write_image(options.output + "/" + sheet,
-                  contact_sheet(pairs.above, sheet_columns(pairs.above.size())));
+  io::write_image(options.output + "/" + sheet, contact_sheet(pictures, sheet_columns(pictures.size())));
+  io::write_image(options.output + "/side_by_side.png", side_by_side.sheet(list.views));
   write_text(options.output + "/metrics.csv", metrics_csv(what.report));
   write_text(options.output + "/views.csv", views_csv(list));
   auto page = page_of(what.report, "Evaluation", options.command, std::move(list));
@@ -334,9 +334,7 @@ void write_folder(const Options& options, const Written& what, const raster::Pai
   if (!what.changed.empty())
     page.findings = "<p><b>Inputs have changed since the run: " + escaped(text_of(what.changed)) +
                     ".</b></p>\n" + page.findings;
-  io::write_image(options.output + "/side_by_side.png", side_by_side);
-  page.pairs = std::move(pairs);
-  page.side_by_side = std::move(side_by_side);
+  page.pictures = side_by_side.pictures();
   const auto& paint = what.textures.adversarial ? *what.textures.adversarial : what.textures.clean;
   const auto atlas = camouflage::atlas_of<float>(own_car, paint.colours);
   page.atlases = {{shown, image::to_bytes(atlas)}};
@@ -356,12 +354,6 @@ Json about(const RunReport& report, const Json& metrics) {
           {"inputs", metrics["inputs"]}};
 }
 
-/// Pairs of pictures for the page, still empty.
-PicturePairs shown_pairs(const Options& options) {
-  if (options.clean_only) return {"the untouched frame", "the car in its own colours"};
-  return {"the car in its own colours", "the camouflage"};
-}
-
 /// Measures the frames and writes the results to the folder of --output.
 int survey_frames(Options& options) {
   Inputs inputs = load_inputs(options.scene, options.detector);
@@ -376,15 +368,14 @@ int survey_frames(Options& options) {
   }
   evaluate::Meter meter(inputs.detector, inputs.class_index,
                         {options.detector.confidence, options.detector.nms, options.sweep});
-  PicturePairs pairs = shown_pairs(options);
+  std::vector<MarkedPicture> shown;
   const auto start = std::chrono::steady_clock::now();
   const auto photography = photography_of(options);
   const std::size_t pictures = views.usable.size() * photography.draws;
   PictureExport exported(options.pictures, inputs.detector.names(), inputs.class_index);
   SurveyWatch watch(meter, textures.pictures_a_view() * pictures,
                     std::max(inputs.detector.input_height(), inputs.detector.input_width()));
-  watch.collect(options.clean_only ? "photo" : "clean", pairs.below, pictures);
-  watch.collect(options.clean_only ? "clean" : "adversarial", pairs.above, pictures);
+  watch.collect(options.clean_only ? "clean" : "adversarial", shown, pictures);
   const SideBySide side_by_side(watch, pictures);
   const auto visit = [&](const evaluate::MeasuredPicture& measured) {
     watch(measured);
@@ -402,7 +393,7 @@ int survey_frames(Options& options) {
   print_sweep(options.sweep, report, metrics);
   if (!options.output.empty())
     write_folder(options, {report, metrics, changed, textures, views.reshaped ? views.reshaped->car() : car},
-                 car, std::move(pairs), side_by_side.sheet(watch.views()), list_of(report, watch.views()));
+                 car, shown, side_by_side, list_of(report, watch.views()));
   return 0;
 }
 

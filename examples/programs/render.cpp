@@ -576,12 +576,13 @@ CarView car_view(const PaintedScene& scene, const std::vector<std::int32_t>& pan
     if (const auto panel = panel_of_face[static_cast<std::size_t>(fragment.face)]; panel >= 0)
       pixels[panel].push_back(fragment.pixel);
   for (auto& [panel, seen] : pixels) {
-    if (seen.size() < 300) continue;  // hidden, or too small for a number
+    if (seen.size() < 40) continue;  // hidden, or too small for a number
     const std::size_t middle = middle_of(seen, picture.width);
     view.labels.push_back(
         {static_cast<std::size_t>(panel),
          (static_cast<double>(middle % picture.width) + 0.5) / static_cast<double>(picture.width),
-         (static_cast<double>(middle / picture.width) + 0.5) / static_cast<double>(picture.height)});
+         (static_cast<double>(middle / picture.width) + 0.5) / static_cast<double>(picture.height),
+         seen.size()});
   }
   return view;
 }
@@ -594,6 +595,14 @@ std::string write_panels(const Options& o, const PaintedScene& scene) {
   for (const auto& [azimuth, elevation] : {std::pair(0, 10), std::pair(90, 10), std::pair(40, 40),
                                            std::pair(180, 10), std::pair(270, 10), std::pair(90, 89)})
     views.push_back(car_view(scene, panel_of_face, azimuth, elevation));
+  std::map<std::size_t, std::size_t> best;  // pixels of a panel in the view that shows most of it
+  for (const auto& view : views)
+    for (const auto& label : view.labels) best[label.panel] = std::max(best[label.panel], label.pixels);
+  constexpr std::size_t plain = 300;
+  for (auto& view : views)
+    std::erase_if(view.labels, [&](const CarView::Label& label) {
+      return label.pixels < std::min(plain, best[label.panel]);
+    });
   const std::string file = sheets.drawn(views);
   io::write_file_atomically(o.panels, std::string_view(file));
   return sheets.summary();

@@ -20,26 +20,52 @@ struct Options {
 void describe(CLI::App& app, Options& options) {
   app.add_option("rows", options.rows,
                  "NAME=FOLDER,FOLDER...: a row of the table, with the folders that evaluate --protocol has "
-                 "written, one for each seed or detector")
-      ->required();
+                 "written, one for each seed or detector; without NAME= the row has the first folder's name");
   app.add_option("--output", options.output,
                  "folder for NAME.csv, .json, .md, .tex and .svg, and index.html, a page over all tables "
-                 "there")
-      ->required();
+                 "there");
   app.add_option("--name", options.words.name, "name of the files");
   app.add_option("--title", options.words.title, "title of the table");
   app.add_option("--note", options.words.notes, "sentences under the table");
   app.add_option("--command", options.words.command, "command that makes the table, to be shown with it");
 }
 
-std::vector<MeasuredFolder> folders_of(const std::string& row, std::size_t equals) {
-  std::vector<MeasuredFolder> folders;
-  for (std::size_t begin = equals + 1; begin <= row.size();) {
+/// A row of the command line.
+struct NamedFolders {
+  std::string name;
+  std::vector<std::string> folders;
+};
+
+NamedFolders named_folders(const std::string& row) {
+  const std::size_t equals = row.find('=');
+  NamedFolders named{row.substr(0, equals), {}};
+  for (std::size_t begin = equals + 1; begin <= row.size();) {  // from 0 without a name
     const std::size_t end = std::min(row.find(',', begin), row.size());
-    folders.push_back(read_measured_folder(row.substr(begin, end - begin)));
+    named.folders.push_back(row.substr(begin, end - begin));
     begin = end + 1;
   }
-  return folders;
+  if (equals == std::string::npos)
+    named.name = (std::filesystem::path(named.folders.front()) / "").parent_path().filename().string();
+  return named;
+}
+
+/// \throws Error (usage) that names all that lacks of a command line
+void require_complete(const Options& options, const std::vector<NamedFolders>& rows) {
+  std::string lacks;
+  const auto require = [&](bool holds, const std::string& what) {
+    if (!holds) lacks += (lacks.empty() ? "" : "; ") + what;
+  };
+  require(!rows.empty(),
+          "give a row for each camouflage: NAME=FOLDER,FOLDER..., written by evaluate --protocol");
+  for (const auto& row : rows) {
+    require(!row.name.empty(), "a row without a name; expected NAME=FOLDER,FOLDER...");
+    for (const std::string& folder : row.folders)
+      if (is_there(manifest_path(folder)) && !is_there(folder + "/settings.json"))
+        require(false, folder + " is a run that is not measured yet: evaluate --run " + folder +
+                           " --protocol views --output " + row.name + "-measured, and give that folder");
+  }
+  require(!options.output.empty(), "give --output, the folder for the tables");
+  if (!lacks.empty()) throw Error(ErrorKind::usage, lacks);
 }
 
 /// \throws Error (usage) for a folder given twice, even by other names
@@ -75,9 +101,8 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
       "Effect: matched noise minus camouflage, in the same views; odds: those of being found with matched "
       "noise over those with the camouflage. Their intervals are over views and, where there are several, "
       "seeds, else draws (two levels); those of P@0.5 and of odds are put together from both shares' in log "
-      "odds, of one seed and draw those of P@0.5 by Newcombe's method for paired shares. An end is inf, or "
-      "0, "
-      "where the car is missed, or found, in fewer than three views. Intervals of shares: Wilson's, over the "
+      "odds, of one seed and draw those of P@0.5 by Newcombe's method for paired shares. Odds are -, or not "
+      "drawn, where they may be below a tenth as well as above ten. Intervals of shares: Wilson's, over the "
       "same levels.",
       commits.empty()
           ? std::string("Which commits made it is not known.")
@@ -99,15 +124,16 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
 }
 
 int run(Options options) {
+  std::vector<NamedFolders> rows;
+  for (const auto& row : options.rows) rows.push_back(named_folders(row));
+  require_complete(options, rows);
   const RunFolder folder(options.output, !is_there(options.output, ErrorKind::write));
   Comparison comparison;
-  for (const auto& row : options.rows) {
-    const std::size_t equals = row.find('=');
-    if (equals == 0 || equals == std::string::npos)
-      throw Error(ErrorKind::usage, row + ": expected NAME=FOLDER,FOLDER...");
-    const auto folders = folders_of(row, equals);
+  for (const auto& row : rows) {
+    std::vector<MeasuredFolder> folders;
+    for (const auto& path : row.folders) folders.push_back(read_measured_folder(path));
     require_distinct(comparison, folders);
-    add_row(comparison, row.substr(0, equals), folders);
+    add_row(comparison, row.name, folders);
   }
   for (const auto& note : notes_of(comparison)) options.words.notes.push_back(note);
   for (const auto& sentence : contradictions(comparison)) options.words.notes.push_back(sentence);

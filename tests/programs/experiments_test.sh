@@ -125,7 +125,7 @@ expect_exit 2 "a page for two detectors" bash "$experiments/page.sh" page second
 # tabulate itself.
 measured=whole/out/measured
 expect_exit 2 "a row without a name" "$programs/tabulate" --output none "=$measured/digital-fca-1"
-expect_error_line '^error: =.*: expected NAME=FOLDER'
+expect_error_line '^error: a row without a name; expected NAME=FOLDER'
 expect_exit 3 "a folder that is none" "$programs/tabulate" --output none row=absent
 expect_error_line 'absent/settings.json: '
 expect_exit 4 "seeds in other frames" "$programs/tabulate" --output none "row=$measured/digital-fca-1,$measured/digital-fca-1-train"

@@ -70,6 +70,12 @@ for entry in '{"image_id": 97, "category_id": 1, "bbox": [1, 2, 3, 4], "score": 
 done
 echo '[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3], "score": 0.5}]' >wrong.json
 expect_exit 3 "a box of three numbers" "$evaluate" --pictures pictures --detections wrong.json
+expect_error_line '^error: wrong.json:entry 1: a value of another kind, or too few of them$'
+for fault in '"score": "x"|expected number, found string' "\"sure\": 1|no member 'score'"; do
+  echo "[{\"image_id\": 1, \"category_id\": 1, \"bbox\": [1, 2, 3, 4], ${fault%|*}}]" >wrong.json
+  expect_exit 3 "a member of another kind" "$evaluate" --pictures pictures --detections wrong.json
+  expect_error_line "^error: wrong.json:entry 1: ${fault#*|}\$"
+done
 sed 's/"image_id": 3,/"image_id": 4,/' pictures/instances.json >moved && mkdir moved_pictures && mv moved moved_pictures/instances.json
 expect_exit 3 "labels in another order" "$evaluate" --pictures moved_pictures --detections results.json
 expect_error_line 'not the pictures of evaluate --pictures: image 3 in another place'

@@ -147,9 +147,9 @@ printf 'v 0 -0.5 -0.5\nv 0 0.5 -0.5\nv 0 0.5 0.5\nv 0 -0.5 0.5\nvt 0 0\nvt 1 0\n
 panels() { expect_exit 0 "panels: $*" "$render" --size 8 --texture car.png --output one.png "$@"; }
 shows() { grep -aqF -- "$2" "$1" && pass || fail "$1 does not show '$2'"; }
 panels --mesh sheet.obj --panels square.pdf
-grep -q '^square.pdf: 1 panel on 24 sheets$' command.out && pass || fail "panels: $(cat command.out)"
+grep -q '^square.pdf: 1 panel on 24 sheets after an index of 1 page$' command.out && pass || fail "panels: $(cat command.out)"
 [ "$(grep -ac '/MediaBox \[ 0 0 595.276 841.890 \]' square.pdf)" = 25 ] && pass || fail "not 25 pages of A4"
-shows square.pdf '(1: 100.0 x 100.0 cm, 24 sheets)'
+shows square.pdf '(100.0 x 100.0 cm, 24 sheets)'
 shows square.pdf '(stretch 1.000 to 1.000)'
 shows square.pdf '(panel 1, tile 9 of 24, row 2 column 3, scale 1)'
 # The lower right tile begins 90 cm from the left and ends at the bottom: 10 cm wide, 100 - 3 * 24.9 cm high.
@@ -169,11 +169,11 @@ panels --mesh sheet.obj --panels again.pdf --threads 1
 expect_same square.pdf again.pdf
 # 1 m at 1 : 18 fits a sheet of any size.
 panels --mesh sheet.obj --panels small.pdf --panel-scale 0.0556 --paper letter
-grep -q '^small.pdf: 1 panel on 1 sheet$' command.out && pass || fail "panels: $(cat command.out)"
-shows small.pdf '(1: 5.6 x 5.6 cm, 1 sheet)'
+grep -q '^small.pdf: 1 panel on 1 sheet after an index of 1 page$' command.out && pass || fail "panels: $(cat command.out)"
+shows small.pdf '(5.6 x 5.6 cm, 1 sheet)'
 shows small.pdf '/MediaBox [ 0 0 612.000 792.000 ]'
 panels --mesh sheet.obj --panels long.pdf --length 2 --paper a0  # 199 / 81.1 columns, 199 / 114.1 rows
-grep -q '^long.pdf: 1 panel on 6 sheets$' command.out && pass || fail "panels: $(cat command.out)"
+grep -q '^long.pdf: 1 panel on 6 sheets after an index of 1 page$' command.out && pass || fail "panels: $(cat command.out)"
 panels --material body --panels car.pdf --panel-scale 0.0556
 grep -q '^car.pdf: 5 panels on 6 sheets' command.out && pass || fail "panels of the car: $(cat command.out)"
 

@@ -29,7 +29,12 @@ fi
 open_page() {
   cat "alone/$1.html" - >alone/page.html <<END
 <script>setTimeout(() => {
-  document.body.dataset.pictured = document.getElementById('below')?.src.slice(0, 15);
+  document.body.dataset.pictured = document.querySelector('.pictures img')?.src.slice(0, 15);
+  document.body.dataset.large = [...document.querySelectorAll('.pictures img')].map(i => i.naturalWidth + 'x' + i.naturalHeight).join(' ');
+  const first = document.getElementById('chosen')?.textContent;
+  document.getElementById('on')?.click();
+  document.body.dataset.stepped = document.getElementById('chosen')?.textContent !== first;
+  document.body.dataset.verdict = document.querySelector('.verdict')?.textContent;
   document.body.dataset.rows = document.querySelectorAll('#views tbody tr').length;
   const cut = table => table.getBoundingClientRect().right > table.parentNode.getBoundingClientRect().right + 1;
   document.body.dataset.cut = [...document.querySelectorAll('table')].filter(table => cut(table) &&
@@ -69,6 +74,8 @@ END
   [ "$1" != protocol ] || return 0 # which has tables and figures alone
   [ "$(attribute drawn || echo 0)" -gt 1000 ] && pass || fail "$name: the car covers '$(attribute drawn)' pixels"
   [ "$(attribute pictured)" = data:image/jpeg ] && pass || fail "$name: no picture of a view"
+  [ "$(attribute large | wc -w)" -ge 2 ] && [ "$(attribute stepped)" = true ] && pass || fail "$name: pictures of '$(attribute large)', no step"
+  [ "$1" = hardening ] || [ -n "$(attribute verdict)" ] && pass || fail "$name: no verdict"
 }
 for page in alone/*.html; do
   page=$(basename "$page" .html)

@@ -32,6 +32,22 @@ measure elsewhere run-2 --frames others
 
 expect_exit 0 "two seeds and another row" "$tabulate" --output tables row=measured-1,measured-2 other=third-measured
 grep -q '^row,detector,adversarial,2,' tables/table.csv && pass || fail "not two seeds: $(head -n 4 tables/table.csv)"
+# Each bar of the figure has its interval, as the CSV states it; no table is empty, and each has a title of its own.
+awk -F , '$3 == "adversarial" || $3 ~ / noise$/ { printf "%.2f %.2f\n", 270 * $9, 270 * $10 }' tables/table.csv | sort >expected
+left=$(sed -nE 's/^<rect x="([0-9.]+)" .*height="9.00".*/\1/p' tables/table.svg | head -n 1)
+sed -nE 's/^<path d="M([0-9.]+) ([0-9.]+)L([0-9.]+) \2M.*$/\1 \3/p' tables/table.svg |
+  awk -v left="$left" '{ printf "%.2f %.2f\n", $1 - left, $2 - left }' | sort >found
+expect_same expected found
+awk '/^\*\*/ { if (titles[$0]++) exit 1; filled = 1 } /^\|---/ { filled = 0; next } /^\|/ && /[0-9]/ { filled = 1 } /^$/ && !filled { exit 1 }' tables/table.md && pass ||
+  fail "tables that are empty, or twice: $(cat tables/table.md)"
+# A row without a name has that of its folder; all that lacks is said at once.
+expect_exit 0 "rows without names" "$tabulate" --output unnamed measured-1 third-measured/
+grep -q '^third-measured,detector,adversarial,1,' unnamed/table.csv && pass || fail "the name of a row: $(cut -d, -f1 unnamed/table.csv)"
+expect_exit 2 "two runs" "$tabulate" run-1 third
+expect_error_line '^error: run-1 is a run that is not measured yet: evaluate --run run-1 --protocol views --output run-1-measured, and give that folder; third is .*; give --output'
+# A measurement knows its run from any folder.
+mkdir away && (cd away && "$tabulate" --output ../from_away row=../measured-1,../measured-2 other=../third-measured >/dev/null) && pass || fail "from elsewhere"
+grep -q "\"name\": \"../run-1\"" from_away/table.json && pass || fail "the run is not found from elsewhere: $(grep -A 3 '"runs"' from_away/table.json)"
 expect_exit 0 "a row with a detector more" "$tabulate" --output more row=both-1 other=third-measured
 # Colours that are no camouflage's stand in every table where one of its measurements has them; noise drawn in each picture has
 # its effect.

@@ -12,7 +12,8 @@ figures() {
   awk -F , -v nudge="$2" '
     function number(value, digits, text) { text = sprintf("%." digits "f", value + nudge); return text ~ /^-[0.]*$/ ? substr(text, 2) : text }
     function range(mean, low, high, unit, digits) { return number(unit * mean, digits) " [" number(unit * low, digits) ", " number(unit * high, digits) "]" }
-    function odds(value) { return value == "inf" ? value : sprintf("%.3g", value) }
+    function odd(value) { return value == "inf" || value + 0 > 100 ? "&gt; 100" : value + 0 < 0.01 ? "&lt; 0.01" : sprintf("%.3g", value) }
+    function odds(ratio, low, high) { return low > 0.1 || (high != "inf" && high + 0 < 10) ? odd(ratio) " [" odd(low) ", " odd(high) "]" : "-" }
     NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
     at["state"] { # of harden
       label = $1 ", " $at["picture"]
@@ -39,7 +40,7 @@ figures() {
         print $1 "\t" range($at["effect"], $at["effect_low"], $at["effect_high"], 1, 3)
         print $1 "\t" range($at["effect_p_at_50"], $at["effect_p_at_50_low"], $at["effect_p_at_50_high"], 100, 1)
         if ($at["effect_picture"] != "") print $1 "\t" range($at["effect_picture"], $at["effect_picture_low"], $at["effect_picture_high"], 100, 1)
-        if ($at["odds_ratio"] != "") print $1 "\t" odds($at["odds_ratio"]) " [" odds($at["odds_ratio_low"]) ", " odds($at["odds_ratio_high"]) "]"
+        if ($at["odds_ratio"] != "") print $1 "\t" odds($at["odds_ratio"], $at["odds_ratio_low"], $at["odds_ratio_high"])
         if ($at["detected_in_clean"] > 0) print $1 "\t" range($at["asr"], $at["asr_low"], $at["asr_high"], 100, 1)
         if ($at["first_minus"] != "") print $1 "\t" range($at["first_minus"], $at["first_minus_low"], $at["first_minus_high"], 1, 3)
         if ($at["kept"] != "") print $1 "\t" range($at["kept"], $at["kept_low"], $at["kept_high"], 100, 1) } }' "$1"

@@ -267,9 +267,8 @@ class CamouflageRun {
     report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     report.history = training.history();
     add_facts(textures, report);
-    write_report(report, list_of(report, watch.views()), textures,
-                 {"the car in its own colours", "the camouflage", std::move(before), std::move(after)},
-                 side_by_side.sheet(watch.views()));
+    io::write_image(path("side_by_side.png"), side_by_side.sheet(watch.views()));
+    write_report(report, list_of(report, watch.views()), textures, side_by_side.pictures());
   }
 
   void add_facts(const evaluate::SurveyedTextures& textures, RunReport& report) const {
@@ -304,15 +303,13 @@ class CamouflageRun {
   }
 
   void write_report(const RunReport& report, ViewList list, const evaluate::SurveyedTextures& textures,
-                    PicturePairs pairs, Bitmap side_by_side) const {
-    io::write_image(path("side_by_side.png"), side_by_side);
+                    ViewPictures pictures) const {
     write_text(path("views.csv"), views_csv(list));
     auto page = page_of(report, "Camouflage run",
                         repeating_line("camouflage", report.options, settings_json(CamouflageOptions{})),
                         std::move(list));
     remark_on_photographs(page);
-    page.pairs = std::move(pairs);
-    page.side_by_side = std::move(side_by_side);
+    page.pictures = std::move(pictures);
     add_paint(page, textures);
     write_text(path("report.html"), page_html(page));
     write_text(path("metrics.csv"), metrics_csv(report));

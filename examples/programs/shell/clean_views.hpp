@@ -71,9 +71,9 @@ inline void require_car_found(const Inputs& inputs, const SceneSettings& scene,
         ErrorKind::mismatch,
         {settings.weights, ": the car is found as ", name, " in none of ", views, others,
          others.empty() ? ", and as nothing else; see --detector, --fit and --confidence" : "; see --class"});
-  if (renamed > seen.found)
+  if (renamed > seen.found || 2 * seen.found < seen.views)
     warnings.push_back("the car is found as " + name + " in " + std::to_string(seen.found) + " of " + views +
-                       " only" + others);
+                       " only" + others + ": is --class right? Is --detector right?");
   else
     remark("the car is found as " + name + " in " + std::to_string(seen.found) + " of " + views + others);
 }

@@ -63,7 +63,8 @@ void require_sound_values(CLI::App& app) {
     if (text.empty()) return "the value is empty";
     if (std::find(known.begin(), known.end(), text.substr(0, text.find('='))) == known.end()) return {};
     return (values > 1 ? "one of " + std::to_string(values) + " values" : std::string("the value")) +
-           " is missing before " + printable(text);
+           " is missing before " + printable(text) +
+           (values == 2 ? "; give one number twice for itself" : "");
   };
   const auto complaint = [](const std::string& type, const std::string& text) -> std::string {
     if (type.rfind("UINT", 0) == 0)

@@ -10,6 +10,14 @@ inline bool is_shown(std::size_t index, std::size_t shown, std::size_t pictures)
   return (index + 1) * shown / pictures > index * shown / pictures;
 }
 
+/// Indices of `most` evenly spread ones of some pictures.
+inline std::vector<std::size_t> shown_places(std::size_t most, std::size_t pictures) {
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < pictures; ++i)
+    if (is_shown(i, std::min(most, pictures), pictures)) places.push_back(i);
+  return places;
+}
+
 /// Number of columns of a sheet of pictures.
 inline std::size_t sheet_columns(std::size_t pictures) { return pictures > 12 ? 8 : 3; }
 
@@ -21,25 +29,27 @@ inline std::size_t most_on_a_sheet(std::size_t side) {
   return along >= 8 ? std::min(most, 8 * along) : std::clamp<std::size_t>(3 * along, 1, 12);
 }
 
-/// Pictures, each as drawn() says, side by side on white with a small gap, `columns` to a row; all of one
-/// size.
+/// Pictures, each as drawn() says, side by side on white with a small gap, `columns` to a row, in cells of
+/// the largest extents.
 template <class Picture>
 Bitmap contact_sheet(const std::vector<Picture>& pictures, std::size_t columns) {
   if (pictures.empty()) return Bitmap(Extents<3>{1, 1, 3}, std::uint8_t(255));
   constexpr std::size_t gap = 4;
   columns = std::min(columns, pictures.size());
   const std::size_t rows = (pictures.size() + columns - 1) / columns;
-  Bitmap sheet;
+  std::size_t height = 0, width = 0;
+  for (const Picture& picture : pictures) {
+    height = std::max(height, bitmap_of(picture).shape(0));
+    width = std::max(width, bitmap_of(picture).shape(1));
+  }
+  auto sheet = filled<std::uint8_t, 3>({rows * (height + gap) + gap, columns * (width + gap) + gap, 3},
+                                       std::uint8_t(255));
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const Bitmap& picture = drawn(pictures[i]);
-    const std::size_t height = picture.shape(0), width = picture.shape(1);
-    if (i == 0)
-      sheet = filled<std::uint8_t, 3>({rows * (height + gap) + gap, columns * (width + gap) + gap, 3},
-                                      std::uint8_t(255));
     const std::size_t top = gap + i / columns * (height + gap);
     const std::size_t left = gap + i % columns * (width + gap);
-    for (std::size_t y = 0; y < height; ++y)
-      std::copy_n(&picture(y, 0, 0), 3 * width, &sheet(top + y, left, 0));
+    for (std::size_t y = 0; y < picture.shape(0); ++y)
+      std::copy_n(&picture(y, 0, 0), 3 * picture.shape(1), &sheet(top + y, left, 0));
   }
   return sheet;
 }

@@ -162,6 +162,8 @@ inline MarkedPicture halved(const MarkedPicture& marked) {
 }
 
 inline const Bitmap& drawn(const Bitmap& bitmap) { return bitmap; }
+inline const Bitmap& bitmap_of(const Bitmap& bitmap) { return bitmap; }
+inline const Bitmap& bitmap_of(const MarkedPicture& marked) { return marked.picture; }
 
 inline Bitmap drawn(const MarkedPicture& marked) {
   Bitmap bitmap = marked.picture;

@@ -5,6 +5,7 @@
 #include <tapestry/evaluate/measurement.hpp>
 
 #include "exported_pictures.hpp"
+#include "formatted.hpp"
 #include "report.hpp"
 #include "run_page.hpp"
 
@@ -116,7 +117,7 @@ inline ExportedPictures read_exported_pictures(const std::string& folder) {
     require_as_exported(folder, labels);
     return pictures;
   } catch (const Json::exception& error) {
-    throw refuse(error.what());
+    throw refuse(json_fault(error.what()));
   } catch (const DomainError& error) {
     throw refuse(error.what());
   }
@@ -171,7 +172,7 @@ inline void read_detections(const std::string& path, ExportedPictures& all) {
         refuse(i, ErrorKind::malformed, "score or bbox out of range", "score in 0 to 1, sides not below 0");
       all.pictures[image - 1].detections.push_back({category - 1, score, score, box});
     } catch (const Json::exception& error) {
-      refuse(i, ErrorKind::malformed, error.what());
+      refuse(i, ErrorKind::malformed, json_fault(error.what()));
     }
   }
   require_no_corners(path, all);

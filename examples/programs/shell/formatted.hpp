@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <string>
+#include <string_view>
 
 namespace tapestry::shell {
 
@@ -22,6 +23,19 @@ inline std::string fixed(double value, int digits) {
 
 inline std::string interval_text(const std::array<double, 2>& ends, double unit = 100, int digits = 1) {
   return "[" + fixed(unit * ends[0], digits) + ", " + fixed(unit * ends[1], digits) + "]";
+}
+
+/// A fault of a JSON value in words of ours, of what() of the JSON library's exceptions; empty for another.
+inline std::string json_fault(const std::string& what) {
+  constexpr std::string_view prefix = "[json.exception.";
+  if (!what.starts_with(prefix)) return {};
+  const std::string words = what.substr(std::min(what.find("] ") + 2, what.size()));
+  if (const auto key = words.find("key '"); key != std::string::npos)
+    return "no member " + words.substr(key + 4, words.rfind('\'') - key - 3);
+  const auto type = words.find("type must be "), found = words.find(", but is ");
+  if (type != std::string::npos && found != std::string::npos)
+    return "expected " + words.substr(type + 13, found - type - 13) + ", found " + words.substr(found + 9);
+  return "a value of another kind, or too few of them";
 }
 
 }  // namespace tapestry::shell

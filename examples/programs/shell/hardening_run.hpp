@@ -221,7 +221,7 @@ class HardeningRun {
     SurveyWatch watch(meter, (1 + paints.size()) * usable_test_.size(),
                       std::max(detector.input_height(), detector.input_width()));
     Examined result{{name, {}, {}}, {}, {}};
-    watch.collect("adaptive", result.attacked, usable_test_.size());
+    watch.collect("adaptive", result.attacked, usable_test_.size(), most_large_views);
     for (const auto& [row, what] : hardening_rows()) {
       const auto paint = paints.find(row);
       if (paint == paints.end() && row != "photo") continue;
@@ -237,9 +237,9 @@ class HardeningRun {
 
   void add_attacks(ReportPage& page, const Attacks& attacks, std::vector<MarkedPicture> before,
                    std::vector<MarkedPicture> after) const {
-    page.pairs = {"the undefended detector, under the attack made against it",
-                  "the hardened detector, under the attack made against that", std::move(before),
-                  std::move(after)};
+    page.pictures.places = shown_places(before.size(), usable_test_.size());
+    page.pictures.ways = {{"the undefended detector, under the attack made against it", std::move(before)},
+                          {"the hardened detector, under the attack made against that", std::move(after)}};
     const auto hardened = atlas_of(attacks.on_hardened);
     page.atlases = {{"transfer", image::to_bytes(atlas_of(attacks.transfer))},
                     {"adaptive, undefended", image::to_bytes(atlas_of(attacks.on_undefended))},

@@ -26,6 +26,7 @@ struct CarView {
   struct Label {
     std::size_t panel;   ///< from 0
     double right, down;  ///< shares of the picture
+    std::size_t pixels;  ///< of the panel
   };
   Bitmap picture;
   std::vector<Label> labels{};
@@ -45,6 +46,11 @@ struct PlannedPanel {
 
 /// Panels on one sheet, with their lower left corners.
 using SharedSheet = std::vector<std::pair<std::size_t, PagePoint>>;
+
+inline bool meet(const PageBox& one, const PageBox& other) {
+  return one.left < other.left + other.width && other.left < one.left + one.width &&
+         one.bottom < other.bottom + other.height && other.bottom < one.bottom + one.height;
+}
 
 /// An arrow along a direction of the car on a panel, with its name; none where it points away from the panel.
 inline void draw_arrow(PdfPage& page, const PagePoint& from, const std::array<double, 2>& direction,
@@ -106,6 +112,8 @@ class PanelSheets {
     std::string text = formatted("%zu panel%s on %zu sheet%s", planned_.size(),
                                  planned_.size() == 1 ? "" : "s", sheets_, sheets_ == 1 ? "" : "s");
     if (small_ > 0) text += formatted(", %zu smaller than 2 cm left out", small_);
+    if (index_pages_ > 0)
+      text += formatted(" after an index of %zu page%s", index_pages_, index_pages_ == 1 ? "" : "s");
     if (found_.flat_faces > 0) text += formatted(", %zu faces without area left out", found_.flat_faces);
     return text;
   }
@@ -231,7 +239,7 @@ class PanelSheets {
   }
 
   void add_index(const std::vector<CarView>& views) {
-    constexpr double cell_width = 4.75, cell_height = 4.4, margin = margin_cm;
+    constexpr double margin = margin_cm;
     const Paper& paper = settings_.paper;
     PdfPage page(paper.width, paper.height);
     double top = paper.height - margin - 0.4;
@@ -247,37 +255,50 @@ class PanelSheets {
         "two panels mark the same point of the car.");
     top -= 0.3;
     top -= draw_views(page, views, top);
-    const auto columns = static_cast<std::size_t>((paper.width - 2 * margin) / cell_width);
-    for (std::size_t i = 0, column = 0; i < planned_.size(); ++i) {
-      if (column == 0 && top - cell_height < margin) {
+    std::size_t pages = 1;
+    double left = margin;
+    for (std::size_t i = 0; i < planned_.size(); ++i) {
+      const double cell_width = cell_width_of(i);
+      if (left + cell_width > paper.width - margin) left = margin, top -= cell_height_cm;
+      if (top - cell_height_cm < margin) {
         file_.add(std::exchange(page, PdfPage(paper.width, paper.height)));
         top = paper.height - margin;
+        left = margin;
+        ++pages;
       }
-      draw_cell(page, i, {margin + cell_width * static_cast<double>(column), top - cell_height});
-      column = (column + 1) % columns;
-      if (column == 0) top -= cell_height;
+      draw_cell(page, i, {left, top - cell_height_cm});
+      left += cell_width;
     }
     file_.add(std::move(page));
+    index_pages_ = pages;
+  }
+
+  /// Centimetres of the index by metres of a panel: as high as its cell, or as wide as two thirds of a page.
+  [[nodiscard]] double index_scale_of(std::size_t index) const {
+    const PaintPanel& panel = *planned_[index].panel;
+    return std::min(11 / panel.width_m, 2.5 / panel.height_m);
+  }
+  [[nodiscard]] double cell_width_of(std::size_t index) const {
+    constexpr double of_words = 3, gap = 0.35;
+    return std::max(of_words, planned_[index].panel->width_m * index_scale_of(index)) + gap;
   }
 
   void draw_cell(PdfPage& page, std::size_t index, const PagePoint& corner) {
-    constexpr double width = 4.3, height = 2.9;
     const auto& [panel, width_cm, height_cm, grid, tiles] = planned_[index];
     const std::size_t sheets = std::max<std::size_t>(tiles.size(), 1);
-    const double cm_by_m = std::min(width / panel->width_m, height / panel->height_m);
-    drawing_.draw(page, *panel, {0, 0, panel->width_m, panel->height_m}, {corner[0], corner[1] + 1.1},
-                  cm_by_m, width / 300);
-    page.text({corner[0], corner[1] + 0.7}, 8,
-              formatted("%zu: %.1f x %.1f cm, %zu sheet%s", index + 1, width_cm, height_cm, sheets,
-                        sheets == 1 ? "" : "s"));
-    page.text({corner[0], corner[1] + 0.35}, 7,
+    drawing_.draw(page, *panel, {0, 0, panel->width_m, panel->height_m}, {corner[0], corner[1] + 1.65},
+                  index_scale_of(index), 4.3 / 300);
+    page.text({corner[0], corner[1] + 0.8}, 8, formatted("%zu", index + 1));
+    page.text({corner[0], corner[1] + 0.5}, 6,
+              formatted("%.1f x %.1f cm, %zu sheet%s", width_cm, height_cm, sheets, sheets == 1 ? "" : "s"));
+    page.text({corner[0], corner[1] + 0.25}, 6,
               formatted("stretch %.3f to %.3f", panel->stretch[0], panel->stretch[1]));
-    detail::draw_arrows(page, {corner[0] + width - 0.9, corner[1] + 0.25}, *panel);
+    detail::draw_arrows(page, {corner[0] + 1.6, corner[1] + 0.85}, *panel);
   }
 
   /// \returns the height that the views take
   double draw_views(PdfPage& page, const std::vector<CarView>& views, double top) {
-    constexpr std::size_t columns = 3;
+    constexpr std::size_t columns = 2;
     const double width = (page.box().width - 2 * margin_cm) / columns;
     double taken = 0;
     for (std::size_t i = 0; i < views.size(); ++i) {
@@ -287,16 +308,35 @@ class PanelSheets {
       const double left = margin_cm + width * static_cast<double>(i % columns);
       if (i > 0 && i % columns == 0) top -= height;
       if (i % columns == 0) taken += height;
-      page.picture({left, top - height, width, height}, file_.add_picture(settings_.path, picture));
-      for (const auto& [panel, right, down] : views[i].labels) {
-        const std::string number = std::to_string(panel + 1);
-        const double digits = 0.16 * static_cast<double>(number.size());
-        const PagePoint middle{left + right * width, top - down * height};
-        page.area({middle[0] - digits / 2 - 0.05, middle[1] - 0.16, digits + 0.1, 0.32}, {1, 1, 1});
-        page.text({middle[0] - digits / 2, middle[1] - 0.1}, 8, number);
-      }
+      const PageBox box{left, top - height, width, height};
+      page.picture(box, file_.add_picture(settings_.path, picture));
+      draw_labels(page, views[i].labels, box);
     }
     return taken;
+  }
+
+  /// Draws the numbers of panels in a view: where each lies or, where another number is, beside, with a line
+  /// to its panel.
+  static void draw_labels(PdfPage& page, std::vector<CarView::Label> labels, const PageBox& box) {
+    std::ranges::stable_sort(labels, std::greater{}, &CarView::Label::pixels);
+    std::vector<PageBox> taken;
+    for (const auto& label : labels) {
+      const std::string number = std::to_string(label.panel + 1);
+      const double width = 0.12 * static_cast<double>(number.size()) + 0.08, height = 0.24;
+      const PagePoint at{box.left + label.right * box.width, box.bottom + (1 - label.down) * box.height};
+      for (int ring = 0; ring <= 24; ++ring) {  // 8 places at each of three distances
+        const double angle = 0.785 * ring, far = ring == 0 ? 0 : 0.32 * (1 + (ring - 1) / 8);
+        const PagePoint middle{at[0] + 1.2 * far * std::cos(angle), at[1] + far * std::sin(angle)};
+        const PageBox place{middle[0] - width / 2, middle[1] - height / 2, width, height};
+        if (std::ranges::any_of(taken, [&](const PageBox& other) { return detail::meet(place, other); }))
+          continue;
+        if (ring > 0) page.line(at, middle, 0.25);
+        page.area(place, {1, 1, 1});
+        page.text({place.left + 0.04, place.bottom + 0.05}, 6, number);
+        taken.push_back(place);
+        break;
+      }
+    }
   }
 
   PanelSettings settings_;
@@ -306,10 +346,11 @@ class PanelSheets {
   PanelDrawing drawing_;
   std::vector<detail::PlannedPanel> planned_;
   std::vector<detail::SharedSheet> shared_{};
-  std::size_t sheets_ = 0, small_ = 0;
+  std::size_t sheets_ = 0, small_ = 0, index_pages_ = 0;
 
   /// Room around panels that share a sheet, for marks, for a label, and for its arrows.
   static constexpr double around_cm = 0.9, label_cm = 0.7, least_width_cm = 4;
+  static constexpr double cell_height_cm = 4.4;  ///< of the index
 };
 
 }  // namespace tapestry::shell

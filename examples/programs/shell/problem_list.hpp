@@ -3,6 +3,7 @@
 #include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/io/text_lines.hpp>
 #include <vector>
 
 namespace tapestry::shell {
@@ -51,7 +52,9 @@ class ProblemList {
       if (choice == value) return;
       list += (list.empty() ? "" : ", ") + choice;
     }
-    require(false, std::string(option) + " is " + in_quotes(value) + "; expected one of " + list);
+    const std::string nearest = io::nearest_word(value, choices);
+    require(false, std::string(option) + " is " + in_quotes(value) + "; expected one of " + list +
+                       (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
   }
   /// Adds a usage error if writing `output` would replace a file that is read.
   void require_kept(const char* option, const std::string& output, const std::vector<std::string>& inputs) {

@@ -11,6 +11,7 @@
 #endif
 
 #include "command_line.hpp"
+#include "formatted.hpp"
 #include "ranks.hpp"
 #include "verbosity.hpp"
 
@@ -69,6 +70,9 @@ int run_program(CLI::App& app, int argc, char** argv, Body body) {
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(for_terminal(error.what()), static_cast<int>(ErrorKind::malformed));
   } catch (const std::exception& error) {
+    if (const auto fault = json_fault(error.what()); !fault.empty())
+      return fail("a JSON file does not hold what our programs write: " + for_terminal(fault),
+                  static_cast<int>(ErrorKind::malformed));
     return fail("internal fault: " + for_terminal(error.what()), exit_internal_fault);
   }
 }

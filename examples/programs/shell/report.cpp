@@ -7,15 +7,6 @@
 
 namespace tapestry::shell {
 
-std::string new_names_text(const evaluate::FateCounts& fates, const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::size_t k : fates.commonest_names(3)) {
-    if (!text.empty()) text += ", ";
-    text += class_name(k, names, "class ") + " " + std::to_string(fates.renamed_to[k]);
-  }
-  return text;
-}
-
 Json json_of(const evaluate::FateCounts& fates) {
   Json json = Json::object();
   for (std::size_t i = 0; i < fates.pictures.size(); ++i) json[evaluate::fate_names[i]] = fates.pictures[i];
@@ -68,7 +59,8 @@ Json metrics_json(const RunReport& report) {
   Json exported;
   if (report.exported)
     exported = {{"mean_difference", report.exported->mean}, {"largest_difference", report.exported->largest}};
-  return {{"photo", json_of(report.survey.photo)},
+  return {{"verdict", verdict_of(report)},
+          {"photo", json_of(report.survey.photo)},
           {"clean", json_of(report.survey.clean)},
           {"adversarial", report.survey.adversarial ? json_of(*report.survey.adversarial) : Json()},
           {"controls", controls},
@@ -111,16 +103,14 @@ std::string metrics_csv(const RunReport& report) {
   return text;
 }
 
-std::string odds_text(const evaluate::PairedRatio& odds, const std::string& unit) {
-  return formatted("%.3g%s [%.3g, %.3g]", odds.ratio, unit.c_str(), odds.interval[0], odds.interval[1]);
-}
-
 std::string effect_text(const evaluate::Effect& effect) {
   const auto& confidence = effect.best_confidence;
   const auto& rate = effect.p_at_50;
   return "effect beyond " + effect.control + ": mean best confidence " + fixed(confidence.mean, 3) + " " +
          interval_text(confidence.interval, 1, 3) + ", P@0.5 " + fixed(100 * rate.mean, 1) + " points " +
-         interval_text(rate.interval) + ", odds of being found " + odds_text(effect.odds_ratio, " times");
+         interval_text(rate.interval) +
+         (are_readable(effect.odds_ratio) ? ", odds of being found " + odds_text(effect.odds_ratio, " times")
+                                          : std::string());
 }
 
 std::string in_place_text(double share) {
@@ -151,10 +141,25 @@ std::string fates_line(const evaluate::Measurement& row) {
 
 }  // namespace
 
+std::string verdict_of(const RunReport& report) {
+  const auto& survey = report.survey;
+  if (!survey.adversarial) return {};
+  const auto found = [](const evaluate::Measurement& row) { return FoundCar{row.rate, row.fates}; };
+  VerdictFigures figures{(survey.photo.draws > 1 ? "photographs of " : "") +
+                             std::string(report.held_out ? "held-out views" : "views (those optimised on)"),
+                         found(survey.clean), found(*survey.adversarial)};
+  figures.class_names = survey.clean.class_names;
+  for (const auto& control : survey.controls)
+    if (control.name == evaluate::matched_noise_name) figures.noise = found(control);
+  if (survey.effect) figures.beyond = survey.effect->p_at_50;
+  return verdict_text(figures);
+}
+
 std::string summary_text(const RunReport& report) {
-  std::string text = !report.survey.adversarial ? "views\n"
-                     : report.held_out          ? "held-out views\n"
-                                                : "the views that were optimised on\n";
+  std::string text = verdict_of(report);
+  text += !report.survey.adversarial ? "views\n"
+          : report.held_out          ? "\nheld-out views\n"
+                                     : "\nthe views that were optimised on\n";
   for (const auto* row : rows_of(report)) {
     text += formatted(
         "  %-13s found in %3zu of %3zu   P@0.5 %5.1f %%  (95 %%: %.1f to %.1f)   mean best confidence %.3f\n",

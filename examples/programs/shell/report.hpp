@@ -3,6 +3,7 @@
 #include <tapestry/evaluate/measurement.hpp>
 
 #include "run_folder.hpp"
+#include "verdict.hpp"
 
 namespace tapestry::shell {
 
@@ -25,9 +26,6 @@ struct RunReport {
 
 Json json_of(const evaluate::Measurement& measurement);
 
-/// The commonest names of the renamed with their pictures: "umbrella 45, kite 12, truck 4".
-std::string new_names_text(const evaluate::FateCounts& fates, const std::vector<std::string>& names);
-
 /// Pictures of each fate.
 Json json_of(const evaluate::FateCounts& fates);
 
@@ -45,9 +43,6 @@ std::vector<const evaluate::Measurement*> rows_of(const RunReport& report);
 /// The rows of the table for other programs: shares and confidences in 0 to 1.
 std::string metrics_csv(const RunReport& report);
 
-/// "3.1 [1.9, 5.2]", with a unit behind the first number.
-std::string odds_text(const evaluate::PairedRatio& odds, const std::string& unit = "");
-
 /// Effect of the camouflage beyond a control, for the table and the page.
 std::string effect_text(const evaluate::Effect& effect);
 
@@ -57,7 +52,10 @@ std::string in_place_text(double share);
 /// Explanation of the brackets in effect_text().
 std::string effect_note(const evaluate::Effect& effect);
 
-/// The table that a run prints at its end.
+/// The verdict on a run, see verdict_text(); empty without a paint.
+std::string verdict_of(const RunReport& report);
+
+/// The verdict and the table that a run prints at its end.
 std::string summary_text(const RunReport& report);
 
 }  // namespace tapestry::shell

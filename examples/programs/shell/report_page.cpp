@@ -42,14 +42,17 @@ std::string curve_svg(const Curve& curve) {
   std::string points;
   const std::size_t stride = std::max<std::size_t>(1, values.size() / 300);
   for (std::size_t i = 0; i < values.size(); i += stride)
-    points += detail::coordinate(50 + 240 * static_cast<double>(i) / static_cast<double>(values.size() - 1)) +
+    points += detail::coordinate(60 + 230 * static_cast<double>(i) / static_cast<double>(values.size() - 1)) +
               "," + detail::coordinate(130 - 105 * (values[i] - low) / (high - low)) + " ";
-  const auto number = [](double value) { return formatted("%.3g", value); };
+  const auto number = [](double value) {
+    return formatted(std::abs(value) >= 1000 && std::abs(value) < 1e6 ? "%.0f" : "%.3g", value);
+  };
   return "<svg viewBox=\"0 0 300 150\" width=\"300\" role=\"img\" aria-label=\"" + escaped(name) +
-         " over the steps\">\n<rect class=\"frame\" x=\"50\" y=\"25\" width=\"240\" height=\"105\"/>" +
-         svg_text(50, 16, "", name) + svg_text(2, 34, "", number(high)) + svg_text(2, 130, "", number(low)) +
-         svg_text(50, 146, "", "step 1") + svg_text(230, 146, "", std::to_string(values.size())) +
-         "<polyline class=\"curve\" points=\"" + points + "\"/></svg>\n";
+         " over the steps\">\n<rect class=\"frame\" x=\"60\" y=\"25\" width=\"230\" height=\"105\"/>" +
+         svg_text(60, 16, "", name) + svg_text(56, 34, "end", number(high)) +
+         svg_text(56, 130, "end", number(low)) + svg_text(60, 146, "", "step 1") +
+         svg_text(290, 146, "end", std::to_string(values.size())) + "<polyline class=\"curve\" points=\"" +
+         points + "\"/></svg>\n";
 }
 
 /// An atlas of at most 2^16 pixels as a PNG in letters.
@@ -77,63 +80,62 @@ std::optional<Json> jpegs_within(std::size_t& letters, const std::vector<MarkedP
   return all_fit ? std::optional<Json>(std::move(json)) : std::nullopt;
 }
 
-std::vector<MarkedPicture> halved(const std::vector<MarkedPicture>& pictures) {
-  std::vector<MarkedPicture> small;
-  for (const auto& picture : pictures) small.push_back(halved(picture));
-  return small;
+/// The pictures of every other view or, of few views, halves of all.
+ViewPictures fewer_or_smaller(const ViewPictures& pictures) {
+  constexpr std::size_t few = 8;
+  const bool is_few = pictures.places.size() <= few;
+  ViewPictures less;
+  for (const auto& [words, all] : pictures.ways) {
+    auto& kept = less.ways.emplace_back(words, std::vector<MarkedPicture>()).second;
+    for (std::size_t i = 0; i < all.size(); i += is_few ? 1 : 2)
+      kept.push_back(is_few ? halved(all[i]) : all[i]);
+  }
+  for (std::size_t i = 0; i < pictures.places.size(); i += is_few ? 1 : 2)
+    less.places.push_back(pictures.places[i]);
+  return less;
 }
 
-/// Adds the pictures in at most so many letters: as large as they fit in quality 60, then as good as they
-/// fit.
-void add_pictures(Json& data, const PicturePairs& pairs, std::size_t most_letters) {
+/// Adds the pictures in at most so many letters: as many and as large as fit in quality 60, then as good as
+/// they fit. \returns the places of those added
+std::vector<std::size_t> add_pictures(Json& data, ViewPictures pictures, std::size_t most_letters) {
   constexpr std::size_t smallest_side = 64;
   constexpr int worst_quality = 60;
-  const std::vector<MarkedPicture>*below = &pairs.below, *above = &pairs.above;
-  std::vector<MarkedPicture> smaller_below, smaller_above;
-  for (;;) {
-    const bool is_smallest = below->empty() || std::min(below->front().picture.shape(0),
-                                                        below->front().picture.shape(1)) <= smallest_side;
+  for (;; pictures = fewer_or_smaller(pictures)) {
+    const auto& first = pictures.ways.front().second.front().picture;
+    const bool is_smallest = std::min(first.shape(0), first.shape(1)) <= smallest_side;
     for (int quality = 90; quality >= worst_quality; quality -= 10) {
       std::size_t letters =
           is_smallest && quality == worst_quality ? std::numeric_limits<std::size_t>::max() : most_letters;
-      auto of_below = jpegs_within(letters, *below, quality);
-      auto of_above = of_below ? jpegs_within(letters, *above, quality) : std::nullopt;
-      if (!of_above) continue;
-      data["below"] = std::move(*of_below);
-      data["above"] = std::move(*of_above);
-      return;
+      Json ways = Json::array();
+      for (const auto& [words, all] : pictures.ways)
+        if (auto jpegs = jpegs_within(letters, all, quality))
+          ways.push_back(std::move(*jpegs));
+        else
+          break;
+      if (ways.size() < pictures.ways.size()) continue;
+      data["pictures"] = std::move(ways);
+      return pictures.places;
     }
-    smaller_below = halved(*below);
-    smaller_above = halved(*above);
-    below = &smaller_below;
-    above = &smaller_above;
   }
 }
 
 /// Bytes of a car that a page holds at most.
 constexpr std::size_t most_of_a_car = 1'500'000;
 
-/// Index of a view's first picture among `shown` evenly spread ones, or −1 if none of them is there.
-std::ptrdiff_t picture_of_view(std::size_t view, std::size_t draws, std::size_t pictures, std::size_t shown) {
-  for (std::size_t k = view * draws; k < (view + 1) * draws; ++k)
-    if (is_shown(k, shown, pictures)) return static_cast<std::ptrdiff_t>(k * shown / pictures);
-  return -1;
-}
-
 /// Data for the page's script: the list, with the picture of each view, pictures and the car.
 /// \param bytes  that the page has beside these
 Json page_data(const ReportPage& page, std::size_t bytes) {
   constexpr std::size_t least_of_pictures = 400'000;
   Json data = list_json(page.list);
-  const std::size_t shown = std::min(page.pairs.below.size(), page.pairs.above.size());
-  const std::size_t pictures = page.list.views.size(), views = data["views"].size();
-  for (std::size_t i = 0; i < views; ++i)
-    data["views"][i]["picture"] = picture_of_view(i, pictures / views, pictures, shown);
   data["glb"] = page.glb.size() <= most_of_a_car ? base64(page.glb) : "";
-  constexpr std::size_t of_punctuation = 1000;
-  bytes += data.dump().size() + 3 * 2 * shown + of_punctuation;
+  if (page.pictures.places.empty()) return data;
+  constexpr std::size_t of_punctuation = 2000;
+  bytes += data.dump().size() + of_punctuation;
   const std::size_t left = most_bytes_of_a_page - std::min(bytes, most_bytes_of_a_page);
-  add_pictures(data, page.pairs, std::max(least_of_pictures, left));
+  const auto places = add_pictures(data, page.pictures, std::max(least_of_pictures, left));
+  auto& views = data["views"];
+  const std::size_t draws = page.list.views.size() / views.size();
+  for (std::size_t i = 0; i < places.size(); ++i) views[places[i] / draws]["picture"] = i;
   return data;
 }
 
@@ -147,23 +149,16 @@ std::string car_html(const ReportPage& page) {
          "the arrow keys to turn it\"></canvas>\n";
 }
 
-std::string pairs_html(const PicturePairs& pairs) {
-  if (pairs.below.empty() || pairs.above.empty()) return {};
-  return "<h2>Two pictures of a view</h2>\n<p>Left of the line: " + escaped(pairs.above_words) +
-         ". Right of it: " + escaped(pairs.below_words) +
-         ". Green: the car, found. Other colours: any other box, by its class. View: <span "
-         "id=\"chosen\"></span></p>\n<div class=\"pair\" id=\"pair\"><img id=\"below\" alt=\"" +
-         escaped(pairs.below_words) + "\"><img class=\"over\" id=\"above\" alt=\"" +
-         escaped(pairs.above_words) +
-         "\"></div>\n<input class=\"hands\" id=\"cut\" type=\"range\" min=\"0\" max=\"100\" value=\"50\" "
-         "aria-label=\"how far the line is to the right\">\n";
-}
-
-std::string side_by_side_html(const Bitmap& sheet) {
-  if (sheet.size() == 0) return {};
-  return "<h2>Side by side</h2>\n<img class=\"sheet\" alt=\"views in several paints side by side\" "
-         "src=\"data:image/jpeg;base64," +
-         base64(io::jpeg_file("report.html", sheet, 85)) + "\">\n";
+std::string pictures_html(const ViewPictures& pictures) {
+  if (pictures.places.empty()) return {};
+  std::string html =
+      "<h2>The same view</h2>\n<p class=\"hands\"><button id=\"back\" aria-label=\"the view before\">&larr;"
+      "</button> <button id=\"on\" aria-label=\"the next view\">&rarr;</button> <span id=\"chosen\"></span>"
+      "</p>\n<div class=\"pictures\">\n";
+  for (const auto& way : pictures.ways)
+    html += "<figure><img alt=\"" + escaped(way.first) + "\"><figcaption>" + escaped(way.first) +
+            "</figcaption></figure>\n";
+  return html + "</div>\n<p>Green: the car, found. Other colours: any other box, by its class.</p>\n";
 }
 
 std::string atlases_html(const ReportPage& page) {
@@ -178,11 +173,9 @@ std::string atlases_html(const ReportPage& page) {
 }  // namespace
 
 std::string page_html(const ReportPage& page) {
-  std::string html = page_begin(page.title, std::string(list_style) + report_style) + "<p class=\"muted\">" +
-                     escaped(computed_by_text()) + ", seed " + std::to_string(page.seed) + ", " +
-                     std::to_string(static_cast<long>(page.seconds + 0.5)) + " s. Repeated by:</p>\n<pre>" +
-                     escaped(page.command) + "</pre>\n" + page.findings;
-  html += side_by_side_html(page.side_by_side) + pairs_html(page.pairs) +
+  std::string html = page_begin(page.title, std::string(list_style) + report_style);
+  if (!page.verdict.empty()) html += "<p class=\"verdict\">" + escaped(page.verdict) + "</p>\n";
+  html += pictures_html(page.pictures) + "<h2>Findings</h2>\n" + page.findings +
           list_html(page.list, ", a row shows its pictures") + car_html(page) + atlases_html(page);
   std::string curves;
   for (const Curve& curve : page.curves) curves += curve_svg(curve);
@@ -193,7 +186,9 @@ std::string page_html(const ReportPage& page) {
       html += "<a href=\"" + escaped(file) + "\">" + escaped(file) + "</a> ";
     html += "</p>\n";
   }
-  html += inputs_html(recorded_inputs());
+  html += "<h2>Made by</h2>\n<p>" + escaped(computed_by_text()) + ", seed " + std::to_string(page.seed) +
+          ", " + std::to_string(static_cast<long>(page.seconds + 0.5)) + " s. Repeated by:</p>\n<pre>" +
+          escaped(page.command) + "</pre>\n" + inputs_html(recorded_inputs());
   html += "<h2>Options</h2>\n<pre>" + escaped(report_text(page.options)) + "</pre>\n";
   const std::size_t of_script = page_end(Json()).size();
   return html + page_end(page_data(page, html.size() + of_script));

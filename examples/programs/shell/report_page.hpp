@@ -14,11 +14,15 @@ struct Curve {
   std::vector<double> values;
 };
 
-/// Pairs of pictures of some views, evenly spread over all pictures of all views.
-struct PicturePairs {
-  std::string below_words, above_words;  ///< what they show
-  std::vector<MarkedPicture> below{}, above{};
+/// Pictures of some views, each view in several ways.
+struct ViewPictures {
+  std::vector<std::size_t> places{};  ///< among the pictures of all views
+  /// Each with its words, and a picture a place.
+  std::vector<std::pair<std::string, std::vector<MarkedPicture>>> ways{};
 };
+
+/// Views at most that a page shows large.
+inline constexpr std::size_t most_large_views = 24;
 
 /// A page about pictures of measured views. Empty parts are left out.
 struct ReportPage {
@@ -26,10 +30,10 @@ struct ReportPage {
   std::string command;  ///< command that repeats the measurement
   std::uint64_t seed = 0;
   double seconds = 0;
+  std::string verdict{};
   std::string findings{};  ///< HTML
   ViewList list{};
-  PicturePairs pairs{};
-  Bitmap side_by_side{};  ///< a sheet of some views in several paints; or empty
+  ViewPictures pictures{};
   std::vector<std::pair<std::string, Array<std::uint8_t, 3>>> atlases{};  ///< each with its words
   std::string glb{};                                                      ///< the bytes of a painted.glb
   std::vector<Curve> curves{};
@@ -42,12 +46,12 @@ struct ReportPage {
 std::string repeating_line(const std::string& program, const Json& settings, const Json& left_out);
 
 /// Bytes of a page at most, but for one of thousands of views. Pictures take what other parts leave: their
-/// JPEGs get coarser and, where that does not do, smaller, and their labels are drawn in that size.
+/// JPEGs get coarser and, where that does not do, fewer and then smaller, with labels drawn in that size.
 inline constexpr std::size_t most_bytes_of_a_page = 4'000'000;
 
-/// A page that needs nothing else, no file and no network: findings, two pictures of a view over each other,
-/// each view in a list that sorts and filters, the car to turn, the paint, curves, links to the files beside
-/// it, and the options. A car of over 1.5 MB is linked instead.
+/// A page that needs nothing else, no file and no network: the verdict, large pictures of a view to step
+/// through, findings, each view in a list that sorts and filters, the car to turn, the paint, curves, links
+/// to the files beside it, and the options. A car of over 1.5 MB is linked instead.
 std::string page_html(const ReportPage& page);
 
 }  // namespace tapestry::shell

@@ -24,21 +24,20 @@ inline constexpr const char* list_style =
 /// Style of a run's page, after page_style and list_style.
 inline constexpr const char* report_style =
     R"(
-.sheet { max-width: 100% } .atlases { display: flex; flex-wrap: wrap; gap: 1em } .atlases figure { margin: 0; width: 15em }
+.verdict { font-size: 19px } .pictures { display: grid; grid-template-columns: 1fr 1fr; gap: .6em 1em }
+.pictures figure { margin: 0 } .pictures img { width: 100%; display: block } .hands button { font: inherit; padding: .2em 1.2em }
+@media (max-width: 40em) { .pictures { grid-template-columns: 1fr } }
+.atlases { display: flex; flex-wrap: wrap; gap: 1em } .atlases figure { margin: 0; width: 15em }
 .atlases img { image-rendering: pixelated; width: 100% }
 .curves { display: flex; flex-wrap: wrap; gap: 1em } .curves svg { max-width: 100%; height: auto }
-svg text { font: 11px sans-serif; fill: var(--ink) } svg .curve { fill: none; stroke: var(--mark) }
+svg text { font: 11px sans-serif; fill: var(--ink) } svg .end { text-anchor: end } svg .curve { fill: none; stroke: var(--mark) }
 svg .frame { fill: none; stroke: var(--line) }
-.pair { position: relative; display: inline-block; max-width: 100% } .pair img { display: block }
-.pair .over { position: absolute; inset: 0; clip-path: inset(0 calc(100% - var(--cut, 50%)) 0 0) }
-.pair::after { content: ""; position: absolute; top: 0; bottom: 0; left: var(--cut, 50%); border-left: 2px solid #fff }
-#cut { display: block; width: 26em; max-width: 100% }
 #car { width: 100%; max-width: 48em; aspect-ratio: 16 / 9; touch-action: none; background: var(--shade);
   cursor: grab; display: block }
 )";
 
-/// Reads the page's data, a JSON text with the id `data`: a list of views that sorts and filters, two
-/// pictures of one view over each other, and the car, whose GLB file is drawn by WebGL and turned by hand.
+/// Reads the page's data, a JSON text with the id `data`: a list of views that sorts and filters, the
+/// pictures of one view beside each other, and the car, whose GLB file is drawn by WebGL and turned by hand.
 inline constexpr const char* report_script = R"('use strict';
 const data = JSON.parse(document.getElementById('data').textContent);
 const make = (name, words) => { const e = document.createElement(name); e.textContent = words ?? ''; return e; };
@@ -67,7 +66,7 @@ function listViews() {
     shown.sort((a, b) => sign * (key(a) < key(b) ? -1 : key(a) > key(b) ? 1 : 0) || a.index - b.index);
     body.replaceChildren(...shown.map(view => {
       const row = make('tr');
-      row.append(make('td', view.name + (view.picture < 0 && data.below ? ' (no picture)' : '')));
+      row.append(make('td', view.name + (view.picture < 0 && data.pictures ? ' (no picture)' : '')));
       view.place.forEach((value, i) => row.append(make('td', value.toFixed(digits[i]) + unit[i])));
       view.scores.forEach(([best, found]) => {
         const cell = make('td', best.toFixed(3) + (found === 1 ? '' : found === 0 ? ' not found' : ' ' + found.toFixed(2)));
@@ -81,20 +80,21 @@ function listViews() {
   }
   search.oninput = only.onchange = fill;
   fill();
-  const shown = data.views.find(view => view.picture >= 0);
-  if (shown) choose(shown);
+  if (pictured.length) choose(pictured[0]);
 }
 
-// Two pictures of one view, the second uncovered from the left.
+// The pictures of one view, and the way to those before and behind.
+const pictured = data.views.filter(view => view.picture >= 0);
+let chosen = 0;
 function choose(view) {
   if (view.picture < 0) return;
-  const jpeg = 'data:image/jpeg;base64,';
-  document.getElementById('below').src = jpeg + data.below[view.picture];
-  document.getElementById('above').src = jpeg + data.above[view.picture];
-  document.getElementById('chosen').textContent = view.name;
+  chosen = pictured.indexOf(view);
+  document.querySelectorAll('.pictures img').forEach((image, i) => {
+    image.src = 'data:image/jpeg;base64,' + data.pictures[i][view.picture]; });
+  document.getElementById('chosen').textContent = 'view ' + view.name + ', ' + (chosen + 1) + ' of ' + pictured.length;
 }
-const cut = document.getElementById('cut');
-if (cut) cut.oninput = () => document.getElementById('pair').style.setProperty('--cut', cut.value + '%');
+const step = by => choose(pictured[(chosen + by + pictured.length) % pictured.length]);
+for (const [id, by] of [['back', -1], ['on', 1]]) if (pictured.length) document.getElementById(id).onclick = () => step(by);
 
 // The parts of a binary glTF 2.0 file that io::write_glb() writes.
 function readGlb(letters) {

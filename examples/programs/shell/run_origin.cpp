@@ -64,6 +64,15 @@ Json begun_in(const std::string& run) {
   return places;
 }
 
+std::string path_of_work(const std::string& folder, const Json& kept, const std::string& path) {
+  const Json places = kept.value("begun_in", Json());
+  const std::string from_run = text_in(places, "from_run"), then = text_in(places, "folder");
+  if (const auto now = (place_of(folder) / from_run / path).string(); !from_run.empty() && is_there(now))
+    return fs::path(now).lexically_normal().string();
+  const auto absolute = (fs::path(then) / path).string();
+  return !then.empty() && is_there(absolute) ? absolute : path;
+}
+
 std::string go_where_it_began(const std::string& run, const std::string& program,
                               const std::vector<std::string*>& paths) {
   if (run.empty() || !is_there(manifest_path(run), ErrorKind::malformed)) return {};

@@ -13,6 +13,10 @@ namespace tapestry::shell {
 /// run's own folder, which stays right where both are moved together.
 Json begun_in(const std::string& run);
 
+/// A path that a file of a folder keeps, from here: where the work in the folder began, see begun_in(), now
+/// or then, and else as it is.
+std::string path_of_work(const std::string& folder, const Json& kept, const std::string& path);
+
 /// Enters the folder where a run began if it holds more of the run's inputs, by their hashes, than the
 /// current folder. Nothing happens without a manifest.
 /// \param paths  relative to the folder of now; made absolute, but for empty ones

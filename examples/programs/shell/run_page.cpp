@@ -70,6 +70,7 @@ ViewList list_of(const RunReport& report, std::vector<ViewFacts> views) {
 ReportPage page_of(const RunReport& report, std::string title, std::string command, ViewList list) {
   ReportPage page{std::move(title), std::move(command), report.options.value("seed", std::uint64_t(0)),
                   report.seconds};
+  page.verdict = verdict_of(report);
   page.findings = findings_html(report);
   page.list = std::move(list);
   for (const auto& term : camouflage::ObjectiveTerms::all) {

@@ -2,6 +2,8 @@
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 #include <tapestry/image/colour_space.hpp>
+#include <tapestry/image/crop.hpp>
+#include <tapestry/image/letterbox.hpp>
 
 #include "contact_sheet.hpp"
 #include "formatted.hpp"
@@ -74,15 +76,31 @@ inline std::vector<std::size_t> views_with_car(camouflage::ViewStore<float>& sto
   return std::move(usable.indices);
 }
 
-/// A picture with its detections, each with its class and score: in found_colour the car where it should be,
-/// others in the colours of their classes.
+/// A picture in the photograph's own shape, without what a network's input has beside it, and its detections,
+/// each with its class and score: in found_colour the car where it should be, others in the colours of their
+/// classes.
 inline MarkedPicture annotated(const evaluate::MeasuredPicture& measured, const evaluate::Meter& meter) {
-  MarkedPicture marked{image::to_bytes(measured.picture)};
+  const auto& input = measured.picture;
+  const auto& extents = measured.view.frame_extents;
+  const auto kind = meter.detector().fit().kind;
+  const auto place_by = [&](image::FitKind fit) {
+    return image::placement(extents[0], extents[1], input.shape(0), input.shape(1), fit);
+  };
+  const auto place = place_by(kind);
+  auto shown = image::crop(input, {place.top, place.left, place.height, place.width});
+  if (kind == image::FitKind::stretch) {
+    const auto own = place_by(image::FitKind::letterbox);
+    shown = image::resize_bilinear(shown, own.height, own.width);
+  }
+  MarkedPicture marked{image::to_bytes(shown)};
+  const auto from =
+      image::picture_from_canvas(shown.shape(0), shown.shape(1), input.shape(0), input.shape(1), kind);
   const auto& names = meter.detector().names();
-  for (const auto& detection : measured.result.detections)
+  for (const auto& one : measured.result.detections)
     marked.boxes.push_back(
-        {detection.box, label_of(class_name(detection.class_index, names), detection.confidence),
-         meter.shows_car({detection}, measured.target) ? found_colour : class_colour(detection.class_index)});
+        {{from.x(one.box.cx), from.y(one.box.cy), from.width(one.box.w), from.height(one.box.h)},
+         label_of(class_name(one.class_index, names), one.confidence),
+         meter.shows_car({one}, measured.target) ? found_colour : class_colour(one.class_index)});
   return marked;
 }
 
@@ -97,9 +115,12 @@ class SurveyWatch {
 
   /// From now on adds the pictures of a texture, of which there will be `pictures`, to a sheet, which must
   /// outlive the watch; of more than `most`, or than a sheet holds, those that are evenly spread.
-  void collect(const std::string& texture, std::vector<MarkedPicture>& sheet, std::size_t pictures,
-               std::size_t most = std::numeric_limits<std::size_t>::max()) {
-    sheets_.insert({texture, {&sheet, pictures, std::min({pictures, most, most_on_a_sheet(side_)}), 0}});
+  /// \returns how many there will be on the sheet
+  std::size_t collect(const std::string& texture, std::vector<MarkedPicture>& sheet, std::size_t pictures,
+                      std::size_t most = std::numeric_limits<std::size_t>::max()) {
+    most = std::min({pictures, most, most_on_a_sheet(side_)});
+    sheets_.insert({texture, {&sheet, pictures, most, 0}});
+    return most;
   }
 
   /// Facts of the views so far, in the order of the survey; one entry a picture.

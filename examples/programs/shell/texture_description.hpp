@@ -11,6 +11,7 @@
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 
+#include "formatted.hpp"
 #include "run_folder.hpp"
 #include "verbosity.hpp"
 
@@ -107,7 +108,7 @@ inline void require_description(const std::string& path, const Json& json) {
       (void)painted.at("materials").get<std::vector<std::string>>();
   } catch (const Json::exception& error) {
     throw FileError(ErrorKind::malformed,
-                    {path, "", std::string("not the description of a texture: ") + error.what()});
+                    {path, "", std::string("not the description of a texture: ") + json_fault(error.what())});
   } catch (const DomainError& error) {
     throw FileError(ErrorKind::malformed, {path, "", error.what()});
   }

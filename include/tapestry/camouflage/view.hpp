@@ -29,7 +29,8 @@ struct Sight {
 template <std::floating_point T>
 struct View {
   std::string name;
-  Array<T, 3> background;  ///< I, [H, W, 3], RGB in [0, 1]
+  Array<T, 3> background;                      ///< I, [H, W, 3], RGB in [0, 1]
+  std::array<std::size_t, 2> frame_extents{};  ///< rows and columns of the frame's picture
   /// Texture → m·O, [h, w, 3], multiplied by its coverage m·c.
   std::shared_ptr<const raster::TextureOperator<T>> paint_to_picture;
   image::PixelWindow window;  ///< where that lies in the frame; empty if nothing shows

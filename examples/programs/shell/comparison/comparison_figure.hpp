@@ -19,12 +19,7 @@ inline Panel comparison_panel(const Comparison& comparison, std::size_t column) 
   };
   const double bottom = top + row_height * static_cast<double>(comparison.rows.size());
   const auto x = [=](double share) { return left + share * (right - left); };
-  std::string svg = svg_text(14, 18, "title", comparison.columns[column]);
-  for (int tick = 0; tick <= 4; ++tick) {
-    svg += svg_line(x(tick / 4.0), top, x(tick / 4.0), bottom, tick == 0 ? "ink" : "grid");
-    svg += svg_text(x(tick / 4.0), bottom + 16, "muted middle",
-                    std::to_string(25 * tick) + (tick == 4 ? " %" : ""));
-  }
+  std::string svg = svg_text(14, 18, "title", comparison.columns[column]) + share_axis(x, top, bottom);
   for (const auto& [name, cells] : comparison.plain)
     if (name == "clean" && column < cells.size() && cells[column])
       svg += svg_line(x(shown(*cells[column])), top, x(shown(*cells[column])), bottom, "ink");
@@ -36,12 +31,13 @@ inline Panel comparison_panel(const Comparison& comparison, std::size_t column) 
     const ComparedCell& cell = *row.cells[column];
     const auto bar = [&](double y, const ComparedTexture& texture, const char* style) {
       svg += svg_rectangle(left, middle + y, x(shown(texture)) - left, 9, style);
+      if (!comparison.maps_attention) svg += svg_interval(x, texture.rate.interval, middle + y + 4.5);
     };
     bar(-15, cell.camouflage, "class=\"second\"");
     bar(-5, cell.noise, "class=\"third\"");
     if (cell.picture_noise) bar(5, cell.picture_noise->texture, "class=\"first\"");
-    if (!comparison.maps_attention)
-      svg += svg_text(right + 10, middle + 4, "", odds_text(cell.effect.odds_ratio));
+    if (!comparison.maps_attention && are_readable(cell.effect.odds_ratio))
+      svg += svg_text(right + 14, middle + 4, "", odds_text(cell.effect.odds_ratio));
   }
   return {right + 200, bottom + 26, svg};
 }
@@ -59,8 +55,8 @@ inline Figure comparison_figure(const Comparison& comparison, const std::string&
       svg_text(14, 38, "muted",
                comparison.maps_attention
                    ? "attention on the car, share of the heat map; the line is the clean car's"
-                   : "pictures in which the car is found; the line is the clean car's; right: odds of being "
-                     "found, matched noise over camouflage, 95 %");
+                   : "pictures in which the car is found; lines: 95 %, upright the clean car's; right: odds "
+                     "of being found, matched noise over camouflage, 95 %");
   if (has_picture_noise(comparison))
     figure.legend.svg += svg_rectangle(270, 8, 12, 12, "class=\"first\"") +
                          svg_text(288, 18, "", "noise drawn in each picture");

@@ -68,7 +68,7 @@ std::vector<WordTable> camouflage_then_noise(const Comparison& comparison, const
                                              WordsOf words_of) {
   return {comparison_table(comparison, title, words_of,
                            [=](const auto& cell) { return words_of(cell.camouflage); }),
-          comparison_table(comparison, "the same with matched noise", {},
+          comparison_table(comparison, "with matched noise: " + title, {},
                            [=](const auto& cell) { return words_of(cell.noise); })};
 }
 
@@ -137,7 +137,7 @@ inline std::vector<WordTable> fate_tables(const Comparison& comparison) {
 
 }  // namespace detail
 
-/// The tables of a comparison, one figure each.
+/// The tables of a comparison, one figure each, without those that have none.
 inline std::vector<WordTable> comparison_tables(const Comparison& comparison) {
   std::vector<WordTable> tables;
   if (comparison.maps_attention)
@@ -154,6 +154,11 @@ inline std::vector<WordTable> comparison_tables(const Comparison& comparison) {
           return cell.beyond_first ? detail::effect_text(*cell.beyond_first) : std::string("-");
         }));
   detail::append(tables, detail::fate_tables(comparison));
+  std::erase_if(tables, [](const WordTable& table) {
+    return std::ranges::all_of(table.rows, [](const auto& row) {
+      return std::ranges::count(row, std::string("-")) + 1 == static_cast<long>(row.size());
+    });
+  });
   return tables;
 }
 
@@ -161,42 +166,25 @@ namespace detail {
 
 /// Fields of a texture, in the order of comparison_csv().
 inline std::string csv_fields(const ComparedTexture& texture) {
-  std::string text;
-  std::array<char, 200> numbers{};
-  std::snprintf(numbers.data(), numbers.size(), ",%zu,%zu,%.9g,%.9g,%.9g,%.9g", texture.rate.views,
-                texture.rate.detected, texture.rate.p_at_50, texture.rate.interval[0],
-                texture.rate.interval[1], texture.mean_best_confidence);
-  text += numbers.data();
-  for (std::size_t fate = 1; fate < texture.fates.pictures.size(); ++fate)
-    text += "," + std::to_string(texture.fates.pictures[fate]);
-  for (const auto& rate : texture.sweep) {
-    std::snprintf(numbers.data(), numbers.size(), ",%.9g", rate.p_at_50);
-    text += numbers.data();
-  }
-  std::snprintf(numbers.data(), numbers.size(), ",%.9g", texture.attention);
-  return text + numbers.data();
+  std::vector<double> sweep;
+  for (const auto& rate : texture.sweep) sweep.push_back(rate.p_at_50);
+  const auto& rate = texture.rate;
+  return csv_line(rate.views, rate.detected, rate.p_at_50, rate.interval, texture.mean_best_confidence,
+                  std::span(texture.fates.pictures).subspan(1), sweep, texture.attention);
 }
 
 inline std::string csv_fields(const ComparedCell& cell) {
-  std::array<char, 400> numbers{};
   const auto& [control, confidence, rate, draws, draws_at_most, odds] = cell.effect;
-  std::snprintf(numbers.data(), numbers.size(), ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%zu,%zu,%.9g,%.9g,%.9g",
-                confidence.mean, confidence.interval[0], confidence.interval[1], rate.mean, rate.interval[0],
-                rate.interval[1], cell.success.views, cell.success.hidden, cell.success.rate,
-                cell.success.interval[0], cell.success.interval[1]);
-  std::string text = numbers.data();
-  const auto add = [&](bool is_there, double mean, const std::array<double, 2>& interval) {
-    std::snprintf(numbers.data(), numbers.size(), ",%.9g,%.9g,%.9g", mean, interval[0], interval[1]);
-    text += is_there ? numbers.data() : ",,,";
+  const auto three = [](const auto& share, auto value) {
+    return share ? csv_line((*share).*value, share->interval) : std::string(",,");
   };
-  const auto kept = cell.kept.value_or(evaluate::PairedRatio{});
-  const auto beyond_first = cell.beyond_first.value_or(evaluate::PairedDifference{});
-  add(cell.kept.has_value(), kept.ratio, kept.interval);
-  add(cell.beyond_first.has_value(), beyond_first.mean, beyond_first.interval);
-  add(true, odds.ratio, odds.interval);
-  const auto in_picture = cell.picture_noise.value_or(ComparedPictureNoise{}).p_at_50;
-  add(cell.picture_noise.has_value(), in_picture.mean, in_picture.interval);
-  return text;
+  std::optional<evaluate::PairedDifference> in_picture;
+  if (cell.picture_noise) in_picture = cell.picture_noise->p_at_50;
+  return csv_line(confidence.mean, confidence.interval, rate.mean, rate.interval, cell.success.views,
+                  cell.success.hidden, cell.success.rate, cell.success.interval,
+                  three(cell.kept, &evaluate::PairedRatio::ratio),
+                  three(cell.beyond_first, &evaluate::PairedDifference::mean), odds.ratio, odds.interval,
+                  three(in_picture, &evaluate::PairedDifference::mean));
 }
 
 inline std::string csv_header() {
@@ -251,27 +239,27 @@ inline std::vector<std::string> contradictions(const Comparison& comparison) {
 /// A line for each row, detector and texture: those without a camouflage, the camouflage, its matched noise
 /// and the noise drawn in each picture. Effects stand in the camouflage's.
 inline std::string comparison_csv(const Comparison& comparison) {
-  const std::string none(23, ',');
+  const std::string none = std::string(23, ',') + "\n";
   std::string text = detail::csv_header();
-  const auto begin = [&](const std::string& row, std::size_t column, const std::string& texture,
-                         std::size_t seeds, std::size_t draws) {
-    return csv_field(row) + "," + csv_field(comparison.columns[column]) + "," + texture + "," +
-           std::to_string(seeds) + "," + std::to_string(draws);
+  const auto line = [&](const std::string& row, std::size_t column, const std::string& texture,
+                        std::size_t seeds, std::size_t draws, const ComparedTexture& compared) {
+    return csv_line(csv_field(row), csv_field(comparison.columns[column]), texture, seeds, draws,
+                    detail::csv_fields(compared));
   };
   for (const auto& [name, cells] : comparison.plain)
     for (std::size_t i = 0; i < cells.size(); ++i)
-      if (cells[i]) text += begin(name, i, name, 1, 1) + detail::csv_fields(*cells[i]) + none + "\n";
+      if (cells[i]) text += line(name, i, name, 1, 1, *cells[i]) + none;
   for (const auto& row : comparison.rows)
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
       if (!row.cells[i]) continue;
       const ComparedCell& cell = *row.cells[i];
-      text += begin(row.name, i, "adversarial", cell.seeds, 1) + detail::csv_fields(cell.camouflage) +
-              detail::csv_fields(cell) + "\n";
-      text += begin(row.name, i, evaluate::matched_noise_name, cell.seeds, cell.draws) +
-              detail::csv_fields(cell.noise) + none + "\n";
+      text += csv_line(line(row.name, i, "adversarial", cell.seeds, 1, cell.camouflage),
+                       detail::csv_fields(cell)) +
+              "\n" + line(row.name, i, evaluate::matched_noise_name, cell.seeds, cell.draws, cell.noise) +
+              none;
       if (cell.picture_noise)
-        text += begin(row.name, i, evaluate::picture_noise_name, cell.seeds, 1) +
-                detail::csv_fields(cell.picture_noise->texture) + none + "\n";
+        text += line(row.name, i, evaluate::picture_noise_name, cell.seeds, 1, cell.picture_noise->texture) +
+                none;
     }
   return text;
 }

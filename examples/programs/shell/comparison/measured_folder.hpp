@@ -9,6 +9,7 @@
 #include "../protocol/result.hpp"
 #include "../run_folder.hpp"
 #include "../run_manifest.hpp"
+#include "../run_origin.hpp"
 #include "same_content.hpp"
 
 namespace tapestry::shell {
@@ -136,7 +137,8 @@ inline SavedMeasurement read_saved_measurement(const std::string& path) {
     for (auto& weights : member_of<std::vector<std::string>>(options, "further-weights", path))
       saved.weights.push_back(std::move(weights));
   if (json.contains("run"))
-    saved.run = member_of<std::string>(member_of<Json>(json, "run", path), "folder", path);
+    saved.run = path_of_work(std::filesystem::path(path).parent_path().string(), json,
+                             member_of<std::string>(member_of<Json>(json, "run", path), "folder", path));
   saved.contents = contents_of(json, saved, path);
   return saved;
 }

@@ -35,12 +35,7 @@ inline Panel texture_panel(const ProtocolResult& result, const std::string& titl
   constexpr double left = 120, right = 470, top = 34, row_height = 22;
   const double bottom = top + row_height * static_cast<double>(result.textures.size());
   const auto x = [=](double share) { return left + share * (right - left); };
-  std::string svg = svg_text(14, 18, "title", title);
-  for (int tick = 0; tick <= 4; ++tick) {
-    svg += svg_line(x(tick / 4.0), top, x(tick / 4.0), bottom, tick == 0 ? "ink" : "grid");
-    svg += svg_text(x(tick / 4.0), bottom + 16, "muted middle",
-                    std::to_string(25 * tick) + (tick == 4 ? " %" : ""));
-  }
+  std::string svg = svg_text(14, 18, "title", title) + share_axis(x, top, bottom);
   for (std::size_t k = 0; k < bars.size(); ++k) {
     const auto& [share, interval, mark] = bars[k];
     const double middle = top + row_height * (static_cast<double>(k) + 0.5);
@@ -48,10 +43,7 @@ inline Panel texture_panel(const ProtocolResult& result, const std::string& titl
     const bool is_camouflage = result.has_camouflage && k == 1;
     svg += svg_rectangle(left, middle - 7, x(share) - left, 14,
                          is_camouflage ? "class=\"second\"" : "class=\"first\"");
-    if (interval) {
-      svg += svg_line(x((*interval)[0]), middle, x((*interval)[1]), middle, "ink");
-      for (const double end : *interval) svg += svg_line(x(end), middle - 3, x(end), middle + 3, "ink");
-    }
+    if (interval) svg += svg_interval(x, *interval, middle);
     svg += svg_rectangle(x(mark) - 2, middle - 9, 4, 18, "class=\"third\"");
   }
   return {490, bottom + 26, svg};

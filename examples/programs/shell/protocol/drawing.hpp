@@ -63,9 +63,36 @@ inline std::string svg_text(double x, double y, const std::string& style, const 
          "\">" + escaped(words) + "</text>\n";
 }
 
+/// A line through pairs of points: from, to, from, to.
+inline std::string svg_strokes(const std::vector<std::array<double, 2>>& points, const std::string& style) {
+  std::string path;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    path +=
+        (i % 2 == 0 ? "M" : "L") + detail::coordinate(points[i][0]) + " " + detail::coordinate(points[i][1]);
+  return "<path d=\"" + path + "\" class=\"" + style + "\"/>\n";
+}
+
 inline std::string svg_line(double x1, double y1, double x2, double y2, const std::string& style) {
-  return "<path d=\"M" + detail::coordinate(x1) + " " + detail::coordinate(y1) + "L" +
-         detail::coordinate(x2) + " " + detail::coordinate(y2) + "\" class=\"" + style + "\"/>\n";
+  return svg_strokes({{x1, y1}, {x2, y2}}, style);
+}
+
+/// Upright lines at quarters from 0 to 1, with their numbers below. \param x  returns the place of a share
+template <class Place>
+std::string share_axis(Place x, double top, double bottom) {
+  std::string svg;
+  for (int tick = 0; tick <= 4; ++tick)
+    svg += svg_line(x(tick / 4.0), top, x(tick / 4.0), bottom, tick == 0 ? "ink" : "grid") +
+           svg_text(x(tick / 4.0), bottom + 16, "muted middle",
+                    std::to_string(25 * tick) + (tick == 4 ? " %" : ""));
+  return svg;
+}
+
+/// A level interval with a stroke at each end.
+/// \param x  returns the place of a share
+template <class Place>
+std::string svg_interval(Place x, const std::array<double, 2>& interval, double y) {
+  const double low = x(interval[0]), high = x(interval[1]);
+  return svg_strokes({{low, y}, {high, y}, {low, y - 3}, {low, y + 3}, {high, y - 3}, {high, y + 3}}, "ink");
 }
 
 inline std::string svg_rectangle(double x, double y, double width, double height,

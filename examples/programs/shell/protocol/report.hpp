@@ -31,6 +31,7 @@ inline std::vector<WordTable> section_tables(const Protocol& protocol, const Pro
 inline std::string protocol_text(const Protocol& protocol, const ProtocolResult& result,
                                  const std::vector<std::string>& notes) {
   std::string text;
+  for (const auto& words : verdicts(result)) text += words + "\n\n";
   for (const auto& table : section_tables(protocol, result)) text += text_of(table) + "\n";
   if (!protocol.on_photographs) {
     for (const std::size_t k : result.shown_textures())
@@ -56,7 +57,9 @@ inline std::vector<WordTable> all_tables(const Protocol& protocol, const Protoco
 
 inline std::string protocol_markdown(const Protocol& protocol, const ProtocolResult& result,
                                      const std::vector<std::string>& notes) {
-  std::string text = "# " + protocol.title + "\n\n![" + protocol.title + "](" + protocol.name + ".svg)\n\n";
+  std::string text = "# " + protocol.title + "\n\n";
+  for (const auto& words : verdicts(result)) text += "**" + markdown_escaped(words) + "**\n\n";
+  text += "![" + protocol.title + "](" + protocol.name + ".svg)\n\n";
   for (const auto& table : all_tables(protocol, result)) text += markdown_of(table);
   for (const auto& words : findings(protocol, result)) text += "**" + markdown_escaped(words) + "**\n\n";
   for (const auto& note : notes) text += "- " + markdown_escaped(note) + "\n";
@@ -141,7 +144,10 @@ inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& 
 inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result,
                           const std::vector<std::string>& notes, const Json& settings) {
   const auto& table = protocol.table;
-  Json json = {{"protocol", protocol.name}, {"textures", result.textures}, {"notes", notes}};
+  Json json = {{"protocol", protocol.name},
+               {"verdicts", verdicts(result)},
+               {"textures", result.textures},
+               {"notes", notes}};
   const auto worst = worst_cell(protocol, result);
   json["worst_cell"] = worst ? Json{{table.row_title, table.rows[*worst / table.columns.size()]},
                                     {table.column_title, table.columns[*worst % table.columns.size()]}}
@@ -170,7 +176,7 @@ inline std::string picture_html(const std::vector<std::pair<std::string, std::st
 }
 inline constexpr const char* protocol_style = R"(.panels { display: flex; flex-wrap: wrap; gap: 0 1em }
 svg, img { max-width: 100%; height: auto; display: block }
-figcaption { font-weight: bold; color: inherit }
+figcaption { font-weight: bold; color: inherit } .verdict { font-size: 19px }
 )";
 
 /// A page with figure, tables and each frame; it needs no other file.
@@ -180,9 +186,10 @@ inline std::string protocol_html(const Protocol& protocol, const ProtocolResult&
                                  const std::vector<std::string>& notes, const ViewList& list,
                                  const Json& inputs) {
   const Figure figure = protocol.figure(protocol, result);
-  std::string page = page_begin(protocol.title, std::string(list_style) + figure_style + protocol_style) +
-                     "<h2>" + escaped(figure.title) + "</h2>\n" + figure_html(figure) +
-                     picture_html(result.pictures) + "<h2>Tables</h2>\n";
+  std::string page = page_begin(protocol.title, std::string(list_style) + figure_style + protocol_style);
+  for (const auto& words : verdicts(result)) page += "<p class=\"verdict\">" + escaped(words) + "</p>\n";
+  page += "<h2>" + escaped(figure.title) + "</h2>\n" + figure_html(figure) + picture_html(result.pictures) +
+          "<h2>Tables</h2>\n";
   for (const auto& table : all_tables(protocol, result)) page += html_of(table);
   for (const auto& words : findings(protocol, result)) page += "<p><b>" + escaped(words) + "</b></p>\n";
   page += "<ul>\n";

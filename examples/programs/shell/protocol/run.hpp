@@ -96,7 +96,9 @@ inline std::string differences(const Json& saved, const Json& own) {
 inline void settle_folder(const std::string& folder, const Json& settings) {
   const std::string path = folder + "/settings.json";
   if (!is_there(path, ErrorKind::malformed)) {
-    write_text(path, exact_text(settings) + "\n");
+    Json kept = settings;
+    kept["begun_in"] = begun_in(folder);
+    write_text(path, exact_text(kept) + "\n");
     return;
   }
   Json saved = read_json_file(path);
@@ -104,6 +106,7 @@ inline void settle_folder(const std::string& folder, const Json& settings) {
       !saved.contains("protocol") || !saved.contains("options") || !saved["options"].is_object() ||
       !saved.contains("inputs") || !saved["inputs"].is_array())
     throw FileError(ErrorKind::malformed, {path, "", "not the settings of a measurement of evaluate"});
+  saved.erase("begun_in");
   for (const auto& fact : facts_of_bits)
     if (!saved.contains(fact)) saved[fact] = settings[fact];      // not stated by earlier versions
   if (nlohmann::json(saved) == nlohmann::json(settings)) return;  // members may be in any order

@@ -104,10 +104,12 @@ inline WordTable effect_table(const ProtocolResult& result) {
   for (const auto& section : result.sections) {
     if (!section.effect || section.effect->best_confidence.pairs == 0) continue;
     const auto& [control, confidence, rate, draws, draws_at_most, odds] = *section.effect;
-    table.rows.push_back({section.name, fixed(confidence.mean, 3), interval_text(confidence.interval, 1, 3),
-                          fixed(100 * rate.mean, 1), interval_text(rate.interval),
-                          formatted("%.3g", odds.ratio),
-                          formatted("[%.3g, %.3g]", odds.interval[0], odds.interval[1])});
+    table.rows.push_back(
+        {section.name, fixed(confidence.mean, 3), interval_text(confidence.interval, 1, 3),
+         fixed(100 * rate.mean, 1), interval_text(rate.interval),
+         are_readable(odds) ? odds_number(odds.ratio) : "-",
+         are_readable(odds) ? "[" + odds_number(odds.interval[0]) + ", " + odds_number(odds.interval[1]) + "]"
+                            : "-"});
     if (with_rank)
       table.rows.back().push_back(std::to_string(draws_at_most) + " of " + std::to_string(draws));
   }
@@ -182,6 +184,21 @@ inline std::string effect_kept_text(const Protocol& protocol, const ProtocolResu
   const auto& [ratio, interval] = *result.effect_kept;
   return "effect kept: " + first + ", the camouflage has " + fixed(100 * ratio, 0) + " % " +
          interval_text(interval, 100, 0) + " of the effect on mean best confidence that it has " + second;
+}
+
+/// The verdict on each section of a camouflage's results.
+inline std::vector<std::string> verdicts(const ProtocolResult& result) {
+  std::vector<std::string> sentences;
+  for (std::size_t i = 0; i < result.sections.size() && result.has_camouflage; ++i) {
+    const auto& [name, cell, effect, sweep, attention, car_share] = result.sections[i];
+    const auto found = [&of = cell.textures](std::size_t k) { return FoundCar{of[k].rate, of[k].fates}; };
+    VerdictFigures figures{"frames", found(0), found(1), found(2)};
+    if (effect) figures.beyond = effect->p_at_50;
+    figures.class_names = result.names_of(i);
+    const std::string words = verdict_text(figures);
+    if (!words.empty()) sentences.push_back((result.sections.size() > 1 ? name + ": " : "") + words);
+  }
+  return sentences;
 }
 
 /// Sentences under the tables.

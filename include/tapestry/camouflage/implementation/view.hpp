@@ -125,8 +125,9 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
   if (raster::is_filtered(car.layout) != (car.pyramid != nullptr))
     throw DomainError("make_view: expected a pyramid with a filtered atlas, and none without");
   const Sight<T> sight = sight_of<T>(frame, car.space, height, width, samples_per_axis, fit.kind);
-  const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit.kind);
   View<T> view;
+  view.frame_extents = {frame.image.shape(0), frame.image.shape(1)};
+  const auto place = image::placement(view.frame_extents[0], view.frame_extents[1], height, width, fit.kind);
   view.background = image::fitted(image::from_bytes<T>(frame.image), height, width, fit);
   double silhouette = 0;  // pixels
   const auto lit = [&](const auto& light) {

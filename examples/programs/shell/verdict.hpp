@@ -1,0 +1,117 @@
+#pragma once
+#include <tapestry/evaluate/measurement.hpp>
+
+#include "class_name.hpp"
+#include "formatted.hpp"
+
+namespace tapestry::shell {
+
+// What a measurement shows, in words.
+
+/// Odds to three digits, or that they are above 100 or below 0.01.
+inline std::string odds_number(double odds) {
+  return odds > 100 ? "> 100" : odds < 0.01 ? "< 0.01" : formatted("%.3g", odds);
+}
+
+/// Whether odds are known to be above a tenth or below ten; else no number of them is worth a look.
+inline bool are_readable(const evaluate::PairedRatio& odds) {
+  return odds.interval[0] > 0.1 || odds.interval[1] < 10;
+}
+
+/// "3.1 [1.9, 5.2]", with a unit behind the first number; "-" for odds that are not readable.
+inline std::string odds_text(const evaluate::PairedRatio& odds, const std::string& unit = "") {
+  if (!are_readable(odds)) return "-";
+  return odds_number(odds.ratio) + unit + " [" + odds_number(odds.interval[0]) + ", " +
+         odds_number(odds.interval[1]) + "]";
+}
+
+/// The commonest names of the renamed with their pictures: "umbrella 45, kite 12, truck 4".
+inline std::string new_names_text(const evaluate::FateCounts& fates, const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::size_t k : fates.commonest_names(3))
+    text += (text.empty() ? "" : ", ") + class_name(k, names, "class ") + " " +
+            std::to_string(fates.renamed_to[k]);
+  return text;
+}
+
+/// Figures of one texture for a verdict.
+struct FoundCar {
+  evaluate::DetectionRate rate{};
+  evaluate::FateCounts fates{};
+};
+
+/// Figures that a verdict is made of, all over the same views.
+struct VerdictFigures {
+  std::string views;  ///< what they are: "held-out views"
+  FoundCar plain{}, paint{};
+  std::optional<FoundCar> noise{};                     ///< matched to the paint
+  std::optional<evaluate::PairedDifference> beyond{};  ///< P@0.5 with this noise minus that with the paint
+  std::vector<std::string> class_names{};
+};
+
+namespace detail {
+
+/// Fates of the pictures in which the car is not found, each with its count: "29 lose it, 35 misplace it".
+inline std::string lost_text(const FoundCar& car, const std::vector<std::string>& names) {
+  using evaluate::Fate;
+  std::string text;
+  const auto add = [&](Fate fate, const std::string& words) {
+    if (const std::size_t count = car.fates.of(fate); count > 0)
+      text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + words;
+  };
+  const std::string renamed = new_names_text(car.fates, names);
+  add(Fate::lost, "lose it");
+  add(Fate::misplaced, "misplace it");
+  add(Fate::renamed, "call it something else" + (renamed.empty() ? "" : " (" + renamed + ")"));
+  add(Fate::related, "call it another vehicle");
+  return text;
+}
+
+/// Whether one rate lies below another by more than their intervals leave open.
+inline bool is_below(const evaluate::DetectionRate& one, const evaluate::DetectionRate& other) {
+  return one.interval[1] < other.interval[0];
+}
+
+/// What the counts show of a paint, in words.
+inline std::string effect_words(const VerdictFigures& figures) {
+  const bool hides = is_below(figures.paint.rate, figures.plain.rate);
+  if (!figures.noise || !figures.beyond)
+    return hides ? "the paint hides the car; whether its design does was not measured, for want of noise of "
+                   "the same colours"
+                 : "no effect is shown";
+  const auto& [low, high] = figures.beyond->interval;
+  if (high < 0) return "noise of the same colours hides the car better than the design";
+  if (low > 0) {
+    std::string words = "the design hides the car";
+    if (2 * figures.paint.rate.p_at_50 > figures.plain.rate.p_at_50) words += " in some views";
+    return is_below(figures.noise->rate, figures.plain.rate) ? words + ", beyond what its colours do" : words;
+  }
+  return hides ? "the paint hides the car, and so does noise of the same colours: no effect of the design is "
+                 "shown"
+               : "no effect is shown";
+}
+
+}  // namespace detail
+
+/// One sentence: in how many views the car is found with the paint, with noise of its colours and plain, and
+/// what that shows. No verdict, and why, where the plain car itself is found in less than half of the views.
+/// Empty where nothing was measured.
+inline std::string verdict_text(const VerdictFigures& figures) {
+  const auto& [views, plain, paint, noise, beyond, names] = figures;
+  if (plain.rate.views == 0) return {};
+  const std::string of = " of " + std::to_string(plain.rate.views) + " " + views;
+  const std::string lost = detail::lost_text(plain, names);
+  if (2 * plain.rate.detected < plain.rate.views)
+    return "No verdict: the plain car itself is found in " + std::to_string(plain.rate.detected) + of +
+           " only; " + lost + ". Is --class right? Is --detector right?";
+  std::string text = "Found in " + std::to_string(paint.rate.detected) + of + " with the paint, ";
+  if (noise)
+    text += std::to_string(noise->rate.detected) +
+            (noise->rate.views == plain.rate.views ? "" : " of " + std::to_string(noise->rate.views)) +
+            " with noise of the same colours, ";
+  text += std::to_string(plain.rate.detected) + " plain: " + detail::effect_words(figures);
+  const std::string fates = detail::lost_text(paint, names);
+  return text + (fates.empty() ? "" : "; " + fates) + ".";
+}
+
+}  // namespace tapestry::shell
