@@ -28,17 +28,18 @@ std::string verdict(std::size_t plain, std::size_t noise, shell::FoundCar paint,
 TEST_CASE("a verdict has the counts and what they show", "[programs][verdict]") {
   CHECK(verdict(80, 77, found_in(4, 35), 0.8, 0.97) ==
         "Found in 4 of 80 held-out views with the paint, 77 with noise of the same colours, 80 plain: the "
-        "design hides the car; 41 lose it, 35 misplace it.");
+        "design hides the car; lost in 41, misplaced in 35.");
   CHECK(verdict(80, 77, found_in(60), 0.1, 0.3)
-            .ends_with("80 plain: the design hides the car in some views; 20 lose it."));
+            .ends_with("80 plain: the design hides the car in some views; lost in 20."));
   CHECK(verdict(80, 30, found_in(4), 0.2, 0.4)
-            .ends_with("the design hides the car, beyond what its colours do; 76 lose it."));
+            .ends_with("the design hides the car, beyond what its colours do; lost in 76."));
   CHECK(verdict(80, 5, found_in(4), -0.05, 0.07)
             .ends_with("the paint hides the car, and so does noise of the same colours: no effect of the "
-                       "design is shown; 76 lose it."));
-  CHECK(verdict(80, 79, found_in(80), -0.03, 0.01).ends_with("80 plain: no effect is shown."));
+                       "design is shown; lost in 76."));
+  CHECK(verdict(80, 79, found_in(80), -0.03, 0.01)
+            .ends_with("80 plain: no effect on how often it is found is shown."));
   CHECK(verdict(80, 20, found_in(60), -0.6, -0.3)
-            .ends_with("noise of the same colours hides the car better than the design; 20 lose it."));
+            .ends_with("noise of the same colours hides the car better than the design; lost in 20."));
 }
 
 TEST_CASE("a verdict says what keeps it from being one", "[programs][verdict]") {
@@ -47,12 +48,12 @@ TEST_CASE("a verdict says what keeps it from being one", "[programs][verdict]") 
   plain.fates.renamed_to = {0, 50, 10};
   shell::VerdictFigures figures{"frames", plain, found_in(0), {}, {}, {"car", "airplane", "kite"}};
   CHECK(shell::verdict_text(figures) ==
-        "No verdict: the plain car itself is found in 11 of 80 frames only; 9 lose it, 60 call it something "
-        "else (airplane 50, kite 10). Is --class right? Is --detector right?");
+        "No verdict: the plain car itself is found in 11 of 80 frames only: lost in 9, called something else "
+        "in 60 (airplane 50, kite 10). Is --class right? Is --detector right?");
   figures.plain = found_in(80);
   CHECK(shell::verdict_text(figures) ==
         "Found in 0 of 80 frames with the paint, 80 plain: the paint hides the car; whether its design does "
-        "was not measured, for want of noise of the same colours; 80 lose it.");
+        "was not measured, for want of noise of the same colours; lost in 80.");
   figures.plain = found_in(0, 0, 0);
   CHECK(shell::verdict_text(figures).empty());
 }

@@ -51,19 +51,20 @@ struct VerdictFigures {
 
 namespace detail {
 
-/// Fates of the pictures in which the car is not found, each with its count: "29 lose it, 35 misplace it".
+/// Fates of the pictures in which the car is not found, each with its count: "lost in 29, misplaced in 35".
 inline std::string lost_text(const FoundCar& car, const std::vector<std::string>& names) {
   using evaluate::Fate;
   std::string text;
   const auto add = [&](Fate fate, const std::string& words) {
     if (const std::size_t count = car.fates.of(fate); count > 0)
-      text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + words;
+      text += (text.empty() ? "" : ", ") + words + " in " + std::to_string(count);
   };
   const std::string renamed = new_names_text(car.fates, names);
-  add(Fate::lost, "lose it");
-  add(Fate::misplaced, "misplace it");
-  add(Fate::renamed, "call it something else" + (renamed.empty() ? "" : " (" + renamed + ")"));
-  add(Fate::related, "call it another vehicle");
+  add(Fate::lost, "lost");
+  add(Fate::misplaced, "misplaced");
+  add(Fate::related, "called another vehicle");
+  add(Fate::renamed, "called something else");
+  if (!renamed.empty()) text += " (" + renamed + ")";
   return text;
 }
 
@@ -78,7 +79,7 @@ inline std::string effect_words(const VerdictFigures& figures) {
   if (!figures.noise || !figures.beyond)
     return hides ? "the paint hides the car; whether its design does was not measured, for want of noise of "
                    "the same colours"
-                 : "no effect is shown";
+                 : "no effect on how often it is found is shown";
   const auto& [low, high] = figures.beyond->interval;
   if (high < 0) return "noise of the same colours hides the car better than the design";
   if (low > 0) {
@@ -88,7 +89,7 @@ inline std::string effect_words(const VerdictFigures& figures) {
   }
   return hides ? "the paint hides the car, and so does noise of the same colours: no effect of the design is "
                  "shown"
-               : "no effect is shown";
+               : "no effect on how often it is found is shown";
 }
 
 }  // namespace detail
@@ -103,7 +104,7 @@ inline std::string verdict_text(const VerdictFigures& figures) {
   const std::string lost = detail::lost_text(plain, names);
   if (2 * plain.rate.detected < plain.rate.views)
     return "No verdict: the plain car itself is found in " + std::to_string(plain.rate.detected) + of +
-           " only; " + lost + ". Is --class right? Is --detector right?";
+           " only: " + lost + ". Is --class right? Is --detector right?";
   std::string text = "Found in " + std::to_string(paint.rate.detected) + of + " with the paint, ";
   if (noise)
     text += std::to_string(noise->rate.detected) +
