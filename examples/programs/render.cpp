@@ -3,6 +3,7 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/image/colour_space.hpp>
+#include <tapestry/image/crop.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
@@ -566,23 +567,32 @@ PanelSettings panel_settings(const Options& o, const PaintedScene& scene) {
 /// The car from one side, with the numbers of the panels where most of each shows.
 CarView car_view(const PaintedScene& scene, const std::vector<std::int32_t>& panel_of_face, double azimuth,
                  double elevation) {
-  const PictureSettings picture{400, 720, 2, {1, 1, 1}};
+  const PictureSettings picture{640, 1152, 2, {1, 1, 1}};
   const auto orbit = orbit_settings(Options{}, scene.mesh, picture);
   const auto camera = orbit.camera(azimuth, elevation, 0.85 * orbit.whole_distance());
-  CarView view{image::to_bytes(mesh_view("colour", scene, camera, picture))};
   const auto buffer = raster::visibility(scene.mesh, camera, picture.height, picture.width, 1);
   std::map<std::int32_t, std::vector<std::size_t>> pixels;
-  for (const auto& fragment : raster::fragments(buffer, scene.mesh, camera))
+  std::array<std::size_t, 2> low{picture.height, picture.width}, high{};  // rows and columns of the car
+  for (const auto& fragment : raster::fragments(buffer, scene.mesh, camera)) {
+    const std::array at{fragment.pixel / picture.width, fragment.pixel % picture.width};
+    for (const std::size_t axis : {0U, 1U}) {
+      low[axis] = std::min(low[axis], at[axis]);
+      high[axis] = std::max(high[axis], at[axis] + 1);
+    }
     if (const auto panel = panel_of_face[static_cast<std::size_t>(fragment.face)]; panel >= 0)
       pixels[panel].push_back(fragment.pixel);
+  }
+  const image::PixelWindow car{low[0], low[1], high[0] - low[0], high[1] - low[1]};
+  CarView view{image::to_bytes(image::crop(mesh_view("colour", scene, camera, picture), car))};
   for (auto& [panel, seen] : pixels) {
-    if (seen.size() < 40) continue;  // hidden, or too small for a number
+    if (seen.size() < 100) continue;  // hidden, or too small for a number
     const std::size_t middle = middle_of(seen, picture.width);
-    view.labels.push_back(
-        {static_cast<std::size_t>(panel),
-         (static_cast<double>(middle % picture.width) + 0.5) / static_cast<double>(picture.width),
-         (static_cast<double>(middle / picture.width) + 0.5) / static_cast<double>(picture.height),
-         seen.size()});
+    const auto share = [](std::size_t at, std::size_t from, std::size_t extent) {
+      return (static_cast<double>(at - from) + 0.5) / static_cast<double>(extent);
+    };
+    view.labels.push_back({static_cast<std::size_t>(panel),
+                           share(middle % picture.width, car.left, car.width),
+                           share(middle / picture.width, car.top, car.height), seen.size()});
   }
   return view;
 }
@@ -598,7 +608,7 @@ std::string write_panels(const Options& o, const PaintedScene& scene) {
   std::map<std::size_t, std::size_t> best;  // pixels of a panel in the view that shows most of it
   for (const auto& view : views)
     for (const auto& label : view.labels) best[label.panel] = std::max(best[label.panel], label.pixels);
-  constexpr std::size_t plain = 300;
+  constexpr std::size_t plain = 800;
   for (auto& view : views)
     std::erase_if(view.labels, [&](const CarView::Label& label) {
       return label.pixels < std::min(plain, best[label.panel]);

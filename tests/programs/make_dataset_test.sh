@@ -125,11 +125,11 @@ grep -q '^sun and sky of each frame are drawn at random' command.out && pass || 
 grep -q '^warning: photographs: 3 photographs are few' command.err && pass || fail "three photographs are taken without a word"
 expect_exit 2 "one of two numbers" frames --backgrounds photographs --fov 90 --check --output given
 expect_error_line '^error: --fov: one of 2 values is missing before --check; give one number twice for itself$'
-# A report shows photographs in their own shape: 4 : 3 in an input of 416 x 416.
+# A report shows photographs in their own shape: 4 : 3 in an input of 256 x 256.
 if [ -x "$programs/camouflage" ]; then
   expect_exit 0 "a run on wide frames" "$programs/camouflage" --frames photographed --texels 8 --epochs 1 --controls matched --output wide
-  extents=$(od -A n -t u1 -j 16 -N 8 wide/result.png | awk '{ print ($3 * 256 + $4 - 4) % 420, 256 * $7 + $8 }')
-  [ "$extents" = "0 $((2 * (312 + 4) + 4))" ] && pass || fail "result.png: $extents"
+  extents=$(od -A n -t u1 -j 16 -N 8 wide/result.png | awk '{ print ($3 * 256 + $4 - 4) % 260, 256 * $7 + $8 }')
+  [ "$extents" = "0 $((2 * (192 + 4) + 4))" ] && pass || fail "result.png: $extents"
 fi
 [ "$(ls photographed/train photographed/test | grep -c npz)" = 5 ] && pass || fail "there are $(ls photographed/*)"
 expect_exit 0 "camouflage takes them" "$programs/camouflage" --frames photographed --epochs 1 --batch 2 --texels 8 --output run2

@@ -38,7 +38,7 @@ left=$(sed -nE 's/^<rect x="([0-9.]+)" .*height="9.00".*/\1/p' tables/table.svg 
 sed -nE 's/^<path d="M([0-9.]+) ([0-9.]+)L([0-9.]+) \2M.*$/\1 \3/p' tables/table.svg |
   awk -v left="$left" '{ printf "%.2f %.2f\n", $1 - left, $2 - left }' | sort >found
 expect_same expected found
-awk '/^\*\*/ { if (titles[$0]++) exit 1; filled = 1 } /^\|---/ { filled = 0; next } /^\|/ && /[0-9]/ { filled = 1 } /^$/ && !filled { exit 1 }' tables/table.md && pass ||
+awk 'BEGIN { filled = 1 } /^\*\*/ { if (titles[$0]++) exit 1; filled = 1 } /^\|---/ { filled = 0; next } /^\|/ && /[0-9]/ { filled = 1 } /^$/ && !filled { exit 1 }' tables/table.md && pass ||
   fail "tables that are empty, or twice: $(cat tables/table.md)"
 # A row without a name has that of its folder; all that lacks is said at once.
 expect_exit 0 "rows without names" "$tabulate" --output unnamed measured-1 third-measured/

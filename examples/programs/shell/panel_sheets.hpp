@@ -54,8 +54,8 @@ inline bool meet(const PageBox& one, const PageBox& other) {
 
 /// An arrow along a direction of the car on a panel, with its name; none where it points away from the panel.
 inline void draw_arrow(PdfPage& page, const PagePoint& from, const std::array<double, 2>& direction,
-                       const char* name) {
-  constexpr double least = 0.3, length = 0.7, head = 0.18;
+                       const char* name, double length) {
+  const double least = 0.3, head = length / 4;
   const double shown = std::hypot(direction[0], direction[1]);
   if (shown < least) return;
   const double x = direction[0] / shown, y = direction[1] / shown;
@@ -66,9 +66,9 @@ inline void draw_arrow(PdfPage& page, const PagePoint& from, const std::array<do
   page.text({to[0] + 0.08, to[1] + 0.04}, 5, name);
 }
 
-inline void draw_arrows(PdfPage& page, const PagePoint& from, const PaintPanel& panel) {
-  draw_arrow(page, from, panel.to_front, "front");
-  draw_arrow(page, from, panel.to_top, "top");
+inline void draw_arrows(PdfPage& page, const PagePoint& from, const PaintPanel& panel, double length = 0.7) {
+  draw_arrow(page, from, panel.to_front, "front", length);
+  draw_arrow(page, from, panel.to_top, "top", length);
 }
 }  // namespace detail
 
@@ -111,9 +111,9 @@ class PanelSheets {
   [[nodiscard]] std::string summary() const {
     std::string text = formatted("%zu panel%s on %zu sheet%s", planned_.size(),
                                  planned_.size() == 1 ? "" : "s", sheets_, sheets_ == 1 ? "" : "s");
-    if (small_ > 0) text += formatted(", %zu smaller than 2 cm left out", small_);
     if (index_pages_ > 0)
       text += formatted(" after an index of %zu page%s", index_pages_, index_pages_ == 1 ? "" : "s");
+    if (small_ > 0) text += formatted(", %zu smaller than 2 cm left out", small_);
     if (found_.flat_faces > 0) text += formatted(", %zu faces without area left out", found_.flat_faces);
     return text;
   }
@@ -273,10 +273,10 @@ class PanelSheets {
     index_pages_ = pages;
   }
 
-  /// Centimetres of the index by metres of a panel: as high as its cell, or as wide as two thirds of a page.
+  /// Centimetres of the index by metres of a panel: 2 cm high, or 5.5 cm wide.
   [[nodiscard]] double index_scale_of(std::size_t index) const {
     const PaintPanel& panel = *planned_[index].panel;
-    return std::min(11 / panel.width_m, 2.5 / panel.height_m);
+    return std::min(5.5 / panel.width_m, 2.0 / panel.height_m);
   }
   [[nodiscard]] double cell_width_of(std::size_t index) const {
     constexpr double of_words = 3, gap = 0.35;
@@ -286,31 +286,33 @@ class PanelSheets {
   void draw_cell(PdfPage& page, std::size_t index, const PagePoint& corner) {
     const auto& [panel, width_cm, height_cm, grid, tiles] = planned_[index];
     const std::size_t sheets = std::max<std::size_t>(tiles.size(), 1);
-    drawing_.draw(page, *panel, {0, 0, panel->width_m, panel->height_m}, {corner[0], corner[1] + 1.65},
+    drawing_.draw(page, *panel, {0, 0, panel->width_m, panel->height_m}, {corner[0], corner[1] + 1.8},
                   index_scale_of(index), 4.3 / 300);
     page.text({corner[0], corner[1] + 0.8}, 8, formatted("%zu", index + 1));
     page.text({corner[0], corner[1] + 0.5}, 6,
               formatted("%.1f x %.1f cm, %zu sheet%s", width_cm, height_cm, sheets, sheets == 1 ? "" : "s"));
     page.text({corner[0], corner[1] + 0.25}, 6,
               formatted("stretch %.3f to %.3f", panel->stretch[0], panel->stretch[1]));
-    detail::draw_arrows(page, {corner[0] + 1.6, corner[1] + 0.85}, *panel);
+    detail::draw_arrows(page, {corner[0] + 1.7, corner[1] + 1.1}, *panel, 0.45);
   }
 
   /// \returns the height that the views take
   double draw_views(PdfPage& page, const std::vector<CarView>& views, double top) {
     constexpr std::size_t columns = 2;
-    const double width = (page.box().width - 2 * margin_cm) / columns;
+    const double width = (page.box().width - 2 * margin_cm) / columns, most_height = width / 2;
     double taken = 0;
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      const Bitmap& picture = views[i].picture;
-      const double height =
-          width * static_cast<double>(picture.shape(0)) / static_cast<double>(picture.shape(1));
-      const double left = margin_cm + width * static_cast<double>(i % columns);
-      if (i > 0 && i % columns == 0) top -= height;
-      if (i % columns == 0) taken += height;
-      const PageBox box{left, top - height, width, height};
-      page.picture(box, file_.add_picture(settings_.path, picture));
-      draw_labels(page, views[i].labels, box);
+    for (std::size_t i = 0; i < views.size(); i += columns) {
+      double highest = 0;
+      for (std::size_t k = i; k < std::min(i + columns, views.size()); ++k) {
+        const Bitmap& picture = views[k].picture;
+        const double shape = static_cast<double>(picture.shape(0)) / static_cast<double>(picture.shape(1));
+        const double across = std::min(0.96 * width, most_height / shape), down = across * shape;
+        const PageBox box{margin_cm + width * static_cast<double>(k - i), top - taken - down, across, down};
+        page.picture(box, file_.add_picture(settings_.path, picture));
+        draw_labels(page, views[k].labels, box);
+        highest = std::max(highest, down);
+      }
+      taken += highest + 0.3;
     }
     return taken;
   }
@@ -350,7 +352,7 @@ class PanelSheets {
 
   /// Room around panels that share a sheet, for marks, for a label, and for its arrows.
   static constexpr double around_cm = 0.9, label_cm = 0.7, least_width_cm = 4;
-  static constexpr double cell_height_cm = 4.4;  ///< of the index
+  static constexpr double cell_height_cm = 4;  ///< of the index
 };
 
 }  // namespace tapestry::shell

@@ -66,11 +66,12 @@ Json begun_in(const std::string& run) {
 
 std::string path_of_work(const std::string& folder, const Json& kept, const std::string& path) {
   const Json places = kept.value("begun_in", Json());
-  const std::string from_run = text_in(places, "from_run"), then = text_in(places, "folder");
-  if (const auto now = (place_of(folder) / from_run / path).string(); !from_run.empty() && is_there(now))
-    return fs::path(now).lexically_normal().string();
-  const auto absolute = (fs::path(then) / path).string();
-  return !then.empty() && is_there(absolute) ? absolute : path;
+  std::error_code failure;
+  for (const fs::path& start :
+       {place_of(folder) / text_in(places, "from_run"), fs::path(text_in(places, "folder"))})
+    if (const fs::path found = start / path; places.is_object() && fs::exists(found, failure))
+      return fs::equivalent(found, path, failure) ? path : found.lexically_normal().string();
+  return path;
 }
 
 std::string go_where_it_began(const std::string& run, const std::string& program,
