@@ -321,14 +321,22 @@ struct Written {
   const raster::PaintedMesh& car;  ///< in the shape that the run optimised
 };
 
+/// Tables, page and, last, metrics in the folder of --output.
+void write_results(const Options& options, const RunReport& report, const Json& metrics,
+                   const ReportPage& page) {
+  write_text(options.output + "/metrics.csv", metrics_csv(report));
+  write_text(options.output + "/views.csv", views_csv(page.list));
+  write_text(options.output + "/report.html", page_html(page));
+  write_text(options.output + "/metrics.json", report_text(metrics));
+  remark("report: " + options.output + "/report.html");
+}
+
 void write_folder(const Options& options, const Written& what, const raster::PaintedMesh& own_car,
                   const std::vector<MarkedPicture>& pictures, const SideBySide& side_by_side, ViewList list) {
   const char* const shown = options.clean_only ? "clean" : "adversarial";
   const std::string sheet = std::string(shown) + ".png";
   io::write_image(options.output + "/" + sheet, contact_sheet(pictures, sheet_columns(pictures.size())));
   io::write_image(options.output + "/side_by_side.png", side_by_side.sheet(list.views));
-  write_text(options.output + "/metrics.csv", metrics_csv(what.report));
-  write_text(options.output + "/views.csv", views_csv(list));
   auto page = page_of(what.report, "Evaluation", options.command, std::move(list));
   remark_on_photographs(page);
   if (!what.changed.empty())
@@ -341,9 +349,7 @@ void write_folder(const Options& options, const Written& what, const raster::Pai
   io::write_painted_glb(options.output + "/painted.glb", what.car, atlas);
   page.glb = io::read_text_file(options.output + "/painted.glb");
   page.files = {"painted.glb", sheet, "side_by_side.png", "metrics.csv", "views.csv", "metrics.json"};
-  write_text(options.output + "/report.html", page_html(page));
-  write_text(options.output + "/metrics.json", report_text(what.metrics));
-  remark("report: " + options.output + "/report.html");
+  write_results(options, what.report, what.metrics, page);
 }
 
 /// Facts for the labels of --pictures.
@@ -427,14 +433,10 @@ int survey_detections(const CLI::App& app, const Options& options) {
   if (options.output.empty()) return 0;
   const RunFolder folder(options.output, !is_there(options.output, ErrorKind::write));
   require_no_run(options);
-  auto list = list_of(exported, report);
-  write_text(options.output + "/metrics.csv", metrics_csv(report));
-  write_text(options.output + "/views.csv", views_csv(list));
-  auto page = page_of(report, "Evaluation of another program's detections", options.command, std::move(list));
+  auto page = page_of(report, "Evaluation of another program's detections", options.command,
+                      list_of(exported, report));
   page.files = {"metrics.csv", "views.csv", "metrics.json"};
-  write_text(options.output + "/report.html", page_html(page));
-  write_text(options.output + "/metrics.json", report_text(metrics));
-  remark("report: " + options.output + "/report.html");
+  write_results(options, report, metrics, page);
   return 0;
 }
 

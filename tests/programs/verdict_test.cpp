@@ -50,6 +50,9 @@ TEST_CASE("a verdict says what keeps it from being one", "[programs][verdict]") 
   CHECK(shell::verdict_text(figures) ==
         "No verdict: the plain car itself is found in 11 of 80 frames only: lost in 9, called something else "
         "in 60 (airplane 50, kite 10). Is --class right? Is --detector right?");
+  figures.plain = found_in(11, 60);
+  CHECK(shell::verdict_text(figures).ends_with(
+      "found in 11 of 80 frames only: lost in 9, misplaced in 60. It needs no paint to be missed."));
   figures.plain = found_in(80);
   CHECK(shell::verdict_text(figures) ==
         "Found in 0 of 80 frames with the paint, 80 plain: the paint hides the car; whether its design does "

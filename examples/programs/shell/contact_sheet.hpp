@@ -29,25 +29,24 @@ inline std::size_t most_on_a_sheet(std::size_t side) {
   return along >= 8 ? std::min(most, 8 * along) : std::clamp<std::size_t>(3 * along, 1, 12);
 }
 
-/// Pictures, each as drawn() says, side by side on white with a small gap, `columns` to a row, in cells of
-/// the largest extents.
+/// Pictures, each as drawn() says, side by side on white with a small gap, `columns` to a row; columns are as
+/// wide as the widest, rows as high as their highest.
 template <class Picture>
 Bitmap contact_sheet(const std::vector<Picture>& pictures, std::size_t columns) {
   if (pictures.empty()) return Bitmap(Extents<3>{1, 1, 3}, std::uint8_t(255));
   constexpr std::size_t gap = 4;
   columns = std::min(columns, pictures.size());
-  const std::size_t rows = (pictures.size() + columns - 1) / columns;
-  std::size_t height = 0, width = 0;
-  for (const Picture& picture : pictures) {
-    height = std::max(height, bitmap_of(picture).shape(0));
-    width = std::max(width, bitmap_of(picture).shape(1));
+  std::size_t width = 0;
+  std::vector<std::size_t> tops{gap};  // of the rows
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (i % columns == 0) tops.push_back(0);
+    width = std::max(width, bitmap_of(pictures[i]).shape(1));
+    tops.back() = std::max(tops.back(), tops.end()[-2] + bitmap_of(pictures[i]).shape(0) + gap);
   }
-  auto sheet = filled<std::uint8_t, 3>({rows * (height + gap) + gap, columns * (width + gap) + gap, 3},
-                                       std::uint8_t(255));
+  auto sheet = filled<std::uint8_t, 3>({tops.back(), columns * (width + gap) + gap, 3}, std::uint8_t(255));
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const Bitmap& picture = drawn(pictures[i]);
-    const std::size_t top = gap + i / columns * (height + gap);
-    const std::size_t left = gap + i % columns * (width + gap);
+    const std::size_t top = tops[i / columns], left = gap + i % columns * (width + gap);
     for (std::size_t y = 0; y < picture.shape(0); ++y)
       std::copy_n(&picture(y, 0, 0), 3 * picture.shape(1), &sheet(top + y, left, 0));
   }

@@ -352,7 +352,7 @@ class PanelSheets {
 
   /// Room around panels that share a sheet, for marks, for a label, and for its arrows.
   static constexpr double around_cm = 0.9, label_cm = 0.7, least_width_cm = 4;
-  static constexpr double cell_height_cm = 4;  ///< of the index
+  static constexpr double cell_height_cm = 3.9;  ///< of the index
 };
 
 }  // namespace tapestry::shell

@@ -50,48 +50,27 @@ class PictureSheet {
   }
   [[nodiscard]] std::size_t count() const { return cells_.size(); }
 
-  /// White where there is no picture; rows are as high as their highest.
+  /// White where there is no picture.
   [[nodiscard]] Bitmap bitmap() const {
-    const std::size_t columns = std::max<std::size_t>(1, std::min(columns_, cells_.size()));
-    std::size_t width = 1, height = gap_;
-    for (const auto& [name, marked] : cells_) width = std::max(width, marked.picture.shape(1));
-    for (std::size_t row = 0; row * columns < cells_.size(); ++row) height += row_height(row, columns);
-    auto sheet = filled<std::uint8_t, 3>({height, columns * (width + gap_) + gap_, 3}, std::uint8_t(255));
-    std::size_t top = gap_;
-    for (std::size_t i = 0; i < cells_.size(); ++i) {
-      if (i > 0 && i % columns == 0) top += row_height(i / columns - 1, columns);
-      const std::size_t left = gap_ + i % columns * (width + gap_);
-      put(sheet, cells_[i], top, left, width);
+    constexpr std::size_t name_height = glyph_height + 4;
+    std::size_t width = 1;
+    for (const auto& cell : cells_) width = std::max(width, cell.second.picture.shape(1));
+    const std::size_t characters = std::max<std::size_t>(1, width / static_cast<std::size_t>(glyph_advance));
+    std::vector<Bitmap> named;
+    for (const auto& [name, marked] : cells_) {
+      const Bitmap picture = drawn(marked);
+      named.push_back(filled<std::uint8_t, 3>({name_height + picture.shape(0), width, 3}, std::uint8_t(255)));
+      draw_text(named.back(), 0, 2, name.substr(0, characters), 1, {0, 0, 0});
+      for (std::size_t y = 0; y < picture.shape(0); ++y)
+        std::copy_n(&picture(y, 0, 0), 3 * picture.shape(1), &named.back()(name_height + y, 0, 0));
     }
-    return sheet;
+    return contact_sheet(named, columns_);
   }
 
  private:
-  using Cell = std::pair<std::string, MarkedPicture>;
-
-  /// With the names above and the gap below.
-  [[nodiscard]] std::size_t row_height(std::size_t row, std::size_t columns) const {
-    std::size_t highest = 0;
-    for (std::size_t i = row * columns; i < std::min((row + 1) * columns, cells_.size()); ++i)
-      highest = std::max(highest, cells_[i].second.picture.shape(0));
-    return name_height_ + highest + gap_;
-  }
-
-  /// \param width  of the column
-  static void put(Bitmap& sheet, const Cell& cell, std::size_t top, std::size_t left, std::size_t width) {
-    const auto& [name, marked] = cell;
-    const Bitmap picture = drawn(marked);
-    const std::size_t characters = std::max<std::size_t>(1, width / static_cast<std::size_t>(glyph_advance));
-    draw_text(sheet, static_cast<long>(left), static_cast<long>(top) + 2, name.substr(0, characters), 1,
-              {0, 0, 0});
-    for (std::size_t y = 0; y < picture.shape(0); ++y)
-      std::copy_n(&picture(y, 0, 0), 3 * picture.shape(1), &sheet(top + name_height_ + y, left, 0));
-  }
-
-  static constexpr std::size_t gap_ = 4, name_height_ = glyph_height + 4;
   static constexpr std::size_t most_ = 160;
   std::size_t pictures_, shown_, columns_, side_;
-  std::vector<Cell> cells_;
+  std::vector<std::pair<std::string, MarkedPicture>> cells_;
 };
 
 }  // namespace tapestry::shell

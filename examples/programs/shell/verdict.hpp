@@ -102,9 +102,12 @@ inline std::string verdict_text(const VerdictFigures& figures) {
   if (plain.rate.views == 0) return {};
   const std::string of = " of " + std::to_string(plain.rate.views) + " " + views;
   const std::string lost = detail::lost_text(plain, names);
+  using evaluate::Fate;
+  const bool is_renamed = plain.fates.of(Fate::related) + plain.fates.of(Fate::renamed) > plain.rate.detected;
   if (2 * plain.rate.detected < plain.rate.views)
     return "No verdict: the plain car itself is found in " + std::to_string(plain.rate.detected) + of +
-           " only: " + lost + ". Is --class right? Is --detector right?";
+           " only: " + lost +
+           (is_renamed ? ". Is --class right? Is --detector right?" : ". It needs no paint to be missed.");
   std::string text = "Found in " + std::to_string(paint.rate.detected) + of + " with the paint, ";
   if (noise)
     text += std::to_string(noise->rate.detected) +
