@@ -208,6 +208,9 @@ expect_exit 0 "check of sound inputs" "$camouflage" --check
 grep -Eq "the car is found as 'car' in [1-8] of 8 clean views" command.out && pass || fail "--check does not look for the car"
 grep -Eq "^input of .*detector.weights: .* rgb, 0 to 1, mean 0, std 1, by Darknet's convention" command.err && pass ||
   fail "--check does not print how pictures go in"
+expect_exit 0 "a car that is hardly found" "$camouflage" --check --confidence 0.994
+grep -Eq "^warning: the car is found as 'car' in [1-3] of 8 clean views only: are --class, --detector and --confidence right\?$" command.err &&
+  pass || fail "no warning of a car that is hardly found: $(cat command.err)"
 expect_exit 4 "a class that is found in no view" "$camouflage" --check --class clutter  # X32
 expect_error_line "the car is found as 'clutter' in none of 8 clean views, as 'car' in [1-8]"
 expect_exit 0 "help" "$camouflage" --help

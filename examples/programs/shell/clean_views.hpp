@@ -73,7 +73,7 @@ inline void require_car_found(const Inputs& inputs, const SceneSettings& scene,
          others.empty() ? ", and as nothing else; see --detector, --fit and --confidence" : "; see --class"});
   if (renamed > seen.found || 2 * seen.found < seen.views)
     warnings.push_back("the car is found as " + name + " in " + std::to_string(seen.found) + " of " + views +
-                       " only" + others + ": is --class right? Is --detector right?");
+                       " only" + others + ": are --class, --detector and --confidence right?");
   else
     remark("the car is found as " + name + " in " + std::to_string(seen.found) + " of " + views + others);
 }
