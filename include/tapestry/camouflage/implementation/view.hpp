@@ -125,9 +125,9 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
   if (raster::is_filtered(car.layout) != (car.pyramid != nullptr))
     throw DomainError("make_view: expected a pyramid with a filtered atlas, and none without");
   const Sight<T> sight = sight_of<T>(frame, car.space, height, width, samples_per_axis, fit.kind);
+  const auto place = image::placement(frame.image.shape(0), frame.image.shape(1), height, width, fit.kind);
   View<T> view;
   view.frame_extents = {frame.image.shape(0), frame.image.shape(1)};
-  const auto place = image::placement(view.frame_extents[0], view.frame_extents[1], height, width, fit.kind);
   view.background = image::fitted(image::from_bytes<T>(frame.image), height, width, fit);
   double silhouette = 0;  // pixels
   const auto lit = [&](const auto& light) {
@@ -145,7 +145,6 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
   if (estimate) static_cast<raster::KeptPhotograph&>(estimate->light) = kept;
   const auto whole =
       estimate ? lit(estimate->light) : lit(raster::LightOverPhotograph{sight.light, std::move(kept)});
-  const double shown = detail::covered_in(whole.coverage, place);
   if (estimate) view.photo_light = detail::small_copy(*estimate);
   view.name = frame.name;
   view.pyramid = car.pyramid;
@@ -156,7 +155,7 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
   view.interior = std::make_shared<const Array<T, 2>>(detail::interior_of(coverage));
   view.visible_pixels = static_cast<std::size_t>(
       std::count_if(coverage.begin(), coverage.end(), [](T share) { return share > T(0); }));
-  if (silhouette > 0) view.hidden_share = 1 - shown / silhouette;
+  if (silhouette > 0) view.hidden_share = 1 - detail::covered_in(whole.coverage, place) / silhouette;
   view.orbit = detail::orbit_around(car.mesh, io::camera_of(frame));
   if (view.visible_pixels > 0) view.target = detail::box_around(view.window);
   return view;

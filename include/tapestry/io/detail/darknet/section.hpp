@@ -62,10 +62,9 @@ inline void add_cfg_option(const std::string& path, std::string_view whole_line,
     const std::string_view whole = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(text.size(), whole.size() + 1));
     if (whole.size() > longest_cfg_line) throw cfg_error(path, line_number, "line longer than 65536 bytes");
-    if (whole.find('\0') != std::string_view::npos) {
+    if (whole.find('\0') != std::string_view::npos)
       throw cfg_error(path, line_number,
                       "zero byte, so this is not a text file; are cfg and weights swapped?");
-    }
     const std::string_view line = trimmed(whole);
     if (line.empty() || line[0] == '#' || line[0] == ';') continue;
     if (line[0] == '[') {
