@@ -324,26 +324,25 @@ void require_described(const Options& o, const PaintedScene& scene, const Json& 
 /// \param own  of the mesh
 void set_texture(const Options& o, const GivenTexture& given, const std::vector<OwnTexture>& own,
                  PaintedScene& scene, std::vector<std::string>& warnings) {
+  scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : 1;
   if (given.picture) {
     require_uvs(o.mesh, scene.mesh, scene.painted, "--texture");
-    scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : 1;
     set_atlas(o, *given.picture, scene);
     if (given.description) require_described(o, scene, *given.description, warnings);
     return;
   }
-  scene.layout.u_extent = o.u_extent > 0 ? o.u_extent : 1;
   if (o.colour.empty() && !own.empty()) {  // the first one is drawn like a paint, so that it can be printed
     scene.painted = own.front().faces;
     return set_atlas(o, own.front().picture, scene);
   }
   const auto& colours = scene.mesh.vertex_colours;
   if (o.colour.empty() && !colours.empty()) {
-    scene.layout.kind = raster::TextureKind::vertex;
+    scene.layout = raster::vertex_layout;
     scene.texels = Array<float, 2>(Extents<2>{colours.size(), 3});
     for (std::size_t i = 0; i < colours.size(); ++i) std::ranges::copy(colours[i], &scene.texels(i, 0));
     return;
   }
-  scene.layout.kind = raster::TextureKind::solid;
+  scene.layout = raster::solid_layout;
   scene.texels = zeros<float, 2>({1, 3});
   if (o.colour.empty()) std::fill(scene.painted.begin(), scene.painted.end(), std::uint8_t{0});
   for (std::size_t c = 0; c < o.colour.size(); ++c) scene.texels(0, c) = static_cast<float>(o.colour[c]);
@@ -511,7 +510,7 @@ Shots shots_of(const Options& o, const PaintedScene& scene, const io::Frame& fra
 /// Paint of one colour becomes a material, so that no texture and no uv are needed.
 void export_scene(const std::string& path, const PaintedScene& scene) {
   const bool is_glb = path.ends_with(".glb");
-  if (scene.layout.kind == raster::TextureKind::atlas) {
+  if (scene.layout.traits().is_picture) {
     Array<float, 3> texture(Extents<3>{scene.layout.height, scene.layout.width, 3});
     std::copy_n(scene.texels.data(), scene.texels.size(), texture.data());
     const auto write = is_glb ? io::write_painted_glb<float> : io::write_painted_obj<float>;
@@ -519,8 +518,7 @@ void export_scene(const std::string& path, const PaintedScene& scene) {
     return;
   }
   geometry::Mesh mesh = scene.mesh;
-  if (scene.layout.kind == raster::TextureKind::vertex)
-    return (is_glb ? io::write_glb : io::write_obj)(path, mesh);
+  if (!scene.layout.traits().is_one_colour) return (is_glb ? io::write_glb : io::write_obj)(path, mesh);
   mesh.face_materials.resize(mesh.faces.size(), -1);
   const auto paint = static_cast<std::int32_t>(mesh.materials.size());
   mesh.materials.push_back({io::unused_material_name(mesh, "paint"),
@@ -549,7 +547,7 @@ std::size_t middle_of(const std::vector<std::size_t>& pixels, std::size_t width)
 
 /// \throws FileError (mismatch) unless the mesh is as long as a car, and has a texture
 PanelSettings panel_settings(const Options& o, const PaintedScene& scene) {
-  if (scene.layout.kind != raster::TextureKind::atlas)
+  if (!scene.layout.traits().is_picture)
     throw FileError(ErrorKind::mismatch, {o.mesh, "", "no texture of its own; --panels needs --texture"});
   PanelSettings settings{o.panels, std::filesystem::path(o.mesh).filename().string()};
   settings.paper = *std::ranges::find(papers, o.paper, [](const Paper& paper) { return name_of(paper); });

@@ -79,10 +79,9 @@ void add_main_car(SceneBuilder& builder, Scene& scene, const SceneOptions& optio
       if (scene.car.face_materials[face] == 0) colours[face] = *options.colour;
   if (kind == PaintKind::texel_noise) {
     const std::size_t height = std::size_t{32} << random.index(4);
-    scene.texture =
-        std::make_shared<const CarTexture>(CarTexture{geometry::faces_by_material(scene.car, {"body"}),
-                                                      {raster::TextureKind::atlas, height, 2 * height, 2, 0},
-                                                      random_texels(random, height, 2 * height)});
+    scene.texture = std::make_shared<const CarTexture>(
+        CarTexture{geometry::faces_by_material(scene.car, {"body"}),
+                   raster::atlas_layout(height, 2 * height, 2), random_texels(random, height, 2 * height)});
   }
   scene.car_object = scene.objects.size();
   builder.label(car.style == BodyStyle::van ? class_van : class_car, builder.add(scene.car, colours, {}));

@@ -102,8 +102,8 @@ class Shader {
   }
 
   void paint_car() {
-    raster::PaintedMesh body{scene_.car, std::vector<std::uint8_t>(scene_.car.faces.size(), 0), {}};
-    body.layout.kind = raster::TextureKind::solid;
+    raster::PaintedMesh body{scene_.car, std::vector<std::uint8_t>(scene_.car.faces.size(), 0),
+                             raster::solid_layout};
     body.pictures = scene_.pictures;
     auto texels = zeros<float, 2>({1, 3});
     if (const auto& texture = scene_.texture) {

@@ -26,9 +26,7 @@ tapestry::geometry::Mesh square_mesh() {
 int main() {
   const auto mesh = square_mesh();
   const auto camera = tapestry::geometry::orbit_camera(0.5, 0.3, 4, {0, 0, 0}, 0.9);
-  raster::TextureLayout layout;
-  layout.kind = raster::TextureKind::atlas;
-  layout.height = layout.width = 2;
+  const auto layout = raster::atlas_layout(2, 2);
   const raster::Light light{0.4, 0.6, {1, 0.3, 0.5}, {1, 1, 1}};
   const auto view = raster::texture_operator<double>({mesh, {1, 1}, layout}, camera, 32, 32, light);
 

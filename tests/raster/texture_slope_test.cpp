@@ -1,5 +1,4 @@
-#include <tapestry/raster/detail/footprint.hpp>
-#include <tapestry/raster/texture_layout.hpp>
+#include <tapestry/raster/detail/texture_kinds.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

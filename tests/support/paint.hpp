@@ -6,14 +6,10 @@
 namespace tapestry::test {
 
 // One texture layout of each kind, small, and a light that shows all of its terms.
-inline const raster::TextureLayout atlas{raster::TextureKind::atlas, 8, 16, 2, 0};
-inline const raster::TextureLayout trilinear{raster::TextureKind::atlas,      8, 16, 2, 0,
-                                             raster::TextureFilter::trilinear};
-inline const raster::TextureLayout anisotropic{raster::TextureKind::atlas,        8, 16, 2, 0,
-                                               raster::TextureFilter::anisotropic};
-inline const raster::TextureLayout cube{raster::TextureKind::cube, 0, 0, 1, 3};
-inline const raster::TextureLayout vertex{raster::TextureKind::vertex, 0, 0, 1, 0};
-inline const raster::TextureLayout solid{raster::TextureKind::solid, 0, 0, 1, 0};
+inline const auto atlas = raster::atlas_layout(8, 16, 2);
+inline const auto trilinear = raster::atlas_layout(8, 16, 2, raster::TextureFilter::trilinear);
+inline const auto anisotropic = raster::atlas_layout(8, 16, 2, raster::TextureFilter::anisotropic);
+inline const auto cube = raster::cube_layout(3), vertex = raster::vertex_layout, solid = raster::solid_layout;
 inline const raster::Light warm{0.3, 0.6, {0.2, -0.4, -1}, {1, 0.8, 0.6}};
 
 /// Paints the whole mesh.

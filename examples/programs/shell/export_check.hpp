@@ -33,10 +33,8 @@ inline ExportedCar read_exported_car(const std::string& obj, const raster::Paint
     car.painted.push_back(is_paint ? 1 : 0);
   }
   const auto atlas = image::from_bytes<float>(io::read_texture(texture.string()));
-  car.layout.kind = raster::TextureKind::atlas;
-  car.layout.height = atlas.shape(0);
-  car.layout.width = atlas.shape(1);
-  car.layout.u_extent = 1;  // the writer divides u by the extent
+  car.layout = raster::atlas_layout(atlas.shape(0), atlas.shape(1), 1,  // the writer divides u by the extent
+                                    like.layout.filter);
   car.pyramid = raster::pyramid_of(car);
   std::vector<std::string> told_before;
   car.pictures = pictures_of(own_textures(car.mesh, told_before), car.mesh, car.layout.filter, car.space);

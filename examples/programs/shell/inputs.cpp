@@ -23,11 +23,9 @@ namespace {
 
 /// An atlas spans the u of the painted faces, with square texels.
 raster::TextureLayout layout_of(const SceneSettings& settings, const raster::PaintedMesh& car) {
-  raster::TextureLayout layout{};
-  layout.kind = settings.texture == "cube" ? raster::TextureKind::cube : raster::TextureKind::atlas;
-  layout.texels_per_edge = settings.texels;
+  auto layout = settings.texture == "cube" ? raster::cube_layout(settings.texels) : raster::TextureLayout{};
   layout.filter = raster::texture_filter_by_name(settings.filter);
-  if (layout.kind == raster::TextureKind::cube) return layout;
+  if (!layout.traits().is_picture) return layout;
   if (car.mesh.uvs.empty())
     throw FileError(ErrorKind::mismatch, {settings.mesh, "", "no texture coordinates, which an atlas needs",
                                           "vt records, or --texture cube"});

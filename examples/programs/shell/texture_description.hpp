@@ -44,9 +44,9 @@ inline Json painted_part(std::vector<std::string> materials, const std::string& 
 inline Json description_of(const raster::PaintedMesh& car, const Json& painted,
                            const geometry::MeshAxes& axes) {
   const auto& layout = car.layout;
-  Json json{{"format", texture_format}, {"kind", name_of(layout.kind)}};
+  Json json{{"format", texture_format}, {"kind", layout.traits().name}};
   json["texels"] = layout.texel_count(car.mesh);
-  if (layout.kind == raster::TextureKind::atlas) {
+  if (layout.traits().is_picture) {
     json["charts"] = "of the mesh";
     json["height"] = layout.height;
     json["width"] = layout.width;
@@ -54,7 +54,7 @@ inline Json description_of(const raster::PaintedMesh& car, const Json& painted,
     json["v_extent"] = 1;
     json["filter"] = name_of(layout.filter);
     json["pyramid"] = car.pyramid != nullptr;
-  } else if (layout.kind == raster::TextureKind::cube) {
+  } else if (layout.traits().is_by_face) {
     json["texels_per_edge"] = layout.texels_per_edge;
   }
   json["colour_space"] = name_of(car.space);
@@ -68,7 +68,7 @@ inline Json description_of(const raster::PaintedMesh& car, const Json& painted,
 /// fit the written mesh only: its paint's material, z up and the front at +x. \param own  of the car's
 /// texture
 inline Json exported_description(const raster::PaintedMesh& car, const Json& own) {
-  if (car.layout.kind == raster::TextureKind::atlas) return own;
+  if (car.layout.traits().is_picture) return own;
   const std::vector<std::string> paint{io::unused_material_name(car.mesh, "paint")};
   Json json = description_of(raster::with_atlas(car), painted_part(paint, "", {}), {});
   json["charts"] = "of the faces";
@@ -95,7 +95,9 @@ inline void require_description(const std::string& path, const Json& json) {
     const auto text = [&](const char* name) { return json.at(name).get<std::string>(); };
     if (text("format") != texture_format) throw DomainError(std::string("no ") + texture_format);
     (void)json.at("texels").get<std::size_t>();
-    if (text("kind") == name_of(raster::TextureKind::atlas)) {
+    const auto* const kind =
+        std::ranges::find(raster::texture_traits, text("kind"), &raster::TextureTraits::name);
+    if (kind != raster::texture_traits.end() && kind->is_picture) {
       (void)(json.at("height").get<std::size_t>() + json.at("width").get<std::size_t>());
       const auto extent = json.at("u_extent").get<double>();
       if (!(extent > 0 && extent <= 1e6)) throw DomainError("u_extent is not in 0 to 1e6");

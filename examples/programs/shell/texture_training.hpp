@@ -56,9 +56,8 @@ inline std::shared_ptr<const Array<float, 2>> texels_to_smooth(const Optimisatio
 /// to, in cubes all of them.
 inline std::shared_ptr<const Array<float, 2>> texels_to_print(const raster::PaintedMesh& car,
                                                               const camouflage::Method<float>& method) {
-  const bool is_atlas = car.layout.kind == raster::TextureKind::atlas;
-  auto printed =
-      is_atlas ? raster::used_texels<float>(car) : filled<float, 2>({1, car.layout.texel_count(car.mesh)}, 1);
+  auto printed = car.layout.traits().is_picture ? raster::used_texels<float>(car)
+                                                : filled<float, 2>({1, car.layout.texel_count(car.mesh)}, 1);
   const auto painted = camouflage::painted_texels(method);
   for (std::size_t texel = 0; texel < painted.size(); ++texel)
     if (painted[texel] == 0) printed.data()[texel] = 0;

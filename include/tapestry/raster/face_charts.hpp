@@ -47,7 +47,7 @@ struct FaceCharts {
 /// face_charts(), since the texture coordinates of a mesh may be missing or shared by several faces. Faces
 /// that are not painted keep those that point into a picture of their own.
 [[nodiscard]] inline PaintedMesh with_atlas(PaintedMesh body) {
-  if (body.layout.kind == TextureKind::atlas) return body;
+  if (body.layout.traits().is_picture) return body;
   const geometry::Mesh own = std::move(body.mesh);
   auto charts = face_charts(own);
   body.mesh = std::move(charts.mesh);

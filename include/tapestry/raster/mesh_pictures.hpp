@@ -21,10 +21,7 @@ namespace tapestry::raster {
 inline void add_picture(MeshPictures& pictures, const geometry::Mesh& mesh,
                         const Array<std::uint8_t, 3>& picture, const std::vector<std::uint8_t>& faces,
                         TextureFilter filter, image::ColourSpace space) {
-  MeshPicture added;
-  added.layout.height = picture.shape(0);
-  added.layout.width = picture.shape(1);
-  added.layout.filter = filter;
+  MeshPicture added{atlas_layout(picture.shape(0), picture.shape(1), 1, filter), {}};
   const PaintedMesh body{mesh, faces, added.layout, space};
   detail::require_layout("add_picture", body);
   const auto colours = image::from_bytes<float>(picture);

@@ -58,7 +58,7 @@ inline constexpr double widest_atlas = 64;
   body.space = choice.space;
   body.layout.kind = choice.kind;
   body.layout.texels_per_edge = choice.rows;
-  if (choice.kind != TextureKind::atlas) return body;
+  if (!body.layout.traits().is_picture) return body;
   body.layout.u_extent = u_extent_of(body);
   body.layout.height = choice.rows;
   body.layout.width = choice.rows * static_cast<std::size_t>(body.layout.u_extent);

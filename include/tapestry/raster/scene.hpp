@@ -51,15 +51,6 @@ inline void append_pictures(MeshPictures& pictures, std::size_t first_face, std:
     if (other->of_face[face] >= 0) pictures.of_face[first_face + face] = first + other->of_face[face];
 }
 
-/// Whether two textures have the same texels and lookups.
-[[nodiscard]] inline bool is_same_layout(const TextureLayout& a, const TextureLayout& b) {
-  if (a.kind != b.kind) return false;
-  if (a.kind == TextureKind::cube) return a.texels_per_edge == b.texels_per_edge;
-  return a.kind != TextureKind::atlas ||
-         (a.height == b.height && a.width == b.width && a.u_extent == b.u_extent && a.filter == b.filter &&
-          a.most_lookups == b.most_lookups);
-}
-
 }  // namespace detail
 
 /// Bodies at their poses, as one. A scene of one body at the pose {} has the bits of that body.
@@ -83,7 +74,7 @@ inline void append_pictures(MeshPictures& pictures, std::size_t first_face, std:
                         body.mesh.faces.size(), "], one entry a face"});
     if (body.space != whole.space) throw DomainError("scene_of: bodies in different colour spaces");
     if (std::ranges::any_of(body.painted, [](std::uint8_t is_shown) { return is_shown != 0; })) {
-      if (is_painted && !detail::is_same_layout(body.layout, whole.layout))
+      if (is_painted && !body.layout.fits(whole.layout))
         throw DomainError("scene_of: painted bodies with textures of different layouts");
       whole.layout = body.layout;
       is_painted = true;

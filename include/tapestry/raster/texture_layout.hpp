@@ -10,12 +10,24 @@ namespace tapestry::raster {
 /// interpolated over its faces. solid: one colour for all painted faces.
 enum class TextureKind { atlas, cube, vertex, solid };
 
-/// The name in descriptions of textures.
-[[nodiscard]] constexpr const char* name_of(TextureKind kind) {
-  if (kind == TextureKind::atlas) return "atlas";
-  if (kind == TextureKind::cube) return "cube";
-  return kind == TextureKind::vertex ? "vertex" : "solid";
-}
+/// Properties of a kind of texture. Code treats textures by these; this header and detail/texture_kinds.hpp
+/// alone distinguish kinds.
+struct TextureTraits {
+  TextureKind kind;
+  std::string_view name;  ///< in options and descriptions of textures
+  bool is_picture;        ///< a picture that uvs point into: it can be filtered, and written to a file
+  bool is_by_face;        ///< each face has texels of its own, which every sample looks up
+  bool is_interpolated;   ///< a face's colour is linear between its corners: neighbours agree along an edge
+  bool is_one_colour;     ///< the same everywhere
+};
+
+/// Those of all kinds, in their order.
+inline constexpr std::array<TextureTraits, 4> texture_traits{{
+    {TextureKind::atlas, "atlas", true, false, false, false},
+    {TextureKind::cube, "cube", false, true, false, false},
+    {TextureKind::vertex, "vertex", false, false, true, false},
+    {TextureKind::solid, "solid", false, false, true, true},
+}};
 
 /// Lookup of an atlas. bilinear: in the atlas itself. trilinear: between the two levels of its pyramid whose
 /// texels are about as large as the pixel's footprint is long, see MipPyramid. anisotropic: like trilinear,
@@ -49,6 +61,10 @@ struct TextureLayout {
   TextureFilter filter = TextureFilter::bilinear;  ///< of an atlas; ignored by the other kinds
   std::size_t most_lookups = 8;  ///< anisotropic: places along a footprint, at most; 1 to 64
 
+  [[nodiscard]] constexpr const TextureTraits& traits() const {
+    return texture_traits[static_cast<std::size_t>(kind)];
+  }
+
   /// atlas: height · width, texel row · width + column; cube: F · s³, texel ((f·s + a)·s + b)·s + c;
   /// vertex: V, texel = position; solid: 1.
   [[nodiscard]] std::size_t texel_count(const geometry::Mesh& mesh) const {
@@ -64,7 +80,30 @@ struct TextureLayout {
     }
     return 1;
   }
+
+  /// Whether the other has the same texels and lookups.
+  [[nodiscard]] bool fits(const TextureLayout& other) const {
+    if (kind != other.kind) return false;
+    if (traits().is_by_face) return texels_per_edge == other.texels_per_edge;
+    return !traits().is_picture ||
+           (height == other.height && width == other.width && u_extent == other.u_extent &&
+            filter == other.filter && most_lookups == other.most_lookups);
+  }
 };
+
+/// The layout of an atlas.
+[[nodiscard]] constexpr TextureLayout atlas_layout(std::size_t height, std::size_t width, double u_extent = 1,
+                                                   TextureFilter filter = TextureFilter::bilinear) {
+  return {TextureKind::atlas, height, width, u_extent, 0, filter};
+}
+
+/// The layout of cubes of s³ texels.
+[[nodiscard]] constexpr TextureLayout cube_layout(std::size_t texels_per_edge) {
+  return {TextureKind::cube, 0, 0, 1, texels_per_edge};
+}
+
+/// Layouts without numbers.
+inline constexpr TextureLayout vertex_layout{TextureKind::vertex}, solid_layout{TextureKind::solid};
 
 /// One texel and its weight in a lookup.
 struct Tap {
@@ -161,6 +200,36 @@ template <class Visit>
 void visit_atlas_taps(const TextureLayout& layout, const std::array<double, 2>& uv, Visit visit) {
   visit_picture_taps(layout.height, layout.width, detail::wrapped(uv[0], layout.u_extent) / layout.u_extent,
                      detail::wrapped(uv[1], 1), visit);
+}
+
+/// uv of a point of a face that has texture coordinates.
+/// \param b  its barycentric coordinates
+[[nodiscard]] inline std::array<double, 2> uv_of_point(const geometry::Mesh& mesh, std::size_t face,
+                                                       const std::array<double, 3>& b) {
+  std::array<double, 2> uv{0, 0};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto& corner = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][k])];
+    for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += b[k] * corner[axis];
+  }
+  return uv;
+}
+
+/// Lookup of a point of a face without a filter: calls visit(Tap), with weights that sum to 1.
+/// \param b  barycentric coordinates of the point
+template <class Visit>
+void visit_taps(const TextureLayout& layout, const geometry::Mesh& mesh, std::size_t face,
+                const std::array<double, 3>& b, Visit visit) {
+  switch (layout.kind) {
+    case TextureKind::atlas:
+      return visit_atlas_taps(layout, uv_of_point(mesh, face, b), visit);
+    case TextureKind::cube:
+      return visit_cube_taps(layout, face, b, visit);
+    case TextureKind::vertex:
+      for (std::size_t k = 0; k < 3; ++k) visit(Tap{static_cast<std::size_t>(mesh.faces[face][k]), b[k]});
+      return;
+    case TextureKind::solid:
+      return visit(Tap{0, 1});
+  }
 }
 
 }  // namespace tapestry::raster

@@ -33,54 +33,15 @@ Array<T, 2> printed(const Paint<T>& paint, const image::ColourChange& print) {
 
 namespace detail {
 
-/// Own colour of a face around a point: its picture's mean over a parallelogram, whose sides run along two
-/// edges of the face and are `share` of them long, or its material's colour.
-inline std::array<float, 3> own_colour(const raster::PaintedMesh& car, std::size_t face,
-                                       const std::array<double, 3>& barycentric, double share) {
+/// Own colour of a face around a point: its picture's mean over the parallelogram of sides(), or its
+/// material's colour.
+template <std::invocable Sides>
+std::array<float, 3> own_colour(const raster::PaintedMesh& car, std::size_t face,
+                                const std::array<double, 3>& barycentric, Sides sides) {
   const auto* const picture = raster::picture_of_face(car, face);
   if (picture == nullptr) return geometry::material_colour(car.mesh, face);
-  std::array<std::array<double, 2>, 2> sides{};
-  for (std::size_t side = 0; side < 2; ++side)
-    sides[side] = raster::uv_of_point(car.mesh, face, {-share, side == 0 ? share : 0, side == 0 ? 0 : share});
   const auto middle = raster::uv_of_point(car.mesh, face, barycentric);
-  return raster::mean_colour(*picture, car.space, middle, sides);
-}
-
-/// Calls visit(texel, colour) for the texels of a face: an atlas's texel takes the mean over its square in
-/// uv, a cube's the mean around the point whose barycentric coordinates have the ratios of its indices, a
-/// vertex's the colour there.
-template <class Visit>
-void for_each_own_texel(const raster::PaintedMesh& car, std::size_t face, Visit visit) {
-  const auto& layout = car.layout;
-  const auto* const picture = raster::picture_of_face(car, face);
-  if (layout.kind == raster::TextureKind::atlas) {
-    const std::array<std::array<double, 2>, 2> texel{
-        {{layout.u_extent / static_cast<double>(layout.width), 0},
-         {0, 1 / static_cast<double>(layout.height)}}};
-    raster::for_each_atlas_texel(
-        car.mesh, layout, face, [&](std::size_t row, std::size_t column, const auto& b) {
-          visit(row * layout.width + column,
-                picture
-                    ? raster::mean_colour(*picture, car.space, raster::uv_of_point(car.mesh, face, b), texel)
-                    : geometry::material_colour(car.mesh, face));
-        });
-  } else if (layout.kind == raster::TextureKind::vertex) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      std::array<double, 3> corner{};
-      corner[k] = 1;
-      visit(static_cast<std::size_t>(car.mesh.faces[face][k]), own_colour(car, face, corner, 0));
-    }
-  } else {
-    const std::size_t edge = layout.texels_per_edge, count = edge * edge * edge;
-    const double share = edge > 1 ? 1 / static_cast<double>(edge - 1) : 1;
-    for (std::size_t texel = 0; texel < count; ++texel) {
-      std::array<double, 3> b{static_cast<double>(texel / (edge * edge)),
-                              static_cast<double>(texel / edge % edge), static_cast<double>(texel % edge)};
-      const double sum = b[0] + b[1] + b[2];
-      for (double& weight : b) weight = sum > 0 ? weight / sum : 1.0 / 3;
-      visit(face * count + texel, own_colour(car, face, b, share));
-    }
-  }
+  return raster::mean_colour(*picture, car.space, middle, sides());
 }
 
 }  // namespace detail
@@ -91,26 +52,29 @@ Array<T, 2> own_colours(const raster::PaintedMesh& car) {
   double count = 0;
   for (std::size_t face = 0; face < car.painted.size(); ++face) {
     if (car.painted[face] == 0) continue;
-    const auto colour = detail::own_colour(car, face, {1.0 / 3, 1.0 / 3, 1.0 / 3}, 0.5);
+    const auto colour = detail::own_colour(car, face, {1.0 / 3, 1.0 / 3, 1.0 / 3},
+                                           [&] { return raster::sides_on(car.mesh, face, 0.5); });
     for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<double>(colour[c]);
     ++count;
   }
   Array<T, 2> colours(Extents<2>{car.layout.texel_count(car.mesh), 3});
   for (std::size_t i = 0; i < colours.size(); ++i)
     colours.data()[i] = static_cast<T>(count > 0 ? sum[i % 3] / count : 0.5);
-  if (car.layout.kind == raster::TextureKind::solid) return colours;
-  for (std::size_t face = 0; face < car.painted.size(); ++face)
-    if (car.painted[face] != 0)
-      detail::for_each_own_texel(car, face, [&](std::size_t texel, const std::array<float, 3>& colour) {
-        for (std::size_t c = 0; c < 3; ++c) colours(texel, c) = static_cast<T>(colour[c]);
-      });
+  for (std::size_t face = 0; face < car.painted.size(); ++face) {
+    if (car.painted[face] == 0) continue;
+    const auto sides = [&] { return raster::texel_sides(car.layout, car.mesh, face); };
+    raster::for_each_texel_on(car.layout, car.mesh, face, [&](std::size_t texel, const auto& barycentric) {
+      const auto colour = detail::own_colour(car, face, barycentric, sides);
+      for (std::size_t c = 0; c < 3; ++c) colours(texel, c) = static_cast<T>(colour[c]);
+    });
+  }
   return colours;
 }
 
 template <std::floating_point T>
 Array<T, 3> atlas_of(const raster::PaintedMesh& car, const Array<T, 2>& colours) {
   const auto texels = [&] {
-    if (car.layout.kind == raster::TextureKind::atlas)
+    if (car.layout.traits().is_picture)
       return raster::with_unused_filled(car.layout, raster::used_texels_or_all<T>(car), colours);
     raster::PaintedMesh charted = raster::with_atlas(car);
     const raster::TextureLayout layout = std::exchange(charted.layout, car.layout);

@@ -26,12 +26,11 @@ void require_chart_colours(const char* operation, const Array<float, 2>& colours
 namespace tapestry::evaluate {
 
 PatchExtents patch_extents(const raster::TextureLayout& layout) {
-  if (layout.kind == raster::TextureKind::atlas) {
+  if (layout.traits().is_picture) {
     const std::size_t edge = std::max<std::size_t>(1, layout.height / 8);
     return {edge, edge};
   }
-  if (layout.kind == raster::TextureKind::cube)
-    return {1, raster::detail::used_cube_texels(layout.texels_per_edge).size()};
+  if (layout.traits().is_by_face) return {1, raster::detail::used_cube_texels(layout.texels_per_edge).size()};
   return {};
 }
 
@@ -140,17 +139,17 @@ std::vector<std::uint8_t> faces_seen_around(const geometry::Mesh& mesh) {
 raster::TextureChart joined_chart(const std::vector<raster::TextureChart>& charts,
                                   const raster::TextureLayout& layout) {
   raster::TextureChart joined;
-  const bool is_atlas = layout.kind == raster::TextureKind::atlas;
-  if (is_atlas) {
+  const bool is_picture = layout.traits().is_picture;
+  if (is_picture) {
     joined.height = layout.height;
     joined.width = layout.width;
   }
   for (const raster::TextureChart& chart : charts) {
     for (const raster::ChartTexel& texel : chart.texels)
       joined.texels.push_back(
-          is_atlas ? raster::ChartTexel{texel.texel / layout.width, texel.texel % layout.width, texel.texel}
-                   : raster::ChartTexel{joined.height + texel.row, texel.column, texel.texel});
-    if (is_atlas) continue;
+          is_picture ? raster::ChartTexel{texel.texel / layout.width, texel.texel % layout.width, texel.texel}
+                     : raster::ChartTexel{joined.height + texel.row, texel.column, texel.texel});
+    if (is_picture) continue;
     joined.height += chart.height;
     joined.width = std::max(joined.width, chart.width);
   }

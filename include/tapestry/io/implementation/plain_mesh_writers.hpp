@@ -103,7 +103,7 @@ raster::PaintedMesh writable_body(const char* operation, const raster::PaintedMe
   if (!(body.layout.u_extent > 0)) throw DomainError({name, ": u_extent must be positive"});
   auto written = raster::with_atlas(body);
   const std::array<std::size_t, 3> charts{written.layout.height, written.layout.width, 3};
-  if (body.layout.kind != raster::TextureKind::atlas && texture != charts)
+  if (!body.layout.traits().is_picture && texture != charts)
     throw ShapeError({name, ": texture is ", texture, ", expected ", charts, ", the charts of the faces"});
   const auto has_picture = [](const auto& material) { return !material.texture.empty(); };
   if (written.layout.u_extent != 1 && std::ranges::any_of(written.mesh.materials, has_picture))

@@ -48,10 +48,10 @@ inline void require_layout(const char* operation, const PaintedMesh& body) {
         {name, ": painted is [", painted.size(), "], expected [", mesh.faces.size(), "], one entry a face"});
   }
   constexpr std::size_t size_limit = 1U << 16U;
-  if (layout.kind == TextureKind::cube) {
+  if (layout.traits().is_by_face) {
     if (layout.texels_per_edge == 0 || layout.texels_per_edge > 256)
       throw DomainError({name, ": texels_per_edge must be 1 to 256"});
-  } else if (layout.kind == TextureKind::atlas) {
+  } else if (layout.traits().is_picture) {
     if (layout.height == 0 || layout.width == 0 || layout.height > size_limit || layout.width > size_limit)
       throw DomainError({name, ": an atlas must have 1 to 65536 rows and columns"});
     if (!(layout.u_extent > 0 && layout.u_extent <= 1e6))
@@ -99,18 +99,9 @@ struct FragmentShader {
   template <class Visit>
   void visit_taps(const Fragment& fragment, Visit visit) const {
     const auto face = static_cast<std::size_t>(fragment.face);
-    switch (body.layout.kind) {
-      case TextureKind::cube:
-        return visit_cube_taps(body.layout, face, fragment.barycentric, visit);
-      case TextureKind::vertex:
-        for (std::size_t k = 0; k < 3; ++k)
-          visit(Tap{static_cast<std::size_t>(body.mesh.faces[face][k]), fragment.barycentric[k]});
-        return;
-      case TextureKind::solid:
-        return visit(Tap{0, 1});
-      case TextureKind::atlas:
-        return visit_taps_of_atlas(fragment, visit);
-    }
+    if (!filter) return raster::visit_taps(body.layout, body.mesh, face, fragment.barycentric, visit);
+    const FaceInAtlas map = face_in_atlas(face);
+    filter->visit_taps(map.place(fragment.barycentric), steps_of(fragment, map), visit);
   }
 
   /// Colour of a fragment that is not painted, before the light.
@@ -154,17 +145,6 @@ struct FragmentShader {
   /// footprint.
   [[nodiscard]] static AtlasSteps steps_of(const Fragment& fragment, const FaceInAtlas& map) {
     return map.steps(fragment.barycentric, fragment.coverage < 1 ? std::sqrt(fragment.coverage) : 1);
-  }
-
- private:
-  template <class Visit>
-  void visit_taps_of_atlas(const Fragment& fragment, Visit visit) const {
-    const auto face = static_cast<std::size_t>(fragment.face);
-    if (filter) {
-      const FaceInAtlas map = face_in_atlas(face);
-      return filter->visit_taps(map.place(fragment.barycentric), steps_of(fragment, map), visit);
-    }
-    visit_atlas_taps(body.layout, uv_of_point(body.mesh, face, fragment.barycentric), visit);
   }
 };
 
@@ -218,7 +198,7 @@ template <class Lighting>
 
 /// The grain for a layout: cubes are looked up at every sample.
 [[nodiscard]] inline FragmentGrain grain_of(const TextureLayout& layout) {
-  return layout.kind == TextureKind::cube ? FragmentGrain::sample : FragmentGrain::face;
+  return layout.traits().is_by_face ? FragmentGrain::sample : FragmentGrain::face;
 }
 
 /// \throws DomainError unless a view that keeps its fragments belongs to this body as it is now

@@ -31,16 +31,4 @@ struct MeshPictures {
   return body.pictures ? body.pictures->at(face) : nullptr;
 }
 
-/// uv of a point of a face that has texture coordinates.
-/// \param b  its barycentric coordinates
-[[nodiscard]] inline std::array<double, 2> uv_of_point(const geometry::Mesh& mesh, std::size_t face,
-                                                       const std::array<double, 3>& b) {
-  std::array<double, 2> uv{0, 0};
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto& corner = mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][k])];
-    for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] += b[k] * corner[axis];
-  }
-  return uv;
-}
-
 }  // namespace tapestry::raster

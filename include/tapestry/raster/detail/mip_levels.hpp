@@ -25,7 +25,7 @@ struct MipLevel {
 
 /// Whether a texture is looked up in the levels of a pyramid.
 [[nodiscard]] inline bool is_filtered(const TextureLayout& layout) {
-  return layout.kind == TextureKind::atlas && layout.filter != TextureFilter::bilinear;
+  return layout.traits().is_picture && layout.filter != TextureFilter::bilinear;
 }
 
 /// Number of texels that operators of this layout take: those of the pyramid for a filtered atlas, else the

@@ -3,8 +3,8 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/detail/footprint.hpp>
 #include <tapestry/raster/detail/fragment_shader.hpp>
+#include <tapestry/raster/detail/texture_kinds.hpp>
 #include <tapestry/raster/detail/tiled_triangles.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/lighting.hpp>
@@ -46,8 +46,7 @@ class SurfaceColour {
 
   /// Whether any two faces agree along an edge whose ends they share; false where it has to be computed.
   [[nodiscard]] bool is_continuous() const {
-    const bool is_whole = layout_.kind == TextureKind::vertex || layout_.kind == TextureKind::solid;
-    return std::same_as<Lighting, PreparedUnlit> && is_whole &&
+    return std::same_as<Lighting, PreparedUnlit> && layout_.traits().is_interpolated &&
            std::find(painted_.begin(), painted_.end(), 0) == painted_.end();
   }
 
@@ -59,9 +58,9 @@ class SurfaceColour {
     const MeshPicture* const picture = picture_of(face_a);
     if (picture != picture_of(face_b)) return false;
     if (painted_[face_a] == 0 && !picture) return own_colours_[face_a] == own_colours_[face_b];
-    if (!picture && layout_.kind == TextureKind::solid) return true;
-    if (!picture && layout_.kind == TextureKind::cube) return false;
-    const bool has_uvs = picture || layout_.kind == TextureKind::atlas;
+    const TextureTraits& traits = picture ? picture->layout.traits() : layout_.traits();
+    if (traits.is_one_colour) return true;
+    if (traits.is_by_face) return false;
     const auto end = [&](std::size_t face, std::int32_t corner) {
       return static_cast<std::size_t>(mesh_.faces[face][static_cast<std::size_t>(corner % 3)]);
     };
@@ -69,8 +68,8 @@ class SurfaceColour {
     for (std::int32_t step = 0; step < 2; ++step) {
       const std::int32_t corner_a = a.corner + step, corner_b = b.corner + (runs_alike ? step : 1 - step);
       if (end(face_a, corner_a) != end(face_b, corner_b)) return false;
-      if (has_uvs && corner_uv(face_a, static_cast<std::size_t>(corner_a % 3)) !=
-                         corner_uv(face_b, static_cast<std::size_t>(corner_b % 3)))
+      if (traits.is_picture && corner_uv(face_a, static_cast<std::size_t>(corner_a % 3)) !=
+                                   corner_uv(face_b, static_cast<std::size_t>(corner_b % 3)))
         return false;
     }
     return true;
@@ -101,9 +100,8 @@ class SurfaceColour {
 
   /// Whether slope() is known to be the same all over a face.
   [[nodiscard]] bool has_constant_slope(std::int32_t face) const {
-    return (std::same_as<Lighting, PreparedUnlit> || std::same_as<Lighting, PreparedLight>)&&layout_.kind ==
-               TextureKind::vertex &&
-           painted_[static_cast<std::size_t>(face)] != 0;
+    constexpr bool is_even = std::same_as<Lighting, PreparedUnlit> || std::same_as<Lighting, PreparedLight>;
+    return is_even && layout_.traits().is_interpolated && painted_[static_cast<std::size_t>(face)] != 0;
   }
 
   /// Σ_c weight_c · ∂colour_c/∂b.
@@ -128,61 +126,27 @@ class SurfaceColour {
 
   [[nodiscard]] Colour unlit(std::size_t face, const std::array<double, 3>& b) const {
     Colour colour{0, 0, 0};
-    if (const MeshPicture* const picture = picture_of(face)) {
-      visit_atlas_taps(picture->layout, uv_of_point(mesh_, face, b), [&](const Tap& tap) {
+    const auto look_up = [&](const TextureLayout& layout, const auto& texels) {
+      visit_taps(layout, mesh_, face, b, [&](const Tap& tap) {
         for (std::size_t c = 0; c < 3; ++c)
-          colour[c] += tap.weight * static_cast<double>(picture->texels(tap.texel, c));
+          colour[c] += tap.weight * static_cast<double>(texels(tap.texel, c));
       });
-      return colour;
-    }
-    if (painted_[face] == 0) {
+    };
+    if (const MeshPicture* const picture = picture_of(face)) {
+      look_up(picture->layout, picture->texels);
+    } else if (painted_[face] != 0) {
+      look_up(layout_, texels_);
+    } else {
       const auto material = own_colours_[face];
       for (std::size_t c = 0; c < 3; ++c) colour[c] = static_cast<double>(material[c]);
-      return colour;
-    }
-    const auto add = [&](const Tap& tap) {
-      for (std::size_t c = 0; c < 3; ++c)
-        colour[c] += tap.weight * static_cast<double>(texels_(tap.texel, c));
-    };
-    switch (layout_.kind) {
-      case TextureKind::atlas:
-        visit_atlas_taps(layout_, uv_of_point(mesh_, face, b), add);
-        break;
-      case TextureKind::cube:
-        visit_cube_taps(layout_, face, b, add);
-        break;
-      case TextureKind::vertex:
-        for (std::size_t k = 0; k < 3; ++k) add({static_cast<std::size_t>(mesh_.faces[face][k]), b[k]});
-        break;
-      case TextureKind::solid:
-        add({0, 1});
     }
     return colour;
   }
 
   [[nodiscard]] ColourSlope<3> unlit_slope(std::size_t face, const std::array<double, 3>& b) const {
-    ColourSlope<3> slope{};
     if (const MeshPicture* const picture = picture_of(face))
-      return per_corner(face, atlas_slope(picture->layout, picture->texels, uv_of_point(mesh_, face, b)));
-    if (painted_[face] == 0 || layout_.kind == TextureKind::solid) return slope;
-    if (layout_.kind == TextureKind::cube) return cube_slope(layout_, texels_, face, b);
-    if (layout_.kind == TextureKind::vertex) {
-      for (std::size_t k = 0; k < 3; ++k)
-        for (std::size_t c = 0; c < 3; ++c)
-          slope[c][k] = static_cast<double>(texels_(static_cast<std::size_t>(mesh_.faces[face][k]), c));
-      return slope;
-    }
-    return per_corner(face, atlas_slope(layout_, texels_, uv_of_point(mesh_, face, b)));
-  }
-
-  /// The chain from uv to barycentric coordinates.
-  [[nodiscard]] ColourSlope<3> per_corner(std::size_t face, const ColourSlope<2>& per_uv) const {
-    ColourSlope<3> slope{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto uv = corner_uv(face, k);
-      for (std::size_t c = 0; c < 3; ++c) slope[c][k] = per_uv[c][0] * uv[0] + per_uv[c][1] * uv[1];
-    }
-    return slope;
+      return texture_slope(picture->layout, mesh_, picture->texels, face, b);
+    return painted_[face] != 0 ? texture_slope(layout_, mesh_, texels_, face, b) : ColourSlope<3>{};
   }
 
   const geometry::Mesh& mesh_;

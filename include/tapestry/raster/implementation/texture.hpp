@@ -42,7 +42,7 @@ namespace tapestry::raster {
 
 template <std::floating_point T>
 Array<T, 2> used_texels(const PaintedMesh& body) {
-  if (body.layout.kind != TextureKind::atlas)
+  if (!body.layout.traits().is_picture)
     throw DomainError("used_texels: expected an atlas, found a texture of another kind");
   detail::require_layout("used_texels", body);
   auto used = zeros<T, 2>({body.layout.height, body.layout.width});
@@ -78,7 +78,7 @@ namespace tapestry::raster {
 template <std::floating_point T>
 Array<T, 2> bake_atlas(const PaintedMesh& body, const Array<T, 2>& texels, const TextureLayout& to) {
   detail::require_bakeable("bake_atlas", body, texels);
-  if (to.kind != TextureKind::atlas || to.height == 0 || to.width == 0 || !(to.u_extent > 0))
+  if (!to.traits().is_picture || to.height == 0 || to.width == 0 || !(to.u_extent > 0))
     throw DomainError("bake_atlas: expected the layout of an atlas with rows, columns and a u_extent");
   const SurfaceColour<T, PreparedUnlit> colour(body, texels, {});
   auto atlas = filled<T, 2>({to.height * to.width, 3}, T(0.5));
@@ -101,20 +101,16 @@ Array<T, 2> bake_atlas(const PaintedMesh& body, const Array<T, 2>& texels, const
 template <std::floating_point T>
 Array<T, 2> bake_cube(const PaintedMesh& body, const Array<T, 2>& texels, const TextureLayout& to, T unused) {
   detail::require_bakeable("bake_cube", body, texels);
-  if (to.kind != TextureKind::cube || to.texels_per_edge == 0 || to.texels_per_edge > 256)
+  if (!to.traits().is_by_face || to.texels_per_edge == 0 || to.texels_per_edge > 256)
     throw DomainError("bake_cube: expected the layout of a cube of 1 to 256 texels an edge");
   const SurfaceColour<T, PreparedUnlit> colour(body, texels, {});
-  const std::size_t edge = to.texels_per_edge, count = edge * edge * edge;
   auto cube = filled<T, 2>({to.texel_count(body.mesh), 3}, unused);
   for (std::size_t face = 0; face < body.painted.size(); ++face) {
     if (body.painted[face] == 0) continue;
-    for (std::size_t texel = 0; texel < count; ++texel) {
-      const std::array<double, 3> at{static_cast<double>(texel / (edge * edge)),
-                                     static_cast<double>(texel / edge % edge),
-                                     static_cast<double>(texel % edge)};
-      const auto value = colour.at(static_cast<std::int32_t>(face), detail::clamped_barycentric(at));
-      for (std::size_t c = 0; c < 3; ++c) cube(face * count + texel, c) = static_cast<T>(value[c]);
-    }
+    for_each_texel_on(to, body.mesh, face, [&](std::size_t texel, const std::array<double, 3>& b) {
+      const auto value = colour.at(static_cast<std::int32_t>(face), b);
+      for (std::size_t c = 0; c < 3; ++c) cube(texel, c) = static_cast<T>(value[c]);
+    });
   }
   return cube;
 }

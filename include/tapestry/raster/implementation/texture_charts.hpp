@@ -141,13 +141,14 @@ inline TextureChart chart_of_cubes(const PaintedMesh& body) {
   return chart;
 }
 
-inline TextureChart chart_of_vertices(const PaintedMesh& body) {
+/// The texels between which faces are interpolated.
+inline TextureChart chart_of_corners(const PaintedMesh& body) {
   std::set<std::size_t> used;
   for (std::size_t face = 0; face < body.painted.size(); ++face)
-    for (std::size_t k = 0; body.painted[face] != 0 && k < 3; ++k)
-      used.insert(static_cast<std::size_t>(body.mesh.faces[face][k]));
+    if (body.painted[face] != 0)
+      visit_taps(body.layout, body.mesh, face, {}, [&](const Tap& tap) { used.insert(tap.texel); });
   TextureChart chart{1, used.size()};
-  for (const std::size_t position : used) chart.texels.push_back({0, chart.texels.size(), position});
+  for (const std::size_t texel : used) chart.texels.push_back({0, chart.texels.size(), texel});
   return chart;
 }
 
@@ -183,23 +184,15 @@ std::vector<TextureChart> texture_charts(const PaintedMesh& body) {
   detail::require_layout("texture_charts", body);
   if (std::all_of(body.painted.begin(), body.painted.end(), [](std::uint8_t is) { return is == 0; }))
     return {};
-  switch (body.layout.kind) {
-    case TextureKind::atlas:
-      return detail::charts_of_atlas(body);
-    case TextureKind::cube:
-      return {detail::chart_of_cubes(body)};
-    case TextureKind::vertex:
-      return {detail::chart_of_vertices(body)};
-    case TextureKind::solid:
-      break;
-  }
-  return {TextureChart{1, 1, {{0, 0, 0}}}};
+  const TextureTraits& traits = body.layout.traits();
+  if (traits.is_picture) return detail::charts_of_atlas(body);
+  return {traits.is_by_face ? detail::chart_of_cubes(body) : detail::chart_of_corners(body)};
 }
 
 double starved_share(const PaintedMesh& body) {
   detail::require_layout("starved_share", body);
   const TextureLayout& layout = body.layout;
-  if (layout.kind != TextureKind::atlas) return 0;
+  if (!layout.traits().is_picture) return 0;
   const auto& mesh = body.mesh;
   const double texels_by_uv = static_cast<double>(layout.height * layout.width) / layout.u_extent;
   const std::vector<std::size_t> chart_of_face = detail::chart_of_faces(body);

@@ -53,7 +53,7 @@ class PaintedBox {
 }  // namespace detail
 
 void require_atlas(const std::string& method, const raster::PaintedMesh& car) {
-  if (car.layout.kind != raster::TextureKind::atlas)
+  if (!car.layout.traits().is_picture)
     throw DomainError({"the method ", method, " paints parts of an atlas, found a texture of another kind"});
 }
 
