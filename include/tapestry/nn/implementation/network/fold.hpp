@@ -53,31 +53,31 @@ struct ElementFunction {
 /// The functions of operators that have one, whatever their operands.
 [[nodiscard]] inline const std::map<std::string, ElementFunction, std::less<>>& element_functions() {
   static const std::map<std::string, ElementFunction, std::less<>> functions{
-      {"Abs", {&unary::Abs::value<double>}},
-      {"Neg", {&unary::Neg::value<double>}},
-      {"Floor", {&unary::Floor::value<double>}},
-      {"Ceil", {&unary::Ceil::value<double>}},
-      {"Round", {&unary::Round::value<double>}},
-      {"Sign", {&unary::Sign::value<double>}},
-      {"Sqrt", {&unary::Sqrt::value<double>}},
-      {"Reciprocal", {&unary::Reciprocal::value<double>}},
-      {"Not", {&unary::Not::value<double>}},
-      {"Add", {nullptr, &binary::Add::value<double>}},
-      {"Sub", {nullptr, &binary::Sub::value<double>}},
-      {"Mul", {nullptr, &binary::Mul::value<double>}},
-      {"Equal", {nullptr, &binary::Equal::value<double>}},
-      {"Greater", {nullptr, &binary::Greater::value<double>}},
-      {"GreaterOrEqual", {nullptr, &binary::GreaterOrEqual::value<double>}},
-      {"Less", {nullptr, &binary::Less::value<double>}},
-      {"LessOrEqual", {nullptr, &binary::LessOrEqual::value<double>}},
-      {"And", {nullptr, &binary::And::value<double>}},
-      {"Or", {nullptr, &binary::Or::value<double>}},
-      {"Xor", {nullptr, &binary::Xor::value<double>}},
+      {"Abs", {&unary::Abs<double>::value}},
+      {"Neg", {&unary::Neg<double>::value}},
+      {"Floor", {&unary::Floor<double>::value}},
+      {"Ceil", {&unary::Ceil<double>::value}},
+      {"Round", {&unary::Round<double>::value}},
+      {"Sign", {&unary::Sign<double>::value}},
+      {"Sqrt", {&unary::OfTape<double, tapestry::detail::Sqrt>::value}},
+      {"Reciprocal", {&unary::Reciprocal<double>::value}},
+      {"Not", {&unary::Not<double>::value}},
+      {"Add", {nullptr, &binary::Add<double>::value}},
+      {"Sub", {nullptr, &binary::Sub<double>::value}},
+      {"Mul", {nullptr, &binary::Mul<double>::value}},
+      {"Equal", {nullptr, &binary::Equal<double>::value}},
+      {"Greater", {nullptr, &binary::Greater<double>::value}},
+      {"GreaterOrEqual", {nullptr, &binary::GreaterOrEqual<double>::value}},
+      {"Less", {nullptr, &binary::Less<double>::value}},
+      {"LessOrEqual", {nullptr, &binary::LessOrEqual<double>::value}},
+      {"And", {nullptr, &binary::And<double>::value}},
+      {"Or", {nullptr, &binary::Or<double>::value}},
+      {"Xor", {nullptr, &binary::Xor<double>::value}},
       {"Max", {nullptr, &greater_of}},
       {"Min", {nullptr, &lesser_of}},
-      {"Sum", {nullptr, &binary::Add::value<double>}},
-      {"ReduceSum", {nullptr, &binary::Add::value<double>, true}},
-      {"ReduceProd", {nullptr, &binary::Mul::value<double>, true}},
+      {"Sum", {nullptr, &binary::Add<double>::value}},
+      {"ReduceSum", {nullptr, &binary::Add<double>::value, true}},
+      {"ReduceProd", {nullptr, &binary::Mul<double>::value, true}},
       {"ReduceMax", {nullptr, &greater_of, true}},
       {"ReduceMin", {nullptr, &lesser_of, true}},
   };
@@ -89,19 +89,19 @@ struct ElementFunction {
 [[nodiscard]] inline ElementFunction element_function(const Node& node, ElementType from, ElementType to) {
   const bool is_integer = from == ElementType::integer;
   if (node.operation == "Div")
-    return {nullptr, is_integer ? &binary::IntegerDiv::value<double> : &binary::Div::value<double>};
+    return {nullptr, is_integer ? &binary::IntegerDiv<double>::value : &binary::Div<double>::value};
   if (node.operation == "Pow")
-    return {nullptr, is_integer ? &binary::IntegerPow::value<double> : &binary::Pow::value<double>};
+    return {nullptr, is_integer ? &binary::IntegerPow<double>::value : &binary::Pow<double>::value};
   if (node.operation == "Mod") {
     const auto found = node.attributes.find("fmod");
     const auto* const is_set =
         found == node.attributes.end() ? nullptr : std::get_if<std::int64_t>(&found->second);
     const bool has_sign_of_first = is_set != nullptr && *is_set != 0;
-    return {nullptr, has_sign_of_first ? &binary::Fmod::value<double> : &binary::IntegerMod::value<double>};
+    return {nullptr, has_sign_of_first ? &binary::Fmod<double>::value : &binary::IntegerMod<double>::value};
   }
   if (node.operation == "Cast" || node.operation == "CastLike") {
-    if (to == ElementType::boolean && from != to) return {&unary::IsTrue::value<double>};
-    if (to == ElementType::integer && from == ElementType::floating) return {&unary::Truncate::value<double>};
+    if (to == ElementType::boolean && from != to) return {&unary::IsTrue<double>::value};
+    if (to == ElementType::integer && from == ElementType::floating) return {&unary::Truncate<double>::value};
   }
   const auto found = element_functions().find(node.operation);
   return found == element_functions().end() ? ElementFunction{} : found->second;

@@ -60,17 +60,17 @@ void binary_partial(const T* a, const T* b, const T* dy, T* to, std::size_t coun
 template <int Operand, std::floating_point T>
 void product_partial(const T* a, const T* b, const T* dy, T* to, std::size_t count, bool a_moves,
                      bool b_moves) {
-  binary_forward<binary::Mul>(dy, Operand == 0 ? b : a, to, count, true, Operand == 0 ? b_moves : a_moves);
+  binary_forward<binary::Mul<T>>(dy, Operand == 0 ? b : a, to, count, true, Operand == 0 ? b_moves : a_moves);
 }
 
 template <class F, std::floating_point T>
 [[nodiscard]] BinaryLoops<T> binary_loops() {
   BinaryLoops<T> loops;
   loops.forward = &binary_forward<F, T>;
-  if constexpr (std::same_as<F, binary::Add> || std::same_as<F, binary::Sub>) {
+  if constexpr (std::same_as<F, binary::Add<T>> || std::same_as<F, binary::Sub<T>>) {
     loops.constant[0] = 1;
-    loops.constant[1] = std::same_as<F, binary::Add> ? T(1) : T(-1);
-  } else if constexpr (std::same_as<F, binary::Mul>) {
+    loops.constant[1] = std::same_as<F, binary::Add<T>> ? T(1) : T(-1);
+  } else if constexpr (std::same_as<F, binary::Mul<T>>) {
     loops.partial[0] = &product_partial<0, T>;
     loops.partial[1] = &product_partial<1, T>;
   } else if constexpr (F::has_derivative) {
@@ -183,7 +183,7 @@ template <std::floating_point T>
   if (!has_sign_of_first && a.type == ElementType::floating)
     throw DomainError("fmod is 0, expected 1 for numbers that are not integers");
   const auto loops =
-      has_sign_of_first ? binary_loops<binary::Fmod, T>() : binary_loops<binary::IntegerMod, T>();
+      has_sign_of_first ? binary_loops<binary::Fmod<T>, T>() : binary_loops<binary::IntegerMod<T>, T>();
   return std::make_unique<BinaryOperation<T>>(a, b, a.type, loops, false);
 }
 }  // namespace detail
@@ -193,23 +193,23 @@ template <std::floating_point T>
 void add_binary_operators(OperatorTable<T>& table) {
   using detail::add_binary, detail::binary_loops, detail::binary_operator;
   using Kind = detail::BinaryKind;
-  add_binary<binary::Add>(table, "Add", Kind::arithmetic);
-  add_binary<binary::Sub>(table, "Sub", Kind::arithmetic);
-  add_binary<binary::Mul>(table, "Mul", Kind::arithmetic);
-  table["Div"] = binary_operator(Kind::arithmetic, binary_loops<binary::Div, T>(),
-                                 binary_loops<binary::IntegerDiv, T>());
-  table["Pow"] =
-      binary_operator(Kind::mixed, binary_loops<binary::Pow, T>(), binary_loops<binary::IntegerPow, T>());
+  add_binary<binary::Add<T>>(table, "Add", Kind::arithmetic);
+  add_binary<binary::Sub<T>>(table, "Sub", Kind::arithmetic);
+  add_binary<binary::Mul<T>>(table, "Mul", Kind::arithmetic);
+  table["Div"] = binary_operator(Kind::arithmetic, binary_loops<binary::Div<T>, T>(),
+                                 binary_loops<binary::IntegerDiv<T>, T>());
+  table["Pow"] = binary_operator(Kind::mixed, binary_loops<binary::Pow<T>, T>(),
+                                 binary_loops<binary::IntegerPow<T>, T>());
   table["Mod"] = {LayoutRule::any, all_inputs, true, {{2, 2}}, detail::make_mod<T>};
-  add_binary<binary::PRelu>(table, "PRelu", Kind::weighted);
-  add_binary<binary::Equal>(table, "Equal", Kind::test);
-  add_binary<binary::Greater>(table, "Greater", Kind::test);
-  add_binary<binary::GreaterOrEqual>(table, "GreaterOrEqual", Kind::test);
-  add_binary<binary::Less>(table, "Less", Kind::test);
-  add_binary<binary::LessOrEqual>(table, "LessOrEqual", Kind::test);
-  add_binary<binary::And>(table, "And", Kind::test);
-  add_binary<binary::Or>(table, "Or", Kind::test);
-  add_binary<binary::Xor>(table, "Xor", Kind::test);
+  add_binary<binary::PRelu<T>>(table, "PRelu", Kind::weighted);
+  add_binary<binary::Equal<T>>(table, "Equal", Kind::test);
+  add_binary<binary::Greater<T>>(table, "Greater", Kind::test);
+  add_binary<binary::GreaterOrEqual<T>>(table, "GreaterOrEqual", Kind::test);
+  add_binary<binary::Less<T>>(table, "Less", Kind::test);
+  add_binary<binary::LessOrEqual<T>>(table, "LessOrEqual", Kind::test);
+  add_binary<binary::And<T>>(table, "And", Kind::test);
+  add_binary<binary::Or<T>>(table, "Or", Kind::test);
+  add_binary<binary::Xor<T>>(table, "Xor", Kind::test);
 }
 
 }  // namespace tapestry::nn

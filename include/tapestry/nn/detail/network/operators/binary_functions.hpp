@@ -26,121 +26,71 @@ struct VectorFunction {
 };
 
 /// x + y.
+template <std::floating_point T>
 struct Add : VectorFunction {
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T value(T a, T b) {
-    return a + b;
-  }
-  template <std::floating_point T>
-  static T by_a(T, T) {
-    return 1;
-  }
-  template <std::floating_point T>
-  static T by_b(T, T) {
-    return 1;
-  }
+  [[gnu::always_inline]] static T value(T a, T b) { return a + b; }
+  static T by_a(T, T) { return 1; }
+  static T by_b(T, T) { return 1; }
 };
 
 /// x − y.
+template <std::floating_point T>
 struct Sub : VectorFunction {
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T value(T a, T b) {
-    return a - b;
-  }
-  template <std::floating_point T>
-  static T by_a(T, T) {
-    return 1;
-  }
-  template <std::floating_point T>
-  static T by_b(T, T) {
-    return -1;
-  }
+  [[gnu::always_inline]] static T value(T a, T b) { return a - b; }
+  static T by_a(T, T) { return 1; }
+  static T by_b(T, T) { return -1; }
 };
 
 /// x · y.
+template <std::floating_point T>
 struct Mul : VectorFunction {
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T value(T a, T b) {
-    return a * b;
-  }
-  template <std::floating_point T>
-  static T by_a(T, T b) {
-    return b;
-  }
-  template <std::floating_point T>
-  static T by_b(T a, T) {
-    return a;
-  }
+  [[gnu::always_inline]] static T value(T a, T b) { return a * b; }
+  static T by_a(T, T b) { return b; }
+  static T by_b(T a, T) { return a; }
 };
 
 /// x / y.
+template <std::floating_point T>
 struct Div : VectorFunction {
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T value(T a, T b) {
-    return a / b;
-  }
-  template <std::floating_point T>
-  static T by_a(T, T b) {
-    return 1 / b;
-  }
-  template <std::floating_point T>
-  static T by_b(T a, T b) {
-    return -(a / b) / b;
-  }
+  [[gnu::always_inline]] static T value(T a, T b) { return a / b; }
+  static T by_a(T, T b) { return 1 / b; }
+  static T by_b(T a, T b) { return -(a / b) / b; }
 };
 
 /// Towards 0; not a number where b is 0.
+template <std::floating_point T>
 struct IntegerDiv : Discrete {
-  template <std::floating_point T>
-  static T value(T a, T b) {
-    return std::trunc(a / b);
-  }
+  static T value(T a, T b) { return std::trunc(a / b); }
 };
 
 /// a^b. With respect to b, the derivative is 0 where a is not above 0.
+template <std::floating_point T>
 struct Pow : Function {
-  template <std::floating_point T>
-  static T value(T a, T b) {
-    return b == 2 ? a * a : std::pow(a, b);
-  }
-  template <std::floating_point T>
+  static T value(T a, T b) { return b == 2 ? a * a : std::pow(a, b); }
   static T by_a(T a, T b) {
     if (b == 2) return 2 * a;
     return b == 0 ? T(0) : b * std::pow(a, b - 1);
   }
-  template <std::floating_point T>
-  static T by_b(T a, T b) {
-    return a > 0 ? std::pow(a, b) * std::log(a) : T(0);
-  }
+  static T by_b(T a, T b) { return a > 0 ? std::pow(a, b) * std::log(a) : T(0); }
 };
 
 /// x^y of integers.
+template <std::floating_point T>
 struct IntegerPow : Discrete {
-  template <std::floating_point T>
-  static T value(T a, T b) {
-    return std::trunc(std::pow(a, b));
-  }
+  static T value(T a, T b) { return std::trunc(std::pow(a, b)); }
 };
 
 /// The remainder of the sign of a. With respect to b, the derivative is that between the jumps.
+template <std::floating_point T>
 struct Fmod : Function {
-  template <std::floating_point T>
-  static T value(T a, T b) {
-    return std::fmod(a, b);
-  }
-  template <std::floating_point T>
-  static T by_a(T, T) {
-    return 1;
-  }
-  template <std::floating_point T>
-  static T by_b(T a, T b) {
-    return -std::trunc(a / b);
-  }
+  static T value(T a, T b) { return std::fmod(a, b); }
+  static T by_a(T, T) { return 1; }
+  static T by_b(T a, T b) { return -std::trunc(a / b); }
 };
 
 /// The remainder of the sign of b.
+template <std::floating_point T>
 struct IntegerMod : Discrete {
-  template <std::floating_point T>
   static T value(T a, T b) {
     const T rest = std::fmod(a, b);
     return rest != 0 && (rest < 0) != (b < 0) ? rest + b : rest;
@@ -148,83 +98,59 @@ struct IntegerMod : Discrete {
 };
 
 /// a above 0, a · b elsewhere; at a = 0 the derivative with respect to a is b.
+template <std::floating_point T>
 struct PRelu : VectorFunction {
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T value(T a, T b) {
-    return a > 0 ? a : a * b;
-  }
-  template <std::floating_point T>
-  static T by_a(T a, T b) {
-    return a > 0 ? T(1) : b;
-  }
-  template <std::floating_point T>
-  static T by_b(T a, T) {
-    return a > 0 ? T(0) : a;
-  }
+  [[gnu::always_inline]] static T value(T a, T b) { return a > 0 ? a : a * b; }
+  static T by_a(T a, T b) { return a > 0 ? T(1) : b; }
+  static T by_b(T a, T) { return a > 0 ? T(0) : a; }
 };
 
 /// 1 if x = y.
+template <std::floating_point T>
 struct Equal : Discrete {
-  template <std::floating_point T>
-  static T value(T a, T b) {
-    return a == b ? T(1) : T(0);
-  }
+  static T value(T a, T b) { return a == b ? T(1) : T(0); }
 };
 
 /// 1 if x > y.
+template <std::floating_point T>
 struct Greater : Discrete {
-  template <std::floating_point T>
-  static T value(T a, T b) {
-    return a > b ? T(1) : T(0);
-  }
+  static T value(T a, T b) { return a > b ? T(1) : T(0); }
 };
 
 /// 1 if x ≥ y.
+template <std::floating_point T>
 struct GreaterOrEqual : Discrete {
-  template <std::floating_point T>
-  static T value(T a, T b) {
-    return a >= b ? T(1) : T(0);
-  }
+  static T value(T a, T b) { return a >= b ? T(1) : T(0); }
 };
 
 /// 1 if x < y.
+template <std::floating_point T>
 struct Less : Discrete {
-  template <std::floating_point T>
-  static T value(T a, T b) {
-    return a < b ? T(1) : T(0);
-  }
+  static T value(T a, T b) { return a < b ? T(1) : T(0); }
 };
 
 /// 1 if x ≤ y.
+template <std::floating_point T>
 struct LessOrEqual : Discrete {
-  template <std::floating_point T>
-  static T value(T a, T b) {
-    return a <= b ? T(1) : T(0);
-  }
+  static T value(T a, T b) { return a <= b ? T(1) : T(0); }
 };
 
 /// 1 if both are not 0.
+template <std::floating_point T>
 struct And : Discrete {
-  template <std::floating_point T>
-  static T value(T a, T b) {
-    return a != 0 && b != 0 ? T(1) : T(0);
-  }
+  static T value(T a, T b) { return a != 0 && b != 0 ? T(1) : T(0); }
 };
 
 /// 1 if one is not 0.
+template <std::floating_point T>
 struct Or : Discrete {
-  template <std::floating_point T>
-  static T value(T a, T b) {
-    return a != 0 || b != 0 ? T(1) : T(0);
-  }
+  static T value(T a, T b) { return a != 0 || b != 0 ? T(1) : T(0); }
 };
 
 /// 1 if exactly one is not 0.
+template <std::floating_point T>
 struct Xor : Discrete {
-  template <std::floating_point T>
-  static T value(T a, T b) {
-    return (a != 0) != (b != 0) ? T(1) : T(0);
-  }
+  static T value(T a, T b) { return (a != 0) != (b != 0) ? T(1) : T(0); }
 };
 
 }  // namespace tapestry::nn::binary

@@ -89,9 +89,9 @@ namespace detail {
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_cast(const Operand& x, ElementType type) {
   if (type == ElementType::boolean && x.type != type)
-    return std::make_unique<UnaryOperation<T>>(x, type, unary_loops<unary::IsTrue, T>(), T(0), T(0));
+    return std::make_unique<UnaryOperation<T>>(x, type, unary_loops<unary::IsTrue<T>, T>(), T(0), T(0));
   if (type == ElementType::integer && x.type == ElementType::floating)
-    return std::make_unique<UnaryOperation<T>>(x, type, unary_loops<unary::Truncate, T>(), T(0), T(0));
+    return std::make_unique<UnaryOperation<T>>(x, type, unary_loops<unary::Truncate<T>, T>(), T(0), T(0));
   return std::make_unique<PassOn<T>>(x.shape, type);
 }
 }  // namespace detail

@@ -52,7 +52,7 @@ template <class F, std::floating_point T>
 [[nodiscard]] UnaryLoops<T> unary_loops() {
   UnaryLoops<T> loops{
       &unary_forward<F, T>, nullptr, F::reads,
-      std::same_as<F, unary::Not> || std::same_as<F, unary::IsNan> || std::same_as<F, unary::IsInf>};
+      std::same_as<F, unary::Not<T>> || std::same_as<F, unary::IsNan<T>> || std::same_as<F, unary::IsInf<T>>};
   if constexpr (F::reads != unary::Reads::no_derivative) loops.adjoint = &unary_adjoint<F, T>;
   return loops;
 }
@@ -120,7 +120,7 @@ class Rectifier : public Operation<T> {
       T* const y = call.outputs[0].values + begin;
       if (slope_ == 0) {
         if (call.keeps) kernels<T>().positive_bits(x, call.state.bits.data() + begin / 8, count);
-        return detail::unary_forward<unary::Relu>(x, y, count, slope_, slope_);
+        return detail::unary_forward<unary::Relu<T>>(x, y, count, slope_, slope_);
       }
       static thread_local Buffer<std::uint8_t> own;
       if (!call.keeps) own.resize((count + 7) / 8);
@@ -188,7 +188,8 @@ template <std::floating_point T>
     }
   }
   const Operand& x = context.input(0);
-  return std::make_unique<UnaryOperation<T>>(x, x.type, unary_loops<unary::Clip, T>(), bounds[0], bounds[1]);
+  return std::make_unique<UnaryOperation<T>>(x, x.type, unary_loops<unary::Clip<T>, T>(), bounds[0],
+                                             bounds[1]);
 }
 
 template <std::floating_point T>
@@ -196,7 +197,7 @@ template <std::floating_point T>
   const T below = context.flag("detect_negative", 1) ? T(1) : T(0);
   const T above = context.flag("detect_positive", 1) ? T(1) : T(0);
   return std::make_unique<UnaryOperation<T>>(context.input(0), ElementType::boolean,
-                                             unary_loops<unary::IsInf, T>(), below, above);
+                                             unary_loops<unary::IsInf<T>, T>(), below, above);
 }
 
 template <std::floating_point T>
@@ -206,36 +207,36 @@ template <std::floating_point T>
     throw DomainError({"approximate is ", in_quotes(approximation), ", expected 'none' or 'tanh'"});
   const Operand& x = context.input(0);
   const auto loops =
-      approximation == "none" ? unary_loops<unary::Gelu, T>() : unary_loops<unary::GeluTanh, T>();
+      approximation == "none" ? unary_loops<unary::Gelu<T>, T>() : unary_loops<unary::GeluTanh<T>, T>();
   return std::make_unique<UnaryOperation<T>>(x, x.type, loops, T(0), T(0));
 }
 
 /// Functions of mathematics.
 template <std::floating_point T>
 void add_elementary_operators(OperatorTable<T>& table) {
-  add_unary<unary::Erf>(table, "Erf");
-  add_unary<unary::Exp>(table, "Exp");
-  add_unary<unary::Log>(table, "Log");
-  add_unary<unary::Sqrt>(table, "Sqrt");
-  add_unary<unary::Reciprocal>(table, "Reciprocal");
-  add_unary<unary::Abs>(table, "Abs");
-  add_unary<unary::Neg>(table, "Neg");
-  add_unary<unary::Sin>(table, "Sin");
-  add_unary<unary::Cos>(table, "Cos");
-  add_unary<unary::Tan>(table, "Tan");
-  add_unary<unary::Asin>(table, "Asin");
-  add_unary<unary::Acos>(table, "Acos");
-  add_unary<unary::Atan>(table, "Atan");
-  add_unary<unary::Sinh>(table, "Sinh");
-  add_unary<unary::Cosh>(table, "Cosh");
-  add_unary<unary::Asinh>(table, "Asinh");
-  add_unary<unary::Acosh>(table, "Acosh");
-  add_unary<unary::Atanh>(table, "Atanh");
-  add_unary<unary::Floor>(table, "Floor");
-  add_unary<unary::Ceil>(table, "Ceil");
-  add_unary<unary::Round>(table, "Round");
-  add_unary<unary::StraightRound>(table, "StraightRound");
-  add_unary<unary::Sign>(table, "Sign");
+  add_unary<unary::Erf<T>>(table, "Erf");
+  add_unary<unary::Exp<T>>(table, "Exp");
+  add_unary<unary::OfTape<T, tapestry::detail::Log>>(table, "Log");
+  add_unary<unary::OfTape<T, tapestry::detail::Sqrt, unary::Reads::output>>(table, "Sqrt");
+  add_unary<unary::Reciprocal<T>>(table, "Reciprocal");
+  add_unary<unary::Abs<T>>(table, "Abs");
+  add_unary<unary::Neg<T>>(table, "Neg");
+  add_unary<unary::OfTape<T, tapestry::detail::Sin>>(table, "Sin");
+  add_unary<unary::OfTape<T, tapestry::detail::Cos>>(table, "Cos");
+  add_unary<unary::OfTape<T, tapestry::detail::Tan, unary::Reads::output>>(table, "Tan");
+  add_unary<unary::OfTape<T, tapestry::detail::Asin>>(table, "Asin");
+  add_unary<unary::OfTape<T, tapestry::detail::Acos>>(table, "Acos");
+  add_unary<unary::Atan<T>>(table, "Atan");
+  add_unary<unary::OfTape<T, tapestry::detail::Sinh>>(table, "Sinh");
+  add_unary<unary::OfTape<T, tapestry::detail::Cosh>>(table, "Cosh");
+  add_unary<unary::OfTape<T, tapestry::detail::Asinh>>(table, "Asinh");
+  add_unary<unary::OfTape<T, tapestry::detail::Acosh>>(table, "Acosh");
+  add_unary<unary::OfTape<T, tapestry::detail::Atanh>>(table, "Atanh");
+  add_unary<unary::Floor<T>>(table, "Floor");
+  add_unary<unary::Ceil<T>>(table, "Ceil");
+  add_unary<unary::Round<T>>(table, "Round");
+  add_unary<unary::StraightRound<T>>(table, "StraightRound");
+  add_unary<unary::Sign<T>>(table, "Sign");
 }
 }  // namespace detail
 
@@ -254,23 +255,23 @@ void add_unary_operators(OperatorTable<T>& table) {
   table["LeakyRelu"] = {LayoutRule::any, 1, false, {{1, 1}}, rectifier(0.01, "alpha")};
   table["Clip"] = {LayoutRule::any, 1, false, {{1, 1}, {1, 3, 11}}, detail::make_clip<T>};
   table["Gelu"] = {LayoutRule::any, 1, false, {{1, 1}}, detail::make_gelu<T>};
-  add_unary<unary::Sigmoid>(table, "Sigmoid");
-  add_unary<unary::Swish>(table, "Swish", {"alpha", 1});
-  add_unary<unary::HardSigmoid>(table, "HardSigmoid", {"alpha", 0.2}, {"beta", 0.5});
-  add_unary<unary::HardSwish>(table, "HardSwish");
-  add_unary<unary::HardMish>(table, "HardMish");
-  add_unary<unary::Mish>(table, "Mish");
-  add_unary<unary::Elu>(table, "Elu", {"alpha", 1});
-  add_unary<unary::Selu>(table, "Selu", {"alpha", 1.67326319217681884765625},
-                         {"gamma", 1.05070102214813232421875});
-  add_unary<unary::Celu>(table, "Celu", {"alpha", 1});
-  add_unary<unary::ThresholdedRelu>(table, "ThresholdedRelu", {"alpha", 1});
-  add_unary<unary::Softplus>(table, "Softplus");
-  add_unary<unary::Softsign>(table, "Softsign");
-  add_unary<unary::Tanh>(table, "Tanh");
-  add_unary<unary::Shrink>(table, "Shrink", {"lambd", 0.5}, {"bias", 0});
-  add_unary<unary::Not>(table, "Not");
-  add_unary<unary::IsNan>(table, "IsNaN");
+  add_unary<unary::Sigmoid<T>>(table, "Sigmoid");
+  add_unary<unary::Swish<T>>(table, "Swish", {"alpha", 1});
+  add_unary<unary::HardSigmoid<T>>(table, "HardSigmoid", {"alpha", 0.2}, {"beta", 0.5});
+  add_unary<unary::HardSwish<T>>(table, "HardSwish");
+  add_unary<unary::HardMish<T>>(table, "HardMish");
+  add_unary<unary::Mish<T>>(table, "Mish");
+  add_unary<unary::Elu<T>>(table, "Elu", {"alpha", 1});
+  add_unary<unary::Selu<T>>(table, "Selu", {"alpha", 1.67326319217681884765625},
+                            {"gamma", 1.05070102214813232421875});
+  add_unary<unary::Celu<T>>(table, "Celu", {"alpha", 1});
+  add_unary<unary::ThresholdedRelu<T>>(table, "ThresholdedRelu", {"alpha", 1});
+  add_unary<unary::Softplus<T>>(table, "Softplus");
+  add_unary<unary::Softsign<T>>(table, "Softsign");
+  add_unary<unary::Tanh<T>>(table, "Tanh");
+  add_unary<unary::Shrink<T>>(table, "Shrink", {"lambd", 0.5}, {"bias", 0});
+  add_unary<unary::Not<T>>(table, "Not");
+  add_unary<unary::IsNan<T>>(table, "IsNaN");
   detail::add_elementary_operators(table);
   table["IsInf"] = {LayoutRule::any, 1, false, {{1, 1}}, detail::make_is_inf<T>};
 }

@@ -31,31 +31,11 @@ struct VectorFunction {
 };
 
 /// A function of the tape, see autodiff/functions.hpp.
-template <class Row, Reads From = Reads::input>
+template <std::floating_point T, class Row, Reads From = Reads::input>
 struct OfTape : Function<From> {
-  template <std::floating_point T>
-  static T value(T x, T, T) {
-    return Row::value(x);
-  }
-  template <std::floating_point T>
-  static T slope(T from, T, T) {
-    return Row::partial(from, from);  // which reads one of the two
-  }
+  static T value(T x, T, T) { return Row::value(x); }
+  static T slope(T from, T, T) { return Row::partial(from, from); }  // which reads one of the two
 };
-/// \cond
-using Log = OfTape<tapestry::detail::Log>;
-using Sqrt = OfTape<tapestry::detail::Sqrt, Reads::output>;
-using Sin = OfTape<tapestry::detail::Sin>;
-using Cos = OfTape<tapestry::detail::Cos>;
-using Tan = OfTape<tapestry::detail::Tan, Reads::output>;
-using Asin = OfTape<tapestry::detail::Asin>;
-using Acos = OfTape<tapestry::detail::Acos>;
-using Sinh = OfTape<tapestry::detail::Sinh>;
-using Cosh = OfTape<tapestry::detail::Cosh>;
-using Asinh = OfTape<tapestry::detail::Asinh>;
-using Acosh = OfTape<tapestry::detail::Acosh>;
-using Atanh = OfTape<tapestry::detail::Atanh>;
-/// \endcond
 
 /// |x|.
 template <std::floating_point T>
@@ -89,38 +69,27 @@ template <std::size_t Term, std::size_t Last, class T, std::size_t Count>
 }
 
 /// σ(x) = 1 / (1 + e^−x).
+template <std::floating_point T>
 struct Sigmoid : VectorFunction<Reads::input> {
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T value(T x, T, T) {
-    return sigmoid(x);
-  }
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T slope(T x, T, T) {
-    return sigmoid_slope(x);
-  }
+  [[gnu::always_inline]] static T value(T x, T, T) { return sigmoid(x); }
+  [[gnu::always_inline]] static T slope(T x, T, T) { return sigmoid_slope(x); }
 };
 
 /// x · σ(a · x); a is 1 for the function that is also called SiLU.
+template <std::floating_point T>
 struct Swish : VectorFunction<Reads::input> {
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T value(T x, T a, T) {
-    return x * sigmoid(a * x);
-  }
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T slope(T x, T a, T) {
-    return sigmoid(a * x) + a * x * sigmoid_slope(a * x);
-  }
+  [[gnu::always_inline]] static T value(T x, T a, T) { return x * sigmoid(a * x); }
+  [[gnu::always_inline]] static T slope(T x, T a, T) { return sigmoid(a * x) + a * x * sigmoid_slope(a * x); }
 };
 
 /// x · tanh(log(1 + e^x)) = x · n/(n + 2) with n = e^x · (e^x + 2); beyond 20 it is x to double precision.
+template <std::floating_point T>
 struct Mish : VectorFunction<Reads::input> {
-  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     const T e = vector_exp(x > 20 ? T(20) : x);
     const T n = e * (e + 2);
     return x > 20 ? x : x * (n / (n + 2));
   }
-  template <std::floating_point T>
   [[gnu::always_inline]] static T slope(T x, T, T) {
     const T e = vector_exp(x > 20 ? T(20) : x);
     const T n = e * (e + 2);
@@ -131,18 +100,14 @@ struct Mish : VectorFunction<Reads::input> {
 };
 
 /// e^x.
+template <std::floating_point T>
 struct Exp : VectorFunction<Reads::output> {
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T value(T x, T, T) {
-    return vector_exp(x);
-  }
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T slope(T y, T, T) {
-    return y;
-  }
+  [[gnu::always_inline]] static T value(T x, T, T) { return vector_exp(x); }
+  [[gnu::always_inline]] static T slope(T y, T, T) { return y; }
 };
 
 /// (1 − e)/(1 + e) with e = exp(−2|x|); below 1/4 its series, to x^19 in double.
+template <std::floating_point T>
 struct Tanh : VectorFunction<Reads::input> {
   static constexpr double terms[] = {-1.0 / 3,
                                      2.0 / 15,
@@ -153,7 +118,6 @@ struct Tanh : VectorFunction<Reads::input> {
                                      -929569.0 / 638512875,
                                      6404582.0 / 10854718875,
                                      -443861162.0 / 1856156927625};
-  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     const T size = magnitude(x), square = x * x, e = vector_exp(-2 * size);
     constexpr std::size_t last = sizeof(T) == 4 ? 4 : 8;
@@ -162,42 +126,30 @@ struct Tanh : VectorFunction<Reads::input> {
     const T signed_far = x < 0 ? -far : far;
     return size < T(0.25) ? near : signed_far;
   }
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T slope(T x, T, T) {
-    return 4 * sigmoid_slope(2 * x);
-  }
+  [[gnu::always_inline]] static T slope(T x, T, T) { return 4 * sigmoid_slope(2 * x); }
 };
 
 /// log(1 + e^x) = max(x, 0) + log(1 + e^−|x|), where log(1 + e) = 2 artanh s with s = e/(2 + e), by its
 /// series: s is at most 1/3.
+template <std::floating_point T>
 struct Softplus : VectorFunction<Reads::input> {
   static constexpr double terms[] = {1.0 / 3,  1.0 / 5,  1.0 / 7,  1.0 / 9,  1.0 / 11, 1.0 / 13,
                                      1.0 / 15, 1.0 / 17, 1.0 / 19, 1.0 / 21, 1.0 / 23, 1.0 / 25,
                                      1.0 / 27, 1.0 / 29, 1.0 / 31, 1.0 / 33};
-  template <std::floating_point T>
   [[gnu::always_inline]] static T value(T x, T, T) {
     const T e = vector_exp(-magnitude(x)), s = e / (2 + e), square = s * s;
     constexpr std::size_t last = sizeof(T) == 4 ? 6 : 15;
     const T logarithm = 2 * (s + s * square * polynomial<0, last>(terms, square));
     return (x < 0 ? T(0) : x) + logarithm;
   }
-  template <std::floating_point T>
-  [[gnu::always_inline]] static T slope(T x, T, T) {
-    return sigmoid(x);
-  }
+  [[gnu::always_inline]] static T slope(T x, T, T) { return sigmoid(x); }
 };
 
 /// x · Φ(x) with Φ the normal distribution.
+template <std::floating_point T>
 struct Gelu : Function<Reads::input> {
-  template <std::floating_point T>
-  static T normal(T x) {
-    return std::erfc(x * static_cast<T>(-0.70710678118654752)) / 2;
-  }
-  template <std::floating_point T>
-  static T value(T x, T, T) {
-    return x * normal(x);
-  }
-  template <std::floating_point T>
+  static T normal(T x) { return std::erfc(x * static_cast<T>(-0.70710678118654752)) / 2; }
+  static T value(T x, T, T) { return x * normal(x); }
   static T slope(T x, T, T) {
     return normal(x) + x * (static_cast<T>(0.39894228040143268) * std::exp(-x * x / 2));
   }
@@ -205,16 +157,12 @@ struct Gelu : Function<Reads::input> {
 
 /// x/2 · (1 + tanh u) = x · σ(2u) with u = √(2/π) · (x + 0.044715 x³); beyond 10 the slope is that of the
 /// limit, 1 or 0, to double precision.
+template <std::floating_point T>
 struct GeluTanh : Function<Reads::input> {
-  template <std::floating_point T>
   static T twice_u(T x) {
     return static_cast<T>(1.5957691216057308) * x * (1 + static_cast<T>(0.044715) * x * x);
   }
-  template <std::floating_point T>
-  static T value(T x, T, T) {
-    return x * sigmoid(twice_u(x));
-  }
-  template <std::floating_point T>
+  static T value(T x, T, T) { return x * sigmoid(twice_u(x)); }
   static T slope(T x, T, T) {
     if (magnitude(x) > 10) return x > 0 ? T(1) : T(0);
     const T inner = static_cast<T>(1.5957691216057308) * (1 + static_cast<T>(0.134145) * x * x);
@@ -223,39 +171,26 @@ struct GeluTanh : Function<Reads::input> {
 };
 
 /// 2/√π · ∫ e^(−t²) from 0 to x.
+template <std::floating_point T>
 struct Erf : Function<Reads::input> {
-  template <std::floating_point T>
-  static T value(T x, T, T) {
-    return std::erf(x);
-  }
-  template <std::floating_point T>
+  static T value(T x, T, T) { return std::erf(x); }
   static T slope(T x, T, T) {
     return static_cast<T>(1.1283791670955126) * std::exp(-x * x);  // 2/√π
   }
 };
 
 /// arctan x.
+template <std::floating_point T>
 struct Atan : Function<Reads::input> {
-  template <std::floating_point T>
-  static T value(T x, T, T) {
-    return std::atan(x);
-  }
-  template <std::floating_point T>
-  static T slope(T x, T, T) {
-    return 1 / (1 + x * x);
-  }
+  static T value(T x, T, T) { return std::atan(x); }
+  static T slope(T x, T, T) { return 1 / (1 + x * x); }
 };
 
 /// 1 / x.
+template <std::floating_point T>
 struct Reciprocal : Function<Reads::output> {
-  template <std::floating_point T>
-  static T value(T x, T, T) {
-    return 1 / x;
-  }
-  template <std::floating_point T>
-  static T slope(T y, T, T) {
-    return -y * y;
-  }
+  static T value(T x, T, T) { return 1 / x; }
+  static T slope(T y, T, T) { return -y * y; }
 };
 
 }  // namespace tapestry::nn::unary

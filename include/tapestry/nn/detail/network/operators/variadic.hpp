@@ -52,11 +52,11 @@ class SumOf : public Variadic<T> {
     for (std::size_t i = 1; i < call.inputs.size(); ++i)
       this->for_each_run_of(i, call.inputs[i].values,
                             [&](const T* x, std::ptrdiff_t at, std::size_t count, bool moves) {
-                              detail::binary_forward<binary::Add>(y + at, x, y + at, count, true, moves);
+                              detail::binary_forward<binary::Add<T>>(y + at, x, y + at, count, true, moves);
                             });
     if (scale_ == T(1)) return;
     detail::for_each_block(call.outputs[0].size(), [&](std::size_t begin, std::size_t count) {
-      detail::binary_forward<binary::Mul>(y + begin, &scale_, y + begin, count, true, false);
+      detail::binary_forward<binary::Mul<T>>(y + begin, &scale_, y + begin, count, true, false);
     });
   }
 
