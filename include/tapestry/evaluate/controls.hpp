@@ -9,16 +9,15 @@
 #include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
-namespace tapestry::evaluate::detail {
+namespace tapestry::evaluate {
+namespace detail {
 
 /// \throws ShapeError unless colours are [texel, 3] with the texels of the charts; NumericError for one of
 ///         these whose colour is not finite
 void require_chart_colours(const char* operation, const Array<float, 2>& colours,
                            const std::vector<raster::TextureChart>& charts);
 
-}  // namespace tapestry::evaluate::detail
-
-namespace tapestry::evaluate {
+}  // namespace detail
 
 /// Rounds in which matched_noise() alternates between values and spectrum; later rounds change little.
 inline constexpr std::size_t matched_noise_rounds = 30;

@@ -29,12 +29,11 @@ struct NpyArray {
   /// The elements as an array; throws FileError (mismatch) for another number of axes, and as as() does.
   template <class Element, std::size_t Rank>
   [[nodiscard]] Array<Element, Rank> array() const {
-    if (shape.size() != Rank) {
+    if (shape.size() != Rank)
       throw FileError(ErrorKind::mismatch, {.path = origin,
                                             .what = "array has another number of axes",
                                             .expected = std::to_string(Rank),
                                             .found = shape_text(shape)});
-    }
     Extents<Rank> extents{};
     std::copy(shape.begin(), shape.end(), extents.begin());
     Array<Element, Rank> result(extents);
@@ -96,12 +95,11 @@ template <class Element, class From>
 Element element_as(From value, const NpyArray& array) {
   if constexpr (std::integral<Element> && std::integral<From> && !std::same_as<Element, bool> &&
                 !std::same_as<From, bool>) {
-    if (!std::in_range<Element>(value)) {
+    if (!std::in_range<Element>(value))
       throw FileError(ErrorKind::mismatch, {.path = array.origin,
                                             .what = "a value does not fit",
                                             .expected = std::string(type_name(type_of<Element>())),
                                             .found = std::to_string(value)});
-    }
   }
   return static_cast<Element>(value);
 }
@@ -114,12 +112,11 @@ std::vector<std::uint8_t> row_major(const std::vector<std::uint8_t>& column_majo
 template <class Element>
 std::vector<Element> NpyArray::as() const {
   constexpr bool to_integer = std::integral<Element>;
-  if (to_integer && (type == DType::f4 || type == DType::f8)) {
+  if (to_integer && (type == DType::f4 || type == DType::f8))
     throw FileError(ErrorKind::mismatch, {.path = origin,
                                           .what = "array has another element type",
                                           .expected = std::string(type_name(detail::type_of<Element>())),
                                           .found = std::string(type_name(type))});
-  }
   std::vector<Element> values(size());
   detail::visit_type(type, [&]<class From>(From) {
     if constexpr (!to_integer || std::integral<From>) {

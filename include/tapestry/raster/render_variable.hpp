@@ -12,7 +12,8 @@
 #include <tapestry/raster/silhouette.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
-namespace tapestry::raster::detail {
+namespace tapestry::raster {
+namespace detail {
 
 template <std::floating_point T, std::size_t Rank>
 [[nodiscard]] bool is_given(const ArrayVariable<T, Rank>& input) {
@@ -53,9 +54,7 @@ void add_pose(const geometry::Pose& pose, const geometry::Mesh& mesh,
   }
 }
 
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
+}  // namespace detail
 
 /// Inputs that a picture can be differentiated by. An input that is left out, of extent 0, is taken from
 /// body, camera or light.

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/view.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/face_charts.hpp>
 #include <tapestry/raster/mesh_pictures.hpp>

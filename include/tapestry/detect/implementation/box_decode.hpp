@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_decode_variable.hpp>
@@ -8,7 +7,8 @@
 #include <tapestry/detect/detail/box_grid.hpp>
 #include <tapestry/detect/suppression.hpp>
 
-namespace tapestry::detect::detail {
+namespace tapestry::detect {
+namespace detail {
 
 /// Adds the detections of a candidate that is sure enough.
 /// \param logit      takes a channel of the candidate
@@ -30,51 +30,6 @@ void add_detections(const Head& head, const CandidatePlace& place, Logits logit,
     detections.push_back(detection);
   }
 }
-
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
-
-template <std::floating_point T>
-std::vector<Detection> decode(const std::vector<Head>& heads, const std::vector<Array<T, 4>>& logits,
-                              std::size_t image, double confidence_threshold, std::size_t input_height,
-                              std::size_t input_width) {
-  if (logits.size() != heads.size())
-    throw ShapeError("decode: number of logit arrays differs from that of heads");
-  std::vector<Detection> detections;
-  for (std::size_t h = 0; h < heads.size(); ++h) {
-    const Head& head = heads[h];
-    require_layout("decode", head);
-    const std::size_t cells = head.grid_height * head.grid_width;
-    if (image >= logits[h].shape(0)) throw DomainError({"decode: no image ", image});
-    require_shape("decode", "logits", logits[h],
-                  {logits[h].shape(0), head.channel_count(), head.grid_height, head.grid_width});
-    const T* of_image = logits[h].data() + image * head.channel_count() * cells;
-    const std::size_t depth = head.candidate_channel_count();
-    for (std::size_t candidate = 0; candidate < head.candidate_count(); ++candidate) {
-      const std::size_t anchor = candidate / cells, cell = candidate % cells;
-      const T* first = of_image + anchor * depth * cells + cell;
-      const auto logit = [&](std::size_t channel) { return static_cast<double>(first[channel * cells]); };
-      const double objectness = probability(head, logit(surest_channel(head, logit)));
-      if (!(objectness > confidence_threshold)) continue;  // no class is surer
-      const CandidatePlace place{anchor, cell / head.grid_width, cell % head.grid_width,
-                                 static_cast<double>(input_width), static_cast<double>(input_height)};
-      detail::add_detections(head, place, logit, confidence_threshold, {0, 0, objectness, {}, h, candidate},
-                             detections);
-    }
-  }
-  return detections;
-}
-
-template <std::floating_point T>
-ArrayVariable<T, 3> confidences(const DecodedHead<T>& head) {
-  if (!head.has_objectness) return head.classes;
-  return broadcast(head.objectness, head.classes.shape()) * head.classes;
-}
-
-}  // namespace tapestry::detect
-
-namespace tapestry::detect::detail {
 
 /// Calls visit(image, candidate, place, first) for every candidate of a batch; its channel c lies at
 /// first + c · H · W of the logits.
@@ -146,9 +101,59 @@ void decoded_arrays_adjoint(const Head& head, const Array<T, 4>& logits, double 
   for_each_decoded(head, logits.shape(0), input_height, input_width, add_one);
 }
 
-}  // namespace tapestry::detect::detail
+/// Greedy suppression among detections that all suppress each other, most confident first.
+inline void suppress_within(std::span<const Detection> detections, double iou_threshold,
+                            const SuppressionMeasure& measure, std::vector<Detection>& kept) {
+  std::vector<Box> boxes;
+  boxes.reserve(detections.size());
+  for (const Detection& detection : detections) boxes.push_back(detection.box);
+  BoxGrid kept_boxes(boxes);
+  for (const Detection& candidate : detections) {
+    const auto suppresses = [&](const Box& better) { return measure(better, candidate.box) > iou_threshold; };
+    if (kept_boxes.any_overlapping(candidate.box, suppresses)) continue;
+    kept.push_back(candidate);
+    kept_boxes.insert(candidate.box);
+  }
+}
 
-namespace tapestry::detect {
+}  // namespace detail
+
+template <std::floating_point T>
+std::vector<Detection> decode(const std::vector<Head>& heads, const std::vector<Array<T, 4>>& logits,
+                              std::size_t image, double confidence_threshold, std::size_t input_height,
+                              std::size_t input_width) {
+  if (logits.size() != heads.size())
+    throw ShapeError("decode: number of logit arrays differs from that of heads");
+  std::vector<Detection> detections;
+  for (std::size_t h = 0; h < heads.size(); ++h) {
+    const Head& head = heads[h];
+    require_layout("decode", head);
+    const std::size_t cells = head.grid_height * head.grid_width;
+    if (image >= logits[h].shape(0)) throw DomainError({"decode: no image ", image});
+    require_shape("decode", "logits", logits[h],
+                  {logits[h].shape(0), head.channel_count(), head.grid_height, head.grid_width});
+    const T* of_image = logits[h].data() + image * head.channel_count() * cells;
+    const std::size_t depth = head.candidate_channel_count();
+    for (std::size_t candidate = 0; candidate < head.candidate_count(); ++candidate) {
+      const std::size_t anchor = candidate / cells, cell = candidate % cells;
+      const T* first = of_image + anchor * depth * cells + cell;
+      const auto logit = [&](std::size_t channel) { return static_cast<double>(first[channel * cells]); };
+      const double objectness = probability(head, logit(surest_channel(head, logit)));
+      if (!(objectness > confidence_threshold)) continue;  // no class is surer
+      const CandidatePlace place{anchor, cell / head.grid_width, cell % head.grid_width,
+                                 static_cast<double>(input_width), static_cast<double>(input_height)};
+      detail::add_detections(head, place, logit, confidence_threshold, {0, 0, objectness, {}, h, candidate},
+                             detections);
+    }
+  }
+  return detections;
+}
+
+template <std::floating_point T>
+ArrayVariable<T, 3> confidences(const DecodedHead<T>& head) {
+  if (!head.has_objectness) return head.classes;
+  return broadcast(head.objectness, head.classes.shape()) * head.classes;
+}
 
 template <std::floating_point T>
 DecodedHead<T> decode(const Head& head, const ArrayVariable<T, 4>& logits, std::size_t input_height,
@@ -179,22 +184,3 @@ std::vector<DecodedHead<T>> detail::decoded_heads(const std::vector<Head>& heads
 }
 
 }  // namespace tapestry::detect
-
-namespace tapestry::detect::detail {
-
-/// Greedy suppression among detections that all suppress each other, most confident first.
-inline void suppress_within(std::span<const Detection> detections, double iou_threshold,
-                            const SuppressionMeasure& measure, std::vector<Detection>& kept) {
-  std::vector<Box> boxes;
-  boxes.reserve(detections.size());
-  for (const Detection& detection : detections) boxes.push_back(detection.box);
-  BoxGrid kept_boxes(boxes);
-  for (const Detection& candidate : detections) {
-    const auto suppresses = [&](const Box& better) { return measure(better, candidate.box) > iou_threshold; };
-    if (kept_boxes.any_overlapping(candidate.box, suppresses)) continue;
-    kept.push_back(candidate);
-    kept_boxes.insert(candidate.box);
-  }
-}
-
-}  // namespace tapestry::detect::detail

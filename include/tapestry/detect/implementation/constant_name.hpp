@@ -5,7 +5,6 @@
 #include <tapestry/detect/implementation/network_description/writer.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::detect {
 

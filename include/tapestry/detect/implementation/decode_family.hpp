@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/finite.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/detect/implementation/network_config.hpp>
 #include <tapestry/detect/network_config.hpp>
@@ -10,6 +9,28 @@
 #include <tapestry/nn/activation.hpp>
 
 namespace tapestry::detect {
+namespace detail {
+
+void check_decode(const NetworkConfig& config) {
+  const LayerConfig* first = nullptr;
+  for (std::size_t i = 0; i < config.layers.size(); ++i) {
+    const LayerConfig& layer = config.layers[i];
+    if (!is_head(layer.kind)) continue;
+    if (first == nullptr) first = &layer;
+    if (layer.decode != first->decode)
+      throw misfit(config, i, "another decode family than the head before",
+                   std::string(name_of(first->decode)) + " as on line " + std::to_string(first->line),
+                   std::string(name_of(layer.decode)));
+    if (!has_anchors(layer.decode))
+      throw misfit(config, i, "a decode family without anchors", std::string(anchored_family_names),
+                   std::string(name_of(layer.decode)));
+    if (layer.decode == DecodeFamily::scaled && !reads_activations(config, i))
+      throw misfit(config, i, "decode family scaled (new_coords=1) needs activations, not logits",
+                   "activation=logistic in a [convolutional] layer right before it", "none");
+  }
+}
+
+}  // namespace detail
 
 std::vector<std::size_t> inputs_of(const NetworkConfig& config, std::size_t index) {
   const LayerConfig& layer = config.layers[index];
@@ -32,33 +53,6 @@ std::vector<std::size_t> makers_of_values(const NetworkConfig& config) {
   }
   return makers;
 }
-
-}  // namespace tapestry::detect
-
-namespace tapestry::detect::detail {
-
-void check_decode(const NetworkConfig& config) {
-  const LayerConfig* first = nullptr;
-  for (std::size_t i = 0; i < config.layers.size(); ++i) {
-    const LayerConfig& layer = config.layers[i];
-    if (!is_head(layer.kind)) continue;
-    if (first == nullptr) first = &layer;
-    if (layer.decode != first->decode)
-      throw misfit(config, i, "another decode family than the head before",
-                   std::string(name_of(first->decode)) + " as on line " + std::to_string(first->line),
-                   std::string(name_of(layer.decode)));
-    if (!has_anchors(layer.decode))
-      throw misfit(config, i, "a decode family without anchors", std::string(anchored_family_names),
-                   std::string(name_of(layer.decode)));
-    if (layer.decode == DecodeFamily::scaled && !reads_activations(config, i))
-      throw misfit(config, i, "decode family scaled (new_coords=1) needs activations, not logits",
-                   "activation=logistic in a [convolutional] layer right before it", "none");
-  }
-}
-
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
 
 DecodeFamily decode_family_of(const NetworkConfig& config) {
   for (const LayerConfig& layer : config.layers)
@@ -105,10 +99,9 @@ ParameterLayout parameter_layout(const NetworkConfig& config, const std::vector<
     const auto append = [&](ParameterRole role, std::size_t count) {
       layout.blocks.push_back({i, role, layout.count, count});
       layout.count += count;
-      if (layout.count > detail::largest_element_count) {
+      if (layout.count > detail::largest_element_count)
         throw cfg_error(config.name, layer.line, "too many parameters", "at most 2147483648", "",
                         ErrorKind::limit);
-      }
       return layout.blocks.back().offset;
     };
     ConvolutionParameters& own = layout.layers[i];

@@ -2,6 +2,27 @@
 #include <tapestry/detect/detector_variable.hpp>
 
 namespace tapestry::detect {
+namespace detail {
+
+template <std::floating_point T>
+std::vector<std::shared_ptr<const Array<T, 4>>> shared_logits(const std::shared_ptr<Pass<T>>& pass) {
+  std::vector<std::shared_ptr<const Array<T, 4>>> logits;
+  for (const auto& head : pass->logits) logits.emplace_back(pass, &head);
+  return logits;
+}
+
+template <std::floating_point T>
+std::vector<ArrayVariable<T, 4>> record_logits(const Detector<T>& detector,
+                                               const std::shared_ptr<Pass<T>>& pass,
+                                               const ArrayVariable<T, 4>& images) {
+  const auto pullback = [&detector, pass](const std::vector<const Array<T, 4>*>& logits_adjoint,
+                                          Array<T, 4>* images_adjoint) {
+    detector.pull_back(*pass, logits_adjoint, images_adjoint);
+  };
+  return record_shared_arrays<T, 4>(shared_logits(pass), pullback, images);
+}
+
+}  // namespace detail
 
 template <std::floating_point T>
 void encode(const T* pictures, std::size_t pixel_count, const InputEncoding& encoding, T* input) {
@@ -75,32 +96,6 @@ Pass<T>& Pass<T>::operator=(Pass&&) noexcept = default;
 
 template <std::floating_point T>
 Pass<T>::~Pass() = default;
-
-}  // namespace tapestry::detect
-
-namespace tapestry::detect::detail {
-
-template <std::floating_point T>
-std::vector<std::shared_ptr<const Array<T, 4>>> shared_logits(const std::shared_ptr<Pass<T>>& pass) {
-  std::vector<std::shared_ptr<const Array<T, 4>>> logits;
-  for (const auto& head : pass->logits) logits.emplace_back(pass, &head);
-  return logits;
-}
-
-template <std::floating_point T>
-std::vector<ArrayVariable<T, 4>> record_logits(const Detector<T>& detector,
-                                               const std::shared_ptr<Pass<T>>& pass,
-                                               const ArrayVariable<T, 4>& images) {
-  const auto pullback = [&detector, pass](const std::vector<const Array<T, 4>*>& logits_adjoint,
-                                          Array<T, 4>* images_adjoint) {
-    detector.pull_back(*pass, logits_adjoint, images_adjoint);
-  };
-  return record_shared_arrays<T, 4>(shared_logits(pass), pullback, images);
-}
-
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
 
 template <std::floating_point T>
 std::vector<ArrayVariable<T, 4>> forward(const Detector<T>& detector, const ArrayVariable<T, 4>& images,

@@ -2,7 +2,8 @@
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/implementation/exported_structure.hpp>
 
-namespace tapestry::detect::detail {
+namespace tapestry::detect {
+namespace detail {
 
 /// The outputs of one grid.
 struct OutputGroup {
@@ -83,9 +84,7 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
   throw FileError(ErrorKind::mismatch, {path, "", error.what()});
 }
 
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
+}  // namespace detail
 
 ExportedHeads exported_heads(const std::string& path, const DetectorDescription& kind,
                              const std::vector<nn::Shape>& shapes, const std::vector<std::string>& labels,

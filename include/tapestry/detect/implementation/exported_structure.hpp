@@ -3,7 +3,8 @@
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/implementation/head_trace.hpp>
 
-namespace tapestry::detect::detail {
+namespace tapestry::detect {
+namespace detail {
 
 [[nodiscard]] inline FileError other_kind(const std::string& path, const DetectorDescription& kind,
                                           const std::string& what, const std::string& expected,
@@ -90,9 +91,7 @@ inline void require_decoded_scores(const nn::NetworkDescription& network, const 
                    "probabilities of " + nn::label_of(*maker));
 }
 
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
+}  // namespace detail
 
 void require_layers_of(const nn::NetworkDescription& network, const DetectorDescription& kind) {
   if (decode_family_of(kind.head) == DecodeFamily::decoded)

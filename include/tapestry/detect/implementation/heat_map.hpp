@@ -4,6 +4,38 @@
 #include <tapestry/detect/heat_map.hpp>
 
 namespace tapestry::detect {
+namespace detail {
+
+/// max(0, Σ_c weight_c · A_c), [H, W].
+template <std::floating_point T, class Weight>
+Array<T, 2> weighted_map(const Array<T, 3>& values, Weight weight) {
+  const std::size_t pixels = values.shape(1) * values.shape(2);
+  auto map = zeros<T, 2>({values.shape(1), values.shape(2)});
+  for (std::size_t c = 0; c < values.shape(0); ++c)
+    for (std::size_t i = 0; i < pixels; ++i) map.data()[i] += weight(c, i) * values.data()[c * pixels + i];
+  for (T& value : map.storage()) value = std::max(value, T(0));
+  return map;
+}
+
+/// Positive part of the gradient of the surest candidate's score of an image in the first observed layer, [C,
+/// H, W]; zeros if there is no candidate.
+template <std::floating_point T>
+[[nodiscard]] Array<T, 3> positive_layer_adjoint(const Detector<T>& detector, Pass<T>& pass,
+                                                 std::size_t class_index, std::size_t image) {
+  std::vector<const Array<T, 4>*> logits;
+  for (const auto& head : pass.logits) logits.push_back(&head);
+  const auto best = best_candidate(detector.heads(), logits, image, {class_index}, detector.input_height(),
+                                   detector.input_width());
+  if (!best) return zeros<T, 3>(detector.layer_values(pass, 0, image).shape());
+  const auto adjoints = score_adjoint(detector.heads(), pass.logits, image, class_index, *best);
+  std::vector<const Array<T, 4>*> pointers;
+  for (const auto& head : adjoints) pointers.push_back(&head);
+  auto heat = detector.layer_adjoint(pass, pointers, 0, image);
+  for (T& value : heat.storage()) value = std::max(value, T(0));
+  return heat;
+}
+
+}  // namespace detail
 
 template <std::floating_point T>
 std::optional<BestCandidate> best_candidate(const std::vector<Head>& heads,
@@ -41,25 +73,6 @@ std::optional<BestCandidate> best_candidate(const std::vector<Head>& heads,
   }
   return best;
 }
-
-}  // namespace tapestry::detect
-
-namespace tapestry::detect::detail {
-
-/// max(0, Σ_c weight_c · A_c), [H, W].
-template <std::floating_point T, class Weight>
-Array<T, 2> weighted_map(const Array<T, 3>& values, Weight weight) {
-  const std::size_t pixels = values.shape(1) * values.shape(2);
-  auto map = zeros<T, 2>({values.shape(1), values.shape(2)});
-  for (std::size_t c = 0; c < values.shape(0); ++c)
-    for (std::size_t i = 0; i < pixels; ++i) map.data()[i] += weight(c, i) * values.data()[c * pixels + i];
-  for (T& value : map.storage()) value = std::max(value, T(0));
-  return map;
-}
-
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
 
 template <std::floating_point T>
 Array<T, 2> grad_cam(const Array<T, 3>& values, const Array<T, 3>& adjoint) {
@@ -125,32 +138,6 @@ std::vector<Array<T, 4>> score_adjoint(const std::vector<Head>& heads, const std
   if (const auto objectness = head.objectness_channel()) first[*objectness * cells] = 1;
   return adjoints;
 }
-
-}  // namespace tapestry::detect
-
-namespace tapestry::detect::detail {
-
-/// Positive part of the gradient of the surest candidate's score of an image in the first observed layer, [C,
-/// H, W]; zeros if there is no candidate.
-template <std::floating_point T>
-[[nodiscard]] Array<T, 3> positive_layer_adjoint(const Detector<T>& detector, Pass<T>& pass,
-                                                 std::size_t class_index, std::size_t image) {
-  std::vector<const Array<T, 4>*> logits;
-  for (const auto& head : pass.logits) logits.push_back(&head);
-  const auto best = best_candidate(detector.heads(), logits, image, {class_index}, detector.input_height(),
-                                   detector.input_width());
-  if (!best) return zeros<T, 3>(detector.layer_values(pass, 0, image).shape());
-  const auto adjoints = score_adjoint(detector.heads(), pass.logits, image, class_index, *best);
-  std::vector<const Array<T, 4>*> pointers;
-  for (const auto& head : adjoints) pointers.push_back(&head);
-  auto heat = detector.layer_adjoint(pass, pointers, 0, image);
-  for (T& value : heat.storage()) value = std::max(value, T(0));
-  return heat;
-}
-
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
 
 template <std::floating_point T>
 ExplainedLogits<T> explained_forward(const Detector<T>& detector, const ArrayVariable<T, 4>& images,

@@ -3,7 +3,8 @@
 #include <tapestry/detect/implementation/exported_structure.hpp>
 #include <tapestry/detect/implementation/named_export/torchvision.hpp>
 
-namespace tapestry::detect::detail {
+namespace tapestry::detect {
+namespace detail {
 
 /// Boxes and the logistic function of logits, joined to the only output of a network: YOLOv8 and its
 /// successors.
@@ -146,9 +147,7 @@ struct JoinedOutput {
   return description;
 }
 
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
+}  // namespace detail
 
 std::map<std::string, nn::Shape> picture_extents(const nn::NetworkDescription& network, std::size_t size) {
   const auto refuse = [&](const std::string& found) {

@@ -3,7 +3,8 @@
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 
-namespace tapestry::detect::detail {
+namespace tapestry::detect {
+namespace detail {
 
 /// Whether the input of the head at `index` has been through σ.
 [[nodiscard]] inline bool reads_activations(const NetworkConfig& config, std::size_t index) {
@@ -11,10 +12,6 @@ namespace tapestry::detect::detail {
   const LayerConfig& before = config.layers[index - 1];
   return before.kind == LayerKind::convolutional && before.activation == nn::Activation::logistic;
 }
-
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect::detail {
 
 /// Factor that batch normalisation with running statistics puts on a filter: scale / √(variance + ε).
 template <std::floating_point T>
@@ -24,9 +21,7 @@ template <std::floating_point T>
          std::sqrt(static_cast<double>(parameters[own.variance + filter]) + epsilon);
 }
 
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
+}  // namespace detail
 
 template <std::floating_point T>
 Array<T, 1> fold_batch_norm(const NetworkConfig& config, const ParameterLayout& layout,

@@ -7,7 +7,8 @@
 #include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/nn/network/description.hpp>
 
-namespace tapestry::detect::detail {
+namespace tapestry::detect {
+namespace detail {
 
 /// Writes down one layer after the other.
 template <std::floating_point T>
@@ -245,9 +246,7 @@ class CfgDescriber : DescriptionWriter {
   std::vector<std::string> statistics_{};  ///< names
 };
 
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
+}  // namespace detail
 
 template <std::floating_point T>
 nn::NetworkDescription network_description(const NetworkConfig& config, const Array<T, 1>& parameters,

@@ -1,9 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/detect/box_decode_variable.hpp>
-#include <tapestry/detect/box_formula.hpp>
-#include <tapestry/detect/class_score.hpp>
 #include <tapestry/detect/detail/box_grid.hpp>
 #include <tapestry/detect/suppression.hpp>
 

@@ -3,7 +3,8 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
 
-namespace tapestry::evaluate::detail {
+namespace tapestry::evaluate {
+namespace detail {
 
 ClassMatches::ClassMatches(std::vector<TruthBox> truths, std::vector<ScoredBox> detections)
     : truths_(std::move(truths)), detections_(std::move(detections)) {
@@ -174,9 +175,7 @@ inline void require_class_below(std::string_view what, std::size_t index, std::s
   return mean;
 }
 
-}  // namespace tapestry::evaluate::detail
-
-namespace tapestry::evaluate {
+}  // namespace detail
 
 AveragePrecision average_precision(const std::vector<TruthBox>& truths,
                                    const std::vector<ScoredBox>& detections, std::size_t class_count) {

@@ -3,7 +3,8 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/raster/visibility.hpp>
 
-namespace tapestry::evaluate::detail {
+namespace tapestry::evaluate {
+namespace detail {
 
 void require_chart_colours(const char* operation, const Array<float, 2>& colours,
                            const std::vector<raster::TextureChart>& charts) {
@@ -20,23 +21,6 @@ void require_chart_colours(const char* operation, const Array<float, 2>& colours
           throw NumericError({operation, ": texel ", texel.texel, " has a colour that is not finite"});
     }
 }
-
-}  // namespace tapestry::evaluate::detail
-
-namespace tapestry::evaluate {
-
-PatchExtents patch_extents(const raster::TextureLayout& layout) {
-  if (layout.traits().is_picture) {
-    const std::size_t edge = std::max<std::size_t>(1, layout.height / 8);
-    return {edge, edge};
-  }
-  if (layout.traits().is_by_face) return {1, raster::detail::used_cube_texels(layout.texels_per_edge).size()};
-  return {};
-}
-
-}  // namespace tapestry::evaluate
-
-namespace tapestry::evaluate::detail {
 
 inline constexpr std::size_t no_texel = std::numeric_limits<std::size_t>::max();
 
@@ -84,9 +68,25 @@ void shuffle_in_a_cycle(std::vector<Item>& items, Random& random) {
   for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random.index(i - 1)]);
 }
 
-}  // namespace tapestry::evaluate::detail
+/// Share of the values of some texels that two paints have alike.
+inline double share_in_place(const Array<float, 2>& a, const Array<float, 2>& b,
+                             const raster::TextureChart& chart) {
+  std::size_t same = 0;
+  for (const raster::ChartTexel& texel : chart.texels)
+    for (std::size_t c = 0; c < 3; ++c) same += a(texel.texel, c) == b(texel.texel, c) ? 1U : 0U;
+  return chart.texels.empty() ? 0 : static_cast<double>(same) / static_cast<double>(3 * chart.texels.size());
+}
 
-namespace tapestry::evaluate {
+}  // namespace detail
+
+PatchExtents patch_extents(const raster::TextureLayout& layout) {
+  if (layout.traits().is_picture) {
+    const std::size_t edge = std::max<std::size_t>(1, layout.height / 8);
+    return {edge, edge};
+  }
+  if (layout.traits().is_by_face) return {1, raster::detail::used_cube_texels(layout.texels_per_edge).size()};
+  return {};
+}
 
 Array<float, 2> shuffled_patches(const Array<float, 2>& colours,
                                  const std::vector<raster::TextureChart>& charts, PatchExtents patch,
@@ -157,19 +157,6 @@ raster::TextureChart joined_chart(const std::vector<raster::TextureChart>& chart
                     [](const raster::ChartTexel& texel) { return std::pair(texel.row, texel.column); });
   return joined;
 }
-
-namespace detail {
-
-/// Share of the values of some texels that two paints have alike.
-inline double share_in_place(const Array<float, 2>& a, const Array<float, 2>& b,
-                             const raster::TextureChart& chart) {
-  std::size_t same = 0;
-  for (const raster::ChartTexel& texel : chart.texels)
-    for (std::size_t c = 0; c < 3; ++c) same += a(texel.texel, c) == b(texel.texel, c) ? 1U : 0U;
-  return chart.texels.empty() ? 0 : static_cast<double>(same) / static_cast<double>(3 * chart.texels.size());
-}
-
-}  // namespace detail
 
 std::vector<Control> matched_controls(const raster::PaintedMesh& car, const camouflage::Paint<float>& paint,
                                       std::uint64_t seed, std::size_t noise_draws) {

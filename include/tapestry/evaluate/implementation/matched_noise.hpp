@@ -6,7 +6,8 @@
 #include <tapestry/image/fourier_transform.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
-namespace tapestry::evaluate::detail {
+namespace tapestry::evaluate {
+namespace detail {
 
 /// Replaces M values by those of the sorted list of N, the smallest by the first: value number i of M by
 /// number ⌊(i + ½)·N/M⌋ of N, each just once where M = N. The first of equal values comes first.
@@ -138,9 +139,7 @@ class ChartNoise {
   image::FourierTransform::Spectrum phases_;  ///< e^(iα)
 };
 
-}  // namespace tapestry::evaluate::detail
-
-namespace tapestry::evaluate {
+}  // namespace detail
 
 Array<float, 2> matched_noise(const Array<float, 2>& colours, const std::vector<raster::TextureChart>& charts,
                               const Random& random, std::size_t rounds) {

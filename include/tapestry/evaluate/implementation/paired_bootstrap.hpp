@@ -3,7 +3,8 @@
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 
-namespace tapestry::evaluate::detail {
+namespace tapestry::evaluate {
+namespace detail {
 
 double normal_quantile(double p) {
   double low = -37, high = 37;
@@ -128,9 +129,7 @@ inline PairedDifference bca_difference(const std::vector<double>& first, const s
   return result;
 }
 
-}  // namespace tapestry::evaluate::detail
-
-namespace tapestry::evaluate {
+}  // namespace detail
 
 PairedDifference paired_bootstrap(const std::vector<double>& first, const std::vector<double>& second,
                                   const BootstrapSettings& settings) {

@@ -7,7 +7,8 @@
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
-namespace tapestry::evaluate::detail {
+namespace tapestry::evaluate {
+namespace detail {
 
 /// The picture of a view with its paint of one grey, in the space in which paint and light multiply.
 inline Array<float, 3> picture_in_grey(const camouflage::View<float>& view, camouflage::Paint<float> paint,
@@ -67,9 +68,7 @@ inline PaintInPicture paint_in_picture(const camouflage::View<float>& view,
   return found;
 }
 
-}  // namespace tapestry::evaluate::detail
-
-namespace tapestry::evaluate {
+}  // namespace detail
 
 Array<float, 3> picture_with_noise(const camouflage::View<float>& view, const camouflage::Paint<float>& paint,
                                    const Random& random) {

@@ -2,6 +2,27 @@
 #include <tapestry/evaluate/protocol_cells.hpp>
 
 namespace tapestry::evaluate {
+namespace detail {
+
+/// The cell with the lowest figure; of equal ones that with more views, then the first. None where there are
+/// no views.
+/// \param share_of  returns the figure of a cell and its views
+template <class ShareOf>
+[[nodiscard]] std::optional<std::size_t> lowest_cell(const std::vector<Cell>& cells, ShareOf share_of) {
+  std::optional<std::size_t> lowest;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const auto [share, views] = share_of(cells[i]);
+    if (views == 0) continue;
+    if (lowest) {
+      const auto [other_share, other_views] = share_of(cells[*lowest]);
+      if (share > other_share || (share == other_share && views <= other_views)) continue;
+    }
+    lowest = i;
+  }
+  return lowest;
+}
+
+}  // namespace detail
 
 std::optional<PairedRatio> share_kept(const Array<double, 2>& part, const Array<double, 2>& whole) {
   if (part.shape() != whole.shape() || whole.size() == 0 || !(two_level_difference(whole).interval[0] > 0))
@@ -36,32 +57,6 @@ std::vector<Cell> cells_of(const ProtocolTable& table, const std::vector<Protoco
         table.pictures_of_row(cell / table.columns.size())));
   return cells;
 }
-
-}  // namespace tapestry::evaluate
-
-namespace tapestry::evaluate::detail {
-
-/// The cell with the lowest figure; of equal ones that with more views, then the first. None where there are
-/// no views.
-/// \param share_of  returns the figure of a cell and its views
-template <class ShareOf>
-[[nodiscard]] std::optional<std::size_t> lowest_cell(const std::vector<Cell>& cells, ShareOf share_of) {
-  std::optional<std::size_t> lowest;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto [share, views] = share_of(cells[i]);
-    if (views == 0) continue;
-    if (lowest) {
-      const auto [other_share, other_views] = share_of(cells[*lowest]);
-      if (share > other_share || (share == other_share && views <= other_views)) continue;
-    }
-    lowest = i;
-  }
-  return lowest;
-}
-
-}  // namespace tapestry::evaluate::detail
-
-namespace tapestry::evaluate {
 
 std::optional<std::size_t> least_hidden_cell(const std::vector<Cell>& cells, std::size_t texture) {
   return detail::lowest_cell(cells, [&](const Cell& cell) {

@@ -2,7 +2,8 @@
 #include <tapestry/evaluate/implementation/paired_bootstrap.hpp>
 #include <tapestry/evaluate/two_level_difference.hpp>
 
-namespace tapestry::evaluate::detail {
+namespace tapestry::evaluate {
+namespace detail {
 
 std::vector<double> means_over_draws(const Array<double, 2>& values) {
   std::vector<double> means(values.shape(1));
@@ -84,33 +85,6 @@ inline std::array<double, 2> widened(const PairedDifference& of_views, const Two
   return {of_views.mean - reach(of_views.mean - of_views.interval[0]),
           of_views.mean + reach(of_views.interval[1] - of_views.mean)};
 }
-
-}  // namespace tapestry::evaluate::detail
-
-namespace tapestry::evaluate {
-
-PairedDifference two_level_difference(const Array<double, 2>& differences, const BootstrapSettings& settings,
-                                      double most) {
-  const std::size_t draw_count = differences.shape(0), view_count = differences.shape(1);
-  if (draw_count == 0)
-    throw ShapeError(
-        {"two_level_difference: differences is [0, ", view_count, "], expected one draw or more"});
-  detail::require_settings("two_level_difference", settings);
-  for (std::size_t d = 0; d < draw_count; ++d)
-    for (std::size_t v = 0; v < view_count; ++v)
-      if (!std::isfinite(differences(d, v)))
-        throw NumericError({"two_level_difference: draw ", d, " of view ", v, " is not finite"});
-  const auto view_means = detail::means_over_draws(differences);
-  if (draw_count == 1 || view_count < 2)
-    return within(paired_bootstrap(view_means, std::vector<double>(view_count), settings), most);
-  const auto variance = detail::two_level_variance(differences);  // refuses what overflows
-  auto result = detail::bca_difference(view_means, std::vector<double>(view_count), settings);
-  for (std::size_t end = 0; const double value : detail::widened(result, variance, settings.level))
-    result.interval[end++] = std::clamp(value, -most, most);
-  return result;
-}
-
-namespace detail {
 
 inline bool are_rows_equal(const Array<double, 2>& values) {
   for (std::size_t row = 1; row < values.shape(0); ++row)
@@ -211,7 +185,44 @@ inline double put_together(double first, double second, double correlation) {
   return std::sqrt(std::max(0.0, first * first + second * second - 2 * correlation * first * second));
 }
 
+/// A share's logarithm of odds, and half the length of its interval, see odds_ratio().
+/// \param pictures  of each entry of the array
+inline std::pair<double, double> log_odds(const TwoLevelShare& share, double pictures) {
+  const double of_view = share.draws * pictures, all = of_view * share.views;
+  const double p = share.is_saturated() ? (share.share * all + 0.5) / (all + 1) : share.share,
+               pq = p * (1 - p);
+  const double logarithm = std::log(p / (1 - p));
+  if (share.views < 2) return {logarithm, 0};
+  if (share.is_saturated())
+    return {logarithm,
+            2 * std::asinh(student_quantile(0.975, share.views - 1) / (2 * std::sqrt(share.views * pq)))};
+  const double effect = share.variance.sum() * all / pq;
+  const double shown = std::min(share.found_views, share.missed_views);
+  return {logarithm, share.reach(pq, std::max(1.0, (shown + 0.3 * of_view / effect) / (shown + 0.3)))};
+}
+
 }  // namespace detail
+
+PairedDifference two_level_difference(const Array<double, 2>& differences, const BootstrapSettings& settings,
+                                      double most) {
+  const std::size_t draw_count = differences.shape(0), view_count = differences.shape(1);
+  if (draw_count == 0)
+    throw ShapeError(
+        {"two_level_difference: differences is [0, ", view_count, "], expected one draw or more"});
+  detail::require_settings("two_level_difference", settings);
+  for (std::size_t d = 0; d < draw_count; ++d)
+    for (std::size_t v = 0; v < view_count; ++v)
+      if (!std::isfinite(differences(d, v)))
+        throw NumericError({"two_level_difference: draw ", d, " of view ", v, " is not finite"});
+  const auto view_means = detail::means_over_draws(differences);
+  if (draw_count == 1 || view_count < 2)
+    return within(paired_bootstrap(view_means, std::vector<double>(view_count), settings), most);
+  const auto variance = detail::two_level_variance(differences);  // refuses what overflows
+  auto result = detail::bca_difference(view_means, std::vector<double>(view_count), settings);
+  for (std::size_t end = 0; const double value : detail::widened(result, variance, settings.level))
+    result.interval[end++] = std::clamp(value, -most, most);
+  return result;
+}
 
 PairedDifference two_level_rate_difference(const Array<double, 2>& control,
                                            const Array<double, 2>& camouflage,
@@ -241,26 +252,6 @@ PairedRatio two_level_ratio(const Array<double, 2>& first, const Array<double, 2
   for (std::size_t end = 0; end < 2; ++end) result.interval[end] = result.ratio + reach.interval[end];
   return result;
 }
-
-namespace detail {
-
-/// A share's logarithm of odds, and half the length of its interval, see odds_ratio().
-/// \param pictures  of each entry of the array
-inline std::pair<double, double> log_odds(const TwoLevelShare& share, double pictures) {
-  const double of_view = share.draws * pictures, all = of_view * share.views;
-  const double p = share.is_saturated() ? (share.share * all + 0.5) / (all + 1) : share.share,
-               pq = p * (1 - p);
-  const double logarithm = std::log(p / (1 - p));
-  if (share.views < 2) return {logarithm, 0};
-  if (share.is_saturated())
-    return {logarithm,
-            2 * std::asinh(student_quantile(0.975, share.views - 1) / (2 * std::sqrt(share.views * pq)))};
-  const double effect = share.variance.sum() * all / pq;
-  const double shown = std::min(share.found_views, share.missed_views);
-  return {logarithm, share.reach(pq, std::max(1.0, (shown + 0.3 * of_view / effect) / (shown + 0.3)))};
-}
-
-}  // namespace detail
 
 PairedRatio odds_ratio(const Array<double, 2>& control, const Array<double, 2>& camouflage,
                        std::size_t pictures_of_control, std::size_t pictures_of_camouflage) {

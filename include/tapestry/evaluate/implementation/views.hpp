@@ -3,17 +3,7 @@
 #include <tapestry/evaluate/views.hpp>
 
 namespace tapestry::evaluate {
-
-std::size_t sector_of(double azimuth_deg) {
-  if (!std::isfinite(azimuth_deg)) throw DomainError("sector_of: the azimuth is not finite");
-  double wrapped = std::fmod(azimuth_deg, 360.0);
-  if (wrapped < 0) wrapped += 360;  // may round to 360 itself
-  return std::min(static_cast<std::size_t>(wrapped / 45), sector_count - 1);
-}
-
-}  // namespace tapestry::evaluate
-
-namespace tapestry::evaluate::detail {
+namespace detail {
 
 std::string short_number(double value) {
   std::array<char, 32> text{};
@@ -28,9 +18,40 @@ std::vector<std::string> short_numbers(const std::vector<double>& values) {
   return texts;
 }
 
-}  // namespace tapestry::evaluate::detail
+/// A rectangle around a random point of a place, cut to the picture.
+/// \param scale  its largest extent in those of the place
+[[nodiscard]] inline Occluder random_occluder(const image::PixelWindow& place, std::size_t height,
+                                              std::size_t width, double scale, Random& random) {
+  const auto span = [&](std::size_t first, std::size_t count, std::size_t all) {
+    const auto whole = static_cast<double>(count);
+    const double extent = std::max(1.0, scale * whole * random.uniform(0.4, 1));
+    const double begin = static_cast<double>(first) + random.uniform(0, whole) - extent / 2;
+    const auto low =
+        static_cast<std::size_t>(std::clamp(std::round(begin), 0.0, static_cast<double>(all - 1)));
+    const auto high =
+        static_cast<std::size_t>(std::clamp(std::round(begin + extent), 0.0, static_cast<double>(all)));
+    return std::array<std::size_t, 2>{low, std::max(high, low + 1) - low};
+  };
+  const auto [top, rows] = span(place.top, place.height, height);
+  const auto [left, columns] = span(place.left, place.width, width);
+  Occluder occluder{{top, left, rows, columns}};
+  for (auto* colour : {&occluder.colour, &occluder.other})
+    for (float& channel : *colour) channel = static_cast<float>(random.uniform());
+  const std::size_t period = 1 + random.index(1 + std::max(rows, columns) / 4);
+  const std::size_t kind = random.index(6);  // half of them plain, half textured
+  if (kind == 3 || kind == 5) occluder.period_x = period;
+  if (kind == 4 || kind == 5) occluder.period_y = period;
+  return occluder;
+}
 
-namespace tapestry::evaluate {
+}  // namespace detail
+
+std::size_t sector_of(double azimuth_deg) {
+  if (!std::isfinite(azimuth_deg)) throw DomainError("sector_of: the azimuth is not finite");
+  double wrapped = std::fmod(azimuth_deg, 360.0);
+  if (wrapped < 0) wrapped += 360;  // may round to 360 itself
+  return std::min(static_cast<std::size_t>(wrapped / 45), sector_count - 1);
+}
 
 ProtocolTable view_table(const ViewGrid& grid) {
   ProtocolTable table{"azimuth", {}, "distance", detail::short_numbers(grid.distances)};
@@ -87,40 +108,6 @@ void HiddenPixels::hide(const image::PixelWindow& window) {
   hidden_ += gain_of(window);
   for_each_pixel(window, [&](std::size_t y, std::size_t x) { is_hidden_(y, x) = 1; });
 }
-
-}  // namespace tapestry::evaluate
-
-namespace tapestry::evaluate::detail {
-
-/// A rectangle around a random point of a place, cut to the picture.
-/// \param scale  its largest extent in those of the place
-[[nodiscard]] inline Occluder random_occluder(const image::PixelWindow& place, std::size_t height,
-                                              std::size_t width, double scale, Random& random) {
-  const auto span = [&](std::size_t first, std::size_t count, std::size_t all) {
-    const auto whole = static_cast<double>(count);
-    const double extent = std::max(1.0, scale * whole * random.uniform(0.4, 1));
-    const double begin = static_cast<double>(first) + random.uniform(0, whole) - extent / 2;
-    const auto low =
-        static_cast<std::size_t>(std::clamp(std::round(begin), 0.0, static_cast<double>(all - 1)));
-    const auto high =
-        static_cast<std::size_t>(std::clamp(std::round(begin + extent), 0.0, static_cast<double>(all)));
-    return std::array<std::size_t, 2>{low, std::max(high, low + 1) - low};
-  };
-  const auto [top, rows] = span(place.top, place.height, height);
-  const auto [left, columns] = span(place.left, place.width, width);
-  Occluder occluder{{top, left, rows, columns}};
-  for (auto* colour : {&occluder.colour, &occluder.other})
-    for (float& channel : *colour) channel = static_cast<float>(random.uniform());
-  const std::size_t period = 1 + random.index(1 + std::max(rows, columns) / 4);
-  const std::size_t kind = random.index(6);  // half of them plain, half textured
-  if (kind == 3 || kind == 5) occluder.period_x = period;
-  if (kind == 4 || kind == 5) occluder.period_y = period;
-  return occluder;
-}
-
-}  // namespace tapestry::evaluate::detail
-
-namespace tapestry::evaluate {
 
 std::optional<Occlusion> draw_occlusion(const Array<float, 2>& coverage, const image::PixelWindow& place,
                                         std::size_t height, std::size_t width, OcclusionGroup group,

@@ -1,7 +1,8 @@
 #pragma once
 #include <tapestry/geometry/mesh.hpp>
 
-namespace tapestry::geometry::detail {
+namespace tapestry::geometry {
+namespace detail {
 
 inline std::size_t axis_index(const std::string& name) {
   const Vector3 axis = axis_by_name(name);
@@ -50,9 +51,7 @@ inline Bounds bounds_of_faces(const Mesh& mesh) {
   return bounds_of(corners);
 }
 
-}  // namespace tapestry::geometry::detail
-
-namespace tapestry::geometry {
+}  // namespace detail
 
 double wheel_share(const Mesh& mesh, const std::string& down, std::size_t along) {
   const Bounds bounds = detail::bounds_of_faces(mesh);

@@ -7,43 +7,7 @@
 #include <tapestry/geometry/shapes.hpp>
 
 namespace tapestry::geometry {
-
-MeshTopology mesh_topology(const Mesh& mesh) {
-  struct HalfEdge {
-    std::array<std::size_t, 2> ends;
-    std::size_t opposite;
-  };
-  std::vector<HalfEdge> halves;
-  halves.reserve(3 * mesh.faces.size());
-  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-    std::array<std::size_t, 3> corner{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      corner[k] = static_cast<std::size_t>(mesh.faces[face][k]);  // negative ones become huge
-      if (corner[k] >= mesh.positions.size())
-        throw Error(ErrorKind::mismatch, {"mesh_topology: face ", face, " refers to position ",
-                                          mesh.faces[face][k], " of ", mesh.positions.size()});
-    }
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax(corner[k], corner[(k + 1) % 3]);
-      if (low != high) halves.push_back({{low, high}, corner[(k + 2) % 3]});
-    }
-  }
-  std::stable_sort(halves.begin(), halves.end(),
-                   [](const HalfEdge& a, const HalfEdge& b) { return a.ends < b.ends; });
-  MeshTopology topology{mesh.positions.size(), {}, {}};
-  for (std::size_t begin = 0, end = 0; begin < halves.size(); begin = end) {
-    while (end < halves.size() && halves[end].ends == halves[begin].ends) ++end;
-    const auto& ends = halves[begin].ends;
-    topology.edges.push_back(ends);
-    if (end == begin + 2)
-      topology.hinges.push_back({ends[0], ends[1], halves[begin].opposite, halves[begin + 1].opposite});
-  }
-  return topology;
-}
-
-}  // namespace tapestry::geometry
-
-namespace tapestry::geometry::detail {
+namespace detail {
 
 inline std::string quoted_list(const std::vector<std::string>& names) {
   std::string text;
@@ -59,10 +23,9 @@ inline std::vector<std::uint8_t> faces_by_label(const char* operation, const cha
                                                 const std::vector<std::string>& names) {
   if (names.empty()) throw DomainError({operation, ": no ", kind, " named"});
   for (const std::string& name : names) {
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
+    if (std::find(known.begin(), known.end(), name) == known.end())
       throw Error(ErrorKind::mismatch,
                   {operation, ": the mesh has no ", kind, " '", name, "'; it has ", quoted_list(known)});
-    }
   }
   std::vector<std::uint8_t> selected(face_count, 0);
   for (std::size_t face = 0; face < std::min(face_count, labels.size()); ++face) {
@@ -73,66 +36,6 @@ inline std::vector<std::uint8_t> faces_by_label(const char* operation, const cha
   }
   return selected;
 }
-
-}  // namespace tapestry::geometry::detail
-
-namespace tapestry::geometry {
-
-std::vector<std::uint8_t> faces_by_material(const Mesh& mesh, const std::vector<std::string>& names) {
-  std::vector<std::string> known;
-  for (const Material& material : mesh.materials) known.push_back(material.name);
-  return detail::faces_by_label("faces_by_material", "material", mesh.faces.size(), mesh.face_materials,
-                                known, names);
-}
-
-std::vector<std::uint8_t> faces_by_group(const Mesh& mesh, const std::vector<std::string>& names) {
-  return detail::faces_by_label("faces_by_group", "group", mesh.faces.size(), mesh.face_groups, mesh.groups,
-                                names);
-}
-
-std::vector<std::uint8_t> faces_by_ids(const Mesh& mesh, const std::vector<std::int64_t>& one_based_ids) {
-  if (one_based_ids.empty()) throw DomainError("faces_by_ids: the list is empty");
-  std::vector<std::uint8_t> selected(mesh.faces.size(), 0);
-  for (std::size_t entry = 0; entry < one_based_ids.size(); ++entry) {
-    const std::int64_t id = one_based_ids[entry];
-    if (id < 1 || static_cast<std::uint64_t>(id) > mesh.faces.size()) {
-      throw Error(ErrorKind::mismatch, {"faces_by_ids: entry ", entry + 1, " is face ", id,
-                                        ", expected 1 to ", mesh.faces.size()});
-    }
-    selected[static_cast<std::size_t>(id) - 1] = 1;
-  }
-  return selected;
-}
-
-Vector3 axis_by_name(const std::string& name) {
-  const bool is_negative = name.starts_with('-');
-  const std::string letter = name.substr(is_negative ? 1 : 0);
-  if (letter != "x" && letter != "y" && letter != "z")
-    throw DomainError({"axis_by_name: found ", in_quotes(name), ", expected x, y, z, -x, -y or -z"});
-  Vector3 axis{0, 0, 0};
-  axis[static_cast<std::size_t>(letter[0] - 'x')] = is_negative ? -1 : 1;
-  return axis;
-}
-
-Matrix3 world_from_mesh(const MeshAxes& axes) {
-  const Vector3 up = axis_by_name(axes.up), forward = axis_by_name(axes.forward);
-  if (dot(up, forward) != 0)
-    throw DomainError({"world_from_mesh: up is ", axes.up, " and forward ", axes.forward,
-                       ", expected two axes at a right angle"});
-  return {forward, cross(up, forward), up};
-}
-
-Mesh turned_upright(Mesh mesh, const MeshAxes& axes) {
-  const Matrix3 rotation = world_from_mesh(axes);
-  if (rotation == world_from_mesh({})) return mesh;
-  for (auto* const vectors : {&mesh.positions, &mesh.normals})
-    for (Vector3& vector : *vectors) vector = multiply(rotation, vector);
-  return mesh;
-}
-
-}  // namespace tapestry::geometry
-
-namespace tapestry::geometry::detail {
 
 /// Its corners on the sphere of radius 1.
 [[nodiscard]] inline Mesh icosahedron() {
@@ -178,9 +81,116 @@ inline void subdivide_sphere(Mesh& mesh) {
   mesh.faces = std::move(faces);
 }
 
-}  // namespace tapestry::geometry::detail
+/// Appends `more` to `list`; where only one of the two has entries, the other's are filled in.
+/// \param sizes  how many entries each has, if it has some
+template <class Entry>
+void append_filled(std::vector<Entry>& list, const std::vector<Entry>& more,
+                   const std::array<std::size_t, 2>& sizes, const Entry& fill) {
+  if (list.empty() && more.empty()) return;
+  list.resize(sizes[0], fill);
+  list.insert(list.end(), more.begin(), more.end());
+  list.resize(sizes[0] + sizes[1], fill);
+}
 
-namespace tapestry::geometry {
+/// The indices of corners moved by `first`; −1, for none, stays.
+[[nodiscard]] inline std::vector<Corners> shifted(std::vector<Corners> faces, std::size_t first) {
+  for (Corners& face : faces)
+    for (std::int32_t& index : face)
+      if (index >= 0) index += static_cast<std::int32_t>(first);
+  return faces;
+}
+
+[[nodiscard]] inline std::vector<std::int32_t> shifted(std::vector<std::int32_t> indices, std::size_t first) {
+  for (std::int32_t& index : indices)
+    if (index >= 0) index += static_cast<std::int32_t>(first);
+  return indices;
+}
+
+}  // namespace detail
+
+MeshTopology mesh_topology(const Mesh& mesh) {
+  struct HalfEdge {
+    std::array<std::size_t, 2> ends;
+    std::size_t opposite;
+  };
+  std::vector<HalfEdge> halves;
+  halves.reserve(3 * mesh.faces.size());
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    std::array<std::size_t, 3> corner{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      corner[k] = static_cast<std::size_t>(mesh.faces[face][k]);  // negative ones become huge
+      if (corner[k] >= mesh.positions.size())
+        throw Error(ErrorKind::mismatch, {"mesh_topology: face ", face, " refers to position ",
+                                          mesh.faces[face][k], " of ", mesh.positions.size()});
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax(corner[k], corner[(k + 1) % 3]);
+      if (low != high) halves.push_back({{low, high}, corner[(k + 2) % 3]});
+    }
+  }
+  std::stable_sort(halves.begin(), halves.end(),
+                   [](const HalfEdge& a, const HalfEdge& b) { return a.ends < b.ends; });
+  MeshTopology topology{mesh.positions.size(), {}, {}};
+  for (std::size_t begin = 0, end = 0; begin < halves.size(); begin = end) {
+    while (end < halves.size() && halves[end].ends == halves[begin].ends) ++end;
+    const auto& ends = halves[begin].ends;
+    topology.edges.push_back(ends);
+    if (end == begin + 2)
+      topology.hinges.push_back({ends[0], ends[1], halves[begin].opposite, halves[begin + 1].opposite});
+  }
+  return topology;
+}
+
+std::vector<std::uint8_t> faces_by_material(const Mesh& mesh, const std::vector<std::string>& names) {
+  std::vector<std::string> known;
+  for (const Material& material : mesh.materials) known.push_back(material.name);
+  return detail::faces_by_label("faces_by_material", "material", mesh.faces.size(), mesh.face_materials,
+                                known, names);
+}
+
+std::vector<std::uint8_t> faces_by_group(const Mesh& mesh, const std::vector<std::string>& names) {
+  return detail::faces_by_label("faces_by_group", "group", mesh.faces.size(), mesh.face_groups, mesh.groups,
+                                names);
+}
+
+std::vector<std::uint8_t> faces_by_ids(const Mesh& mesh, const std::vector<std::int64_t>& one_based_ids) {
+  if (one_based_ids.empty()) throw DomainError("faces_by_ids: the list is empty");
+  std::vector<std::uint8_t> selected(mesh.faces.size(), 0);
+  for (std::size_t entry = 0; entry < one_based_ids.size(); ++entry) {
+    const std::int64_t id = one_based_ids[entry];
+    if (id < 1 || static_cast<std::uint64_t>(id) > mesh.faces.size())
+      throw Error(ErrorKind::mismatch, {"faces_by_ids: entry ", entry + 1, " is face ", id,
+                                        ", expected 1 to ", mesh.faces.size()});
+    selected[static_cast<std::size_t>(id) - 1] = 1;
+  }
+  return selected;
+}
+
+Vector3 axis_by_name(const std::string& name) {
+  const bool is_negative = name.starts_with('-');
+  const std::string letter = name.substr(is_negative ? 1 : 0);
+  if (letter != "x" && letter != "y" && letter != "z")
+    throw DomainError({"axis_by_name: found ", in_quotes(name), ", expected x, y, z, -x, -y or -z"});
+  Vector3 axis{0, 0, 0};
+  axis[static_cast<std::size_t>(letter[0] - 'x')] = is_negative ? -1 : 1;
+  return axis;
+}
+
+Matrix3 world_from_mesh(const MeshAxes& axes) {
+  const Vector3 up = axis_by_name(axes.up), forward = axis_by_name(axes.forward);
+  if (dot(up, forward) != 0)
+    throw DomainError({"world_from_mesh: up is ", axes.up, " and forward ", axes.forward,
+                       ", expected two axes at a right angle"});
+  return {forward, cross(up, forward), up};
+}
+
+Mesh turned_upright(Mesh mesh, const MeshAxes& axes) {
+  const Matrix3 rotation = world_from_mesh(axes);
+  if (rotation == world_from_mesh({})) return mesh;
+  for (auto* const vectors : {&mesh.positions, &mesh.normals})
+    for (Vector3& vector : *vectors) vector = multiply(rotation, vector);
+  return mesh;
+}
 
 Mesh icosphere(std::size_t subdivisions, double radius, const Vector3& centre) {
   if (subdivisions > 8) throw DomainError("icosphere: expected at most 8 subdivisions");
@@ -222,39 +232,6 @@ Mesh normalise_mesh(Mesh mesh) {
   }
   return mesh;
 }
-
-}  // namespace tapestry::geometry
-
-namespace tapestry::geometry::detail {
-
-/// Appends `more` to `list`; where only one of the two has entries, the other's are filled in.
-/// \param sizes  how many entries each has, if it has some
-template <class Entry>
-void append_filled(std::vector<Entry>& list, const std::vector<Entry>& more,
-                   const std::array<std::size_t, 2>& sizes, const Entry& fill) {
-  if (list.empty() && more.empty()) return;
-  list.resize(sizes[0], fill);
-  list.insert(list.end(), more.begin(), more.end());
-  list.resize(sizes[0] + sizes[1], fill);
-}
-
-/// The indices of corners moved by `first`; −1, for none, stays.
-[[nodiscard]] inline std::vector<Corners> shifted(std::vector<Corners> faces, std::size_t first) {
-  for (Corners& face : faces)
-    for (std::int32_t& index : face)
-      if (index >= 0) index += static_cast<std::int32_t>(first);
-  return faces;
-}
-
-[[nodiscard]] inline std::vector<std::int32_t> shifted(std::vector<std::int32_t> indices, std::size_t first) {
-  for (std::int32_t& index : indices)
-    if (index >= 0) index += static_cast<std::int32_t>(first);
-  return indices;
-}
-
-}  // namespace tapestry::geometry::detail
-
-namespace tapestry::geometry {
 
 void append(Mesh& mesh, const Mesh& other) {
   assert(&mesh != &other);

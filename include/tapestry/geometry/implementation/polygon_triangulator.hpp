@@ -1,7 +1,8 @@
 #pragma once
 #include <tapestry/geometry/polygon_triangulator.hpp>
 
-namespace tapestry::geometry::detail {
+namespace tapestry::geometry {
+namespace detail {
 
 /// A sum of doubles without rounding: no two of its terms overlap, the largest comes last.
 /// Source: Shewchuk, Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates
@@ -36,9 +37,7 @@ class ExactSum {
   std::size_t count_ = 0;
 };
 
-}  // namespace tapestry::geometry::detail
-
-namespace tapestry::geometry {
+}  // namespace detail
 
 int orientation(const Vector2& a, const Vector2& b, const Vector2& c) {
   constexpr double unit = std::numeric_limits<double>::epsilon() / 2;

@@ -1,20 +1,17 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/letterbox.hpp>
 
-namespace tapestry::image::detail {
+namespace tapestry::image {
+namespace detail {
 
 void require_size(const char* operation, std::size_t rows, std::size_t columns) {
   constexpr std::size_t limit = 1U << 16U;
-  if (rows == 0 || columns == 0 || rows > limit || columns > limit) {
+  if (rows == 0 || columns == 0 || rows > limit || columns > limit)
     throw DomainError({operation, ": a side of [", rows, ", ", columns, "] is not 1 to 65536"});
-  }
 }
 
-}  // namespace tapestry::image::detail
-
-namespace tapestry::image {
+}  // namespace detail
 
 Fit fit_by_name(std::string_view name) {
   for (const FitKind kind : fit_kinds)

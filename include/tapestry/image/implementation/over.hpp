@@ -3,7 +3,8 @@
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
 
-namespace tapestry::image::detail {
+namespace tapestry::image {
+namespace detail {
 
 /// Adds the part of a picture, [H, W, C], outside a place to another picture.
 template <std::floating_point T>
@@ -19,9 +20,33 @@ void add_beside(const PixelWindow& place, const Array<T, 3>& from, Array<T, 3>& 
     }
 }
 
-}  // namespace tapestry::image::detail
+/// One picture of a batch, and its backdrop.
+template <std::floating_point T>
+struct Laid {
+  std::shared_ptr<const Array<T, 3>> premultiplied, background;
+  std::shared_ptr<const Array<T, 2>> coverage;
+  PixelWindow place;
+};
 
-namespace tapestry::image {
+/// Adds the gradient of the front to front_adjoint, given the adjoint of the whole picture of these extents.
+template <std::floating_point T>
+void pull_back_laid(const Laid<T>& laid, const T* picture, const T* picture_adjoint,
+                    const Extents<3>& extents, ColourSpace space, T* front_adjoint) {
+  with_overlay(space, [&](auto overlay) {
+    for_each_covered_pixel(laid.place, extents[1], [&](std::size_t front, std::size_t back) {
+      const T coverage = laid.coverage->data()[front];
+      if (coverage == 0) return;
+      for (std::size_t c = 0; c < extents[2]; ++c) {
+        const std::size_t i = front * extents[2] + c, j = back * extents[2] + c;
+        front_adjoint[i] +=
+            overlay.slope(laid.premultiplied->data()[i], coverage, laid.background->data()[j], picture[j]) *
+            picture_adjoint[j];
+      }
+    });
+  });
+}
+
+}  // namespace detail
 
 template <std::floating_point T>
 Array<T, 3> over(const Array<T, 3>& premultiplied, const Array<T, 2>& coverage, const Array<T, 3>& background,
@@ -80,40 +105,6 @@ ArrayVariable<T, 3> over(const ArrayVariable<T, 3>& premultiplied, const ArrayVa
   return record_array(over(premultiplied.value(), coverage.value(), background.value(), top, left, space),
                       pullback, premultiplied, coverage, background);
 }
-
-}  // namespace tapestry::image
-
-namespace tapestry::image::detail {
-
-/// One picture of a batch, and its backdrop.
-template <std::floating_point T>
-struct Laid {
-  std::shared_ptr<const Array<T, 3>> premultiplied, background;
-  std::shared_ptr<const Array<T, 2>> coverage;
-  PixelWindow place;
-};
-
-/// Adds the gradient of the front to front_adjoint, given the adjoint of the whole picture of these extents.
-template <std::floating_point T>
-void pull_back_laid(const Laid<T>& laid, const T* picture, const T* picture_adjoint,
-                    const Extents<3>& extents, ColourSpace space, T* front_adjoint) {
-  with_overlay(space, [&](auto overlay) {
-    for_each_covered_pixel(laid.place, extents[1], [&](std::size_t front, std::size_t back) {
-      const T coverage = laid.coverage->data()[front];
-      if (coverage == 0) return;
-      for (std::size_t c = 0; c < extents[2]; ++c) {
-        const std::size_t i = front * extents[2] + c, j = back * extents[2] + c;
-        front_adjoint[i] +=
-            overlay.slope(laid.premultiplied->data()[i], coverage, laid.background->data()[j], picture[j]) *
-            picture_adjoint[j];
-      }
-    });
-  });
-}
-
-}  // namespace tapestry::image::detail
-
-namespace tapestry::image {
 
 template <std::floating_point T>
 ArrayVariable<T, 4> over(const std::vector<ArrayVariable<T, 3>>& premultiplied,

@@ -1,13 +1,12 @@
 #pragma once
-#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/image/letterbox.hpp>
-#include <tapestry/image/pixel_window.hpp>
 #include <tapestry/image/resize.hpp>
 
-namespace tapestry::image::detail {
+namespace tapestry::image {
+namespace detail {
 
 /// out[i] = (1 − share)·in[first] + share·in[second] along one axis.
 struct AxisTap {
@@ -34,9 +33,7 @@ inline std::vector<AxisTap> axis_taps(std::size_t from, std::size_t to) {
   return taps;
 }
 
-}  // namespace tapestry::image::detail
-
-namespace tapestry::image {
+}  // namespace detail
 
 template <std::floating_point T>
 Array<T, 3> resize_bilinear(const Array<T, 3>& picture, std::size_t height, std::size_t width) {

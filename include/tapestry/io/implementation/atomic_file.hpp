@@ -9,7 +9,8 @@
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 inline constexpr std::string_view part_mark = ".tapestry-part";
 
@@ -108,15 +109,12 @@ bool is_still_at(const std::string& path, int descriptor) {
          open.st_dev == there.st_dev && open.st_ino == there.st_ino;
 }
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 void write_file_atomically(const std::string& path, std::initializer_list<std::span<const std::byte>> parts) {
   struct ::stat status {};
-  if (path.find('\0') != std::string::npos || path.empty()) {
+  if (path.find('\0') != std::string::npos || path.empty())
     throw FileError(ErrorKind::write, {path, "", "not a file name"});
-  }
   if (const int failed = ::stat(path.c_str(), &status); failed != 0 && errno != ENOENT && errno != ENOTDIR) {
     throw FileError(ErrorKind::write, {path, "", std::string("cannot inspect: ") + std::strerror(errno)});
   } else if (failed == 0 && !S_ISREG(status.st_mode)) {

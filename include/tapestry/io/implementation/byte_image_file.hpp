@@ -13,7 +13,8 @@
 #include <tapestry/io/implementation/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 inline Array<std::uint8_t, 3> png_picture(std::string file, const std::string& path,
                                           std::vector<std::string>* warnings, bool is_texture) {
@@ -102,9 +103,7 @@ inline const PictureFormat& picture_format(const std::string& file, const std::s
                                          "a " + listed_formats(&PictureFormat::names), std::string(found)});
 }
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 std::string picture_endings() { return detail::listed_formats(&detail::PictureFormat::endings); }
 

@@ -12,11 +12,8 @@
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <tapestry/io/text_lists.hpp>
 #include <tapestry/nn/engine.hpp>
 
 namespace tapestry::io {

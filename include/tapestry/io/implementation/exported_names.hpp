@@ -5,7 +5,8 @@
 #include <tapestry/io/detail/exported_names.hpp>
 #include <tapestry/io/text_lines.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 /// Appends a character in UTF-8. \param code  of Unicode, at most 0x10FFFF
 inline void append_utf8(std::uint32_t code, std::string& text) {
@@ -113,9 +114,7 @@ class NamesLiteral {
   std::set<std::string> used_{};
 };
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 std::vector<std::string> parse_exported_names(std::string_view text, std::size_t class_count) {
   return detail::NamesLiteral(text, class_count).read();

@@ -8,7 +8,8 @@
 #include <tapestry/io/input_ledger.hpp>
 #include <tuple>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 /// \throws FileError (malformed) for a file that cannot be inspected
 inline struct ::stat status_of(int descriptor, const std::string& path) {
@@ -18,9 +19,7 @@ inline struct ::stat status_of(int descriptor, const std::string& path) {
   return status;
 }
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 bool stays_below(const std::string& name) {
   const auto relative = std::filesystem::path(name).lexically_normal();
@@ -35,11 +34,10 @@ RegularFile::RegularFile(std::string path, std::uint64_t limit) : path_(std::mov
   if (descriptor_ < 0) fail(ErrorKind::malformed, std::string("cannot open: ") + std::strerror(errno));
   try {
     std::tie(size_, stamp_) = measured();
-    if (size_ > limit) {
+    if (size_ > limit)
       throw FileError(ErrorKind::limit,
                       {path_, "", "file too large", "at most " + std::to_string(limit) + " bytes",
                        std::to_string(size_) + " bytes"});
-    }
     record();
   } catch (...) {
     ::close(descriptor_);
@@ -54,10 +52,9 @@ void RegularFile::read_at(std::uint64_t offset, std::span<std::byte> bytes) cons
         ::pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<::off_t>(offset + done));
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) fail(ErrorKind::malformed, std::string("cannot read: ") + std::strerror(errno));
-    if (count == 0) {
+    if (count == 0)
       throw FileError(ErrorKind::malformed, {path_, "@" + std::to_string(offset + done), "file ends early",
                                              std::to_string(bytes.size() - done) + " more bytes", "none"});
-    }
     done += static_cast<std::size_t>(count);
   }
 }

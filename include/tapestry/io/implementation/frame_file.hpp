@@ -7,7 +7,8 @@
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/npy.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 /// Files of a frame in three parts: JSON, picture, mask.
 struct FrameParts {
@@ -51,47 +52,6 @@ inline Frame read_frame_parts(const std::string& path) {
   if (is_there(parts.mask)) frame.mask = read_mask_part(parts, frame);
   return frame;
 }
-
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
-
-Frame read_frame(const std::string& path) {
-  if (path.ends_with(".json")) return detail::read_frame_parts(path);
-  const NpzFile file = NpzFile::read(path);
-  Frame frame;
-  frame.name = path;
-  const NpyArray& picture = file.get("img");
-  if (picture.type != DType::u1 || picture.shape.size() != 3 || picture.shape[2] != 3 ||
-      picture.size() == 0) {
-    throw FileError(ErrorKind::mismatch,
-                    {.path = path,
-                     .what = "member 'img' is no colour picture",
-                     .expected = "u1 (height, width, 3)",
-                     .found = std::string(type_name(picture.type)) + " " + shape_text(picture.shape)});
-  }
-  frame.image = image::swap_red_blue(picture.array<std::uint8_t, 3>());
-  detail::read_members(file, frame);
-  if (file.has("mask")) frame.mask = detail::read_mask(file, frame.image.shape(0), frame.image.shape(1));
-  return frame;
-}
-
-std::vector<std::string> frame_files(const std::string& path) {
-  if (!path.ends_with(".json")) return {path};
-  const detail::FrameParts parts(path);
-  std::vector<std::string> files{parts.json, parts.picture};
-  if (is_there(parts.mask)) files.push_back(parts.mask);
-  return files;
-}
-
-Array<std::uint8_t, 3> read_picture(const std::string& path, std::vector<std::string>* warnings) {
-  const bool is_frame = path.ends_with(".npz") || path.ends_with(".json");
-  return is_frame ? read_frame(path).image : read_image(path, warnings);
-}
-
-}  // namespace tapestry::io
-
-namespace tapestry::io::detail {
 
 /// Calls add(name, shape, numbers) for everything but picture, mask and label.
 template <class Add>
@@ -161,9 +121,55 @@ inline void write_frame_parts(const std::string& path, const Frame& frame) {
   write_file_atomically(path, json.dump(1) + "\n");
 }
 
-}  // namespace tapestry::io::detail
+/// Key that sorts file names with numbers by value: each number with zeros before it, to at least 20 digits.
+inline std::string numeric_order_key(const std::string& path) {
+  std::string key;
+  const std::string stem = std::filesystem::path(path).stem().string();
+  for (std::size_t i = 0; i < stem.size();) {
+    std::size_t end = i;
+    while (end < stem.size() && stem[end] >= '0' && stem[end] <= '9') ++end;
+    if (end > i) key += std::string(20 - std::min<std::size_t>(20, end - i), '0');
+    end = std::max(end, i + 1);
+    key += stem.substr(i, end - i);
+    i = end;
+  }
+  return key;
+}
 
-namespace tapestry::io {
+}  // namespace detail
+
+Frame read_frame(const std::string& path) {
+  if (path.ends_with(".json")) return detail::read_frame_parts(path);
+  const NpzFile file = NpzFile::read(path);
+  Frame frame;
+  frame.name = path;
+  const NpyArray& picture = file.get("img");
+  if (picture.type != DType::u1 || picture.shape.size() != 3 || picture.shape[2] != 3 ||
+      picture.size() == 0) {
+    throw FileError(ErrorKind::mismatch,
+                    {.path = path,
+                     .what = "member 'img' is no colour picture",
+                     .expected = "u1 (height, width, 3)",
+                     .found = std::string(type_name(picture.type)) + " " + shape_text(picture.shape)});
+  }
+  frame.image = image::swap_red_blue(picture.array<std::uint8_t, 3>());
+  detail::read_members(file, frame);
+  if (file.has("mask")) frame.mask = detail::read_mask(file, frame.image.shape(0), frame.image.shape(1));
+  return frame;
+}
+
+std::vector<std::string> frame_files(const std::string& path) {
+  if (!path.ends_with(".json")) return {path};
+  const detail::FrameParts parts(path);
+  std::vector<std::string> files{parts.json, parts.picture};
+  if (is_there(parts.mask)) files.push_back(parts.mask);
+  return files;
+}
+
+Array<std::uint8_t, 3> read_picture(const std::string& path, std::vector<std::string>* warnings) {
+  const bool is_frame = path.ends_with(".npz") || path.ends_with(".json");
+  return is_frame ? read_frame(path).image : read_image(path, warnings);
+}
 
 void write_frame(const std::string& path, const Frame& frame) {
   const auto& extents = frame.image.shape();
@@ -181,29 +187,6 @@ void write_frame(const std::string& path, const Frame& frame) {
   detail::visit_label(frame, add);
   writer.write(path, true);
 }
-
-}  // namespace tapestry::io
-
-namespace tapestry::io::detail {
-
-/// Key that sorts file names with numbers by value: each number with zeros before it, to at least 20 digits.
-inline std::string numeric_order_key(const std::string& path) {
-  std::string key;
-  const std::string stem = std::filesystem::path(path).stem().string();
-  for (std::size_t i = 0; i < stem.size();) {
-    std::size_t end = i;
-    while (end < stem.size() && stem[end] >= '0' && stem[end] <= '9') ++end;
-    if (end > i) key += std::string(20 - std::min<std::size_t>(20, end - i), '0');
-    end = std::max(end, i + 1);
-    key += stem.substr(i, end - i);
-    i = end;
-  }
-  return key;
-}
-
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
 
 std::vector<std::string> frame_paths(const std::string& folder) {
   const auto listed = [&](const char* extension) {

@@ -13,10 +13,9 @@ namespace tapestry::io::detail {
 template <std::size_t N>
 void require_finite(const std::array<double, N>& values, const std::string& path, const char* member) {
   for (const double value : values) {
-    if (!std::isfinite(value)) {
+    if (!std::isfinite(value))
       throw FileError(ErrorKind::mismatch,
                       {.path = path, .what = std::string(member) + " holds a value that is not finite"});
-    }
   }
 }
 
@@ -97,12 +96,11 @@ template <std::size_t N, class Members>
 std::array<double, N> numbers(const Members& file, const char* member,
                               const std::vector<std::size_t>& shape) {
   const NpyArray& array = file.get(member);
-  if (array.shape != shape) {
+  if (array.shape != shape)
     throw FileError(ErrorKind::mismatch, {.path = file.path(),
                                           .what = "member '" + std::string(member) + "' has another shape",
                                           .expected = shape_text(shape),
                                           .found = shape_text(array.shape)});
-  }
   const auto values = array.as<double>();
   std::array<double, N> result{};
   std::copy(values.begin(), values.end(), result.begin());
@@ -125,12 +123,11 @@ inline double degrees_off_target(const geometry::CarlaPose& pose, double radians
 inline void check_pose(const geometry::CarlaPose& pose, Frame& frame) {
   const auto& offset = pose.camera_translation;
   const double distance = std::hypot(offset[0], offset[1], offset[2]);
-  if (!(distance > 1e-6)) {
+  if (!(distance > 1e-6))
     throw FileError(ErrorKind::mismatch, {.path = frame.name,
                                           .what = "camera lies in the vehicle's origin",
                                           .expected = "cam_trans row 0 as an offset in metres",
                                           .found = "distance 0"});
-  }
   const auto text = [](double value) { return std::to_string(value); };
   if (distance < 2.5)
     frame.warnings.push_back("camera is " + text(distance) + " m from the vehicle's origin, maybe inside it");
@@ -203,12 +200,11 @@ raster::Light read_light(const Members& file) {
 inline Array<std::uint8_t, 2> read_mask(const NpzFile& file, std::size_t height, std::size_t width) {
   auto mask = file.array<std::uint8_t, 2>("mask");
   const std::array<std::size_t, 2> picture{height, width};
-  if (mask.shape() != picture) {
+  if (mask.shape() != picture)
     throw FileError(ErrorKind::mismatch, {.path = file.path(),
                                           .what = "member 'mask' has another size than the picture",
                                           .expected = shape_text(picture),
                                           .found = shape_text(file.get("mask").shape)});
-  }
   return mask;
 }
 

@@ -8,7 +8,8 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 inline void require_decoded(bool is_decoded, const std::string& path) {
   if (!is_decoded)
@@ -52,9 +53,7 @@ inline void write_png(const std::string& path, const std::uint8_t* pixels, std::
   write_file_atomically(path, checked_png(path, pixels, height, width, channels));
 }
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 template <std::floating_point T>
 void write_image(const std::string& path, const Array<T, 3>& image) {
@@ -75,10 +74,6 @@ void write_mask(const std::string& path, const Array<T, 2>& mask) {
   const auto pixels = detail::levels(mask.data(), mask.size(), mask.shape(1), 1, path);
   detail::write_png(path, pixels.data(), mask.shape(0), mask.shape(1), 1);
 }
-
-}  // namespace tapestry::io
-
-namespace tapestry::io {
 
 template <std::floating_point T>
 void write_gradient(const std::string& path, const Array<T, 4>& gradient) {

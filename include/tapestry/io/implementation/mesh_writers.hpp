@@ -6,7 +6,8 @@
 #include <tapestry/raster/face_charts.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 template <class Number>
 void append_number(std::string& text, Number value) {
@@ -131,9 +132,11 @@ Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& tex
   return filled;
 }
 
-}  // namespace tapestry::io::detail
+inline void require_faces(const char* operation, const geometry::Mesh& mesh) {
+  if (mesh.faces.empty()) throw DomainError({operation, ": the mesh has no faces"});
+}
 
-namespace tapestry::io {
+}  // namespace detail
 
 template <std::floating_point T>
 void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {
@@ -148,18 +151,6 @@ void write_painted_obj(const std::string& path, const raster::PaintedMesh& body,
   write_file_atomically(
       path, detail::obj_text(written.mesh, written.painted, name + ".mtl", written.layout.u_extent));
 }
-
-}  // namespace tapestry::io
-
-namespace tapestry::io::detail {
-
-inline void require_faces(const char* operation, const geometry::Mesh& mesh) {
-  if (mesh.faces.empty()) throw DomainError({operation, ": the mesh has no faces"});
-}
-
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
 
 template <std::floating_point T>
 void write_painted_glb(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture) {

@@ -6,7 +6,8 @@
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/text_lines.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 /// The colour of a Kd record, of three numbers or of one for all channels, clipped to 0 to 1; none for other
 /// words, such as the kinds xyz and spectral.
@@ -105,9 +106,7 @@ inline std::string map_file(const TextLines& lines, LineOddities& oddities) {
   return {};
 }
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 std::vector<geometry::Material> parse_mtl(std::string_view text, const std::string& path,
                                           std::vector<std::string>& warnings) {

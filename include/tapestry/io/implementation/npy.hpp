@@ -2,7 +2,8 @@
 #include <tapestry/io/detail/zip_writer.hpp>
 #include <tapestry/io/npy.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 /// Reverses the bytes of every element.
 inline void swap_bytes(std::vector<std::uint8_t>& bytes, std::size_t item) {
@@ -30,22 +31,19 @@ std::vector<std::uint8_t> row_major(const std::vector<std::uint8_t>& column_majo
   return result;
 }
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 NpyArray parse_npy(std::string_view file, const std::string& origin) {
   const NpyHeader header = parse_npy_header(file, origin);
   const std::size_t item = item_size(header.type);
   const std::size_t needed = header.element_count * item;
-  if (file.size() - header.size != needed) {
+  if (file.size() - header.size != needed)
     throw FileError(ErrorKind::malformed,
                     {.path = origin,
                      .position = "@" + std::to_string(header.size),
                      .what = "payload does not have the size of shape " + shape_text(header.shape),
                      .expected = std::to_string(needed) + " bytes",
                      .found = std::to_string(file.size() - header.size)});
-  }
   NpyArray array{origin, header.shape, header.type, {}};
   array.bytes.resize(needed);
   if (needed > 0) std::memcpy(array.bytes.data(), file.data() + header.size, needed);

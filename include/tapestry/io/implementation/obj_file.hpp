@@ -5,7 +5,8 @@
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/text_lines.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 class ObjParser {
  public:
@@ -256,9 +257,7 @@ class ObjParser {
   std::array<std::size_t, 3> mixed_count_{};  // faces with a kind of index at some corners only
 };
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 LoadedMesh parse_obj(std::string_view text, const std::string& path, const ObjLimits& limits) {
   return detail::ObjParser(text, path, limits).parse();

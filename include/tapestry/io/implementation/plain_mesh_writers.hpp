@@ -14,17 +14,7 @@
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::io {
-
-std::string unused_material_name(const geometry::Mesh& mesh, std::string name) {
-  for (std::size_t i = 0; i < mesh.materials.size(); ++i)
-    for (const auto& material : mesh.materials)
-      if (material.name == name) name += "_";
-  return name;
-}
-
-}  // namespace tapestry::io
-
-namespace tapestry::io::detail {
+namespace detail {
 
 /// The picture of a material that faces show beside a paint; none if none does, or it cannot be read: then
 /// the material's colour stands in for it, as when the mesh is drawn.
@@ -111,9 +101,14 @@ raster::PaintedMesh writable_body(const char* operation, const raster::PaintedMe
   return written;
 }
 
-}  // namespace tapestry::io::detail
+}  // namespace detail
 
-namespace tapestry::io {
+std::string unused_material_name(const geometry::Mesh& mesh, std::string name) {
+  for (std::size_t i = 0; i < mesh.materials.size(); ++i)
+    for (const auto& material : mesh.materials)
+      if (material.name == name) name += "_";
+  return name;
+}
 
 void write_obj(const std::string& path, const geometry::Mesh& mesh) {
   detail::require_writable_names(path, mesh);

@@ -12,7 +12,8 @@
 #include <tapestry/io/text_lines.hpp>
 #include <tapestry/io/text_lists.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 [[nodiscard]] inline nn::Engine engine_of(const std::string& precision) {
   if (precision == "bfloat16") return nn::Engine::bfloat16;
@@ -251,9 +252,7 @@ template <std::floating_point T>
   }
 }
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 template <std::floating_point T>
 detect::Detector<T> read_detector(const DetectorFiles& files, std::vector<std::string>* warnings,

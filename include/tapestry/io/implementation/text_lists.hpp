@@ -7,6 +7,22 @@
 #include <tapestry/io/text_lists.hpp>
 
 namespace tapestry::io {
+namespace detail {
+
+/// Keeps the first of equal ids; returns the number of ids dropped.
+inline std::size_t drop_repeated(std::vector<std::int64_t>& ids, std::size_t face_count) {
+  std::vector<bool> seen(face_count + 1, false);
+  const auto repeated = [&](std::int64_t id) {
+    const bool before = seen[static_cast<std::size_t>(id)];
+    seen[static_cast<std::size_t>(id)] = true;
+    return before;
+  };
+  const std::size_t count = ids.size();
+  ids.erase(std::remove_if(ids.begin(), ids.end(), repeated), ids.end());
+  return count - ids.size();
+}
+
+}  // namespace detail
 
 bool TextLines::next() {
   if (!next_piece()) return false;
@@ -155,27 +171,6 @@ std::vector<std::string> read_class_names(const std::string& path, std::size_t c
                   std::to_string(names.size()), ErrorKind::mismatch);
   return names;
 }
-
-}  // namespace tapestry::io
-
-namespace tapestry::io::detail {
-
-/// Keeps the first of equal ids; returns the number of ids dropped.
-inline std::size_t drop_repeated(std::vector<std::int64_t>& ids, std::size_t face_count) {
-  std::vector<bool> seen(face_count + 1, false);
-  const auto repeated = [&](std::int64_t id) {
-    const bool before = seen[static_cast<std::size_t>(id)];
-    seen[static_cast<std::size_t>(id)] = true;
-    return before;
-  };
-  const std::size_t count = ids.size();
-  ids.erase(std::remove_if(ids.begin(), ids.end(), repeated), ids.end());
-  return count - ids.size();
-}
-
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
 
 FaceList read_face_list(const std::string& path, std::size_t face_count) {
   const std::string text = read_text_file(path, std::uint64_t(1) << 28U);

@@ -6,7 +6,8 @@
 #include <tapestry/loss/detail/box_assignment.hpp>
 #include <tapestry/loss/detail/prediction_variable.hpp>
 
-namespace tapestry::loss::detail {
+namespace tapestry::loss {
+namespace detail {
 
 template <std::floating_point T>
 TermSums paper_terms(const Predictions<T>& predictions, const Target& target) {
@@ -87,43 +88,6 @@ void terms_adjoint(const Predictions<T>& predictions, const Target& target, Adve
     vanish_adjoint(predictions, target.box, adjoint.max_score, logits_adjoint);
 }
 
-}  // namespace tapestry::loss::detail
-
-namespace tapestry::loss {
-
-template <std::floating_point T>
-AdversarialTerms<T> adversarial(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
-                                const AdversarialWeights& weights) {
-  require_predictions("adversarial", predictions);
-  require_target("adversarial", predictions, target);
-  detail::TermSums sums;
-  if (kind == AdversarialLoss::paper) sums = detail::paper_terms(predictions, target);
-  if (kind == AdversarialLoss::as_coded) sums = detail::as_coded_terms(predictions, target);
-  if (kind == AdversarialLoss::max_score) sums.max_score = max_score(predictions, target);
-  if (kind == AdversarialLoss::vanish) sums.max_score = vanish(predictions, target.box);
-  const double total = weights.iou * sums.iou + weights.objectness * sums.objectness +
-                       weights.classification * sums.classification + weights.max_score * sums.max_score;
-  return {static_cast<T>(sums.iou), static_cast<T>(sums.objectness), static_cast<T>(sums.classification),
-          static_cast<T>(sums.max_score), static_cast<T>(total)};
-}
-
-template <std::floating_point T>
-void adversarial_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
-                         const AdversarialWeights& weights, T total_adjoint,
-                         const LogitsAdjoint<T>& logits_adjoint) {
-  require_predictions("adversarial_adjoint", predictions);
-  require_target("adversarial_adjoint", predictions, target);
-  require_adjoint("adversarial_adjoint", predictions, logits_adjoint);
-  const auto seed = static_cast<double>(total_adjoint);
-  const detail::TermSums adjoint{seed * weights.iou, seed * weights.objectness, seed * weights.classification,
-                                 seed * weights.max_score};
-  detail::terms_adjoint(predictions, target, kind, adjoint, logits_adjoint);
-}
-
-}  // namespace tapestry::loss
-
-namespace tapestry::loss::detail {
-
 /// The mean of the terms over a batch, added in double in the order of the images: iou, objectness,
 /// classification, max_score, total.
 template <std::floating_point T>
@@ -178,9 +142,36 @@ AdversarialTerms<Variable<T>> adversarial_of(const std::vector<detect::Head>& he
   return {term(0), term(1), term(2), term(3), term(4)};
 }
 
-}  // namespace tapestry::loss::detail
+}  // namespace detail
 
-namespace tapestry::loss {
+template <std::floating_point T>
+AdversarialTerms<T> adversarial(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
+                                const AdversarialWeights& weights) {
+  require_predictions("adversarial", predictions);
+  require_target("adversarial", predictions, target);
+  detail::TermSums sums;
+  if (kind == AdversarialLoss::paper) sums = detail::paper_terms(predictions, target);
+  if (kind == AdversarialLoss::as_coded) sums = detail::as_coded_terms(predictions, target);
+  if (kind == AdversarialLoss::max_score) sums.max_score = max_score(predictions, target);
+  if (kind == AdversarialLoss::vanish) sums.max_score = vanish(predictions, target.box);
+  const double total = weights.iou * sums.iou + weights.objectness * sums.objectness +
+                       weights.classification * sums.classification + weights.max_score * sums.max_score;
+  return {static_cast<T>(sums.iou), static_cast<T>(sums.objectness), static_cast<T>(sums.classification),
+          static_cast<T>(sums.max_score), static_cast<T>(total)};
+}
+
+template <std::floating_point T>
+void adversarial_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
+                         const AdversarialWeights& weights, T total_adjoint,
+                         const LogitsAdjoint<T>& logits_adjoint) {
+  require_predictions("adversarial_adjoint", predictions);
+  require_target("adversarial_adjoint", predictions, target);
+  require_adjoint("adversarial_adjoint", predictions, logits_adjoint);
+  const auto seed = static_cast<double>(total_adjoint);
+  const detail::TermSums adjoint{seed * weights.iou, seed * weights.objectness, seed * weights.classification,
+                                 seed * weights.max_score};
+  detail::terms_adjoint(predictions, target, kind, adjoint, logits_adjoint);
+}
 
 template <std::floating_point T>
 AdversarialTerms<Variable<T>> mean_of(std::vector<AdversarialTerms<Variable<T>>> terms) {

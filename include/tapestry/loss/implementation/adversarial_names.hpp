@@ -1,12 +1,9 @@
 #pragma once
 #include <tapestry/autodiff/arrays/gather.hpp>
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/loss/detail/adversarial_terms.hpp>
 #include <tapestry/loss/detail/box_assignment.hpp>
-#include <tapestry/loss/detail/prediction_variable.hpp>
 #include <tapestry/loss/detail/responsible.hpp>
 
 namespace tapestry::loss {

@@ -1,7 +1,8 @@
 #pragma once
 #include <tapestry/loss/detail/adversarial_terms.hpp>
 
-namespace tapestry::loss::detail {
+namespace tapestry::loss {
+namespace detail {
 
 /// One axis of two overlapping boxes: lengths of intersection and hull, and how the box's own centre and
 /// extent move them. Where two edges coincide, the mean of the two one-sided derivatives is taken, so that
@@ -35,10 +36,6 @@ struct AxisOverlap {
   return box.w > 0 && box.h > 0 && target.w > 0 && target.h > 0 && std::isfinite(box.cx) &&
          std::isfinite(box.cy) && std::isfinite(box.w * box.w + box.h * box.h + target.w * target.h);
 }
-
-}  // namespace tapestry::loss::detail
-
-namespace tapestry::loss::detail {
 
 template <std::floating_point T>
 double miss(const Predictions<T>& predictions, const Responsible& best, const Target& target) {
@@ -117,9 +114,7 @@ std::vector<BestOfClass> best_of_each_class(const Predictions<T>& predictions, c
   return largest + std::log(sum + std::exp(-largest));
 }
 
-}  // namespace tapestry::loss::detail
-
-namespace tapestry::loss {
+}  // namespace detail
 
 template <std::floating_point T>
 double max_score(const Predictions<T>& predictions, const Target& target) {

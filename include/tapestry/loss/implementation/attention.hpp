@@ -2,7 +2,8 @@
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/loss/attention.hpp>
 
-namespace tapestry::loss::detail {
+namespace tapestry::loss {
+namespace detail {
 
 /// The connected parts of a heat map: for each place the number of its part, from 1, or 0 where there is no
 /// heat; neighbours are above, below, left and right.
@@ -44,9 +45,7 @@ template <std::floating_point T>
   return parts;
 }
 
-}  // namespace tapestry::loss::detail
-
-namespace tapestry::loss {
+}  // namespace detail
 
 template <std::floating_point T>
 T attention(const Array<T, 2>& heat) {

@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/loss/detail/box_assignment.hpp>
 #include <tapestry/loss/prediction.hpp>
 

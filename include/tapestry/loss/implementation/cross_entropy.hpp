@@ -5,7 +5,8 @@
 #include <tapestry/loss/cross_entropy.hpp>
 #include <tapestry/loss/detail/logistic.hpp>
 
-namespace tapestry::loss::detail {
+namespace tapestry::loss {
+namespace detail {
 
 template <std::floating_point T>
 void require_wanted(const char* operation, const Array<T, 4>& logits, const Array<T, 4>& wanted) {
@@ -32,9 +33,7 @@ void for_each_softmax(const Array<T, 4>& logits, Body body) {
     }
 }
 
-}  // namespace tapestry::loss::detail
-
-namespace tapestry::loss {
+}  // namespace detail
 
 template <std::floating_point T>
 T binary_cross_entropy(const Array<T, 4>& logits, const Array<T, 4>& wanted) {

@@ -6,7 +6,8 @@
 #include <tapestry/loss/detail/box_assignment.hpp>
 #include <tapestry/loss/prediction.hpp>
 
-namespace tapestry::loss::detail {
+namespace tapestry::loss {
+namespace detail {
 
 /// The centre of a candidate's cell, pixels of the input.
 template <std::floating_point T>
@@ -134,9 +135,7 @@ void require_finite_image(const char* operation, const Predictions<T>& predictio
   }
 }
 
-}  // namespace tapestry::loss::detail
-
-namespace tapestry::loss {
+}  // namespace detail
 
 template <std::floating_point T>
 DynamicMatches dynamic_matches(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,

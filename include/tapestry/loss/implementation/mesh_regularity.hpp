@@ -2,7 +2,8 @@
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/loss/mesh_regularity.hpp>
 
-namespace tapestry::loss::detail {
+namespace tapestry::loss {
+namespace detail {
 
 template <std::floating_point T>
 geometry::Vector3 row(const Array<T, 2>& positions, std::size_t vertex) {
@@ -55,9 +56,7 @@ struct HingeNormals {
   [[nodiscard]] bool has_area() const { return first_length > 0 && second_length > 0; }
 };
 
-}  // namespace tapestry::loss::detail
-
-namespace tapestry::loss {
+}  // namespace detail
 
 template <std::floating_point T>
 T laplacian(const geometry::MeshTopology& topology, const Array<T, 2>& positions) {
@@ -148,10 +147,6 @@ void normal_consistency_adjoint(const geometry::MeshTopology& topology, const Ar
                        geometry::scale(geometry::add(edge, geometry::add(to_c, to_d)), -1));
   }
 }
-
-}  // namespace tapestry::loss
-
-namespace tapestry::loss {
 
 template <std::floating_point T>
 Variable<T> laplacian(const geometry::MeshTopology& topology, const ArrayVariable<T, 2>& positions) {

@@ -1,10 +1,10 @@
 #pragma once
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/loss/detail/adversarial_terms.hpp>
 #include <tapestry/loss/detail/overlap.hpp>
 #include <tapestry/loss/detail/responsible.hpp>
 
-namespace tapestry::loss::detail {
+namespace tapestry::loss {
+namespace detail {
 
 void add(detect::Box& sum, const detect::Box& term, double scale) {
   sum.cx += scale * term.cx;
@@ -13,9 +13,7 @@ void add(detect::Box& sum, const detect::Box& term, double scale) {
   sum.h += scale * term.h;
 }
 
-}  // namespace tapestry::loss::detail
-
-namespace tapestry::loss {
+}  // namespace detail
 
 Overlap iou_with_gradient(const detect::Box& box, const detect::Box& target) {
   if (detail::has_nan(box)) return {std::nan(""), {std::nan(""), std::nan(""), std::nan(""), std::nan("")}};

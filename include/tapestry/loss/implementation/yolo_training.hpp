@@ -1,11 +1,11 @@
 #pragma once
-#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/loss/detail/box_assignment.hpp>
 #include <tapestry/loss/detail/prediction_variable.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 
-namespace tapestry::loss::detail {
+namespace tapestry::loss {
+namespace detail {
 
 /// IoU of two boxes with a common centre.
 [[nodiscard]] inline double shape_iou(double width, double height, const std::array<double, 2>& anchor) {
@@ -183,40 +183,6 @@ void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Ta
   });
 }
 
-}  // namespace tapestry::loss::detail
-
-namespace tapestry::loss {
-
-template <std::floating_point T>
-YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
-                                const Truths& truths, std::size_t input_height, std::size_t input_width,
-                                const YoloTrainingOptions& options) {
-  detail::require_training("yolo_training", heads, logits, truths, input_height, input_width);
-  return detail::batch_terms(truths.size(), static_cast<double>(truths.size()), options, [&](std::size_t n) {
-    return detail::image_terms(Predictions<T>{heads, logits, n, input_height, input_width}, truths[n],
-                               options);
-  });
-}
-
-template <std::floating_point T>
-void yolo_training_adjoint(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
-                           const Truths& truths, std::size_t input_height, std::size_t input_width,
-                           const YoloTrainingOptions& options, T total_adjoint,
-                           const LogitsAdjoint<T>& logits_adjoint) {
-  detail::require_training("yolo_training_adjoint", heads, logits, truths, input_height, input_width);
-  require_adjoint("yolo_training_adjoint", Predictions<T>{heads, logits, 0, input_height, input_width},
-                  logits_adjoint);
-  const double adjoint = static_cast<double>(total_adjoint) / static_cast<double>(truths.size());
-  parallel_for(truths.size(), [&](std::size_t n) {
-    detail::image_terms_adjoint(Predictions<T>{heads, logits, n, input_height, input_width}, truths[n],
-                                options, adjoint, logits_adjoint);
-  });
-}
-
-}  // namespace tapestry::loss
-
-namespace tapestry::loss::detail {
-
 /// The terms of a training loss on the tape, as one record.
 /// \param options     with the weights of the terms
 /// \param adjoint_of  adds to its second argument the derivative of the total under the weights of its first
@@ -256,4 +222,32 @@ YoloTrainingVariables<T> yolo_training_of(const std::vector<detect::Head>& heads
   return record_training_terms(means, options, adjoint_of, logits);
 }
 
-}  // namespace tapestry::loss::detail
+}  // namespace detail
+
+template <std::floating_point T>
+YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
+                                const Truths& truths, std::size_t input_height, std::size_t input_width,
+                                const YoloTrainingOptions& options) {
+  detail::require_training("yolo_training", heads, logits, truths, input_height, input_width);
+  return detail::batch_terms(truths.size(), static_cast<double>(truths.size()), options, [&](std::size_t n) {
+    return detail::image_terms(Predictions<T>{heads, logits, n, input_height, input_width}, truths[n],
+                               options);
+  });
+}
+
+template <std::floating_point T>
+void yolo_training_adjoint(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
+                           const Truths& truths, std::size_t input_height, std::size_t input_width,
+                           const YoloTrainingOptions& options, T total_adjoint,
+                           const LogitsAdjoint<T>& logits_adjoint) {
+  detail::require_training("yolo_training_adjoint", heads, logits, truths, input_height, input_width);
+  require_adjoint("yolo_training_adjoint", Predictions<T>{heads, logits, 0, input_height, input_width},
+                  logits_adjoint);
+  const double adjoint = static_cast<double>(total_adjoint) / static_cast<double>(truths.size());
+  parallel_for(truths.size(), [&](std::size_t n) {
+    detail::image_terms_adjoint(Predictions<T>{heads, logits, n, input_height, input_width}, truths[n],
+                                options, adjoint, logits_adjoint);
+  });
+}
+
+}  // namespace tapestry::loss

@@ -1,12 +1,12 @@
 #pragma once
-#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/loss/detail/prediction_variable.hpp>
 #include <tapestry/loss/implementation/yolo_training.hpp>
 #include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/loss/yolox_training.hpp>
 
-namespace tapestry::loss::detail {
+namespace tapestry::loss {
+namespace detail {
 
 /// (y − σ(t))² · H(t, y): the cross entropy, weighted down where σ is near the wanted value.
 [[nodiscard]] inline double quality_focal(double logit, double wanted) {
@@ -120,9 +120,25 @@ void require_matches(const char* operation, const std::vector<detect::Head>& hea
   return static_cast<double>(std::max<std::size_t>(1, count));
 }
 
-}  // namespace tapestry::loss::detail
+template <std::floating_point T>
+YoloTrainingVariables<T> yolox_training_of(const std::vector<detect::Head>& heads, std::size_t input_height,
+                                           std::size_t input_width,
+                                           const std::vector<ArrayVariable<T, 4>>& logits,
+                                           const Truths& truths, const YoloxTrainingOptions& options) {
+  const auto kept = std::make_shared<const KeptLogits<T>>(heads, input_height, input_width, logits);
+  const auto matches = std::make_shared<const DynamicMatches>(
+      dynamic_matches(kept->heads(), kept->view(), truths, input_height, input_width, options.match));
+  const auto terms =
+      yolox_training(kept->heads(), kept->view(), *matches, input_height, input_width, options);
+  const auto adjoint_of = [kept, matches, input_height, input_width](const YoloxTrainingOptions& weights,
+                                                                     const LogitsAdjoint<T>& logits_adjoint) {
+    yolox_training_adjoint(kept->heads(), kept->view(), *matches, input_height, input_width, weights, T(1),
+                           logits_adjoint);
+  };
+  return record_training_terms(terms, options, adjoint_of, logits);
+}
 
-namespace tapestry::loss {
+}  // namespace detail
 
 template <std::floating_point T>
 YoloTrainingTerms yolox_training(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
@@ -150,25 +166,3 @@ void yolox_training_adjoint(const std::vector<detect::Head>& heads, const Logits
 }
 
 }  // namespace tapestry::loss
-
-namespace tapestry::loss::detail {
-
-template <std::floating_point T>
-YoloTrainingVariables<T> yolox_training_of(const std::vector<detect::Head>& heads, std::size_t input_height,
-                                           std::size_t input_width,
-                                           const std::vector<ArrayVariable<T, 4>>& logits,
-                                           const Truths& truths, const YoloxTrainingOptions& options) {
-  const auto kept = std::make_shared<const KeptLogits<T>>(heads, input_height, input_width, logits);
-  const auto matches = std::make_shared<const DynamicMatches>(
-      dynamic_matches(kept->heads(), kept->view(), truths, input_height, input_width, options.match));
-  const auto terms =
-      yolox_training(kept->heads(), kept->view(), *matches, input_height, input_width, options);
-  const auto adjoint_of = [kept, matches, input_height, input_width](const YoloxTrainingOptions& weights,
-                                                                     const LogitsAdjoint<T>& logits_adjoint) {
-    yolox_training_adjoint(kept->heads(), kept->view(), *matches, input_height, input_width, weights, T(1),
-                           logits_adjoint);
-  };
-  return record_training_terms(terms, options, adjoint_of, logits);
-}
-
-}  // namespace tapestry::loss::detail

@@ -13,7 +13,8 @@
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 
-namespace tapestry::raster::detail {
+namespace tapestry::raster {
+namespace detail {
 
 inline void require_uvs(const char* operation, const geometry::Mesh& mesh,
                         const std::vector<std::uint8_t>& painted) {
@@ -43,10 +44,9 @@ inline void require_layout(const char* operation, const PaintedMesh& body) {
   if (pictures && pictures->of_face.size() != mesh.faces.size())
     throw ShapeError(
         {name, ": pictures are of ", pictures->of_face.size(), " faces, expected ", mesh.faces.size()});
-  if (painted.size() != mesh.faces.size()) {
+  if (painted.size() != mesh.faces.size())
     throw ShapeError(
         {name, ": painted is [", painted.size(), "], expected [", mesh.faces.size(), "], one entry a face"});
-  }
   constexpr std::size_t size_limit = 1U << 16U;
   if (layout.traits().is_by_face) {
     if (layout.texels_per_edge == 0 || layout.texels_per_edge > 256)
@@ -224,9 +224,7 @@ inline void require_view_of(const char* operation, const PaintedMesh& body, cons
          "of texture; draw it anew"});
 }
 
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
+}  // namespace detail
 
 /// Draws a view of a painted mesh and keeps its fragments, once for both its picture, by render_textured(),
 /// and its gradient, by vertex_adjoint(). Bits are those of drawing anew. The mesh must outlive the view.

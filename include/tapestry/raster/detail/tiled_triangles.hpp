@@ -16,10 +16,9 @@ inline void require_corners(const char* operation, const geometry::Mesh& mesh) {
     return;
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
     for (const std::int32_t corner : mesh.faces[face]) {
-      if (corner < 0 || static_cast<std::size_t>(corner) >= mesh.positions.size()) {
+      if (corner < 0 || static_cast<std::size_t>(corner) >= mesh.positions.size())
         throw Error(ErrorKind::mismatch, {operation, ": face ", face, " refers to position ", corner, " of ",
                                           mesh.positions.size()});
-      }
     }
   }
 }

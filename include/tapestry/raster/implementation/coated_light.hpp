@@ -4,7 +4,8 @@
 #include <tapestry/raster/implementation/estimated_light.hpp>
 #include <tapestry/raster/implementation/photographed_light.hpp>
 
-namespace tapestry::raster::detail {
+namespace tapestry::raster {
+namespace detail {
 
 /// Resolutions of gloss and surroundings, each twice the one before: 4 × 8 to 64 × 128 texels. On six frames
 /// of a simulator, a fit to half of the car's painted pixels, in squares of 8, differs from the other half by
@@ -270,9 +271,7 @@ class CoatedFit {
   std::array<double, 3> colour_{0, 0, 0};
 };
 
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
+}  // namespace detail
 
 EstimatedLight coated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
                             const EstimatedLight& matt, const std::optional<std::array<double, 3>>& paint) {

@@ -7,7 +7,8 @@
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/visibility.hpp>
 
-namespace tapestry::raster::detail {
+namespace tapestry::raster {
+namespace detail {
 
 template <std::floating_point T>
 void require_pixels(const char* operation, const char* what, const PixelFaces& pixels,
@@ -36,9 +37,7 @@ void for_each_attribute(const PixelFaces& pixels, const std::vector<geometry::Co
   }
 }
 
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
+}  // namespace detail
 
 template <std::floating_point T>
 Array<T, 3> barycentrics(const PixelFaces& pixels) {

@@ -1,7 +1,8 @@
 #pragma once
 #include <tapestry/raster/estimated_light.hpp>
 
-namespace tapestry::raster::detail {
+namespace tapestry::raster {
+namespace detail {
 
 /// max(0, n·L) · V of each point; a null view shadows nothing.
 [[nodiscard]] inline std::vector<double> sun_shares(const std::vector<LitPoint>& points,
@@ -150,40 +151,6 @@ inline double set_light(EstimatedLight& estimate, const LightWeights& weights, s
   return 1 / brightest;
 }
 
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
-
-EstimatedLight estimated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
-                               const std::optional<std::array<double, 3>>& paint, std::size_t shadow_pixels) {
-  detail::require_lit_points(mesh, points);
-  detail::require_paint(paint);
-  detail::SkyBasis basis(points);
-  std::vector<double> counts(points.size(), 1.0), shading(points.size());
-  detail::SunCandidate sun;
-  detail::ColourFit fit;
-  for (int round = 0; round < 4; ++round) {
-    if (round > 0) basis.weigh(counts = detail::robust_counts(fit.distance));
-    sun = detail::best_sun(mesh, points, basis, shadow_pixels);
-    for (std::size_t p = 0; p < points.size(); ++p) shading[p] = basis.shading(p, sun.weights, sun.shares[p]);
-    fit = detail::fit_colour(points, shading, counts);
-  }
-  EstimatedLight estimate{{}, fit.colour, fit.error};
-  estimate.light.direction = sun.towards;
-  estimate.light.shadow = sun.shadow;
-  detail::set_light(estimate, sun.weights, std::move(shading), paint);
-  return estimate;
-}
-
-double AmbientOcclusion::at(std::size_t face, std::size_t side, const std::array<double, 3>& b) const {
-  const auto& corner = open[face][side];
-  double sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) sum += b[k] * static_cast<double>(corner[k]);
-  return sum;
-}
-
-namespace detail {
-
 /// Corners of a face are moved inwards by this share before their hiders are looked up.
 inline constexpr double occlusion_inset = 0.25;
 
@@ -214,6 +181,34 @@ inline void add_direction(const geometry::Mesh& mesh, std::size_t face, const ge
 }
 
 }  // namespace detail
+
+EstimatedLight estimated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
+                               const std::optional<std::array<double, 3>>& paint, std::size_t shadow_pixels) {
+  detail::require_lit_points(mesh, points);
+  detail::require_paint(paint);
+  detail::SkyBasis basis(points);
+  std::vector<double> counts(points.size(), 1.0), shading(points.size());
+  detail::SunCandidate sun;
+  detail::ColourFit fit;
+  for (int round = 0; round < 4; ++round) {
+    if (round > 0) basis.weigh(counts = detail::robust_counts(fit.distance));
+    sun = detail::best_sun(mesh, points, basis, shadow_pixels);
+    for (std::size_t p = 0; p < points.size(); ++p) shading[p] = basis.shading(p, sun.weights, sun.shares[p]);
+    fit = detail::fit_colour(points, shading, counts);
+  }
+  EstimatedLight estimate{{}, fit.colour, fit.error};
+  estimate.light.direction = sun.towards;
+  estimate.light.shadow = sun.shadow;
+  detail::set_light(estimate, sun.weights, std::move(shading), paint);
+  return estimate;
+}
+
+double AmbientOcclusion::at(std::size_t face, std::size_t side, const std::array<double, 3>& b) const {
+  const auto& corner = open[face][side];
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) sum += b[k] * static_cast<double>(corner[k]);
+  return sum;
+}
 
 AmbientOcclusion ambient_occlusion(const geometry::Mesh& mesh, std::size_t directions, std::size_t pixels) {
   if (directions == 0 || directions > 65536)

@@ -6,7 +6,8 @@
 #include <tapestry/raster/deferred.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 
-namespace tapestry::raster::detail {
+namespace tapestry::raster {
+namespace detail {
 
 /// Bilinear lookup at one pixel of uv, as visit_picture_taps() has it.
 struct LookUp {
@@ -46,9 +47,7 @@ void require_texture(const char* operation, const Array<T, 3>& texture, const Ar
   if (texture.size() == 0) throw ShapeError({operation, ": the texture has no texel, expected one at least"});
 }
 
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
+}  // namespace detail
 
 template <std::floating_point T>
 Array<T, 3> look_up(const Array<T, 3>& texture, const Array<T, 3>& uv) {

@@ -9,32 +9,7 @@
 #include <tuple>
 
 namespace tapestry::raster {
-
-std::vector<std::int32_t> welded_positions(const geometry::Mesh& mesh) {
-  std::vector<std::int32_t> welded(mesh.positions.size());
-  const std::size_t size = std::bit_ceil(2 * mesh.positions.size() + 1);
-  std::vector<std::int32_t> table(size, -1);
-  for (std::size_t i = 0; i < welded.size(); ++i) {
-    const geometry::Vector3& position = mesh.positions[i];
-    std::uint64_t hash = 0;
-    for (const double coordinate : position) {
-      hash ^= std::bit_cast<std::uint64_t>(coordinate + 0.0);  // −0 is 0
-      hash *= 0x9E3779B97F4A7C15U;
-      hash ^= hash >> 32U;
-    }
-    std::size_t slot = hash & (size - 1);
-    while (table[slot] >= 0 && mesh.positions[static_cast<std::size_t>(table[slot])] != position)
-      slot = (slot + 1) & (size - 1);
-    const bool is_number = position == position;
-    if (is_number && table[slot] < 0) table[slot] = static_cast<std::int32_t>(i);
-    welded[i] = is_number ? table[slot] : static_cast<std::int32_t>(i);
-  }
-  return welded;
-}
-
-}  // namespace tapestry::raster
-
-namespace tapestry::raster::detail {
+namespace detail {
 
 [[nodiscard]] inline std::int8_t way_of(const geometry::Mesh& mesh, const MeshEdges& edges,
                                         std::span<const HalfEdge> own) {
@@ -117,28 +92,6 @@ inline void gather_edges(const geometry::Mesh& mesh, MeshEdges& edges) {
   }
   edges.begin.push_back(static_cast<std::uint32_t>(sides.size()));
 }
-
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
-
-MeshEdges mesh_edges(const geometry::Mesh& mesh) {
-  MeshEdges edges;
-  edges.welded = welded_positions(mesh);
-  detail::gather_edges(mesh, edges);
-  edges.way.resize(edges.size());
-  for (std::size_t edge = 0; edge < edges.size(); ++edge)
-    edges.way[edge] = detail::way_of(mesh, edges, edges.of(edge));
-  edges.face_count = mesh.faces.size();
-  edges.is_closed =
-      std::all_of(edges.way.begin(), edges.way.end(), [](std::int8_t way) { return way > 0; }) &&
-      detail::is_one_piece(edges);
-  return edges;
-}
-
-}  // namespace tapestry::raster
-
-namespace tapestry::raster::detail {
 
 /// Whether a face has points on both sides of another one's plane, or may have, and is not in that plane. The
 /// tolerance for "in the plane" depends on the two faces alone, so that no third one matters.
@@ -253,9 +206,43 @@ inline void keep_once(std::vector<FacePair>& pairs) {
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
 
-}  // namespace tapestry::raster::detail
+}  // namespace detail
 
-namespace tapestry::raster {
+std::vector<std::int32_t> welded_positions(const geometry::Mesh& mesh) {
+  std::vector<std::int32_t> welded(mesh.positions.size());
+  const std::size_t size = std::bit_ceil(2 * mesh.positions.size() + 1);
+  std::vector<std::int32_t> table(size, -1);
+  for (std::size_t i = 0; i < welded.size(); ++i) {
+    const geometry::Vector3& position = mesh.positions[i];
+    std::uint64_t hash = 0;
+    for (const double coordinate : position) {
+      hash ^= std::bit_cast<std::uint64_t>(coordinate + 0.0);  // −0 is 0
+      hash *= 0x9E3779B97F4A7C15U;
+      hash ^= hash >> 32U;
+    }
+    std::size_t slot = hash & (size - 1);
+    while (table[slot] >= 0 && mesh.positions[static_cast<std::size_t>(table[slot])] != position)
+      slot = (slot + 1) & (size - 1);
+    const bool is_number = position == position;
+    if (is_number && table[slot] < 0) table[slot] = static_cast<std::int32_t>(i);
+    welded[i] = is_number ? table[slot] : static_cast<std::int32_t>(i);
+  }
+  return welded;
+}
+
+MeshEdges mesh_edges(const geometry::Mesh& mesh) {
+  MeshEdges edges;
+  edges.welded = welded_positions(mesh);
+  detail::gather_edges(mesh, edges);
+  edges.way.resize(edges.size());
+  for (std::size_t edge = 0; edge < edges.size(); ++edge)
+    edges.way[edge] = detail::way_of(mesh, edges, edges.of(edge));
+  edges.face_count = mesh.faces.size();
+  edges.is_closed =
+      std::all_of(edges.way.begin(), edges.way.end(), [](std::int8_t way) { return way > 0; }) &&
+      detail::is_one_piece(edges);
+  return edges;
+}
 
 std::vector<FacePair> crossing_faces(const geometry::Mesh& mesh, const MeshEdges& edges,
                                      const SeenFaces& seen) {

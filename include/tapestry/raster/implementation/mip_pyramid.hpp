@@ -1,14 +1,14 @@
 #pragma once
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/detail/surface.hpp>
-#include <tapestry/raster/lighting.hpp>
+#include <tapestry/raster/detail/texture_kinds.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
-namespace tapestry::raster::detail {
+namespace tapestry::raster {
+namespace detail {
 
 std::vector<MipOverlap> mip_overlaps(std::size_t coarse_size, std::size_t fine_size) {
   std::vector<MipOverlap> overlaps;
@@ -26,27 +26,6 @@ std::vector<MipOverlap> mip_overlaps(std::size_t coarse_size, std::size_t fine_s
   }
   return overlaps;
 }
-
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
-
-MipPyramid::MipPyramid(const TextureLayout& layout) : layout_(layout) {
-  const auto levels = mip_levels(layout);
-  for (std::size_t level = 1; level < levels.size(); ++level)
-    steps_.emplace_back(levels[level - 1], levels[level]);
-  texel_count_ = levels.back().first_texel + 1;
-}
-
-double MipPyramid::part_of(std::size_t fine, std::size_t coarse) const {
-  if (shares_.empty()) return 1;
-  if (shares_[fine] == 0) return 0;
-  return shares_[fine] / shares_[coarse];
-}
-
-}  // namespace tapestry::raster
-
-namespace tapestry::raster::detail {
 
 bool TexelRectangle::meets(const UvTriangle& corner) const {
   for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -82,19 +61,6 @@ std::vector<double> moves_off_border(const UvTriangle& corner, std::size_t axis,
   return {-0.25, 0.25};
 }
 
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
-
-std::shared_ptr<const MipPyramid> pyramid_of(const PaintedMesh& body) {
-  if (!is_filtered(body.layout)) return nullptr;
-  return std::make_shared<const MipPyramid>(body.layout, used_texels_or_all<float>(body));
-}
-
-}  // namespace tapestry::raster
-
-namespace tapestry::raster::detail {
-
 std::array<double, 3> clamped_barycentric(std::array<double, 3> b) {
   double sum = 0;
   for (double& value : b) sum += value = std::max(value, 0.0);
@@ -102,4 +68,24 @@ std::array<double, 3> clamped_barycentric(std::array<double, 3> b) {
   return b;
 }
 
-}  // namespace tapestry::raster::detail
+}  // namespace detail
+
+MipPyramid::MipPyramid(const TextureLayout& layout) : layout_(layout) {
+  const auto levels = mip_levels(layout);
+  for (std::size_t level = 1; level < levels.size(); ++level)
+    steps_.emplace_back(levels[level - 1], levels[level]);
+  texel_count_ = levels.back().first_texel + 1;
+}
+
+double MipPyramid::part_of(std::size_t fine, std::size_t coarse) const {
+  if (shares_.empty()) return 1;
+  if (shares_[fine] == 0) return 0;
+  return shares_[fine] / shares_[coarse];
+}
+
+std::shared_ptr<const MipPyramid> pyramid_of(const PaintedMesh& body) {
+  if (!is_filtered(body.layout)) return nullptr;
+  return std::make_shared<const MipPyramid>(body.layout, used_texels_or_all<float>(body));
+}
+
+}  // namespace tapestry::raster

@@ -1,13 +1,10 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/raster/deferred.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
-#include <tapestry/raster/implementation/outline_crossings.hpp>
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/visibility.hpp>
 

@@ -5,13 +5,11 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/raster/detail/crossing_faces.hpp>
 #include <tapestry/raster/detail/face_field.hpp>
-#include <tapestry/raster/detail/surface.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/detail/vertex_gradient/edge_line.hpp>
 #include <tapestry/raster/detail/vertex_gradient/interior.hpp>
 #include <tapestry/raster/detail/vertex_gradient/intersections.hpp>
 #include <tapestry/raster/detail/vertex_gradient/outlines.hpp>
-#include <tapestry/raster/detail/vertex_gradient/pixel_map.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/silhouette.hpp>

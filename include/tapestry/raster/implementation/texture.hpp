@@ -3,7 +3,6 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/detail/mip_levels.hpp>
@@ -15,6 +14,15 @@
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::raster {
+namespace detail {
+
+template <std::floating_point T>
+void require_bakeable(const char* operation, const PaintedMesh& body, const Array<T, 2>& texels) {
+  require_layout(operation, body);
+  require_shape(operation, "texels", texels, {body.layout.texel_count(body.mesh), 3});
+}
+
+}  // namespace detail
 
 template <std::floating_point T>
 Array<T, 2> with_unused_filled(const TextureLayout& layout, const Array<T, 2>& used,
@@ -36,10 +44,6 @@ ArrayVariable<T, 2> stored_texels(const std::shared_ptr<const MipPyramid>& pyram
   return record_array((*pyramid)(texels.value()), pullback, texels);
 }
 
-}  // namespace tapestry::raster
-
-namespace tapestry::raster {
-
 template <std::floating_point T>
 Array<T, 2> used_texels(const PaintedMesh& body) {
   if (!body.layout.traits().is_picture)
@@ -60,20 +64,6 @@ Array<T, 2> used_texels_or_all(const PaintedMesh& body) {
     return filled<T, 2>({body.layout.height, body.layout.width}, T(1));
   }
 }
-
-}  // namespace tapestry::raster
-
-namespace tapestry::raster::detail {
-
-template <std::floating_point T>
-void require_bakeable(const char* operation, const PaintedMesh& body, const Array<T, 2>& texels) {
-  require_layout(operation, body);
-  require_shape(operation, "texels", texels, {body.layout.texel_count(body.mesh), 3});
-}
-
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
 
 template <std::floating_point T>
 Array<T, 2> bake_atlas(const PaintedMesh& body, const Array<T, 2>& texels, const TextureLayout& to) {

@@ -3,12 +3,13 @@
 #include <numeric>
 #include <set>
 #include <tapestry/core/error.hpp>
-#include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/detail/fragment_shader.hpp>
+#include <tapestry/raster/detail/texture_kinds.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
-namespace tapestry::raster::detail {
+namespace tapestry::raster {
+namespace detail {
 
 inline constexpr std::size_t no_chart = std::numeric_limits<std::size_t>::max();
 
@@ -176,9 +177,7 @@ inline std::vector<TextureChart> connected_pieces(const TextureChart& chart) {
   return pieces;
 }
 
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
+}  // namespace detail
 
 std::vector<TextureChart> texture_charts(const PaintedMesh& body) {
   detail::require_layout("texture_charts", body);

@@ -8,6 +8,31 @@
 #include <tapestry/raster/texture_operator.hpp>
 
 namespace tapestry::raster {
+namespace detail {
+
+/// Adds every view's render_adjoint(), in the order of views; views without an adjoint add nothing. For a
+/// small texture each view sums into an array of its own, so that views are independent of one another.
+template <std::floating_point T>
+void add_render_adjoints(const std::vector<std::shared_ptr<const TextureOperator<T>>>& pictures,
+                         const std::vector<const Array<T, 3>*>& render_adjoints,
+                         Array<T, 2>& texels_adjoint) {
+  constexpr std::size_t small_texture = 1U << 18U;  // values
+  if (texels_adjoint.size() > small_texture) {
+    for (std::size_t n = 0; n < pictures.size(); ++n)
+      if (render_adjoints[n] != nullptr) render_adjoint(*pictures[n], *render_adjoints[n], texels_adjoint);
+    return;
+  }
+  std::vector<Array<T, 2>> parts(pictures.size());
+  parallel_for(pictures.size(), [&](std::size_t n) {
+    if (render_adjoints[n] == nullptr) return;
+    parts[n] = zeros<T, 2>(texels_adjoint.shape());
+    render_adjoint(*pictures[n], *render_adjoints[n], parts[n]);
+  });
+  for (const auto& part : parts)
+    for (std::size_t i = 0; i < part.size(); ++i) texels_adjoint.data()[i] += part.data()[i];
+}
+
+}  // namespace detail
 
 template <std::floating_point T>
 TextureOperator<T> with_tiles(TextureOperator<T> picture) {
@@ -60,36 +85,6 @@ void render_adjoint(const TextureOperator<T>& picture, const Array<T, 3>& render
     detail::scatter<true>(picture, render_adjoint.data(), part, parts, texels_adjoint.data());
   });
 }
-
-}  // namespace tapestry::raster
-
-namespace tapestry::raster::detail {
-
-/// Adds every view's render_adjoint(), in the order of views; views without an adjoint add nothing. For a
-/// small texture each view sums into an array of its own, so that views are independent of one another.
-template <std::floating_point T>
-void add_render_adjoints(const std::vector<std::shared_ptr<const TextureOperator<T>>>& pictures,
-                         const std::vector<const Array<T, 3>*>& render_adjoints,
-                         Array<T, 2>& texels_adjoint) {
-  constexpr std::size_t small_texture = 1U << 18U;  // values
-  if (texels_adjoint.size() > small_texture) {
-    for (std::size_t n = 0; n < pictures.size(); ++n)
-      if (render_adjoints[n] != nullptr) render_adjoint(*pictures[n], *render_adjoints[n], texels_adjoint);
-    return;
-  }
-  std::vector<Array<T, 2>> parts(pictures.size());
-  parallel_for(pictures.size(), [&](std::size_t n) {
-    if (render_adjoints[n] == nullptr) return;
-    parts[n] = zeros<T, 2>(texels_adjoint.shape());
-    render_adjoint(*pictures[n], *render_adjoints[n], parts[n]);
-  });
-  for (const auto& part : parts)
-    for (std::size_t i = 0; i < part.size(); ++i) texels_adjoint.data()[i] += part.data()[i];
-}
-
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
 
 template <std::floating_point T>
 ArrayVariable<T, 3> render(const TextureOperator<T>& picture, const ArrayVariable<T, 2>& texels) {

@@ -4,7 +4,8 @@
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/silhouette.hpp>
 
-namespace tapestry::raster::detail {
+namespace tapestry::raster {
+namespace detail {
 
 /// Colours of a silhouette: every face alike, so that only the mesh's outline counts.
 struct OneColour {
@@ -14,9 +15,23 @@ struct OneColour {
   [[nodiscard]] static constexpr bool agrees(const HalfEdge&, const HalfEdge&) { return true; }
 };
 
-}  // namespace tapestry::raster::detail
+template <std::floating_point T>
+ArrayVariable<T, 2> record_coverage(std::shared_ptr<const geometry::Mesh> mesh,
+                                    const geometry::Camera& camera, const geometry::Pose& at,
+                                    Array<T, 2> coverage, const ArrayVariable<T, 2>& positions,
+                                    const ArrayVariable<T, 1>& pose, std::size_t samples_per_axis,
+                                    std::shared_ptr<const MeshEdges> edges) {
+  auto pullback = [mesh = std::move(mesh), camera, at, samples_per_axis, edges = std::move(edges)](
+                      const Array<T, 2>& adjoint, Array<T, 2>* positions_adjoint, Array<T, 1>* pose_adjoint) {
+    std::vector<geometry::Vector3> moving(mesh->positions.size(), geometry::Vector3{0, 0, 0});
+    silhouette_adjoint(*mesh, camera, adjoint, moving, samples_per_axis, edges);
+    if (positions_adjoint != nullptr) add_positions(moving, *positions_adjoint);
+    if (pose_adjoint != nullptr) add_pose(at, *mesh, moving, *pose_adjoint);
+  };
+  return record_array(std::move(coverage), std::move(pullback), positions, pose);
+}
 
-namespace tapestry::raster {
+}  // namespace detail
 
 template <std::floating_point T>
 void silhouette_adjoint(const geometry::Mesh& mesh, const geometry::Camera& camera,
@@ -35,30 +50,6 @@ void silhouette_adjoint(const geometry::Mesh& mesh, const geometry::Camera& came
                          *detail::edges_of("silhouette_adjoint", mesh, edges), {}, false, faces, none,
                          positions_adjoint);
 }
-
-}  // namespace tapestry::raster
-
-namespace tapestry::raster::detail {
-
-template <std::floating_point T>
-ArrayVariable<T, 2> record_coverage(std::shared_ptr<const geometry::Mesh> mesh,
-                                    const geometry::Camera& camera, const geometry::Pose& at,
-                                    Array<T, 2> coverage, const ArrayVariable<T, 2>& positions,
-                                    const ArrayVariable<T, 1>& pose, std::size_t samples_per_axis,
-                                    std::shared_ptr<const MeshEdges> edges) {
-  auto pullback = [mesh = std::move(mesh), camera, at, samples_per_axis, edges = std::move(edges)](
-                      const Array<T, 2>& adjoint, Array<T, 2>* positions_adjoint, Array<T, 1>* pose_adjoint) {
-    std::vector<geometry::Vector3> moving(mesh->positions.size(), geometry::Vector3{0, 0, 0});
-    silhouette_adjoint(*mesh, camera, adjoint, moving, samples_per_axis, edges);
-    if (positions_adjoint != nullptr) add_positions(moving, *positions_adjoint);
-    if (pose_adjoint != nullptr) add_pose(at, *mesh, moving, *pose_adjoint);
-  };
-  return record_array(std::move(coverage), std::move(pullback), positions, pose);
-}
-
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
 
 template <std::floating_point T>
 ArrayVariable<T, 2> silhouette(const geometry::Mesh& mesh, const geometry::Camera& camera, std::size_t height,

@@ -4,19 +4,18 @@
 #include <tapestry/raster/detail/tiled_triangles.hpp>
 #include <tapestry/raster/visibility.hpp>
 
-namespace tapestry::raster::detail {
+namespace tapestry::raster {
+namespace detail {
 
 void require_view(const char* operation, const geometry::Camera& camera, std::size_t height,
                   std::size_t width, std::size_t samples_per_axis) {
   const std::string name = operation;
-  if (samples_per_axis != 1 && samples_per_axis != 2 && samples_per_axis != 4 && samples_per_axis != 8) {
+  if (samples_per_axis != 1 && samples_per_axis != 2 && samples_per_axis != 4 && samples_per_axis != 8)
     throw DomainError({name, ": samples_per_axis is ", samples_per_axis, ", expected 1, 2, 4 or 8"});
-  }
   const std::size_t limit = sample_limit / samples_per_axis;
-  if (height == 0 || width == 0 || height > limit || width > limit) {
+  if (height == 0 || width == 0 || height > limit || width > limit)
     throw DomainError({name, ": picture is [", height, ", ", width, "], expected 1 to ", limit,
                        " pixels an axis at ", samples_per_axis, " samples an axis"});
-  }
   bool finite = geometry::is_finite(camera.translation);
   for (const auto& row : camera.rotation) finite = finite && geometry::is_finite(row);
   if (!finite || !(camera.near > 0) || !(camera.far > camera.near) || !(camera.far <= 1e30) ||
@@ -27,9 +26,7 @@ void require_view(const char* operation, const geometry::Camera& camera, std::si
   }
 }
 
-}  // namespace tapestry::raster::detail
-
-namespace tapestry::raster {
+}  // namespace detail
 
 std::vector<geometry::Vector3> positions_in_view(const geometry::Mesh& mesh, const geometry::Camera& camera) {
   std::vector<geometry::Vector3> positions(mesh.positions.size());

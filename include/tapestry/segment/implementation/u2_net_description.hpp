@@ -3,7 +3,8 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
 
-namespace tapestry::segment::detail {
+namespace tapestry::segment {
+namespace detail {
 
 /// Writes the nodes down, block by block. Source: Qin et al., U²-Net (Pattern Recognition 106, 2020), figures
 /// 2 and 5, without batch normalisation, which an exporter folds into the convolutions.
@@ -154,9 +155,7 @@ class U2NetWriter {
   nn::NetworkDescription description_;
 };
 
-}  // namespace tapestry::segment::detail
-
-namespace tapestry::segment {
+}  // namespace detail
 
 nn::NetworkDescription u2_net_description(const U2NetShape& shape, std::uint64_t seed) {
   if (shape.stages.empty() || shape.stages.size() > 12)

@@ -10,7 +10,8 @@
 #include <tapestry/nn/pointwise.hpp>
 #include <tapestry/nn/workspace.hpp>
 
-namespace tapestry::detect::detail {
+namespace tapestry::detect {
+namespace detail {
 
 /// Passes to run side by side, with a thread each: 1, but of a small network, whose layers are short for
 /// threads to share, and a batch that can be dealt out evenly.
@@ -29,9 +30,7 @@ void for_each_in_lanes(std::size_t lanes, std::size_t count, Body body) {
   });
 }
 
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
+}  // namespace detail
 
 template <std::floating_point T>
 void Detector<T>::require_images(const Array<T, 4>& images) const {

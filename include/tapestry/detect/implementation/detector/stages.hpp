@@ -13,7 +13,8 @@
 /// Detectors whose candidates are as many as the picture has proposals: logits of a network in stages, [1, 4
 /// + K, 1, n], in an array with room for more.
 
-namespace tapestry::detect::detail {
+namespace tapestry::detect {
+namespace detail {
 
 /// Extents of a network's outputs; of one in stages at a first picture, with room for all candidates.
 template <std::floating_point T>
@@ -51,9 +52,7 @@ void take_candidates(const nn::StagedPass<T>& one, const nn::Shape& shape, T* lo
   }
 }
 
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
+}  // namespace detail
 
 template <std::floating_point T>
 void Detector<T>::run_stages(const Array<T, 4>& images, Pass<T>& pass) const {

@@ -4,7 +4,8 @@
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
 
-namespace tapestry::detect::detail {
+namespace tapestry::detect {
+namespace detail {
 
 std::string to_text(const FeatureShape& shape) {
   return "[" + std::to_string(shape.channels) + ", " + std::to_string(shape.height) + ", " +
@@ -16,9 +17,8 @@ inline void require_product(const NetworkConfig& config, const LayerConfig& laye
                             std::initializer_list<std::size_t> factors) {
   std::uint64_t product = 1;
   for (const std::size_t factor : factors) {
-    if (__builtin_mul_overflow(product, std::uint64_t(factor), &product) || product > largest_element_count) {
+    if (__builtin_mul_overflow(product, std::uint64_t(factor), &product) || product > largest_element_count)
       throw cfg_error(config.name, layer.line, what, "at most 2147483648 elements", "", ErrorKind::limit);
-    }
   }
 }
 
@@ -35,14 +35,12 @@ FileError misfit(const NetworkConfig& config, std::size_t index, const std::stri
                                               std::size_t input, std::size_t total_padding,
                                               std::size_t extent) {
   const std::size_t stride = config.layers[index].stride;
-  if (stride > input && stride > extent) {
+  if (stride > input && stride > extent)
     throw cfg_error(config.name, config.layers[index].line, "stride larger than the input and the window",
                     "at most " + std::to_string(input), std::to_string(stride));
-  }
-  if (input + total_padding < extent) {
+  if (input + total_padding < extent)
     throw misfit(config, index, "window larger than its padded input",
                  "at most " + std::to_string(input + total_padding), std::to_string(extent));
-  }
   return (input + total_padding - extent) / stride + 1;
 }
 
@@ -56,12 +54,11 @@ inline void shape_windowed(const NetworkConfig& config, std::size_t index, Featu
   shape.row_reduction *= static_cast<double>(layer.stride);
   shape.column_reduction *= static_cast<double>(layer.stride);
   if (is_pool) return;
-  if (shape.channels % layer.groups != 0 || layer.filters % layer.groups != 0) {
+  if (shape.channels % layer.groups != 0 || layer.filters % layer.groups != 0)
     throw misfit(config, index, "groups=" + std::to_string(layer.groups) + " does not divide its channels",
                  "a divisor of " + std::to_string(shape.channels) + " channels and " +
                      std::to_string(layer.filters) + " filters",
                  std::to_string(layer.groups));
-  }
   require_product(config, layer, "too many weights",
                   {shape.channels / layer.groups, layer.filters, layer.size, layer.size});
   shape.channels = layer.filters;
@@ -112,16 +109,14 @@ inline void shape_reorganised(const NetworkConfig& config, std::size_t index, Fe
   joined.channels = 0;
   for (const std::size_t source : layer.sources) {
     const FeatureShape& shape = shapes[source];
-    if (shape.height != joined.height || shape.width != joined.width) {
+    if (shape.height != joined.height || shape.width != joined.width)
       throw misfit(
           config, index, "its sources differ in height or width; is the input a multiple of the stride?",
           to_text(shapes[layer.sources.front()]) + " as layer " + std::to_string(layer.sources.front()),
           to_text(shape) + " of layer " + std::to_string(source));
-    }
-    if (shape.channels % layer.groups != 0) {
+    if (shape.channels % layer.groups != 0)
       throw misfit(config, index, "groups does not divide the channels of layer " + std::to_string(source),
                    "a divisor of " + std::to_string(shape.channels), std::to_string(layer.groups));
-    }
     joined.channels += shape.channels / layer.groups;
   }
   return joined;
@@ -142,12 +137,11 @@ inline void check_head(const NetworkConfig& config, std::size_t index, const Fea
                        std::size_t height, std::size_t width) {
   const LayerConfig& layer = config.layers[index];
   const std::size_t needed = head_of(layer, shape).channel_count();
-  if (shape.channels != needed) {
+  if (shape.channels != needed)
     throw misfit(config, index,
                  std::to_string(layer.anchors.size()) + " anchors of 5 + " + std::to_string(layer.classes) +
                      " classes do not match the filters before it",
                  std::to_string(needed) + " channels", std::to_string(shape.channels));
-  }
   const auto fits = [](std::size_t input, std::size_t cells, double reduction) {
     return static_cast<double>(cells) * reduction == static_cast<double>(input);
   };
@@ -222,26 +216,22 @@ inline void require_addable(const NetworkConfig& config, std::size_t index, cons
   return shape;
 }
 
-}  // namespace tapestry::detect::detail
-
-namespace tapestry::detect {
+}  // namespace detail
 
 std::vector<FeatureShape> infer_shapes(const NetworkConfig& config, std::size_t height, std::size_t width) {
-  if (height == 0 || width == 0 || height > 16384 || width > 16384) {
+  if (height == 0 || width == 0 || height > 16384 || width > 16384)
     throw cfg_error(config.name, config.line, "input size out of range", "1 to 16384 pixels a side",
                     std::to_string(height) + " x " + std::to_string(width), ErrorKind::limit);
-  }
   std::vector<FeatureShape> shapes;
   FeatureShape image{config.channels, height, width};
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
     const LayerConfig& layer = config.layers[i];
     for (const std::size_t input : inputs_of(config, i)) {
       const LayerKind kind = config.layers[input].kind;
-      if (is_head(kind)) {
+      if (is_head(kind))
         throw detail::misfit(config, i,
                              "reads from a [" + std::string(name_of(kind)) + "] layer, which has no output",
                              "another layer", "layer " + std::to_string(input));
-      }
     }
     const FeatureShape shape = detail::shape_of_layer(config, i, i > 0 ? shapes.back() : image, shapes);
     detail::require_product(config, layer, "output too large", {shape.channels, shape.height, shape.width});

@@ -10,43 +10,7 @@
 #include <tapestry/io/text_lines.hpp>
 
 namespace tapestry::evaluate {
-
-std::vector<LabelledObject> parse_yolo_labels(std::string_view text, const std::string& path,
-                                              std::size_t class_count) {
-  constexpr const char* form = "class cx cy w h";
-  io::TextLines lines(text, path, 1000);
-  std::vector<LabelledObject> objects;
-  while (lines.next()) {
-    const std::string_view first = lines.word();
-    if (first.empty()) continue;
-    LabelledObject object;
-    if (!io::parse_integer(first, object.class_index))
-      lines.fail("class is no whole number", "0 to " + std::to_string(class_count - 1), in_quotes(first));
-    if (object.class_index >= class_count)
-      lines.fail("class out of range", "0 to " + std::to_string(class_count - 1), std::string(first),
-                 ErrorKind::mismatch);
-    double values[4];
-    for (std::size_t i = 0; i < 4; ++i) {
-      const std::string_view word = lines.word();
-      if (word.empty()) lines.fail("label ends early", form, std::to_string(i + 1) + " words");
-      const bool is_number = io::parse_number(word, values[i]);
-      if (i < 2 && !(is_number && values[i] >= 0 && values[i] <= 1))
-        lines.fail("centre of a box", "a share of the picture, 0 to 1", in_quotes(word));
-      if (i >= 2 && !(is_number && values[i] > 0 && values[i] <= 1))
-        lines.fail("extent of a box", "a share of the picture, above 0 and at most 1", in_quotes(word));
-    }
-    if (const std::string_view more = lines.word(); !more.empty())
-      lines.fail("more than a box in a label", form, in_quotes(more) + " behind it");
-    object.box = {values[0], values[1], values[2], values[3]};
-    object.area = values[2] * values[3];
-    objects.push_back(object);
-  }
-  return objects;
-}
-
-}  // namespace tapestry::evaluate
-
-namespace tapestry::evaluate::detail {
+namespace detail {
 
 /// The label file of a picture: beside it, or in the path with its last folder `images` replaced by `labels`.
 /// \returns empty if there is no such file
@@ -86,56 +50,6 @@ inline void require_labels(Dataset& dataset, const std::string& path, std::size_
                                std::to_string(dataset.pictures.size()) +
                                " pictures have no file of labels; they count as empty");
 }
-
-}  // namespace tapestry::evaluate::detail
-
-namespace tapestry::evaluate {
-
-Dataset read_yolo_folder(const std::string& folder, std::size_t class_count) {
-  namespace fs = std::filesystem;
-  const std::string images = folder + "/images";
-  const std::string from = io::is_folder(images) ? images : folder;
-  const auto paths = io::listed_paths(from, io::has_picture_name);
-  if (paths.empty())
-    throw FileError(ErrorKind::mismatch, {from, "", "no pictures", io::picture_endings() + " files", "none"});
-  const auto stem_of = [](const std::string& path) { return fs::path(path).stem(); };
-  const auto twin = std::ranges::adjacent_find(paths, {}, stem_of);  // sorted by name
-  if (twin != paths.end())
-    throw FileError(ErrorKind::mismatch, {*twin, "", "two pictures would have the same labels", "other names",
-                                          in_quotes(fs::path(twin[1]).filename().string())});
-  Dataset dataset;
-  std::size_t labelled = 0;
-  for (const auto& path : paths)
-    if (detail::add_yolo_picture(dataset, path, class_count)) ++labelled;
-  detail::require_labels(dataset, from, labelled);
-  return dataset;
-}
-
-Dataset read_darknet_list(const std::string& path, std::size_t class_count) {
-  constexpr std::uint64_t largest = std::uint64_t(256) << 20U;
-  const std::string text = io::read_text_file(path, largest);
-  io::TextLines lines(text, path, 8192);
-  Dataset dataset;
-  std::map<std::string, std::size_t> line_of;
-  std::size_t labelled = 0;
-  while (lines.next()) {
-    const std::string name(lines.rest_of_line());
-    if (name.empty()) continue;
-    const std::string picture = (std::filesystem::path(path).parent_path() / name).string();
-    detail::require_picture(picture, path, std::to_string(lines.number()));
-    const auto [first, is_new] = line_of.try_emplace(picture, lines.number());
-    if (!is_new)
-      lines.fail("picture is listed twice", "", "line " + std::to_string(first->second), ErrorKind::mismatch);
-    if (detail::add_yolo_picture(dataset, picture, class_count)) ++labelled;
-  }
-  if (dataset.pictures.empty()) lines.fail_at(0, "no pictures", "a path a line", "none", ErrorKind::mismatch);
-  detail::require_labels(dataset, path, labelled);
-  return dataset;
-}
-
-}  // namespace tapestry::evaluate
-
-namespace tapestry::evaluate::detail {
 
 /// An element of an annotation whose members are read by name and type.
 class VocElement {
@@ -190,9 +104,97 @@ inline detect::Box voc_box(const VocElement& bounds) {
   return detect::box_from_corners(left, top, right, bottom);
 }
 
-}  // namespace tapestry::evaluate::detail
+/// Numbers the classes in order of their names.
+inline void number_classes(Dataset& dataset, const std::vector<std::vector<std::string>>& names) {
+  std::map<std::string, std::size_t> index_of;
+  for (const auto& of_picture : names)
+    for (const auto& name : of_picture) index_of.emplace(name, 0);
+  for (auto& [name, index] : index_of) {
+    index = dataset.class_names.size();
+    dataset.class_names.push_back(name);
+    dataset.class_ids.push_back(index);
+  }
+  for (std::size_t p = 0; p < names.size(); ++p)
+    for (std::size_t i = 0; i < names[p].size(); ++i)
+      dataset.pictures[p].objects[i].class_index = index_of.at(names[p][i]);
+}
 
-namespace tapestry::evaluate {
+}  // namespace detail
+
+std::vector<LabelledObject> parse_yolo_labels(std::string_view text, const std::string& path,
+                                              std::size_t class_count) {
+  constexpr const char* form = "class cx cy w h";
+  io::TextLines lines(text, path, 1000);
+  std::vector<LabelledObject> objects;
+  while (lines.next()) {
+    const std::string_view first = lines.word();
+    if (first.empty()) continue;
+    LabelledObject object;
+    if (!io::parse_integer(first, object.class_index))
+      lines.fail("class is no whole number", "0 to " + std::to_string(class_count - 1), in_quotes(first));
+    if (object.class_index >= class_count)
+      lines.fail("class out of range", "0 to " + std::to_string(class_count - 1), std::string(first),
+                 ErrorKind::mismatch);
+    double values[4];
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::string_view word = lines.word();
+      if (word.empty()) lines.fail("label ends early", form, std::to_string(i + 1) + " words");
+      const bool is_number = io::parse_number(word, values[i]);
+      if (i < 2 && !(is_number && values[i] >= 0 && values[i] <= 1))
+        lines.fail("centre of a box", "a share of the picture, 0 to 1", in_quotes(word));
+      if (i >= 2 && !(is_number && values[i] > 0 && values[i] <= 1))
+        lines.fail("extent of a box", "a share of the picture, above 0 and at most 1", in_quotes(word));
+    }
+    if (const std::string_view more = lines.word(); !more.empty())
+      lines.fail("more than a box in a label", form, in_quotes(more) + " behind it");
+    object.box = {values[0], values[1], values[2], values[3]};
+    object.area = values[2] * values[3];
+    objects.push_back(object);
+  }
+  return objects;
+}
+
+Dataset read_yolo_folder(const std::string& folder, std::size_t class_count) {
+  namespace fs = std::filesystem;
+  const std::string images = folder + "/images";
+  const std::string from = io::is_folder(images) ? images : folder;
+  const auto paths = io::listed_paths(from, io::has_picture_name);
+  if (paths.empty())
+    throw FileError(ErrorKind::mismatch, {from, "", "no pictures", io::picture_endings() + " files", "none"});
+  const auto stem_of = [](const std::string& path) { return fs::path(path).stem(); };
+  const auto twin = std::ranges::adjacent_find(paths, {}, stem_of);  // sorted by name
+  if (twin != paths.end())
+    throw FileError(ErrorKind::mismatch, {*twin, "", "two pictures would have the same labels", "other names",
+                                          in_quotes(fs::path(twin[1]).filename().string())});
+  Dataset dataset;
+  std::size_t labelled = 0;
+  for (const auto& path : paths)
+    if (detail::add_yolo_picture(dataset, path, class_count)) ++labelled;
+  detail::require_labels(dataset, from, labelled);
+  return dataset;
+}
+
+Dataset read_darknet_list(const std::string& path, std::size_t class_count) {
+  constexpr std::uint64_t largest = std::uint64_t(256) << 20U;
+  const std::string text = io::read_text_file(path, largest);
+  io::TextLines lines(text, path, 8192);
+  Dataset dataset;
+  std::map<std::string, std::size_t> line_of;
+  std::size_t labelled = 0;
+  while (lines.next()) {
+    const std::string name(lines.rest_of_line());
+    if (name.empty()) continue;
+    const std::string picture = (std::filesystem::path(path).parent_path() / name).string();
+    detail::require_picture(picture, path, std::to_string(lines.number()));
+    const auto [first, is_new] = line_of.try_emplace(picture, lines.number());
+    if (!is_new)
+      lines.fail("picture is listed twice", "", "line " + std::to_string(first->second), ErrorKind::mismatch);
+    if (detail::add_yolo_picture(dataset, picture, class_count)) ++labelled;
+  }
+  if (dataset.pictures.empty()) lines.fail_at(0, "no pictures", "a path a line", "none", ErrorKind::mismatch);
+  detail::require_labels(dataset, path, labelled);
+  return dataset;
+}
 
 VocAnnotation parse_voc(std::string_view text, const std::string& path) {
   constexpr double largest_side = 1 << 20;
@@ -225,29 +227,6 @@ VocAnnotation parse_voc(std::string_view text, const std::string& path) {
   }
   return result;
 }
-
-}  // namespace tapestry::evaluate
-
-namespace tapestry::evaluate::detail {
-
-/// Numbers the classes in order of their names.
-inline void number_classes(Dataset& dataset, const std::vector<std::vector<std::string>>& names) {
-  std::map<std::string, std::size_t> index_of;
-  for (const auto& of_picture : names)
-    for (const auto& name : of_picture) index_of.emplace(name, 0);
-  for (auto& [name, index] : index_of) {
-    index = dataset.class_names.size();
-    dataset.class_names.push_back(name);
-    dataset.class_ids.push_back(index);
-  }
-  for (std::size_t p = 0; p < names.size(); ++p)
-    for (std::size_t i = 0; i < names[p].size(); ++i)
-      dataset.pictures[p].objects[i].class_index = index_of.at(names[p][i]);
-}
-
-}  // namespace tapestry::evaluate::detail
-
-namespace tapestry::evaluate {
 
 Dataset read_voc(const std::string& folder, const std::string& images) {
   namespace fs = std::filesystem;

@@ -2,7 +2,8 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/detail/transform/camera_effects.hpp>
 
-namespace tapestry::image::detail {
+namespace tapestry::image {
+namespace detail {
 
 /// Weights of the samples −r … r around a pixel, r = ⌈3σ⌉; their sum is 1.
 inline std::vector<double> gaussian_weights(double deviation_px) {
@@ -88,30 +89,6 @@ Array<T, 3> mixed_across(const Array<T, 3>& picture, const std::vector<double>& 
   return out;
 }
 
-}  // namespace tapestry::image::detail
-
-namespace tapestry::image {
-
-template <std::floating_point T>
-Array<T, 3> transformed(const Array<T, 3>& picture, const Blur& blur) {
-  const auto across = detail::mixed_across(picture, detail::gaussian_weights(blur.across_px), false);
-  return detail::mixed_down(across, detail::gaussian_weights(blur.down_px), false);
-}
-
-template <std::floating_point T>
-void transformed_adjoint(const Array<T, 3>& picture, const Blur& blur, const Array<T, 3>& out_adjoint,
-                         Array<T, 3>& picture_adjoint) {
-  require_shape("transformed_adjoint", "out_adjoint", out_adjoint, picture.shape());
-  require_shape("transformed_adjoint", "picture_adjoint", picture_adjoint, picture.shape());
-  const auto down = detail::mixed_down(out_adjoint, detail::gaussian_weights(blur.down_px), true);
-  const auto across = detail::mixed_across(down, detail::gaussian_weights(blur.across_px), true);
-  for (std::size_t i = 0; i < across.size(); ++i) picture_adjoint.data()[i] += across.data()[i];
-}
-
-}  // namespace tapestry::image
-
-namespace tapestry::image::detail {
-
 /// A number of mean 0 and variance 1 in ±2√3: the sum of four uniform ones, made from one word.
 inline double near_normal(std::uint64_t bits) {
   const std::uint64_t sum =
@@ -130,9 +107,23 @@ void for_each_with_noise(const Extents<3>& extents, std::uint64_t seed, Visit vi
   });
 }
 
-}  // namespace tapestry::image::detail
+}  // namespace detail
 
-namespace tapestry::image {
+template <std::floating_point T>
+Array<T, 3> transformed(const Array<T, 3>& picture, const Blur& blur) {
+  const auto across = detail::mixed_across(picture, detail::gaussian_weights(blur.across_px), false);
+  return detail::mixed_down(across, detail::gaussian_weights(blur.down_px), false);
+}
+
+template <std::floating_point T>
+void transformed_adjoint(const Array<T, 3>& picture, const Blur& blur, const Array<T, 3>& out_adjoint,
+                         Array<T, 3>& picture_adjoint) {
+  require_shape("transformed_adjoint", "out_adjoint", out_adjoint, picture.shape());
+  require_shape("transformed_adjoint", "picture_adjoint", picture_adjoint, picture.shape());
+  const auto down = detail::mixed_down(out_adjoint, detail::gaussian_weights(blur.down_px), true);
+  const auto across = detail::mixed_across(down, detail::gaussian_weights(blur.across_px), true);
+  for (std::size_t i = 0; i < across.size(); ++i) picture_adjoint.data()[i] += across.data()[i];
+}
 
 template <std::floating_point T>
 Array<T, 3> transformed(const Array<T, 3>& picture, const SensorNoise& noise) {

@@ -2,7 +2,8 @@
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/transform/chain.hpp>
 
-namespace tapestry::image::detail {
+namespace tapestry::image {
+namespace detail {
 
 /// Factors of a pixel's encoded channels.
 class LightFactors {
@@ -41,9 +42,7 @@ class LightFactors {
   std::array<double, 3> gain_{};
 };
 
-}  // namespace tapestry::image::detail
-
-namespace tapestry::image {
+}  // namespace detail
 
 template <std::floating_point T>
 Array<T, 3> transformed(const Array<T, 3>& picture, const LightChange& change) {

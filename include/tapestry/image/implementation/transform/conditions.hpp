@@ -8,7 +8,8 @@
 #include <tapestry/image/transform/chain.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
 
-namespace tapestry::image::detail {
+namespace tapestry::image {
+namespace detail {
 
 /// Uniform in ±range; draws once, whatever the range, so that one range does not change other draws.
 inline double either_way(Random& random, double range) { return random.uniform(-1, 1) * range; }
@@ -33,9 +34,12 @@ inline Matrix3<double> rotation(std::size_t axis, double angle_rad) {
   return turned;
 }
 
-}  // namespace tapestry::image::detail
+void require_sound(const JpegCompression& jpeg) {
+  if (jpeg.quality < 1 || jpeg.quality > 100)
+    throw DomainError({"JPEG: quality ", jpeg.quality, " is not 1 to 100"});
+}
 
-namespace tapestry::image {
+}  // namespace detail
 
 ColourChange contrast_and_saturation(double contrast, double saturation) {
   constexpr std::array<double, 3> luma{0.299, 0.587, 0.114};
@@ -148,12 +152,3 @@ ColourChange draw_print(const Conditions& conditions, Random random) {
 }
 
 }  // namespace tapestry::image
-
-namespace tapestry::image::detail {
-
-void require_sound(const JpegCompression& jpeg) {
-  if (jpeg.quality < 1 || jpeg.quality > 100)
-    throw DomainError({"JPEG: quality ", jpeg.quality, " is not 1 to 100"});
-}
-
-}  // namespace tapestry::image::detail

@@ -7,7 +7,8 @@
 #include <tapestry/image/detail/transform/matrix3.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
 
-namespace tapestry::image::detail {
+namespace tapestry::image {
+namespace detail {
 
 using JpegTable = std::array<std::array<int, 8>, 8>;
 
@@ -232,9 +233,7 @@ JpegPlanes<T> adjoints_of_planes(const JpegPlanes<T>& before, const JpegCompress
   return adjoints;
 }
 
-}  // namespace tapestry::image::detail
-
-namespace tapestry::image {
+}  // namespace detail
 
 template <std::floating_point T>
 Array<T, 3> transformed(const Array<T, 3>& picture, const JpegCompression& jpeg) {

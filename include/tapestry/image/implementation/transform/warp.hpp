@@ -2,7 +2,8 @@
 #include <tapestry/image/detail/transform/warp.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
 
-namespace tapestry::image::detail {
+namespace tapestry::image {
+namespace detail {
 
 /// The four pixels that a warped pixel is mixed from.
 struct WarpTap {
@@ -51,9 +52,7 @@ class WarpRow {
   std::array<double, 3> start_{}, step_{};
 };
 
-}  // namespace tapestry::image::detail
-
-namespace tapestry::image {
+}  // namespace detail
 
 template <std::floating_point T>
 Array<T, 3> transformed(const Array<T, 3>& picture, const Warp& warp) {

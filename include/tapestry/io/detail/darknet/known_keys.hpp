@@ -82,10 +82,9 @@ inline constexpr auto unsupported_cfg_keys =
 /// The keys that `section` may hold and that Tapestry uses.
 [[nodiscard]] inline std::vector<std::string_view> understood_keys(std::string_view section) {
   if (section == "net" || section == "network") return {"width", "height", "channels", "letter_box"};
-  if (section == "convolutional" || section == "conv") {
+  if (section == "convolutional" || section == "conv")
     return {"filters",  "size",   "stride",          "pad",       "padding",
             "dilation", "groups", "batch_normalize", "activation"};
-  }
   if (section == "maxpool" || section == "max") return {"size", "stride", "padding"};
   if (section == "upsample") return {"stride", "scale"};
   if (section == "route") return {"layers", "groups", "group_id"};
@@ -117,10 +116,9 @@ inline void check_repeated_options(const std::string& path, SectionReader& reade
       continue;
     }
     const std::string what = "option " + in_quotes(option.key) + " given twice in one section";
-    if (!is_training_key(reader.name(), option.key)) {
+    if (!is_training_key(reader.name(), option.key))
       throw cfg_error(path, option.line, what, "one value",
                       "another on line " + std::to_string(firsts[number]->line));
-    }
     add_cfg_warning(warnings, path, option.line, what);
   }
 }

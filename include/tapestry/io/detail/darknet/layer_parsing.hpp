@@ -31,13 +31,12 @@ inline constexpr std::int64_t any_count = std::int64_t(1) << 31U;
   for (const std::int64_t entry : entries) {
     const bool representable = entry >= -any_count && entry <= any_count;
     const std::int64_t source = !representable ? -1 : entry < 0 ? own + entry : entry;
-    if (source < 0 || source >= own) {
+    if (source < 0 || source >= own)
       throw reader.error(
           option, "layer " + std::to_string(index) + " reads from a layer that is not before it",
           own == 0 ? "no [" + std::string(reader.name()) + "] first"
                    : "0 to " + std::to_string(own - 1) + ", or " + std::to_string(-own) + " to -1",
           std::to_string(entry), ErrorKind::mismatch);
-    }
     sources.push_back(static_cast<std::size_t>(source));
   }
   return sources;
@@ -46,9 +45,8 @@ inline constexpr std::int64_t any_count = std::int64_t(1) << 31U;
 inline void parse_convolutional(const std::string& path, SectionReader& reader, detect::LayerConfig& layer) {
   layer.filters = reader.count("filters", 1, 1, 1 << 20);
   layer.size = reader.count("size", 1, 1, 63, ErrorKind::malformed);
-  if (layer.size % 2 == 0) {
+  if (layer.size % 2 == 0)
     throw reader.error(*reader.find("size"), "even filter size", "an odd number", std::to_string(layer.size));
-  }
   layer.stride = reader.count("stride", 1, 1, 16384, ErrorKind::malformed);
   layer.dilation = reader.count("dilation", 1, 1, 1024, ErrorKind::malformed);
   layer.groups = reader.count("groups", 1, 1, 1 << 20);
@@ -63,19 +61,17 @@ inline void parse_maxpool(SectionReader& reader, detect::LayerConfig& layer) {
   layer.stride = reader.count("stride", 1, 1, 16384, ErrorKind::malformed);
   layer.size = reader.count("size", layer.stride, 1, 255, ErrorKind::malformed);
   layer.padding = reader.count("padding", layer.size - 1, 0, 255, ErrorKind::malformed);
-  if (layer.padding - layer.padding / 2 >= layer.size) {
+  if (layer.padding - layer.padding / 2 >= layer.size)
     throw reader.error(*reader.find("padding"), "padding of more than the window on a side");
-  }
 }
 
 inline void parse_route(SectionReader& reader, std::size_t index, detect::LayerConfig& layer) {
   layer.sources = parse_sources(reader, "layers", index);
   layer.groups = reader.count("groups", 1, 1, 1 << 20);
   layer.group = reader.count("group_id", 0, 0, any_count);
-  if (layer.group >= layer.groups) {
+  if (layer.group >= layer.groups)
     throw reader.error(*reader.find("group_id"), "no such group", "0 to " + std::to_string(layer.groups - 1),
                        std::to_string(layer.group), ErrorKind::mismatch);
-  }
 }
 
 /// All anchors of a [yolo] section, of which its mask picks some, or of a [region].
@@ -83,10 +79,9 @@ inline void parse_route(SectionReader& reader, std::size_t index, detect::LayerC
                                                                       std::size_t count) {
   const auto numbers = reader.list<double>("anchors");
   const CfgOption& option = *reader.find("anchors");
-  if (numbers.size() != 2 * count) {
+  if (numbers.size() != 2 * count)
     throw reader.error(option, "anchors do not match num=" + std::to_string(count),
                        std::to_string(2 * count) + " numbers", std::to_string(numbers.size()));
-  }
   std::vector<std::array<double, 2>> anchors;
   for (std::size_t i = 0; i < count; ++i) anchors.push_back({numbers[2 * i], numbers[2 * i + 1]});
   for (const double number : numbers) {
@@ -99,9 +94,8 @@ inline void parse_route(SectionReader& reader, std::size_t index, detect::LayerC
 inline void parse_yolo(const std::string& path, SectionReader& reader, detect::LayerConfig& layer) {
   layer.classes = reader.count("classes", 20, 1, 1 << 20);
   layer.scale_x_y = reader.real("scale_x_y", 1);
-  if (!(layer.scale_x_y >= 1) || layer.scale_x_y > 4) {
+  if (!(layer.scale_x_y >= 1) || layer.scale_x_y > 4)
     throw reader.error(*reader.find("scale_x_y"), "scale_x_y out of range", "1 to 4");
-  }
   if (reader.integer("new_coords", 0, 0, 1, ErrorKind::malformed) != 0)
     layer.decode = detect::DecodeFamily::scaled;
   if (reader.text("nms_kind", "") == "diounms") {

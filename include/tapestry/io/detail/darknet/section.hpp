@@ -38,9 +38,8 @@ inline constexpr std::size_t largest_cfg_layer_count = 2048;
 inline void add_cfg_option(const std::string& path, std::string_view whole_line, std::string_view line,
                            std::size_t line_number, CfgSection& section) {
   const auto equals = line.find('=');
-  if (equals == std::string_view::npos) {
+  if (equals == std::string_view::npos)
     throw cfg_error(path, line_number, "not an option", "key=value or [section]", in_quotes(line));
-  }
   std::string_view value = trimmed(line.substr(equals + 1));
   for (const std::string_view comment : {" #", "\t#", " ;", "\t;"})
     value = trimmed(value.substr(0, value.find(comment)));
@@ -71,9 +70,8 @@ inline void add_cfg_option(const std::string& path, std::string_view whole_line,
       if (line.back() != ']')
         throw cfg_error(path, line_number, "section without ']'", "[section]", in_quotes(line));
       sections.push_back({line.substr(1, line.size() - 2), line_number, {}});
-      if (sections.size() > largest_cfg_layer_count + 1) {
+      if (sections.size() > largest_cfg_layer_count + 1)
         throw cfg_error(path, line_number, "too many layers", "at most 2048", "", ErrorKind::limit);
-      }
     } else if (sections.empty()) {
       const bool is_page = line[0] == '<';
       throw cfg_error(path, line_number,
@@ -116,11 +114,10 @@ class SectionReader {
     const CfgOption* option = find(key);
     if (option == nullptr) return fallback;
     const auto value = parsed<std::int64_t>(*option, option->value, "an integer");
-    if (value < low || value > high) {
+    if (value < low || value > high)
       throw error(*option, "option " + in_quotes(key) + " out of range",
                   std::to_string(low) + " to " + std::to_string(high), std::to_string(value),
                   value > high ? above : ErrorKind::malformed);
-    }
     return value;
   }
 

@@ -7,24 +7,20 @@
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 inline void parse_net(SectionReader& reader, detect::NetworkConfig& config) {
   config.line = reader.line();
   config.width = reader.count("width", config.width, 1, 16384);
   config.height = reader.count("height", config.height, 1, 16384);
   config.channels = reader.count("channels", config.channels, 1, 1 << 20);
-  if (config.channels != 3) {
+  if (config.channels != 3)
     throw reader.error(*reader.find("channels"), "the network is fed with colour pictures", "channels=3",
                        std::to_string(config.channels), ErrorKind::mismatch);
-  }
   if (reader.find("letter_box") != nullptr)
     config.letter_box = reader.integer("letter_box", 0, 0, 1, ErrorKind::malformed) != 0;
 }
-
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io::detail {
 
 /// The cfg to use with a converted detector: its own, or the given one, which should be equal.
 [[nodiscard]] inline detect::NetworkConfig config_for(const DetectorMetadata& metadata,
@@ -54,9 +50,7 @@ namespace tapestry::io::detail {
   return found->second;
 }
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 template <std::floating_point T>
 LoadedModel<T> darknet_model(const nn::NetworkDescription& network, const std::string& cfg,

@@ -6,10 +6,10 @@
 #include <tapestry/io/detail/darknet/known_keys.hpp>
 #include <tapestry/io/detail/darknet/layer_parsing.hpp>
 #include <tapestry/io/detail/darknet/section.hpp>
-#include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 detect::NetworkConfig parse_cfg(std::string_view text, const std::string& name) {
   auto sections = cfg_sections(text, name);
@@ -18,11 +18,10 @@ detect::NetworkConfig parse_cfg(std::string_view text, const std::string& name) 
   config.name = name;
   for (std::size_t i = 0; i < sections.size(); ++i) {
     const bool is_net = sections[i].name == "net" || sections[i].name == "network";
-    if (is_net != (i == 0)) {
+    if (is_net != (i == 0))
       throw detect::cfg_error(name, sections[i].line, i == 0 ? "no [net] section" : "a second [net] section",
                               i == 0 ? "[net] first" : "one",
                               "[" + std::string(sections[i].name.substr(0, 40)) + "]");
-    }
     SectionReader reader(name, sections[i]);
     check_repeated_options(name, reader, config.warnings);
     if (is_net) {
@@ -35,9 +34,7 @@ detect::NetworkConfig parse_cfg(std::string_view text, const std::string& name) 
   return config;
 }
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 detect::NetworkConfig parse_network_config(std::string_view text, const std::string& name) {
   auto config = detail::parse_cfg(text, name);

@@ -7,7 +7,8 @@
 #include <tapestry/io/detail/number_formats.hpp>
 #include <tapestry/io/file_source.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 detect::ParameterLayout layout_of(const detect::NetworkConfig& config, std::size_t input_height,
                                   std::size_t input_width) {
@@ -29,9 +30,8 @@ std::string describe(const detect::NetworkConfig& config, const detect::Paramete
   };
   const std::string_view recognised = recognised_format(beginning);
   if (!recognised.empty()) fail("not Darknet weights", "a .weights file", std::string(recognised));
-  if (beginning.size() < 16) {
+  if (beginning.size() < 16)
     fail("file too short", "a header of 20 bytes", std::to_string(file.size()) + " bytes");
-  }
   const auto major = little_endian_word<std::uint32_t>(beginning.data());
   const auto minor = little_endian_word<std::uint32_t>(&beginning[4]);
   if (major <= 1000 && minor <= 1000) return major * 10 + minor >= 2 ? 20 : 16;
@@ -69,12 +69,11 @@ std::uint64_t header_size(const RegularFile& file, const detect::NetworkConfig& 
   if (file.size() == by_version + body) return by_version;
   const std::uint64_t other = 36 - by_version;  // 16 or 20
   if (file.size() == other + body && upper_half_is_zero == (other == 20)) return other;
-  if (file.size() % 4 != 0) {
+  if (file.size() % 4 != 0)
     throw FileError(
         ErrorKind::malformed,
         {file.path(), "", "size without its header is not a multiple of 4, so the file is damaged",
          std::to_string(by_version + body) + " bytes", std::to_string(file.size()) + " bytes"});
-  }
   if (file.size() < by_version + body) throw cut_weights(file, config, layout, by_version);
   if (allow_trailing) return by_version;
   const std::uint64_t unused = (file.size() - by_version - body) / 4;
@@ -120,14 +119,11 @@ inline void remark_on_block(const detect::NetworkConfig& config, const detect::P
   if (block.role == detect::ParameterRole::weight && !(rms <= 10)) remark = "root mean square above 10";
   if (block.role == detect::ParameterRole::weight && rms < 1e-6) remark = "root mean square below 1e-6";
   if (block.role == detect::ParameterRole::weight && largest == 0) remark = "all zero";
-  if (!remark.empty() && warnings.size() < 100) {
+  if (!remark.empty() && warnings.size() < 100)
     warnings.push_back(describe(config, block) + ": " + remark + "; are these the weights of another cfg?");
-  }
 }
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 WeightFile read_weight_file(const std::string& path, const detect::NetworkConfig& config,
                             const detect::ParameterLayout& layout, const WeightFileOptions& options) {

@@ -7,7 +7,8 @@
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 /// Reads a ModelProto: its graph and the fields beside it.
 class ModelReader {
@@ -143,30 +144,6 @@ std::string_view text_of(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
-
-nn::NetworkDescription parse_onnx(std::string_view bytes, const std::string& path, const OnnxLimits& limits) {
-  return detail::ModelReader(ProtobufFile{path, bytes}, limits).read();
-}
-
-nn::NetworkDescription read_onnx(const std::string& path, const OnnxLimits& limits) {
-  const std::vector<std::byte> bytes = read_file(path, limits.file_bytes);
-  return parse_onnx(detail::text_of(bytes), path, limits);
-}
-
-nn::Constant read_onnx_tensor(const std::string& path, const OnnxLimits& limits) {
-  const std::vector<std::byte> bytes = read_file(path, limits.file_bytes);
-  const ProtobufFile file{path, detail::text_of(bytes)};
-  ExternalData external(path, limits.external_bytes);
-  return read_tensor(ProtobufMessage(file, "tensor"), external).constant;
-}
-
-}  // namespace tapestry::io
-
-namespace tapestry::io::detail {
-
 /// The elements of an initialiser within the bytes of its file.
 struct ElementSpan {
   std::string name{};
@@ -209,9 +186,23 @@ inline void require_replaceable(const ProtobufMessage& tensor, const ElementSpan
     refuse(std::to_string(count) + " elements", std::to_string(span.bytes.size() / sizeof(float)));
 }
 
-}  // namespace tapestry::io::detail
+}  // namespace detail
 
-namespace tapestry::io {
+nn::NetworkDescription parse_onnx(std::string_view bytes, const std::string& path, const OnnxLimits& limits) {
+  return detail::ModelReader(ProtobufFile{path, bytes}, limits).read();
+}
+
+nn::NetworkDescription read_onnx(const std::string& path, const OnnxLimits& limits) {
+  const std::vector<std::byte> bytes = read_file(path, limits.file_bytes);
+  return parse_onnx(detail::text_of(bytes), path, limits);
+}
+
+nn::Constant read_onnx_tensor(const std::string& path, const OnnxLimits& limits) {
+  const std::vector<std::byte> bytes = read_file(path, limits.file_bytes);
+  const ProtobufFile file{path, detail::text_of(bytes)};
+  ExternalData external(path, limits.external_bytes);
+  return read_tensor(ProtobufMessage(file, "tensor"), external).constant;
+}
 
 WeightValues weight_values(const nn::Network<float>& network) {
   WeightValues values;

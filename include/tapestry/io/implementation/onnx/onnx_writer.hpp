@@ -6,7 +6,8 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/network/description.hpp>
 
-namespace tapestry::io::detail {
+namespace tapestry::io {
+namespace detail {
 
 /// Writes the messages of onnx.proto, by the numbers of their fields.
 class OnnxEncoder {
@@ -211,9 +212,7 @@ class OnnxEncoder {
   const std::map<std::string, nn::Shape>& output_shapes_;
 };
 
-}  // namespace tapestry::io::detail
-
-namespace tapestry::io {
+}  // namespace detail
 
 std::string onnx_bytes(const nn::NetworkDescription& network,
                        const std::map<std::string, nn::Shape>& output_shapes) {
