@@ -9,7 +9,6 @@
 #include "shell/output_claim.hpp"
 #include "shell/problem_list.hpp"
 #include "shell/program.hpp"
-#include "shell/run_folder.hpp"
 #include "shell/settings.hpp"
 
 namespace {

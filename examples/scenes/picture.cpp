@@ -3,7 +3,6 @@
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/light.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/visibility.hpp>

@@ -12,8 +12,7 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/optim/adam.hpp>
 
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Tape, tapestry::Variable;
 using Matrix = Eigen::Matrix<Variable<double>, Eigen::Dynamic, Eigen::Dynamic>;
 
 namespace {

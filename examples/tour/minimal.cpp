@@ -3,9 +3,7 @@
 #include <cstdio>
 #include <tapestry/autodiff/array_functions.hpp>
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Variable;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::Variable;
 
 /// Longest edge length of a triangle [3, 2]; the pullback pushes its two corners apart.
 Variable<double> longest_edge(const ArrayVariable<double, 2>& corners) {

@@ -8,9 +8,7 @@
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <vector>
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Variable;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::Variable;
 
 namespace {
 /// The elements in ascending order.

@@ -6,9 +6,7 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Variable;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::Variable;
 namespace raster = tapestry::raster;
 
 namespace {

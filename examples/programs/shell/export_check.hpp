@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>

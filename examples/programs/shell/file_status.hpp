@@ -11,9 +11,7 @@ inline bool is_frame_file(const std::filesystem::path& path) {
   return path.extension() == ".npz" || path.extension() == ".json";
 }
 
-using io::is_folder;
-using io::is_there;
-using io::status_of;
+using io::is_folder, io::is_there, io::status_of;
 
 /// File that a path leads to, without links and dots; the path itself if that cannot be resolved.
 inline std::filesystem::path place_of(const std::string& path) {
