@@ -1,10 +1,8 @@
 #!/usr/bin/env bash
 # camouflage from the outside: what a run leaves behind, bits, resuming after any death, refusals.
 source "$(dirname "$0")/support.sh"
-camouflage=$programs/camouflage
-[ -x "$camouflage" ] && [ -e "$sources/examples/assets/detector.weights" ] || exit 77
+needs camouflage
 # Nearly all runs are measured on four frames, for a measurement takes longest.
-assets=$sources/examples/assets
 mkdir "four frames" && cp "$assets"/frames/test/00[0-3].npz "four frames"
 quick=(--frames "four frames" --scenes 40 --texels 32 --epochs 2 --checkpoint-steps 3)
 

@@ -4,7 +4,6 @@ source "$(dirname "$0")/support.sh"
 names="camouflage convert_weights detect evaluate harden make_dataset render train_detector train_segmenter"
 [ -e "$programs/../CMakeCache.txt" ] || exit 77
 for name in $names; do [ -x "$programs/$name" ] || exit 77; done
-assets=$sources/examples/assets
 frame=$(ls "$assets"/frames/test/*.npz | head -n 1)
 version=$(sed -n 's/.*TAPESTRY_VERSION_TEXT "\(.*\)"/\1/p' "$sources/include/tapestry/version.hpp")
 

@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # Physical conditions from the outside: camouflage and evaluate under them, and one run against another.
 source "$(dirname "$0")/support.sh"
-camouflage=$programs/camouflage
-evaluate=$programs/evaluate
-[ -x "$camouflage" ] && [ -x "$evaluate" ] && [ -e "$sources/examples/assets/detector.weights" ] || exit 77
+needs camouflage evaluate
 quick=(--scenes 24 --texels 32 --epochs 2 --checkpoint-steps 1 --size 128 --conditions physical)
 
 expect_exit 0 "a run under conditions" "$camouflage" "${quick[@]}" --threads 2 --output two

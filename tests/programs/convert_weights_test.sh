@@ -1,20 +1,17 @@
 #!/usr/bin/env bash
 # convert_weights from the outside, and the programs that take what it writes.
 source "$(dirname "$0")/support.sh"
-convert=$programs/convert_weights
-detect=$programs/detect
-assets=$sources/examples/assets
-[ -x "$convert" ] && [ -x "$detect" ] && [ -e "$assets/detector.weights" ] || exit 77
+needs convert_weights detect
 frame=$(ls "$assets"/frames/test/*.npz | head -n 1)
 cfg=(--cfg "$assets/detector.cfg")
 weights=(--weights "$assets/detector.weights")
 
 # With nothing to be found in PATH: no Python and no other tool takes part.
-expect_exit 0 "keeping batch normalisation" env PATH=/nonexistent "$convert" "${cfg[@]}" "${weights[@]}" --output kept.onnx
+expect_exit 0 "keeping batch normalisation" env PATH=/nonexistent "$convert_weights" "${cfg[@]}" "${weights[@]}" --output kept.onnx
 grep -q 'batch normalisation kept, decode darknet' command.out && pass || fail "no summary"
 grep -q "cfg sha256 $(sha256sum <"$assets/detector.cfg" | cut -d' ' -f1)" command.out && pass || fail "another hash of the cfg"
-expect_exit 0 "folding" "$convert" "${cfg[@]}" "${weights[@]}" --fold --output folded.onnx
-expect_exit 0 "again" "$convert" "${cfg[@]}" "${weights[@]}" --output again.onnx
+expect_exit 0 "folding" "$convert_weights" "${cfg[@]}" "${weights[@]}" --fold --output folded.onnx
+expect_exit 0 "again" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output again.onnx
 expect_same kept.onnx again.onnx
 [ "$(stat -c %s folded.onnx)" -lt "$(stat -c %s kept.onnx)" ] && pass || fail "folding saved nothing"
 
@@ -22,7 +19,7 @@ expect_same kept.onnx again.onnx
 cp kept.onnx limited.onnx
 (
   ulimit -f 16 # KiB a file
-  exec "$convert" "${cfg[@]}" "${weights[@]}" --fold --output limited.onnx >command.out 2>command.err
+  exec "$convert_weights" "${cfg[@]}" "${weights[@]}" --fold --output limited.onnx >command.out 2>command.err
 )
 [ $? -eq 5 ] && pass || fail "a file that cannot be written whole does not end with 5"
 expect_error_line 'limited.onnx: cannot write'
@@ -43,7 +40,7 @@ expect_exit 3 "a cut file" "$detect" "${cfg[@]}" --weights cut.onnx "$frame"
 expect_error_line 'cut.onnx'
 
 # The decode family goes with the file; asking for another is one error, and so it is where a cfg says it.
-expect_exit 0 "an ultralytics detector" "$convert" "${cfg[@]}" "${weights[@]}" --decode ultralytics --output ultralytics.onnx
+expect_exit 0 "an ultralytics detector" "$convert_weights" "${cfg[@]}" "${weights[@]}" --decode ultralytics --output ultralytics.onnx
 grep -q 'decode ultralytics' command.out && pass || fail "no word on the decode family"
 expect_exit 0 "detecting with it" "$detect" --json --weights ultralytics.onnx "$frame"
 cp command.out ultralytics_seen.txt
@@ -70,7 +67,7 @@ grep -v ' ms an image' command.out >ultralytics.table
 expect_same ultralytics.table scaled.table
 expect_exit 4 "contradicting new_coords=1" "$detect" "${scaled[@]}" --decode ultralytics "$frame"
 expect_error_line 'scaled.cfg:[0-9]+: .*new_coords=1 contradicts the requested decode family; expected scaled, found ultralytics'
-expect_exit 0 "converting new_coords=1" "$convert" "${scaled[@]}" --output scaled.onnx
+expect_exit 0 "converting new_coords=1" "$convert_weights" "${scaled[@]}" --output scaled.onnx
 grep -q 'decode scaled' command.out && pass || fail "no word on the decode family"
 expect_exit 0 "detecting with that" "$detect" --weights scaled.onnx "$frame"
 grep -v ' ms an image' command.out >converted.table
@@ -86,18 +83,18 @@ header+='"layers.0.weight":{"data_offsets":[72,288],"dtype":"F32","shape":[18,3,
 { printf "\\x$(printf %x $((${#header} % 256)))\\x$(printf %x $((${#header} / 256)))\0\0\0\0\0\0%s" "$header" && head -c 288 /dev/zero; } >old.safetensors
 expect_exit 3 "detecting with a file of an earlier release" "$detect" --weights old.safetensors "$frame"
 expect_error_line 'old.safetensors:@0: not a detector; .* found a safetensors file; convert_weights makes an ONNX model of'
-expect_exit 0 "converting it" "$convert" --weights old.safetensors --output old.onnx
+expect_exit 0 "converting it" "$convert_weights" --weights old.safetensors --output old.onnx
 grep -q 'batch normalisation kept, decode darknet' command.out && pass || fail "no summary"
 printf "$text" >old.cfg
 { printf '\0\0\0\0\2\0\0\0\5\0\0\0\7\0\0\0\0\0\0\0' && head -c 288 /dev/zero; } >old.weights
-expect_exit 0 "converting the same weights" "$convert" --cfg old.cfg --weights old.weights --output new.onnx
+expect_exit 0 "converting the same weights" "$convert_weights" --cfg old.cfg --weights old.weights --output new.onnx
 expect_same old.onnx new.onnx
-expect_exit 2 "a cfg beside it" "$convert" --cfg old.cfg --weights old.safetensors --output no.onnx
+expect_exit 2 "a cfg beside it" "$convert_weights" --cfg old.cfg --weights old.safetensors --output no.onnx
 expect_error_line '^error: --cfg is for Darknet weights; old.safetensors states its own'
 head -c -4 old.safetensors >cut.safetensors
-expect_exit 4 "converting a cut one" "$convert" --weights cut.safetensors --output no.onnx
+expect_exit 4 "converting a cut one" "$convert_weights" --weights cut.safetensors --output no.onnx
 expect_error_line 'cut.safetensors: another size than that of its tensors'
-expect_exit 2 "writing one" "$convert" "${cfg[@]}" "${weights[@]}" --output no.safetensors
+expect_exit 2 "writing one" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output no.safetensors
 expect_error_line '^error: --output no.safetensors must end in .onnx'
 
 # The cfg within is used when none is given, and nothing else holds one.
@@ -177,26 +174,26 @@ sed '0,/^filters=8$/s//filters=6/' "$assets/detector.cfg" >narrow.cfg
 narrow="$programs/train_detector --steps 2 --batch 2 --fresh 1 --pool 4 --validate 1"
 expect_exit 0 "random weights, converted at once" $narrow --cfg narrow.cfg --output narrow.onnx
 expect_exit 0 "random weights, Darknet's" $narrow --cfg narrow.cfg --output narrow.weights
-expect_exit 0 "these converted" "$convert" --cfg narrow.cfg --weights narrow.weights --output same.onnx
+expect_exit 0 "these converted" "$convert_weights" --cfg narrow.cfg --weights narrow.weights --output same.onnx
 expect_same narrow.onnx same.onnx
 expect_exit 0 "going on from the file alone" $narrow --weights narrow.onnx
 expect_file detector.onnx
 expect_exit 0 "detecting with the outcome" "$detect" --weights detector.onnx "$frame"
 expect_exit 0 "going on with the cfg" $narrow --cfg narrow.cfg --weights narrow.onnx --output on.weights
-expect_exit 0 "that converted" "$convert" --cfg narrow.cfg --weights on.weights --output on.onnx
+expect_exit 0 "that converted" "$convert_weights" --cfg narrow.cfg --weights on.weights --output on.onnx
 expect_same detector.onnx on.onnx
 expect_exit 2 "a form that would lose the cfg" $narrow --weights narrow.onnx --output lost.weights
 expect_error_line '^error: --output lost.weights would lose the cfg, which is only within narrow.onnx'
 [ -e lost.weights ] && fail "refused, and yet written" || pass
 
 # The network as operators, for other tools.
-expect_exit 0 "an ONNX model" "$convert" "${cfg[@]}" "${weights[@]}" --output detector.onnx
+expect_exit 0 "an ONNX model" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output detector.onnx
 grep -q 'detector.onnx: [0-9]* nodes, from "picture", \[1, 3, ' command.out && pass || fail "no summary of the model"
 [ "$(grep -c 'raw logits of a' command.out)" -eq "$(grep -c '^\[yolo\]' "$assets/detector.cfg")" ] && pass || fail "other heads"
 cp detector.onnx whole.onnx
 printf '{"head": "yolov5"}\n' >detector.json
 cp detector.json mine.json
-expect_exit 4 "converting beside a description" "$convert" "${cfg[@]}" "${weights[@]}" --output detector.onnx
+expect_exit 4 "converting beside a description" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output detector.onnx
 expect_error_line 'detector.json: would be read as the description of detector.onnx; expected no such file'
 expect_same mine.json detector.json
 expect_same whole.onnx detector.onnx
@@ -204,30 +201,30 @@ expect_exit 2 "detecting beside a description" "$detect" --weights detector.onnx
 expect_error_line 'detector.onnx: is described by its cfg, not by detector.json'
 rm detector.json
 sed 's/^\[yolo\]/&\nscale_x_y=1.1/' "$assets/detector.cfg" >grown.cfg
-expect_exit 0 "heads of other boxes" "$convert" --cfg grown.cfg "${weights[@]}" --output grown.onnx
+expect_exit 0 "heads of other boxes" "$convert_weights" --cfg grown.cfg "${weights[@]}" --output grown.onnx
 expect_exit 0 "detecting with them" "$detect" --json --weights grown.onnx "$frame"
 cp command.out grown.json
 expect_exit 0 "detecting with their cfg" "$detect" --json --cfg grown.cfg "${weights[@]}" "$frame"
 expect_same grown.json command.out
 
-expect_exit 2 "nothing given" "$convert"
-expect_exit 2 "converting to an unknown decode family" "$convert" "${cfg[@]}" "${weights[@]}" --decode yolov5 --output no.onnx
+expect_exit 2 "nothing given" "$convert_weights"
+expect_exit 2 "converting to an unknown decode family" "$convert_weights" "${cfg[@]}" "${weights[@]}" --decode yolov5 --output no.onnx
 expect_error_line "--decode is 'yolov5'; expected one of darknet, ultralytics, scaled"
-expect_exit 4 "converting raw logits to scaled" "$convert" "${cfg[@]}" "${weights[@]}" --decode scaled --output no.onnx
+expect_exit 4 "converting raw logits to scaled" "$convert_weights" "${cfg[@]}" "${weights[@]}" --decode scaled --output no.onnx
 expect_error_line 'detector.cfg:[0-9]+: .*needs activations, not logits'
-expect_exit 2 "no epsilon" "$convert" "${cfg[@]}" "${weights[@]}" --batch-norm-epsilon 0 --output no.onnx
+expect_exit 2 "no epsilon" "$convert_weights" "${cfg[@]}" "${weights[@]}" --batch-norm-epsilon 0 --output no.onnx
 cp "$assets/detector.weights" mine.weights
-expect_exit 2 "overwriting the input" "$convert" "${cfg[@]}" --weights mine.weights --output ./mine.weights
+expect_exit 2 "overwriting the input" "$convert_weights" "${cfg[@]}" --weights mine.weights --output ./mine.weights
 expect_same "$assets/detector.weights" mine.weights
-expect_exit 3 "missing weights" "$convert" "${cfg[@]}" --weights absent.weights --output no.onnx
+expect_exit 3 "missing weights" "$convert_weights" "${cfg[@]}" --weights absent.weights --output no.onnx
 expect_error_line 'absent.weights'
 head -c 5000 mine.weights >cut.weights
-expect_exit 3 "cut weights" "$convert" "${cfg[@]}" --weights cut.weights --output no.onnx
-expect_exit 3 "converted already" "$convert" "${cfg[@]}" --weights kept.onnx --output no.onnx
+expect_exit 3 "cut weights" "$convert_weights" "${cfg[@]}" --weights cut.weights --output no.onnx
+expect_exit 3 "converted already" "$convert_weights" "${cfg[@]}" --weights kept.onnx --output no.onnx
 expect_error_line 'kept.onnx:@0: not Darknet weights; .* an ONNX model'
 head -c 4096 /dev/zero | cat mine.weights - >longer.weights
-expect_exit 4 "weights of another cfg" "$convert" "${cfg[@]}" --weights longer.weights --output no.onnx
-expect_exit 5 "a missing folder" "$convert" "${cfg[@]}" "${weights[@]}" --output absent/x.onnx
+expect_exit 4 "weights of another cfg" "$convert_weights" "${cfg[@]}" --weights longer.weights --output no.onnx
+expect_exit 5 "a missing folder" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output absent/x.onnx
 expect_error_line 'absent/x.onnx'
 [ -e no ] || [ -e no.onnx ] && fail "a refused conversion left a file" || pass
 finish

@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # detect and evaluate from the outside.
 source "$(dirname "$0")/support.sh"
-detect=$programs/detect
-assets=$sources/examples/assets
-[ -x "$detect" ] && [ -e "$assets/detector.weights" ] || exit 77
+needs detect
 frame=$(ls "$assets"/frames/test/*.npz | head -n 1)
 
 expect_exit 0 "a table" "$detect" "$frame"

@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # evaluate --dataset from the outside: the same labels in four formats have the same average precision.
 source "$(dirname "$0")/support.sh"
-evaluate=$programs/evaluate
-assets=$sources/examples/assets
-[ -x "$evaluate" ] && [ -e "$assets/detector.weights" ] || exit 77
+needs evaluate
 
 # Four bundled frames as pictures with nothing drawn in, and what the detector finds there, moved by a pixel.
 mapfile -t frames < <(ls "$assets"/frames/test/*.npz | head -n 4)

@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # evaluate --protocol from the outside: the same files by any number of threads and after any death, refusals.
 source "$(dirname "$0")/support.sh"
-evaluate=$programs/evaluate
-assets=$sources/examples/assets
-[ -x "$evaluate" ] && [ -x "$programs/camouflage" ] && [ -e "$assets/detector.weights" ] || exit 77
+needs evaluate camouflage
 
 mkdir frames && cp "$assets"/frames/test/00[0-3].npz frames
 expect_exit 0 "a camouflage" "$programs/camouflage" --frames frames --texels 8 --epochs 1 --output run

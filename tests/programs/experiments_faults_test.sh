@@ -2,7 +2,7 @@
 # The scripts of examples/experiments when they are started twice, killed, short of disk, or find other inputs: one error, and
 # then the same tables. (F32)
 source "$(dirname "$0")/support.sh"
-experiments=$sources/examples/experiments assets=$sources/examples/assets
+experiments=$sources/examples/experiments
 [ "$programs" = "$sources/build/release/examples" ] && [ -x "$programs/tabulate" ] || exit 77
 mkdir -p own/train own/test mine
 cp "$assets"/frames/test/00[01].npz own/test

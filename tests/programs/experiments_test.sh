@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The scripts of examples/experiments from the outside: every table of the paper from one command, and variants.
 source "$(dirname "$0")/support.sh"
-experiments=$sources/examples/experiments assets=$sources/examples/assets
+experiments=$sources/examples/experiments
 [ "$programs" = "$sources/build/release/examples" ] && [ -x "$programs/tabulate" ] || exit 77
 mkdir -p own/train own/test
 cp "$assets"/frames/test/00[0-3].npz own/test

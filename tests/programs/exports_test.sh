@@ -1,10 +1,7 @@
 #!/usr/bin/env bash
 # What a run exports is the paint that it optimised, whatever texture coordinates its mesh has.
 source "$(dirname "$0")/support.sh"
-camouflage=$programs/camouflage
-render=$programs/render
-assets=$sources/examples/assets
-[ -x "$camouflage" ] && [ -x "$render" ] && [ -e "$assets/detector.weights" ] || exit 77
+needs camouflage render
 
 mkdir frames && cp "$assets"/frames/test/00[01].npz frames
 cp "$assets"/car_sedan.{obj,mtl} .

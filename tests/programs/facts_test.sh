@@ -1,10 +1,7 @@
 #!/usr/bin/env bash
 # What a run's bits depend on beside its options: the build, the folder where it began, and what it has written.
 source "$(dirname "$0")/support.sh"
-camouflage=$programs/camouflage
-evaluate=$programs/evaluate
-assets=$sources/examples/assets
-[ -x "$camouflage" ] && [ -x "$evaluate" ] && [ -x "$programs/tabulate" ] && [ -e "$assets/detector.weights" ] || exit 77
+needs camouflage evaluate tabulate
 
 mkdir -p project/frames project/car && cd project || exit 1
 cp "$assets"/frames/test/00[01].npz frames

@@ -3,20 +3,18 @@
 # old file or the new one, the exit status says which, nothing is left behind, and the next run makes it good.
 source "$(dirname "$0")/support.sh"
 source "$(dirname "$0")/faults.sh"
-convert=$programs/convert_weights
-camouflage=$programs/camouflage
-assets=$sources/examples/assets
-[ -x "$convert" ] && [ -x "$camouflage" ] && [ -x "$programs/make_dataset" ] && [ -e "$shim" ] || exit 77
+needs convert_weights camouflage make_dataset
+[ -e "$shim" ] || exit 77
 
 # A conversion over an old file.
 inputs=(--cfg "$assets/detector.cfg" --weights "$assets/detector.weights")
-"$convert" "${inputs[@]}" --output old.onnx >/dev/null
-"$convert" "${inputs[@]}" --fold --output new.onnx >/dev/null
+"$convert_weights" "${inputs[@]}" --output old.onnx >/dev/null
+"$convert_weights" "${inputs[@]}" --fold --output new.onnx >/dev/null
 prepare() { cp old.onnx out.onnx; }
 check_conversion() {
   if [ "$code" -eq 0 ]; then expect_same new.onnx out.onnx; elif cmp -s old.onnx out.onnx || cmp -s new.onnx out.onnx; then pass; else fail "a torn file"; fi
 }
-conversion=("$convert" "${inputs[@]}" --fold --output out.onnx)
+conversion=("$convert_weights" "${inputs[@]}" --fold --output out.onnx)
 for call in write fsync rename; do until_success "$call" $ENOSPC "5" check_conversion "${conversion[@]}"; done # F04
 until_success create $EROFS "5" check_conversion "${conversion[@]}" # F08
 until_success open $EIO "0 3 5" check_conversion "${conversion[@]}"

@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # Paints and detectors of others: evaluate --paint, --pictures and --detections.
 source "$(dirname "$0")/support.sh"
-evaluate=$programs/evaluate
-assets=$sources/examples/assets
-[ -x "$evaluate" ] && [ -x "$programs/camouflage" ] && [ -e "$assets/detector.weights" ] || exit 77
+needs evaluate camouflage
 
 mkdir frames && cp "$assets"/frames/test/00[0-7].npz frames
 expect_exit 0 "a camouflage" "$programs/camouflage" --frames frames --texels 32 --epochs 20 --output run

@@ -2,9 +2,7 @@
 # Disks that are full or read-only: one error, nothing half written, and a run goes on when there is room. A small disk in
 # memory stands for them, which takes the right to mount.
 source "$(dirname "$0")/support.sh"
-camouflage=$programs/camouflage
-assets=$sources/examples/assets
-[ -x "$camouflage" ] && [ -e "$assets/detector.weights" ] || exit 77
+needs camouflage
 disk=$PWD/disk
 mkdir disk
 mount -t tmpfs -o size=64k tapestry "$disk" 2>/dev/null || { echo "no right to mount: skipped"; exit 77; }

@@ -1,10 +1,9 @@
 #!/usr/bin/env bash
 # harden with ONNX models, of heads without anchors: what is written, bits, resuming after any death, refusals.
 source "$(dirname "$0")/support.sh"
-harden=$programs/harden
 export_detector=$programs/../tests/programs/export_detector
-assets=$sources/examples/assets
-[ -x "$harden" ] && [ -x "$export_detector" ] || exit 77
+needs harden
+[ -x "$export_detector" ] || exit 77
 "$export_detector" . || fail "the models to harden are not written"
 mkdir frames && cp "$assets"/frames/test/00[0-3].npz frames
 tiny=(--frames frames --scenes 8 --texels 16 --rounds 2 --attack-steps 3 --steps 3 --pictures 4 --epochs 1 --batch 4

@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # harden from the outside: what a run leaves behind, bits, resuming after any death, refusals.
 source "$(dirname "$0")/support.sh"
-harden=$programs/harden
-assets=$sources/examples/assets
-[ -x "$harden" ] && [ -e "$assets/detector.weights" ] || exit 77
+needs harden
 mkdir frames && cp "$assets"/frames/test/00[0-3].npz frames
 budget=(--frames frames --scenes 12 --texels 16 --attack-steps 4 --steps 5 --pictures 4 --clean-scenes 8
   --test-scenes 4 --epochs 2 --batch 4 --checkpoint-steps 3)

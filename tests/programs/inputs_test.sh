@@ -1,10 +1,7 @@
 #!/usr/bin/env bash
 # What a run has read is known by its bytes: whatever is exchanged, a resumed run and a measurement notice it.
 source "$(dirname "$0")/support.sh"
-camouflage=$programs/camouflage
-evaluate=$programs/evaluate
-assets=$sources/examples/assets
-[ -x "$camouflage" ] && [ -x "$evaluate" ] && [ -e "$assets/detector.weights" ] || exit 77
+needs camouflage evaluate
 
 mkdir frames mine
 cp "$assets"/frames/test/00[01].npz frames

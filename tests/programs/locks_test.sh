@@ -3,7 +3,6 @@
 # the middle of its work by the shim of faults_test.sh. (F30)
 source "$(dirname "$0")/support.sh"
 shim=$programs/../tests/programs/libfault_shim.so
-assets=$sources/examples/assets
 [ -x "$programs/tabulate" ] && [ -x "$programs/train_segmenter" ] && [ -e "$assets/detector.weights" ] && [ -e "$shim" ] || exit 77
 
 count=0

@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # make_dataset from the outside.
 source "$(dirname "$0")/support.sh"
-make_dataset=$programs/make_dataset
-assets=$sources/examples/assets
-[ -x "$make_dataset" ] || exit 77
+needs make_dataset
 
 frames() { "$make_dataset" --train 2 --test 3 --size 96 "$@"; }
 

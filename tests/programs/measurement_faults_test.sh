@@ -2,13 +2,11 @@
 # As faults_test.sh, of train_detector and evaluate: its protocols, its tables of a run, and data sets.
 source "$(dirname "$0")/support.sh"
 source "$(dirname "$0")/faults.sh"
-train=$programs/train_detector
-evaluate=$programs/evaluate
-assets=$sources/examples/assets
-[ -x "$train" ] && [ -x "$evaluate" ] && [ -e "$shim" ] || exit 77
+needs train_detector evaluate
+[ -e "$shim" ] || exit 77
 
 # Training over an old file: that or a whole one of the same training is there, and can be gone on with.
-training=("$train" --cfg "$assets/detector.cfg" --batch 1 --fresh 1 --pool 1 --validate 1 --size 64 --threads 1 --output out.weights)
+training=("$train_detector" --cfg "$assets/detector.cfg" --batch 1 --fresh 1 --pool 1 --validate 1 --size 64 --threads 1 --output out.weights)
 "${training[@]}" --steps 1 --seed 7 >/dev/null 2>&1 || fail "another training"
 mv out.weights old
 twice=("${training[@]}" --steps 2 --save-every 1)

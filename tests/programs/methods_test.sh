@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # camouflage --method from the outside: bits, resuming, measuring again, refusals.
 source "$(dirname "$0")/support.sh"
-camouflage=$programs/camouflage
-[ -x "$camouflage" ] && [ -e "$sources/examples/assets/detector.weights" ] || exit 77
-assets=$sources/examples/assets
+needs camouflage
 mkdir frames && cp $(ls "$assets"/frames/test/*.npz | head -n 4) frames
 quick=(--frames frames --texels 32 --epochs 6 --checkpoint-steps 1)
 expect_exit 0 "fca" "$camouflage" "${quick[@]}" --output two

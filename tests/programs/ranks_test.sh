@@ -1,10 +1,8 @@
 #!/usr/bin/env bash
 # evaluate --protocol and camouflage under mpirun: the same files from any number of ranks, after the death of one, too.
 source "$(dirname "$0")/support.sh"
-evaluate=$programs/evaluate
-camouflage=$programs/camouflage
-assets=$sources/examples/assets
-[ -x "$evaluate" ] && [ -x "$camouflage" ] && command -v mpirun >/dev/null && ldd "$evaluate" | grep -q libmpi || exit 77
+needs evaluate camouflage
+command -v mpirun >/dev/null && ldd "$evaluate" | grep -q libmpi || exit 77
 
 # All ranks on this machine, by whoever runs the tests; no remote shell, no memory of another process.
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_plm=isolated

@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # render from the outside.
 source "$(dirname "$0")/support.sh"
-render=$programs/render
-assets=$sources/examples/assets
-[ -x "$render" ] || exit 77
+needs render
 
 size_of() { od -An -tu1 -j16 -N8 "$1" | awk '{ print $3 * 256 + $4, $7 * 256 + $8 }'; }
 

@@ -3,9 +3,18 @@ set -u
 set -m  # without job control, scripts start background processes with SIGINT ignored, and so it would stay
 programs=$1
 sources=$2
+assets=$sources/examples/assets
 failures=0
 passes=0
 
+# needs PROGRAM...: sets a variable of each name to its path; skips the test where it or the bundled detector is missing.
+needs() {
+  local name
+  for name; do
+    printf -v "$name" %s "$programs/$name"
+    [ -x "$programs/$name" ] && [ -e "$assets/detector.weights" ] || exit 77
+  done
+}
 pass() { passes=$((passes + 1)); }
 fail() {
   failures=$((failures + 1))

@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # camouflage --validation: views that are not optimised on choose the epoch whose paint a run ends with.
 source "$(dirname "$0")/support.sh"
-camouflage=$programs/camouflage
-assets=$sources/examples/assets
-[ -x "$camouflage" ] && [ -e "$assets/detector.weights" ] || exit 77
+needs camouflage
 
 mkdir -p frames/train frames/test
 cp "$assets"/frames/test/00[0-7].npz frames/train
