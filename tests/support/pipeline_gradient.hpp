@@ -2,6 +2,7 @@
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/camouflage/objective.hpp>
 
+#include "active_tape.hpp"
 #include "catch.hpp"
 
 namespace tapestry::test {
@@ -14,8 +15,7 @@ using ViewPointers = std::type_identity_t<typename camouflage::Objective<T>::Vie
 template <class T>
 Array<T, 2> pipeline_gradient(camouflage::Objective<T>& objective, ViewPointers<T> views,
                               const Array<T, 2>& start) {
-  Tape<T> tape;
-  const auto scope = tape.activate();
+  ActiveTape<T> tape;
   const ArrayVariable<T, 2> parameter = tape.input(start);
   const Variable<T> total = objective(parameter, views);
   tape.reverse(total);

@@ -61,9 +61,8 @@ class RandomNetwork : public RandomNetworkParts {
       return node(of_positive[i], {i == 4 ? node("Add", {bent, constant({}, 1, 1)}, shape(x)) : bent},
                   shape(x));
     }
-    if (random.chance(0.1)) {
+    if (random.chance(0.1))
       return node("Clip", {x, constant({}, -0.6, -0.4), constant({}, 0.5, 0.8)}, shape(x));
-    }
     return node(smooth[random.index(std::size(smooth))], {x}, shape(x));
   }
 
