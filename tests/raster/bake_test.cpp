@@ -4,14 +4,9 @@
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/relative_distance.hpp"
-#include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-using raster::TextureKind;
-using raster::TextureLayout;
-using tapestry::Array;
-using tapestry::geometry::Camera;
-using tapestry::geometry::Mesh;
+using namespace tapestry;
+using geometry::Camera, geometry::Mesh, raster::TextureKind, raster::TextureLayout;
 
 namespace {
 
@@ -34,7 +29,7 @@ TextureLayout atlas(std::size_t size) { return {TextureKind::atlas, size, size, 
 
 /// 0.2 + 0.5·u, 0.1 + 0.6·v and their mean at the texels' centres.
 Array<double, 2> ramp(std::size_t size) {
-  Array<double, 2> texels(tapestry::Extents<2>{size * size, 3});
+  Array<double, 2> texels(Extents<2>{size * size, 3});
   for (std::size_t i = 0; i < size * size; ++i) {
     texels(i, 0) = 0.2 + 0.5 * (static_cast<double>(i % size) + 0.5) / static_cast<double>(size);
     texels(i, 1) = 0.7 - 0.6 * (static_cast<double>(i / size) + 0.5) / static_cast<double>(size);
@@ -73,16 +68,15 @@ TEST_CASE("an atlas baked into cubes and back keeps the picture", "[raster][bake
   const auto cubes = raster::bake_cube({mesh, painted, atlas(64)}, texels, cube);
   const auto back = raster::bake_atlas({mesh, painted, cube}, cubes, atlas(96));
   // A cube's taps beside the plane a + b + c = s − 1 are normalised ones, so even a ramp is only nearly kept.
-  CHECK(tapestry::test::relative_distance(picture_of(mesh, cube, cubes), before) <= 0.02);
-  CHECK(tapestry::test::relative_distance(picture_of(mesh, atlas(96), back), picture_of(mesh, cube, cubes)) <=
-        0.005);
+  CHECK(test::relative_distance(picture_of(mesh, cube, cubes), before) <= 0.02);
+  CHECK(test::relative_distance(picture_of(mesh, atlas(96), back), picture_of(mesh, cube, cubes)) <= 0.005);
 }
 
 TEST_CASE("an atlas baked into itself comes back, vertex colours become a ramp", "[raster][bake]") {
   const Mesh mesh = screen();
-  const auto texels = tapestry::test::random_array<double>({24 * 24, 3}, 1);
+  const auto texels = test::random_array<double>({24 * 24, 3}, 1);
   const auto same = raster::bake_atlas({mesh, painted, atlas(24)}, texels, atlas(24));
-  CHECK(tapestry::test::relative_distance(same, texels) <= 1e-12);
+  CHECK(test::relative_distance(same, texels) <= 1e-12);
   const Array<double, 2> corners = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}};
   const auto baked =
       raster::bake_atlas({mesh, painted, {TextureKind::vertex, 0, 0, 1, 0}}, corners, atlas(24));
@@ -111,10 +105,10 @@ TEST_CASE("beside a chart, and far from it, its rim's colour is kept", "[raster]
 
 TEST_CASE("baking refuses what does not fit", "[raster][bake][bad_input]") {
   const Mesh mesh = screen();
-  CHECK_THROWS_AS(raster::bake_cube({mesh, painted, atlas(8)}, ramp(7), cube), tapestry::ShapeError);
-  CHECK_THROWS_AS(raster::bake_cube({mesh, painted, atlas(8)}, ramp(8), atlas(8)), tapestry::DomainError);
-  CHECK_THROWS_AS(raster::bake_atlas({mesh, painted, atlas(8)}, ramp(8), cube), tapestry::DomainError);
-  CHECK_THROWS_AS(raster::bake_atlas({mesh, {1, 1}, atlas(8)}, ramp(8), atlas(8)), tapestry::ShapeError);
+  CHECK_THROWS_AS(raster::bake_cube({mesh, painted, atlas(8)}, ramp(7), cube), ShapeError);
+  CHECK_THROWS_AS(raster::bake_cube({mesh, painted, atlas(8)}, ramp(8), atlas(8)), DomainError);
+  CHECK_THROWS_AS(raster::bake_atlas({mesh, painted, atlas(8)}, ramp(8), cube), DomainError);
+  CHECK_THROWS_AS(raster::bake_atlas({mesh, {1, 1}, atlas(8)}, ramp(8), atlas(8)), ShapeError);
   CHECK_THROWS_AS(raster::bake_atlas({mesh, {1, 1, 1}, atlas(8)}, ramp(8), atlas(8)),
-                  tapestry::Error);  // no uv
+                  Error);  // no uv
 }

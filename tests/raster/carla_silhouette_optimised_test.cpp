@@ -40,10 +40,7 @@ double overlap(const Array<float, 2>& a, const Array<float, 2>& b) {
 TEST_CASE("the CARLA camera reproduces the published masks", "[raster][carla]") {
   const std::string shared = tapestry::test::in_shared("");
   const std::string mesh_path = shared + "data/mesh/audi_et_te.obj";
-  if (!std::filesystem::exists(mesh_path)) {
-    WARN("skipped: " << mesh_path << " is absent");
-    return;
-  }
+  if (tapestry::test::is_absent(mesh_path)) return;
   const auto mesh = tapestry::geometry::normalise_mesh(tapestry::io::read_obj(mesh_path).mesh);
   for (const char* number : {"1", "12501", "12502", "12503", "12504", "12505"}) {
     const auto frame = tapestry::io::read_frame(shared + "data/carla/data" + number + ".npz");

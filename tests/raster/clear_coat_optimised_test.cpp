@@ -11,12 +11,9 @@
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
-using geometry::Camera;
-using geometry::Vector3;
-using tapestry::test::random_array;
-using tapestry::test::warm;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Camera, geometry::Vector3;
 
 namespace {
 
@@ -48,8 +45,8 @@ double energy_at_normal_incidence(double alpha) {
 }
 
 raster::PaintedMesh some_body(const raster::TextureLayout& layout) {
-  raster::PaintedMesh body{tapestry::test::random_triangles(30, 7, 0.9), {}, layout};
-  body.painted = tapestry::test::every_face(body.mesh);
+  raster::PaintedMesh body{test::random_triangles(30, 7, 0.9), {}, layout};
+  body.painted = test::every_face(body.mesh);
   for (std::size_t face = 0; face < body.painted.size(); face += 4) body.painted[face] = 0;
   return body;
 }
@@ -79,7 +76,7 @@ TEST_CASE("a GGX mirror sends back what falls on it at normal incidence, less wh
 }
 
 TEST_CASE("GGX reflection is the same with light and eye exchanged", "[raster][clear_coat]") {
-  tapestry::Random random(3);
+  Random random(3);
   for (int i = 0; i < 200; ++i) {
     const Vector3 a = at_angle(random.uniform(0, 1.5), random.uniform(-3, 3));
     const Vector3 b = at_angle(random.uniform(0, 1.5), random.uniform(-3, 3));
@@ -104,8 +101,8 @@ TEST_CASE("where the sun is mirrored a coat shows the middle of its lobe", "[ras
 }
 
 TEST_CASE("GGX reflection has the derivatives of central differences", "[raster][clear_coat][gradient]") {
-  tapestry::Random random(5);
-  const double step = tapestry::test::central_difference_step<double>();
+  Random random(5);
+  const double step = test::central_difference_step<double>();
   for (int i = 0; i < 100; ++i) {
     const Vector3 eye = at_angle(random.uniform(0, 1.4), random.uniform(-3, 3));
     const Vector3 light = at_angle(random.uniform(0, 1.4), random.uniform(-3, 3));
@@ -143,8 +140,7 @@ TEST_CASE("under even light white paint stays white below a clear coat", "[raste
 
 TEST_CASE("a clear coat mirrors the sky where it is, less sharply when rough", "[raster][clear_coat]") {
   // A floor seen at 45 degrees mirrors the sky at 45 degrees beyond it: radiance 1 + x there.
-  const auto floor =
-      tapestry::test::triangle_soup({{Vector3{-9, -9, 0}, Vector3{9, -9, 0}, Vector3{0, 9, 0}}});
+  const auto floor = test::triangle_soup({{Vector3{-9, -9, 0}, Vector3{9, -9, 0}, Vector3{0, 9, 0}}});
   const auto camera = geometry::look_at({-2, 0, 2}, {0, 0, 0}, {0, 0, 1}, 1);
   raster::ClearCoat<raster::OutdoorLight> light;
   light.sun = 0;
@@ -162,21 +158,21 @@ TEST_CASE("a clear coat mirrors the sky where it is, less sharply when rough", "
 
 TEST_CASE("a coat is an addition to the linear map of the texture, and none at strength 0",
           "[raster][clear_coat]") {
-  for (const auto& layout : {tapestry::test::atlas, tapestry::test::anisotropic, tapestry::test::cube}) {
+  for (const auto& layout : {test::atlas, test::anisotropic, test::cube}) {
     const auto body = some_body(layout);
     const auto x = random_array<double>({raster::stored_texel_count(layout, body.mesh), 3}, 4);
     const auto y = random_array<double>({20, 25, 3}, 5);
     raster::ClearCoat<raster::SmoothLight> light{{warm}, 0.7, 0.3};
     const auto coated = raster::texture_operator<double>(body, Camera{}, 20, 25, light);
     const auto picture = raster::render(coated, x);
-    CHECK(tapestry::test::dot(coated.constant, y) > 1);
+    CHECK(test::dot(coated.constant, y) > 1);
     const auto at_once = raster::render_textured(body, Camera{}, 20, 25, light, x).colour;
     for (std::size_t i = 0; i < picture.size(); ++i)
       CHECK(at_once.data()[i] == Approx(picture.data()[i]).epsilon(1e-12).margin(1e-12));
     auto back = tapestry::zeros<double, 2>(x.shape());
     raster::render_adjoint(coated, y, back);
-    const tapestry::Array<double, 3> ahead = picture - coated.constant;
-    CHECK(tapestry::test::dot(back, x) == Approx(tapestry::test::dot(ahead, y)).epsilon(1e-12));
+    const Array<double, 3> ahead = picture - coated.constant;
+    CHECK(test::dot(back, x) == Approx(test::dot(ahead, y)).epsilon(1e-12));
     light.coat = 0;
     CHECK((raster::render_textured(body, Camera{}, 20, 25, light, x).colour ==
            raster::render_textured(body, Camera{}, 20, 25, raster::SmoothLight{warm}, x).colour));
@@ -194,7 +190,7 @@ TEST_CASE("a coat shows nothing of a sun below the surface, and stays finite at 
     CHECK(std::isfinite(grazing.by_alpha));
     CHECK(geometry::is_finite(grazing.by_towards));
   }
-  const auto body = some_body(tapestry::test::solid);
+  const auto body = some_body(test::solid);
   const raster::ClearCoat<raster::Light> mirror{warm, 1, 0.01};
   const auto picture = raster::texture_operator<float>(body, Camera{}, 20, 25, mirror);
   for (const float value : picture.constant) CHECK(std::isfinite(value));
@@ -205,7 +201,7 @@ TEST_CASE("a coat or a roughness outside its range is refused", "[raster][clear_
   for (const auto& [coat, roughness] :
        {std::pair{1.1, 0.5}, {-0.1, 0.5}, {1.0, 0.0}, {1.0, 1.1}, {std::nan(""), 0.5}, {1.0, std::nan("")}})
     CHECK_THROWS_AS(prepare(mesh, Camera{}, raster::ClearCoat<raster::Light>{warm, coat, roughness}),
-                    tapestry::DomainError);
+                    DomainError);
   CHECK_THROWS_WITH(prepare(mesh, Camera{}, raster::ClearCoat<raster::Light>{warm, 1, 0}),
                     "clear coat: roughness is 0.000000, expected 0.010000 to 1");
 }

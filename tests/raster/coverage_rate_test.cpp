@@ -4,10 +4,8 @@
 #include "../support/simple_mesh.hpp"
 
 namespace raster = tapestry::raster;
-using tapestry::geometry::Camera;
-using tapestry::geometry::Mesh;
-using tapestry::geometry::Vector3;
-using tapestry::test::triangle_soup;
+using tapestry::geometry::Camera, tapestry::geometry::Mesh, tapestry::geometry::Vector3,
+    tapestry::test::triangle_soup;
 
 namespace {
 

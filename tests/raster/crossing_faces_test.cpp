@@ -7,12 +7,9 @@
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
-using geometry::Mesh;
-using geometry::Vector3;
-using raster::FacePair;
-using tapestry::test::triangle_soup;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Mesh, geometry::Vector3, raster::FacePair;
 
 namespace {
 
@@ -46,7 +43,7 @@ bool pierces(const Mesh& mesh, std::size_t face, std::size_t other) {
 
 /// Triangles of sizes from `least` to 1.
 Mesh triangles_of_many_sizes(std::size_t count, std::uint64_t seed, double least) {
-  tapestry::Random random(seed);
+  Random random(seed);
   std::vector<std::array<Vector3, 3>> triangles(count);
   for (auto& triangle : triangles) {
     const double size = std::pow(least, random.uniform(0, 1));

@@ -5,26 +5,21 @@
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/shapes.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace geometry = tapestry::geometry;
-namespace raster = tapestry::raster;
+using namespace tapestry;
+using namespace tapestry::test;
 using geometry::Vector3;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::random_array;
-using tapestry::test::random_direction;
 
 namespace {
 /// [V, 3]
 template <class T>
 Array<T, 2> positions_of(const geometry::Mesh& mesh) {
-  Array<T, 2> positions(tapestry::Extents<2>{mesh.positions.size(), 3});
+  Array<T, 2> positions(Extents<2>{mesh.positions.size(), 3});
   for (std::size_t i = 0; i < positions.size(); ++i)
     positions.data()[i] = static_cast<T>(mesh.positions[i / 3][i % 3]);
   return positions;
@@ -47,7 +42,7 @@ geometry::Mesh rectangle(double left, double right, double z = 2) {
 
 /// A bumpy sphere before a rectangle, seen from the side: outlines before a background and before faces.
 geometry::Mesh crowded() {
-  auto mesh = tapestry::test::bumpy_sphere(1, 0.15, 3);
+  auto mesh = test::bumpy_sphere(1, 0.15, 3);
   for (auto& p : mesh.positions) p = {0.9 * p[0] + 0.07, 0.9 * p[1] - 0.05, 0.9 * p[2] + 3};
   const auto behind = rectangle(-2.1, 1.3, 4.5);
   const auto first = static_cast<std::int32_t>(mesh.positions.size());
@@ -70,22 +65,21 @@ Array<T, Rank> direction_like(const Array<T, Rank>& other, std::uint64_t seed) {
 template <class T, std::size_t Rank, class F>
 void check_gradient(const F& f, const Array<T, Rank>& x, double looser = 1) {
   const auto value_and_gradient = [&](const Array<T, Rank>& at) {
-    Tape<T> tape;
-    const auto scope = tape.activate();
+    ActiveTape<T> tape;
     const auto input = tape.input(at);
     const ArrayVariable<T, 3> out = f(input);
     const auto weights = direction_like(out.value(), 9);
     tape.reverse(out, weights);
-    return std::pair(tapestry::test::dot(weights, out.value()), input.adjoint());
+    return std::pair(test::dot(weights, out.value()), input.adjoint());
   };
   const auto gradient = value_and_gradient(x).second;
   const auto value = [&](const Array<T, Rank>& at) { return value_and_gradient(at).first; };
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const auto direction = direction_like(x, seed);
-    const T expected = tapestry::test::central_difference(value, x, direction);
+    const T expected = test::central_difference(value, x, direction);
     CHECK(std::abs(expected) > T(1e-3));
-    CHECK(std::abs(tapestry::test::dot(gradient, direction) - expected) <=
-          static_cast<T>(looser) * tapestry::test::central_difference_tolerance(T(1) + std::abs(expected)));
+    CHECK(std::abs(test::dot(gradient, direction) - expected) <=
+          static_cast<T>(looser) * test::central_difference_tolerance(T(1) + std::abs(expected)));
   }
 }
 }  // namespace
@@ -166,7 +160,7 @@ TEST_CASE("antialiasing keeps a constant, and is linear with its adjoint as the 
   const auto x = random_array<double>({24, 26, 3}, 1), y = random_array<double>({24, 26, 3}, 2);
   Array<double, 3> transposed = xt::zeros_like(x);
   raster::antialias_adjoint<double>(pixels, x, y, &transposed, nullptr);
-  CHECK(tapestry::test::dot(raster::antialias(pixels, x), y) == Approx(tapestry::test::dot(x, transposed)));
+  CHECK(test::dot(raster::antialias(pixels, x), y) == Approx(test::dot(x, transposed)));
   CHECK((raster::antialias(pixels, x) != x));
 }
 
@@ -228,8 +222,7 @@ TEST_CASE("deferred shading has the same bits on one thread and two", "[raster][
   const auto mesh = crowded();
   const auto run = [&](int threads) {
     tapestry::limit_threads(threads);
-    Tape<float> tape;
-    const auto scope = tape.activate();
+    ActiveTape<float> tape;
     const auto x = tape.input(positions_of<float>(mesh));
     const auto rasterised = raster::rasterise<float>(mesh, {}, 40, 40, x);
     const auto out = raster::antialias(rasterised, raster::interpolate(rasterised, x));
@@ -263,14 +256,14 @@ TEST_CASE("deferred shading refuses what does not fit", "[raster][deferred][bad_
   CHECK_THROWS_WITH(raster::interpolate(pixels, b, few, mesh.faces),
                     "interpolate: face 1 refers to attribute 3 of 3");
   CHECK_THROWS_WITH(raster::interpolate(pixels, b, few, {}), "interpolate: corners of 0 faces, expected 2");
-  CHECK_THROWS_AS(raster::interpolate(pixels, small, few, mesh.faces), tapestry::ShapeError);
-  CHECK_THROWS_AS(raster::antialias(pixels, small), tapestry::ShapeError);
-  CHECK_THROWS_AS(raster::barycentrics_adjoint(pixels, b, gradient), tapestry::ShapeError);
-  CHECK_THROWS_AS(raster::antialias_adjoint<double>(pixels, b, b, nullptr, &gradient), tapestry::ShapeError);
-  CHECK_THROWS_AS(raster::look_up(small, small), tapestry::ShapeError);
+  CHECK_THROWS_AS(raster::interpolate(pixels, small, few, mesh.faces), ShapeError);
+  CHECK_THROWS_AS(raster::antialias(pixels, small), ShapeError);
+  CHECK_THROWS_AS(raster::barycentrics_adjoint(pixels, b, gradient), ShapeError);
+  CHECK_THROWS_AS(raster::antialias_adjoint<double>(pixels, b, b, nullptr, &gradient), ShapeError);
+  CHECK_THROWS_AS(raster::look_up(small, small), ShapeError);
   CHECK_THROWS_WITH(raster::look_up(Array<double, 3>(), random_array<double>({2, 2, 2}, 1)),
                     "look_up: the texture has no texel, expected one at least");
-  CHECK_THROWS_AS(raster::rasterise<double>(mesh, {}, 8, 8, few), tapestry::ShapeError);
+  CHECK_THROWS_AS(raster::rasterise<double>(mesh, {}, 8, 8, few), ShapeError);
   const auto other = std::make_shared<const raster::MeshEdges>(raster::mesh_edges(crowded()));
-  CHECK_THROWS_AS(raster::rasterise<double>(mesh, {}, 8, 8, {}, other), tapestry::ShapeError);
+  CHECK_THROWS_AS(raster::rasterise<double>(mesh, {}, 8, 8, {}, other), ShapeError);
 }

@@ -11,14 +11,9 @@
 #include "../support/simple_mesh.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
-using geometry::Camera;
-using geometry::Mesh;
-using geometry::Vector3;
-using tapestry::Random;
-using tapestry::test::largest_component;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Camera, geometry::Mesh, geometry::Vector3;
 
 namespace {
 
@@ -65,13 +60,13 @@ Mesh random_mesh(Random& random, const Vector3& eye) {
     triangles.push_back(random_triangle(random, eye, centre));
   }
   if (random.uniform(0, 1) < 0.2) triangles.push_back(triangles.front());
-  Mesh mesh = tapestry::test::triangle_soup(triangles);
+  Mesh mesh = test::triangle_soup(triangles);
   if (!is_closed) return mesh;
   Mesh closed = random.uniform(0, 1) < 0.5
-                    ? tapestry::test::bumpy_sphere(static_cast<std::size_t>(random.uniform(0, 4)), 0.2,
-                                                   static_cast<std::uint64_t>(random.uniform(0, 1000)))
-                    : tapestry::test::needle_tube(static_cast<std::int32_t>(random.uniform(3, 60)),
-                                                  static_cast<std::int32_t>(random.uniform(1, 30)), 0.5);
+                    ? test::bumpy_sphere(static_cast<std::size_t>(random.uniform(0, 4)), 0.2,
+                                         static_cast<std::uint64_t>(random.uniform(0, 1000)))
+                    : test::needle_tube(static_cast<std::int32_t>(random.uniform(3, 60)),
+                                        static_cast<std::int32_t>(random.uniform(1, 30)), 0.5);
   const auto first = static_cast<std::int32_t>(mesh.positions.size());
   mesh.positions.insert(mesh.positions.end(), closed.positions.begin(), closed.positions.end());
   for (const geometry::Corners& face : closed.faces) {
@@ -209,12 +204,10 @@ std::string wrong_visibility(const RandomView& view) {
 
 /// ⟨y, A·x⟩ = ⟨Aᵀ·y, x⟩ to rounding, of the picture by its texels.
 std::string wrong_transpose(const RandomView& view, std::uint64_t seed) {
-  const std::array layouts{tapestry::test::atlas, tapestry::test::trilinear, tapestry::test::anisotropic,
-                           tapestry::test::cube, tapestry::test::vertex};
-  const raster::PaintedMesh body{view.mesh, tapestry::test::every_face(view.mesh),
-                                 layouts[seed % layouts.size()]};
-  const auto A = raster::texture_operator<double>(body, view.camera, view.height, view.width,
-                                                  tapestry::test::warm, view.samples);
+  const std::array layouts{test::atlas, test::trilinear, test::anisotropic, test::cube, test::vertex};
+  const raster::PaintedMesh body{view.mesh, test::every_face(view.mesh), layouts[seed % layouts.size()]};
+  const auto A =
+      raster::texture_operator<double>(body, view.camera, view.height, view.width, test::warm, view.samples);
   const auto x = random_array<double>({A.texel_count, 3}, seed);
   const auto y = random_array<double>({view.height, view.width, 3}, seed + 1);
   const auto picture = raster::render(A, x);
@@ -252,8 +245,8 @@ RandomView turned(RandomView view, Random& random) {
 std::string wrong_gradient(const RandomView& view, std::uint64_t seed) {
   const auto colours = random_array<double>({view.mesh.positions.size(), 3}, seed);
   const auto weights = random_array<double>({view.height, view.width, 3}, seed + 2, 0.5, 1);
-  const raster::PaintedMesh body{view.mesh, tapestry::test::every_face(view.mesh), tapestry::test::vertex};
-  const raster::Surface<double, raster::Light> surface{body, colours, tapestry::test::warm};
+  const raster::PaintedMesh body{view.mesh, test::every_face(view.mesh), test::vertex};
+  const raster::Surface<double, raster::Light> surface{body, colours, test::warm};
   const auto add_gradient = [&](const Camera& camera, std::size_t samples, std::vector<Vector3>& sum) {
     raster::vertex_adjoint(surface, camera, weights, sum, raster::BoundaryIntegral{samples});
   };
@@ -282,7 +275,7 @@ std::string wrong_gradient(const RandomView& view, std::uint64_t seed) {
 std::string written(const RandomView& view, std::uint64_t seed) {
   const auto path =
       std::filesystem::temp_directory_path() / ("raster_differential_" + std::to_string(seed) + ".obj");
-  tapestry::io::write_obj(path.string(), view.mesh);
+  io::write_obj(path.string(), view.mesh);
   std::ostringstream line;
   line.precision(17);
   line << "render --mesh " << path.string() << " --size " << view.width << ' ' << view.height << " --samples "
@@ -299,7 +292,7 @@ std::string written(const RandomView& view, std::uint64_t seed) {
 
 TEST_CASE("random views show what plain loops find, transpose, and have no gradient beyond a finer grid's",
           "[raster][hard_case][differential][long]") {
-  tapestry::test::DifferentialRun run("random meshes", 20);
+  test::DifferentialRun run("random meshes", 20);
   std::size_t failures = 0;
   while (failures < 5 && run.next()) {
     const RandomView view = random_view(run.seed());

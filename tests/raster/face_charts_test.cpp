@@ -5,8 +5,7 @@
 
 #include "../support/catch.hpp"
 
-namespace geometry = tapestry::geometry;
-namespace raster = tapestry::raster;
+using namespace tapestry;
 
 namespace {
 /// Triangles, all in the same place: charts do not depend on positions.

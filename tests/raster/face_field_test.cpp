@@ -6,10 +6,8 @@
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
+using namespace tapestry;
 using geometry::Vector3;
-using tapestry::Random;
 using Point = std::array<double, 2>;
 
 namespace {
@@ -26,7 +24,7 @@ geometry::Mesh some_triangles(std::size_t count, std::uint64_t seed) {
       for (std::size_t axis = 0; axis < 3; ++axis)
         corner[axis] = middle[axis] + reach * random.uniform(-1, 1) * (axis == 2 ? 0.3 : 1);
   }
-  return tapestry::test::triangle_soup(triangles);
+  return test::triangle_soup(triangles);
 }
 
 /// The faces that a ray meets, found by testing all of them.
@@ -218,7 +216,7 @@ TEST_CASE("kernels of all instruction sets find the same segments, faces and mom
     batch.value[i] = {number(), number(), number(), number()};
     batch.barycentric[i] = {number(), number()};
   }
-  const auto answers = [&](tapestry::InstructionSet set) {
+  const auto answers = [&](InstructionSet set) {
     const raster::RasterKernels kernels = raster::raster_kernels_of(set);
     std::vector<double> all;
     std::vector<std::uint32_t> places(100 + 8);
@@ -238,8 +236,8 @@ TEST_CASE("kernels of all instruction sets find the same segments, faces and mom
       for (const auto& row : rows) all.insert(all.end(), row.begin(), row.end());
     return all;
   };
-  const auto expected = answers(tapestry::InstructionSet::portable);
+  const auto expected = answers(InstructionSet::portable);
   CHECK(expected.size() > 4 * points.size + 200);
-  for (const auto set : {tapestry::InstructionSet::avx2, tapestry::InstructionSet::avx512})
+  for (const auto set : {InstructionSet::avx2, InstructionSet::avx512})
     if (set <= tapestry::instruction_set()) CHECK(answers(set) == expected);
 }

@@ -6,9 +6,7 @@
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace geometry = tapestry::geometry;
-namespace image = tapestry::image;
-namespace raster = tapestry::raster;
+using namespace tapestry;
 
 namespace {
 geometry::Camera of_a_wide_photograph() {
@@ -51,7 +49,7 @@ TEST_CASE("a fitted camera of a photograph with the canvas' aspect ratio is the 
 TEST_CASE("a silhouette by the fitted camera is that of the photograph, in its place",
           "[raster][fitted_camera]") {
   const auto camera = of_a_wide_photograph();
-  const auto sphere = tapestry::test::bumpy_sphere(2, 0.1, 1);
+  const auto sphere = test::bumpy_sphere(2, 0.1, 1);
   // The photograph keeps its 64 rows on the canvas, so that both have the same samples.
   const auto photo = raster::silhouette<double>(sphere, camera, 40, 64, 4);
   const auto canvas =
@@ -71,8 +69,8 @@ TEST_CASE("a silhouette by the fitted camera is that of the photograph, in its p
 
 TEST_CASE("a fitted camera needs extents", "[raster][fitted_camera][bad_input]") {
   const auto camera = of_a_wide_photograph();
-  CHECK_THROWS_AS(raster::fitted_camera(camera, 0, 10, 20, 20), tapestry::DomainError);
-  CHECK_THROWS_AS(raster::fitted_camera(camera, 10, 10, 20, 0), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::fitted_camera(camera, 0, 10, 20, 20), DomainError);
+  CHECK_THROWS_AS(raster::fitted_camera(camera, 10, 10, 20, 0), DomainError);
   CHECK_THROWS_WITH(
       raster::fitted_camera(camera, image::Placement{0, 10, 0, 0}, 20, 20),
       "fitted_camera: a photograph of 0 x 10 pixels on a canvas of 20 x 20, expected at least 1 x 1");

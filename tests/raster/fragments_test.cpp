@@ -5,9 +5,7 @@
 #include "../support/simple_mesh.hpp"
 
 namespace raster = tapestry::raster;
-using tapestry::geometry::Camera;
-using tapestry::geometry::Mesh;
-using tapestry::geometry::Vector3;
+using tapestry::geometry::Camera, tapestry::geometry::Mesh, tapestry::geometry::Vector3;
 
 namespace {
 

@@ -7,15 +7,9 @@
 #include "../support/random_array.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
-using geometry::Camera;
-using geometry::Mesh;
-using geometry::Vector3;
-using tapestry::Array;
-using tapestry::test::along;
-using tapestry::test::box;
-using tapestry::test::side;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Camera, geometry::Mesh, geometry::Vector3;
 
 namespace {
 
@@ -40,7 +34,7 @@ std::vector<Vector3> gradient_of(const Mesh& mesh, const Picture<Output>& weight
 template <class Output>
 Picture<Output> random_weights(std::size_t size = side) {
   auto weights = drawn<Output>(Mesh{}, {}, size);
-  const auto values = tapestry::test::random_array<double>({weights.size()}, 5, -1);
+  const auto values = test::random_array<double>({weights.size()}, 5, -1);
   std::copy(values.begin(), values.end(), weights.begin());
   return weights;
 }
@@ -63,11 +57,11 @@ Mesh moved(Mesh mesh, const std::vector<Vector3>& motion, double step) {
 template <class Output>
 void check_differences(const Mesh& mesh, const Picture<Output>& weights, const Camera& camera) {
   const auto gradient = gradient_of<Output>(mesh, weights, camera);
-  const double step = tapestry::test::central_difference_step<double>();
+  const double step = test::central_difference_step<double>();
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    const auto motion = tapestry::test::random_motion(mesh.positions.size(), seed);
+    const auto motion = test::random_motion(mesh.positions.size(), seed);
     const auto value = [&](double way) {
-      return tapestry::test::dot(weights, drawn<Output>(moved(mesh, motion, way), camera, large));
+      return test::dot(weights, drawn<Output>(moved(mesh, motion, way), camera, large));
     };
     const double expected = (value(step) - value(-step)) / (2 * step);
     CHECK(std::abs(expected) > 1e-3);
@@ -104,7 +98,7 @@ TEST_CASE("depth, position and normal of a tilted plane are those of the rays th
           "[raster][geometry_picture]") {
   // z = 3 + x/2 − y/4 in front of the whole picture.
   const auto at = [](double x, double y) { return Vector3{x, y, 3 + x / 2 - y / 4}; };
-  const auto mesh = tapestry::test::triangle_soup({{at(-90, -60), at(60, -60), at(-10, 99)}});
+  const auto mesh = test::triangle_soup({{at(-90, -60), at(60, -60), at(-10, 99)}});
   const Vector3 normal = geometry::normalised({0.5, -0.25, -1});  // towards the camera
   const auto depth = drawn<raster::Depth>(mesh);
   const auto position = drawn<raster::SurfacePosition>(mesh), normals = drawn<raster::Normal>(mesh);
@@ -164,8 +158,7 @@ TEST_CASE("a half plane that moves takes its depth along, and its edge",
           "[raster][geometry_picture][gradient]") {
   // At depth 2 a unit of the world spans 4 pixels; the edge stands at column 9.3, of which samples see 0.25.
   const double x = 2 * (9.3 / 8 - 1);
-  const auto mesh =
-      tapestry::test::triangle_soup({{Vector3{x, -60, 2}, Vector3{x, 60, 2}, Vector3{-120, 0, 2}}});
+  const auto mesh = test::triangle_soup({{Vector3{x, -60, 2}, Vector3{x, 60, 2}, Vector3{-120, 0, 2}}});
   auto weights = tapestry::zeros<double, 2>({side, side});
   for (std::size_t row = 0; row < side; ++row) weights(row, 9) = static_cast<double>(row);  // Σ = 120
   const auto gradient = gradient_of<raster::Depth>(mesh, weights);
@@ -179,7 +172,7 @@ TEST_CASE("a half plane that moves takes its depth along, and its edge",
 TEMPLATE_TEST_CASE("pictures of geometry and their gradients have the same bits for any number of threads",
                    "[raster][geometry_picture]", raster::Depth, raster::SurfacePosition, raster::Normal) {
   const int threads = tapestry::thread_count();
-  const auto mesh = tapestry::test::random_triangles(200, 3, 0.9);
+  const auto mesh = test::random_triangles(200, 3, 0.9);
   std::vector<Picture<TestType>> pictures;
   std::vector<std::vector<Vector3>> gradients;
   for (const int count : {1, 2, 3}) {
@@ -212,31 +205,27 @@ TEMPLATE_TEST_CASE("pictures of geometry in hard cases", "[raster][geometry_pict
     CHECK(gradient_of<TestType>(Mesh{}, weights).empty());
   }
   SECTION("a face edge-on shows nothing and moves nothing by much") {
-    const auto mesh =
-        tapestry::test::triangle_soup({{Vector3{0, -1, 2}, Vector3{0, 1, 2}, Vector3{0, 0, 5}}});
+    const auto mesh = test::triangle_soup({{Vector3{0, -1, 2}, Vector3{0, 1, 2}, Vector3{0, 0, 5}}});
     const auto picture = drawn<TestType>(mesh);
     CHECK(std::all_of(picture.begin(), picture.end(), [](double x) { return x == 0; }));
     CHECK(is_finite(mesh, picture, gradient_of<TestType>(mesh, weights)));
   }
   SECTION("a face without area beside one with it") {
-    const auto mesh =
-        tapestry::test::triangle_soup({{Vector3{0, 0, 1}, Vector3{0, 0, 1}, Vector3{0, 0, 1}},
-                                       {Vector3{-1, -1, 2}, Vector3{1, -1, 2}, Vector3{0, 1, 2}}});
+    const auto mesh = test::triangle_soup({{Vector3{0, 0, 1}, Vector3{0, 0, 1}, Vector3{0, 0, 1}},
+                                           {Vector3{-1, -1, 2}, Vector3{1, -1, 2}, Vector3{0, 1, 2}}});
     const auto gradient = gradient_of<TestType>(mesh, weights);
     CHECK(is_finite(mesh, drawn<TestType>(mesh), gradient));
     CHECK(gradient[0] == none);
     CHECK(gradient[3] != none);
   }
   SECTION("a mesh behind the near plane shows nothing") {
-    const auto mesh =
-        tapestry::test::triangle_soup({{Vector3{-1, -1, 0.05}, Vector3{1, -1, 0.05}, Vector3{0, 1, -2}}});
+    const auto mesh = test::triangle_soup({{Vector3{-1, -1, 0.05}, Vector3{1, -1, 0.05}, Vector3{0, 1, -2}}});
     const auto picture = drawn<TestType>(mesh);
     CHECK(std::all_of(picture.begin(), picture.end(), [](double x) { return x == 0; }));
     CHECK(gradient_of<TestType>(mesh, weights) == std::vector<Vector3>(3, none));
   }
   SECTION("a floor that passes under the camera is cut, and what is left is right") {
-    const auto mesh =
-        tapestry::test::triangle_soup({{Vector3{-90, 1, -9}, Vector3{90, 1, -9}, Vector3{0, 1, 300}}});
+    const auto mesh = test::triangle_soup({{Vector3{-90, 1, -9}, Vector3{90, 1, -9}, Vector3{0, 1, 300}}});
     const auto depth = drawn<raster::Depth>(mesh);
     CHECK(depth(side - 1, side / 2) == Approx(16.0 / 15).epsilon(1e-12));  // y = 15/16 of z
     CHECK(is_finite(mesh, drawn<TestType>(mesh), gradient_of<TestType>(mesh, weights)));
@@ -270,6 +259,5 @@ TEST_CASE("pictures of geometry refuse what does not fit", "[raster][geometry_pi
   CHECK_THROWS_WITH(raster::geometry_picture_adjoint<raster::Normal>(
                         box(true), Camera{}, tapestry::zeros<double, 3>({4, 4, 2}), gradient),
                     "geometry_picture_adjoint: picture_adjoint is [4, 4, 2], expected [4, 4, 3]");
-  CHECK_THROWS_AS((raster::geometry_picture<raster::Depth, double>(box(true), Camera{}, 0, 4)),
-                  tapestry::DomainError);
+  CHECK_THROWS_AS((raster::geometry_picture<raster::Depth, double>(box(true), Camera{}, 0, 4)), DomainError);
 }

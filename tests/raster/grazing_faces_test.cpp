@@ -9,19 +9,16 @@
 #include "../support/edge_on_scene.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
+using namespace tapestry;
+using namespace tapestry::test;
 using geometry::Vector3;
-using tapestry::test::EdgeOnScene;
-using tapestry::test::side;
 
 TEST_CASE("columns of a picture integrate to the area times the mean colour", "[raster][vertex_gradient]") {
   // At depth 2 a unit spans 4 px: legs of 8 px and 4 px, 16 px², colours 0, 0 and 1 at its corners.
-  const auto mesh =
-      tapestry::test::triangle_soup({{Vector3{-1, -1, 2}, Vector3{1, -1, 2}, Vector3{-1, 0, 2}}});
-  const tapestry::Array<double, 2> colours = {{0, 0, 0}, {0, 0, 0}, {1, 0.5, 0}};
-  const auto weights = tapestry::test::everywhere(1);
-  const tapestry::test::ColumnPicture picture(colours, weights, 64);
+  const auto mesh = test::triangle_soup({{Vector3{-1, -1, 2}, Vector3{1, -1, 2}, Vector3{-1, 0, 2}}});
+  const Array<double, 2> colours = {{0, 0, 0}, {0, 0, 0}, {1, 0.5, 0}};
+  const auto weights = test::everywhere(1);
+  const test::ColumnPicture picture(colours, weights, 64);
   CHECK(picture.loss(mesh, geometry::Camera{}) == Approx(16 * 1.5 / 3).epsilon(1e-4));
 }
 
@@ -47,7 +44,7 @@ TEST_CASE("the spans of a face have the area of its visible part", "[raster][ver
   using Corners = std::array<Vector3, 3>;
   const Corners triangle{Vector3{-1, -1, 2}, Vector3{1, -1, 2}, Vector3{-1, 0, 2}};
   const auto visible_area = [&](const std::vector<Corners>& soup, std::int32_t face, bool is_seen) {
-    const auto mesh = tapestry::test::triangle_soup(soup);
+    const auto mesh = test::triangle_soup(soup);
     const geometry::Camera camera;
     const raster::FacesInView faces(mesh, mesh.positions, camera, side, side);
     raster::SeenFaces seen(side, side, 1);
@@ -86,18 +83,18 @@ TEST_CASE("the faces of large planes that are nearly edge-on are found, and no o
     return raster::detail::grazing_faces(raster::FacesInView(mesh, positions_view, camera, 128, 128),
                                          sample_distance);
   };
-  const auto box = tapestry::test::edge_on_box();
+  const auto box = test::edge_on_box();
   const std::vector<std::int32_t> bottom{0, 1};
   for (const double height : {0.005, -0.005, -0.1}) CHECK(found(box, height, 0.125) == bottom);
   CHECK(found(box, -0.2, 0.5) == bottom);  // 3.4 px thick
   CHECK(found(box, -0.2, 0.25).empty());
   CHECK(found(box, -0.5, 1).empty());
-  CHECK(found(tapestry::test::bumpy_sphere(3, 0.2, 1), 0, 1).empty());
+  CHECK(found(test::bumpy_sphere(3, 0.2, 1), 0, 1).empty());
 }
 
 TEST_CASE("a box's bottom nearly edge-on moves as the exact picture does, with any samples",
           "[raster][vertex_gradient][gradient][hard_case]") {
-  const EdgeOnScene scene(tapestry::test::edge_on_box(), 128);
+  const EdgeOnScene scene(test::edge_on_box(), 128);
   for (const double height : {-0.005, -0.02}) {
     CAPTURE(height);
     for (const double error : scene.errors(height, std::numbers::pi / 2, 16)) CHECK(error <= 0.03);
@@ -106,7 +103,7 @@ TEST_CASE("a box's bottom nearly edge-on moves as the exact picture does, with a
 
 TEST_CASE("gradients of planes nearly edge-on are the same for any threads, and in float",
           "[raster][vertex_gradient][hard_case]") {
-  const EdgeOnScene scene(tapestry::test::edge_on_truck(), 48);
+  const EdgeOnScene scene(test::edge_on_truck(), 48);
   const int threads = tapestry::thread_count();
   const auto camera = EdgeOnScene::camera_at(-0.123, 1.8);
   std::vector<std::vector<Vector3>> gradients;
@@ -117,7 +114,7 @@ TEST_CASE("gradients of planes nearly edge-on are the same for any threads, and 
   tapestry::limit_threads(threads);
   CHECK(gradients[0] == gradients[1]);
   const auto in_float = scene.gradient<float>(camera, 4);
-  const double largest = tapestry::test::largest_component(gradients[0]);
+  const double largest = test::largest_component(gradients[0]);
   for (std::size_t i = 0; i < in_float.size(); ++i)
     CHECK(geometry::length(geometry::subtract(in_float[i], gradients[0][i])) <= 1e-5 * largest);
 }
@@ -125,17 +122,16 @@ TEST_CASE("gradients of planes nearly edge-on are the same for any threads, and 
 // The bottom is 3.4 px thick: with 2 x 2 samples it is integrated along lines, with 8 x 8 it is sampled.
 TEST_CASE("a light turns planes nearly edge-on as it turns others", "[raster][vertex_gradient][gradient]") {
   const auto camera = EdgeOnScene::camera_at(-0.2, std::numbers::pi / 2);
-  const auto weights = tapestry::test::scoring_weights(128);
-  for (const auto& layout : {tapestry::test::vertex, tapestry::test::solid}) {
-    tapestry::test::Scene<raster::Light> scene{
-        tapestry::test::edge_on_box(), layout, {0.3, 0.7, Vector3{0.2, 0.4, -1}}};
+  const auto weights = test::scoring_weights(128);
+  for (const auto& layout : {test::vertex, test::solid}) {
+    test::Scene<raster::Light> scene{test::edge_on_box(), layout, {0.3, 0.7, Vector3{0.2, 0.4, -1}}};
     const auto gradient = [&](std::size_t samples) {
       std::vector<Vector3> sum(scene.mesh.positions.size(), Vector3{0, 0, 0});
       raster::vertex_adjoint(scene.surface(), camera, weights, sum, raster::BoundaryIntegral{samples});
       return sum;
     };
     const auto along_lines = gradient(2), sampled = gradient(8);
-    const double largest = tapestry::test::largest_component(sampled);
+    const double largest = test::largest_component(sampled);
     for (std::size_t i = 0; i < sampled.size(); ++i)
       CHECK(geometry::length(geometry::subtract(along_lines[i], sampled[i])) <= 0.03 * largest);
   }
@@ -143,6 +139,6 @@ TEST_CASE("a light turns planes nearly edge-on as it turns others", "[raster][ve
 
 TEST_CASE("positions shown on a plane nearly edge-on move as the exact picture does",
           "[raster][geometry_picture][gradient][hard_case]") {
-  const EdgeOnScene scene(tapestry::test::edge_on_box(), 128, EdgeOnScene::Shown::positions);
+  const EdgeOnScene scene(test::edge_on_box(), 128, EdgeOnScene::Shown::positions);
   for (const double error : scene.errors(-0.005, std::numbers::pi / 2, 16)) CHECK(error <= 0.03);
 }

@@ -10,21 +10,9 @@
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-using raster::TextureKind;
-using tapestry::Array;
-using tapestry::geometry::Camera;
-using tapestry::geometry::Mesh;
-using tapestry::geometry::Vector3;
-using tapestry::test::anisotropic;
-using tapestry::test::atlas;
-using tapestry::test::cube;
-using tapestry::test::every_face;
-using tapestry::test::random_array;
-using tapestry::test::triangle_soup;
-using tapestry::test::trilinear;
-using tapestry::test::vertex;
-using tapestry::test::warm;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Camera, geometry::Mesh, geometry::Vector3, raster::TextureKind;
 
 namespace {
 
@@ -43,7 +31,7 @@ double largest_difference(const Array<double, 3>& a, const Array<double, 3>& b) 
 
 bool is_finite(const std::vector<Vector3>& gradient) {
   return std::all_of(gradient.begin(), gradient.end(),
-                     [](const Vector3& value) { return tapestry::geometry::is_finite(value); });
+                     [](const Vector3& value) { return geometry::is_finite(value); });
 }
 
 std::vector<Vector3> vertex_gradient(const Mesh& mesh, std::size_t height, std::size_t width) {
@@ -106,9 +94,9 @@ TEST_CASE("a corner in the camera, and in the camera's plane, gives no number th
 
 TEST_CASE("uv beyond the atlas repeat it", "[raster][hard_case]") {
   // Within the atlas by a texel, so that no lookup reaches over its border.
-  const Mesh mesh = tapestry::test::random_triangles(200, 4, 0.5, 0.2, 0.8);
+  const Mesh mesh = test::random_triangles(200, 4, 0.5, 0.2, 0.8);
   Mesh far = mesh;
-  tapestry::Random random(5);
+  Random random(5);
   for (std::size_t face = 0; face < far.faces.size(); ++face) {
     const std::array<double, 2> whole{std::floor(random.uniform(-5, 5)), std::floor(random.uniform(-5, 5))};
     for (const std::int32_t corner : far.face_uvs[face]) {
@@ -168,7 +156,7 @@ TEST_CASE("a seam between two charts mixes no colour of what lies beside them", 
 
 TEST_CASE("pictures of 1 x 1, 1 x 4096, 4096 x 1 and of no whole number of tiles are shaded and transposed",
           "[raster][hard_case]") {
-  const Mesh mesh = tapestry::test::random_triangles(60, 7, 1.5);
+  const Mesh mesh = test::random_triangles(60, 7, 1.5);
   for (const auto& [height, width] :
        std::vector<std::array<std::size_t, 2>>{{1, 1}, {1, 4096}, {4096, 1}, {33, 65}, {31, 127}}) {
     const auto view =

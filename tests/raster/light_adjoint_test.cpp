@@ -9,17 +9,14 @@
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
+using namespace tapestry;
+using namespace tapestry::test;
 using geometry::Camera;
-using tapestry::Array;
-using tapestry::test::random_array;
-using tapestry::test::warm;
 
 namespace {
 raster::PaintedMesh some_body(const raster::TextureLayout& layout, std::size_t count = 30) {
-  raster::PaintedMesh body{tapestry::test::random_triangles(count, 7, 0.9), {}, layout};
-  body.painted = tapestry::test::every_face(body.mesh);
+  raster::PaintedMesh body{test::random_triangles(count, 7, 0.9), {}, layout};
+  body.painted = test::every_face(body.mesh);
   for (std::size_t face = 0; face < body.painted.size(); face += 4) body.painted[face] = 0;
   return body;
 }
@@ -32,16 +29,16 @@ void check(const raster::PaintedMesh& body, const Array<double, 1>& light, const
   const auto loss = [&](const Array<double, 1>& at) {
     const auto picture =
         raster::render_textured(body, Camera{}, 20, 25, raster::with_parameters(model, at), texels);
-    return tapestry::test::dot(weights, picture.colour);
+    return test::dot(weights, picture.colour);
   };
   auto gradient = tapestry::zeros<double, 1>(light.shape());
   for (int half = 0; half < 2; ++half)  // the adjoint adds
     raster::light_adjoint(body, Camera{}, raster::with_parameters(model, light), texels,
                           Array<double, 3>(weights / 2), gradient);
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    const auto direction = tapestry::test::random_direction<double>({light.size()}, seed);
-    const double expected = tapestry::test::central_difference(loss, light, direction);
-    CHECK(std::abs(tapestry::test::dot(gradient, direction) - expected) <= 1e-6 * (1 + std::abs(expected)));
+    const auto direction = test::random_direction<double>({light.size()}, seed);
+    const double expected = test::central_difference(loss, light, direction);
+    CHECK(std::abs(test::dot(gradient, direction) - expected) <= 1e-6 * (1 + std::abs(expected)));
   }
 }
 }  // namespace
@@ -49,23 +46,23 @@ void check(const raster::PaintedMesh& body, const Array<double, 1>& light, const
 TEST_CASE("light_adjoint agrees with central differences for every texture, flat and smooth",
           "[raster][light][gradient]") {
   const auto light = raster::light_parameters<double>(warm);
-  for (const auto& layout : {tapestry::test::atlas, tapestry::test::trilinear, tapestry::test::anisotropic,
-                             tapestry::test::cube, tapestry::test::vertex, tapestry::test::solid}) {
+  for (const auto& layout :
+       {test::atlas, test::trilinear, test::anisotropic, test::cube, test::vertex, test::solid}) {
     check<raster::Light>(some_body(layout), light);
     check<raster::SmoothLight>(some_body(layout), light);
   }
   auto without_direction = light;
   without_direction(1) = 0;  // where the direction does not matter, but its strength does
-  check<raster::Light>(some_body(tapestry::test::solid), without_direction);
+  check<raster::Light>(some_body(test::solid), without_direction);
 }
 
 TEST_CASE("light_adjoint of sun and sky agrees with central differences, in shadow and under occlusion",
           "[raster][light][gradient]") {
   raster::OutdoorLight light{0.7, {0.2, -0.4, -1}, {1, 0.8, 0.6}, raster::uniform_sky(0.4), {}, {}};
   for (std::size_t i = 1; i < 9; ++i) light.sky[i] = 0.05 * static_cast<double>(i);
-  for (const auto& layout : {tapestry::test::atlas, tapestry::test::anisotropic, tapestry::test::cube})
+  for (const auto& layout : {test::atlas, test::anisotropic, test::cube})
     check(some_body(layout), raster::light_parameters<double>(light), light);
-  const auto body = some_body(tapestry::test::vertex);
+  const auto body = some_body(test::vertex);
   light.occlusion =
       std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(body.mesh, 16, 64));
   light.shadow = std::make_shared<const raster::ParallelView>(body.mesh, light.direction, 64);
@@ -77,11 +74,11 @@ TEST_CASE("light_adjoint of a clear coat agrees with central differences, in sha
   const auto parameters = [](const auto& light) { return raster::light_parameters<double>(light); };
   const raster::ClearCoat<raster::Light> flat{warm, 0.8, 0.6};
   const raster::ClearCoat<raster::SmoothLight> smooth{{warm}, 0.8, 0.6};
-  for (const auto& layout : {tapestry::test::atlas, tapestry::test::anisotropic, tapestry::test::cube}) {
+  for (const auto& layout : {test::atlas, test::anisotropic, test::cube}) {
     check(some_body(layout), parameters(flat), flat);
     check(some_body(layout), parameters(smooth), smooth);
   }
-  const auto body = some_body(tapestry::test::vertex);
+  const auto body = some_body(test::vertex);
   raster::ClearCoat<raster::OutdoorLight> outdoor;
   outdoor.coat = 0.8;
   outdoor.roughness = 0.6;
@@ -96,7 +93,7 @@ TEST_CASE("light_adjoint of a clear coat agrees with central differences, in sha
 
 TEST_CASE("the texture operator stays the adjoint of its picture under sun, sky, shadow and occlusion",
           "[raster][light]") {
-  const auto body = some_body(tapestry::test::atlas);
+  const auto body = some_body(test::atlas);
   raster::OutdoorLight light;
   light.direction = {0.2, -0.4, -1};
   light.occlusion =
@@ -108,13 +105,12 @@ TEST_CASE("the texture operator stays the adjoint of its picture under sun, sky,
   auto back = tapestry::zeros<double, 2>({128, 3});
   raster::render_adjoint(picture, y, back);
   const Array<double, 3> ahead = raster::render(picture, x) - picture.constant;
-  CHECK(tapestry::test::dot(back, x) == Approx(tapestry::test::dot(ahead, y)).epsilon(1e-12));
+  CHECK(test::dot(back, x) == Approx(test::dot(ahead, y)).epsilon(1e-12));
 }
 
 TEST_CASE("the light of a wall that faces it, worked out by hand", "[raster][light]") {
   // A white wall over a picture of one pixel, its normal towards the camera, lit from there at 60°.
-  raster::PaintedMesh wall{
-      tapestry::test::triangle_soup({{{{-9, -9, 2}, {9, -9, 2}, {0, 30, 2}}}}), {1}, tapestry::test::solid};
+  raster::PaintedMesh wall{test::triangle_soup({{{{-9, -9, 2}, {9, -9, 2}, {0, 30, 2}}}}), {1}, test::solid};
   const double half = 0.5, root = std::sqrt(0.75);
   const raster::Light light{0.25, 0.5, {2 * root, 0, -2 * half}, {1, 0.5, 0.25}};
   auto gradient = tapestry::zeros<double, 1>({8});
@@ -129,7 +125,7 @@ TEST_CASE("the light of a wall that faces it, worked out by hand", "[raster][lig
 
 TEST_CASE("light_adjoint has the same bits for any number of threads", "[raster][light]") {
   const int threads = tapestry::thread_count();
-  const auto body = some_body(tapestry::test::atlas, 200);
+  const auto body = some_body(test::atlas, 200);
   const auto texels = random_array<float>({128, 3}, 2);
   std::vector<Array<float, 1>> gradients;
   for (const int count : {1, 2, 3}) {
@@ -149,8 +145,8 @@ TEST_CASE("a light of other than eight numbers is refused", "[raster][light][bad
   CHECK(raster::light_of(raster::light_parameters<double>(warm)).direction == warm.direction);
   CHECK(raster::light_of(raster::light_parameters<double>(warm)).colour == warm.colour);
   auto gradient = tapestry::zeros<double, 1>({3});
-  CHECK_THROWS_AS(raster::light_adjoint(some_body(tapestry::test::solid), Camera{}, warm,
-                                        tapestry::zeros<double, 2>({1, 3}),
-                                        tapestry::zeros<double, 3>({4, 4, 3}), gradient),
-                  tapestry::ShapeError);
+  CHECK_THROWS_AS(
+      raster::light_adjoint(some_body(test::solid), Camera{}, warm, tapestry::zeros<double, 2>({1, 3}),
+                            tapestry::zeros<double, 3>({4, 4, 3}), gradient),
+      ShapeError);
 }

@@ -5,8 +5,7 @@
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
+using namespace tapestry;
 using geometry::Vector3;
 
 namespace {
@@ -84,7 +83,7 @@ TEST_CASE("no light takes no memory, bad light is refused", "[raster][light]") {
   CHECK(std::is_trivially_copyable_v<raster::PreparedUnlit>);
   raster::SmoothLight dark{light};
   dark.direction = {0, 0, 0};
-  CHECK_THROWS_AS(raster::prepare(mesh, above, dark), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::prepare(mesh, above, dark), DomainError);
 }
 
 namespace {
@@ -225,16 +224,16 @@ TEST_CASE("odd meshes cast no shadow, and unsound lights are refused", "[raster]
     CHECK(straight.visible_share(0, {0, 0, 0}) == 0);
     CHECK(straight.visible_share(0, {2 * size, 2 * size, 0}) == 1);
   }
-  CHECK_THROWS_AS(raster::ParallelView(mesh, {0, 0, 0}, 64), tapestry::DomainError);
-  CHECK_THROWS_AS(raster::ParallelView(mesh, {0, 0, 1}, 0), tapestry::DomainError);
-  CHECK_THROWS_AS(raster::ambient_occlusion(mesh, 0), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::ParallelView(mesh, {0, 0, 0}, 64), DomainError);
+  CHECK_THROWS_AS(raster::ParallelView(mesh, {0, 0, 1}, 0), DomainError);
+  CHECK_THROWS_AS(raster::ambient_occlusion(mesh, 0), DomainError);
   raster::OutdoorLight outdoor;
   outdoor.sky[3] = std::numeric_limits<double>::infinity();
-  CHECK_THROWS_AS(raster::prepare(roof(), above, outdoor), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::prepare(roof(), above, outdoor), DomainError);
   outdoor.sky[3] = 0;
   outdoor.occlusion = std::make_shared<const raster::AmbientOcclusion>();
-  CHECK_THROWS_AS(raster::prepare(roof(), above, outdoor), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::prepare(roof(), above, outdoor), DomainError);
   outdoor.occlusion = nullptr;
   outdoor.shadow = std::make_shared<const raster::ParallelView>(mesh, Vector3{0, 0, 1}, 8);
-  CHECK_THROWS_AS(raster::prepare(roof(), above, outdoor), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::prepare(roof(), above, outdoor), DomainError);
 }

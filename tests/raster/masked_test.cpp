@@ -5,17 +5,15 @@
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-using tapestry::Array;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 raster::TextureOperator<double> some_view() {
-  const auto mesh = tapestry::test::random_triangles(20, 3, 1.2);
-  auto painted = tapestry::test::every_face(mesh);
+  const auto mesh = test::random_triangles(20, 3, 1.2);
+  auto painted = test::every_face(mesh);
   for (std::size_t face = 0; face < painted.size(); face += 3) painted[face] = 0;
-  return raster::texture_operator<double>({mesh, painted, tapestry::test::atlas}, {}, 9, 12,
-                                          tapestry::test::warm);
+  return raster::texture_operator<double>({mesh, painted, test::atlas}, {}, 9, 12, test::warm);
 }
 }  // namespace
 

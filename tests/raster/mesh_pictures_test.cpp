@@ -9,10 +9,7 @@
 
 #include "../support/catch.hpp"
 
-namespace geometry = tapestry::geometry;
-namespace image = tapestry::image;
-namespace raster = tapestry::raster;
-using tapestry::Array;
+using namespace tapestry;
 
 namespace {
 /// A wall of three squares side by side, y to the right and z up, seen along −x; each has uv from 0 to 1.
@@ -44,7 +41,7 @@ geometry::Camera before_wall() {
 
 /// Red rises to the right and green upwards over the centres of 4 x 4 pixels; blue is b.
 Array<std::uint8_t, 3> ramps(std::uint8_t b) {
-  Array<std::uint8_t, 3> picture(tapestry::Extents<3>{4, 4, 3});
+  Array<std::uint8_t, 3> picture(Extents<3>{4, 4, 3});
   for (std::size_t row = 0; row < 4; ++row)
     for (std::size_t column = 0; column < 4; ++column) {
       picture(row, column, 0) = static_cast<std::uint8_t>(60 * column);
@@ -129,7 +126,7 @@ TEST_CASE("the slope of a picture on a face agrees with differences", "[raster][
   CHECK_THROWS_AS(
       raster::surface_colour(
           "test", raster::Surface<double, raster::Unlit>{filtered, texels, raster::Unlit{}}, before_wall()),
-      tapestry::DomainError);
+      DomainError);
 }
 
 TEST_CASE("a picture's mean over a square of texels is the mean of these", "[raster][mesh_pictures]") {
@@ -147,11 +144,11 @@ TEST_CASE("pictures that do not fit the mesh are refused", "[raster][mesh_pictur
   const auto add = [&](const std::vector<std::uint8_t>& faces) {
     raster::add_picture(pictures, body.mesh, ramps(0), faces, raster::TextureFilter::bilinear, body.space);
   };
-  CHECK_THROWS_AS(add({1, 1}), tapestry::ShapeError);
+  CHECK_THROWS_AS(add({1, 1}), ShapeError);
   body.mesh.face_uvs[1] = {-1, -1, -1};
-  CHECK_THROWS_AS(add({0, 1, 0, 0, 0, 0}), tapestry::Error);
+  CHECK_THROWS_AS(add({0, 1, 0, 0, 0, 0}), Error);
   body.mesh.faces.pop_back();
   body.painted.pop_back();
   CHECK_THROWS_AS(raster::texture_operator<float>(body, before_wall(), 16, 48, raster::Unlit{}, 2),
-                  tapestry::ShapeError);
+                  ShapeError);
 }

@@ -11,14 +11,9 @@
 #include "../support/relative_distance.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-using raster::TextureFilter;
-using raster::TextureKind;
-using tapestry::Array;
-using tapestry::geometry::Camera;
-using tapestry::geometry::Mesh;
-using tapestry::geometry::Vector3;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Camera, geometry::Mesh, geometry::Vector3, raster::TextureFilter, raster::TextureKind;
 
 namespace {
 
@@ -29,8 +24,7 @@ raster::TextureLayout layout_of(std::size_t height, std::size_t width,
 
 /// A floor that runs from under the camera to far ahead, with the atlas repeated every two units.
 Mesh floor_to_the_horizon() {
-  Mesh mesh =
-      tapestry::test::triangle_soup({{Vector3{-60, 1, 0.5}, Vector3{60, 1, 0.5}, Vector3{0, 1, 120}}});
+  Mesh mesh = test::triangle_soup({{Vector3{-60, 1, 0.5}, Vector3{60, 1, 0.5}, Vector3{0, 1, 120}}});
   for (std::size_t k = 0; k < 3; ++k) mesh.uvs[k] = {mesh.positions[k][0] / 2, mesh.positions[k][2] / 2};
   return mesh;
 }
@@ -159,13 +153,13 @@ TEST_CASE("a pyramid refuses what does not fit", "[raster][mip_pyramid][bad_inpu
   auto texels = tapestry::zeros<double, 2>({126, 3});
   const auto levels = pyramid(texels);
   CHECK(levels.shape(0) == pyramid.texel_count());
-  CHECK_THROWS_AS(pyramid(levels), tapestry::ShapeError);
-  CHECK_THROWS_AS(pyramid.adjoint(texels, texels), tapestry::ShapeError);
-  CHECK_THROWS_AS(raster::MipPyramid(layout, tapestry::zeros<double, 2>({14, 9})), tapestry::ShapeError);
+  CHECK_THROWS_AS(pyramid(levels), ShapeError);
+  CHECK_THROWS_AS(pyramid.adjoint(texels, texels), ShapeError);
+  CHECK_THROWS_AS(raster::MipPyramid(layout, tapestry::zeros<double, 2>({14, 9})), ShapeError);
 }
 
 TEST_CASE("the steps of a pixel in an atlas agree with central differences", "[raster][footprint]") {
-  const Mesh mesh = tapestry::test::random_triangles(20, 4);
+  const Mesh mesh = test::random_triangles(20, 4);
   const auto uvs = random_array<double>({60, 2}, 9);
   Camera camera;
   camera.tan_half_fov_x = 1.25;
@@ -182,16 +176,14 @@ TEST_CASE("the steps of a pixel in an atlas agree with central differences", "[r
     const raster::FaceInAtlas map(corners, corner_uvs, layout, camera, 40, 60);
     const std::array<double, 3> b{0.5, 0.2, 0.3};
     Vector3 point{};
-    for (std::size_t k = 0; k < 3; ++k)
-      point = tapestry::geometry::add(point, tapestry::geometry::scale(corners[k], b[k]));
+    for (std::size_t k = 0; k < 3; ++k) point = geometry::add(point, geometry::scale(corners[k], b[k]));
     const auto place_at = [&](double column, double row) {  // in texels, rows downwards
       const Vector3 ray{point[0] / point[2] + column * 2 * camera.tan_half_fov_x / 60,
                         point[1] / point[2] + row * 2 * camera.tan_half_fov_y / 40, 1};
       std::array<double, 2> texels{0, 0};
       double sum = 0;
       for (std::size_t k = 0; k < 3; ++k) {
-        const double weight = tapestry::geometry::dot(
-            ray, tapestry::geometry::cross(corners[(k + 1) % 3], corners[(k + 2) % 3]));
+        const double weight = geometry::dot(ray, geometry::cross(corners[(k + 1) % 3], corners[(k + 2) % 3]));
         sum += weight;
         texels[0] += weight * corner_uvs[k][0] / 2 * 70;
         texels[1] += weight * (1 - corner_uvs[k][1]) * 30;
@@ -218,7 +210,7 @@ TEST_CASE("the steps of a pixel in an atlas agree with central differences", "[r
 
 TEST_CASE("level and lookups follow the singular values of the map into the atlas",
           "[raster][atlas_filter]") {
-  const Mesh mesh = tapestry::test::triangle_soup({{Vector3{0, 0, 2}, Vector3{1, 0, 2}, Vector3{0, 1, 2}}});
+  const Mesh mesh = test::triangle_soup({{Vector3{0, 0, 2}, Vector3{1, 0, 2}, Vector3{0, 1, 2}}});
   const auto random = random_array<double>({400, 5}, 7, -1, 1);
   for (const auto filter : {TextureFilter::trilinear, TextureFilter::anisotropic}) {
     const double most = filter == TextureFilter::trilinear ? 1 : 8;
@@ -255,7 +247,7 @@ TEST_CASE("level and lookups follow the singular values of the map into the atla
 }
 
 TEST_CASE("a level between two powers of 2 is exact at both", "[raster][atlas_filter]") {
-  const Mesh mesh = tapestry::test::triangle_soup({{Vector3{0, 0, 2}, Vector3{1, 0, 2}, Vector3{0, 1, 2}}});
+  const Mesh mesh = test::triangle_soup({{Vector3{0, 0, 2}, Vector3{1, 0, 2}, Vector3{0, 1, 2}}});
   const raster::AtlasFilter lookup(raster::PaintedMesh{mesh, {1}, layout_of(64, 64)});
   for (const double size : {0.0, 0.25, 1.0, 2.0, 8.0, 64.0, 1e9, std::numeric_limits<double>::infinity()}) {
     raster::LookupBatch batch;
@@ -271,10 +263,9 @@ TEST_CASE("lookups of a filter weigh 1, and meet the opposite border only where 
           "[raster][atlas_filter]") {
   for (const double reach : {1.0, 2.5}) {
     for (const auto filter : {TextureFilter::trilinear, TextureFilter::anisotropic}) {
-      raster::PaintedMesh body{
-          tapestry::test::triangle_soup({{Vector3{0, 0, 2}, Vector3{1, 0, 2}, Vector3{0, 1, 2}}}),
-          {1},
-          layout_of(16, 32, filter)};
+      raster::PaintedMesh body{test::triangle_soup({{Vector3{0, 0, 2}, Vector3{1, 0, 2}, Vector3{0, 1, 2}}}),
+                               {1},
+                               layout_of(16, 32, filter)};
       body.mesh.uvs = {{0, 0}, {reach, 0}, {0, reach}};
       const raster::AtlasFilter lookup(body);
       for (const double u : {0.0, 1e-12, 0.25, 0.99, 1.0})
@@ -323,8 +314,8 @@ double repeated(const Array<float, 2>& texels, double height, double width, doub
 
 /// A square that fills a picture of Camera{}, whose uv grow from {u, v} by `span`.
 Mesh filled_frame(double u, double v, double span) {
-  Mesh mesh = tapestry::test::triangle_soup({{Vector3{-2, -2, 2}, Vector3{2, -2, 2}, Vector3{2, 2, 2}},
-                                             {Vector3{-2, -2, 2}, Vector3{2, 2, 2}, Vector3{-2, 2, 2}}});
+  Mesh mesh = test::triangle_soup({{Vector3{-2, -2, 2}, Vector3{2, -2, 2}, Vector3{2, 2, 2}},
+                                   {Vector3{-2, -2, 2}, Vector3{2, 2, 2}, Vector3{-2, 2, 2}}});
   for (std::size_t i = 0; i < 6; ++i)
     mesh.uvs[i] = {u + (mesh.positions[i][0] > 0 ? span : 0), v + (mesh.positions[i][1] < 0 ? span : 0)};
   return mesh;
@@ -367,7 +358,7 @@ TEST_CASE("pictures by kernels are those of the operator in double, at borders a
   const double reach = GENERATE(1.0, 40.0);  // times that uv repeats
   auto layout = layout_of(size[0], size[1], filter);
   layout.most_lookups = 19;  // more than the kernel's groups
-  raster::PaintedMesh body{tapestry::test::random_triangles(40, 4), std::vector<std::uint8_t>(40, 1), layout};
+  raster::PaintedMesh body{test::random_triangles(40, 4), std::vector<std::uint8_t>(40, 1), layout};
   const auto uvs = random_array<double>({body.mesh.uvs.size(), 2}, 3, reach > 1 ? -reach : 0, reach);
   for (std::size_t i = 0; i < uvs.shape(0); ++i) body.mesh.uvs[i] = {uvs(i, 0), uvs(i, 1)};
   body.mesh.uvs.front() = {0, 1};  // on the border
@@ -413,7 +404,7 @@ TEST_CASE("lookups have the same bits with any instruction set", "[raster][atlas
 }
 
 TEST_CASE("a texel that is no number shows only where it counts", "[raster][atlas_filter]") {
-  const Mesh mesh = tapestry::test::triangle_soup({{Vector3{0, 0, 2}, Vector3{1, 0, 2}, Vector3{0, 1, 2}}});
+  const Mesh mesh = test::triangle_soup({{Vector3{0, 0, 2}, Vector3{1, 0, 2}, Vector3{0, 1, 2}}});
   const raster::AtlasFilter lookup(raster::PaintedMesh{mesh, {1}, layout_of(16, 16)});
   auto texels = tapestry::zeros<float, 2>({16 * 16 + 8 * 8 + 4 * 4 + 2 * 2 + 1, 3});
   for (float& value : texels.storage()) value = std::numeric_limits<float>::quiet_NaN();
@@ -444,7 +435,7 @@ TEST_CASE("trilinear comes nearer to the area average than bilinear", "[raster][
     const auto layout = layout_of(64, 64, filter);
     const raster::PaintedMesh body{mesh, {1}, layout};
     const auto picture = raster::texture_operator<double>(body, Camera{}, 60, 80, raster::Unlit{}, samples);
-    return tapestry::test::relative_distance(
+    return test::relative_distance(
         raster::render(picture, raster::stored_texels(raster::pyramid_of(body), texels)), mean);
   };
   // Random texels, far smaller than pixels: one of them is off by their spread, 0.29 of 0.5.
@@ -460,8 +451,7 @@ TEST_CASE("an anisotropic lookup keeps a grazing checker where trilinear blurs i
   // A sheet of 8 by 8 that is seen at 7 degrees, with a checker of 16 x 16 fields.
   const double c = std::cos(0.122), s = std::sin(0.122);
   const auto at = [&](double across, double along) { return Vector3{across, -along * s, 5 + along * c}; };
-  Mesh plane =
-      tapestry::test::triangle_soup({{at(-4, -4), at(4, -4), at(4, 4)}, {at(-4, -4), at(4, 4), at(-4, 4)}});
+  Mesh plane = test::triangle_soup({{at(-4, -4), at(4, -4), at(4, 4)}, {at(-4, -4), at(4, 4), at(-4, 4)}});
   plane.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}};
   auto texels = tapestry::zeros<double, 2>({512 * 512, 3});
   for (std::size_t i = 0; i < 512 * 512; ++i)
@@ -500,7 +490,7 @@ TEST_CASE("an anisotropic lookup keeps a grazing checker where trilinear blurs i
 TEST_CASE("a pattern finer than pixels is a camera's grey in light and too dark by numbers",
           "[raster][image]") {
   // A wall of 512 x 512 black and white texels, 16 of them across a pixel.
-  Mesh wall = tapestry::test::triangle_soup({{Vector3{-4, -4, 2}, Vector3{12, -4, 2}, Vector3{-4, 12, 2}}});
+  Mesh wall = test::triangle_soup({{Vector3{-4, -4, 2}, Vector3{12, -4, 2}, Vector3{-4, 12, 2}}});
   for (std::size_t k = 0; k < 3; ++k)
     wall.uvs[k] = {(wall.positions[k][0] + 4) / 8, (wall.positions[k][1] + 4) / 8};
   auto texels = tapestry::zeros<double, 2>({512 * 512, 3});
@@ -512,17 +502,16 @@ TEST_CASE("a pattern finer than pixels is a camera's grey in light and too dark 
         raster::texture_operator<double>({wall, {1}, layout}, Camera{}, side, side, raster::Unlit{}, samples),
         of);
   };
-  const auto seen = picture_of(layout_of(512, 512, TextureFilter::bilinear), 16 * 64, 1,
-                               tapestry::image::linearised(texels));
+  const auto seen =
+      picture_of(layout_of(512, 512, TextureFilter::bilinear), 16 * 64, 1, image::linearised(texels));
   auto light = tapestry::zeros<double, 3>({16, 16, 3});  // of 64 × 64 samples a pixel
   for (std::size_t i = 0; i < seen.shape(0); ++i)
     for (std::size_t j = 0; j < seen.shape(1); ++j)
       for (std::size_t c = 0; c < 3; ++c) light(i / 64, j / 64, c) += seen(i, j, c) / (64 * 64);
-  const auto camera = tapestry::image::encoded(light);
+  const auto camera = image::encoded(light);
   const auto layout = layout_of(512, 512);
   const auto pyramid_of = [&](const Array<double, 2>& of) { return raster::MipPyramid(layout)(of); };
-  const auto linear =
-      tapestry::image::encoded(picture_of(layout, 16, 4, pyramid_of(tapestry::image::linearised(texels))));
+  const auto linear = image::encoded(picture_of(layout, 16, 4, pyramid_of(image::linearised(texels))));
   const auto encoded = picture_of(layout, 16, 4, pyramid_of(texels));
   for (std::size_t i = 0; i < camera.size(); ++i) {
     REQUIRE(camera.data()[i] == Approx(0.735).margin(0.01));
@@ -532,7 +521,7 @@ TEST_CASE("a pattern finer than pixels is a camera's grey in light and too dark 
 }
 
 TEST_CASE("an atlas that is not minified is the same with all filters", "[raster][mip_pyramid]") {
-  Mesh mesh = tapestry::test::triangle_soup({{Vector3{-2, -2, 2}, Vector3{6, -2, 2}, Vector3{-2, 6, 2}}});
+  Mesh mesh = test::triangle_soup({{Vector3{-2, -2, 2}, Vector3{6, -2, 2}, Vector3{-2, 6, 2}}});
   for (auto& uv : mesh.uvs) uv = {uv[0] / 4, uv[1] / 4};
   const auto texels = random_array<double>({16 * 16, 3}, 6);
   const auto at = [&](TextureFilter filter) {
@@ -544,7 +533,7 @@ TEST_CASE("an atlas that is not minified is the same with all filters", "[raster
   // Places of up to 16 texels are rounded a few times on another way.
   const double tolerance = 16 * 8 * std::numeric_limits<double>::epsilon();
   for (const auto filter : {TextureFilter::trilinear, TextureFilter::anisotropic})
-    CHECK(tapestry::test::relative_distance(at(filter), at(TextureFilter::bilinear)) <= tolerance);
+    CHECK(test::relative_distance(at(filter), at(TextureFilter::bilinear)) <= tolerance);
 }
 
 TEST_CASE("a filter takes 1 to 64 lookups", "[raster][atlas_filter][bad_input]") {
@@ -558,6 +547,6 @@ TEST_CASE("a filter takes 1 to 64 lookups", "[raster][atlas_filter][bad_input]")
     if (lookups == 1 || lookups == 64)
       CHECK_NOTHROW(draw());
     else
-      CHECK_THROWS_AS(draw(), tapestry::DomainError);
+      CHECK_THROWS_AS(draw(), DomainError);
   }
 }

@@ -1,39 +1,37 @@
 #include <tapestry/raster/mip_pyramid.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/paint.hpp"
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-using tapestry::ArrayVariable;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 TEST_CASE("a filtered atlas on the tape agrees with central differences", "[raster][variable][gradient]") {
-  const auto& layout = GENERATE(tapestry::test::trilinear, tapestry::test::anisotropic);
-  const auto mesh = tapestry::test::random_triangles(30, 1, 0.9);
-  const raster::PaintedMesh body{mesh, tapestry::test::every_face(mesh), layout};
-  const auto view = raster::texture_operator<double>(body, {}, 20, 24, tapestry::test::warm);
+  const auto& layout = GENERATE(test::trilinear, test::anisotropic);
+  const auto mesh = test::random_triangles(30, 1, 0.9);
+  const raster::PaintedMesh body{mesh, test::every_face(mesh), layout};
+  const auto view = raster::texture_operator<double>(body, {}, 20, 24, test::warm);
   const auto pyramid = raster::pyramid_of(body);
   const auto loss = [&](const ArrayVariable<double, 2>& texels) {
     const auto picture = raster::render(view, raster::stored_texels(pyramid, texels));
     return tapestry::sum(square(picture));
   };
   const auto texels = random_array<double>({layout.height * layout.width, 3}, 2);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   CHECK(!raster::stored_texels(pyramid, ArrayVariable<double, 2>(texels)).is_active());
   const auto input = tape.input(texels);
   tape.reverse(loss(input) + loss(input));
-  const auto direction = tapestry::test::random_direction<double>({layout.height * layout.width, 3}, 3);
+  const auto direction = test::random_direction<double>({layout.height * layout.width, 3}, 3);
   const auto twice = [&](const auto& at) { return 2 * loss(ArrayVariable<double, 2>(at)).value(); };
-  CHECK(std::abs(tapestry::test::dot(input.adjoint(), direction) -
-                 tapestry::test::central_difference(twice, texels, direction)) <=
-        tapestry::test::central_difference_tolerance(twice(texels)));
+  CHECK(
+      std::abs(test::dot(input.adjoint(), direction) - test::central_difference(twice, texels, direction)) <=
+      test::central_difference_tolerance(twice(texels)));
 }

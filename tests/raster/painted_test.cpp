@@ -8,19 +8,14 @@
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace geometry = tapestry::geometry;
-namespace image = tapestry::image;
-namespace raster = tapestry::raster;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Variable;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 /// Two large faces in front of the default camera, one of "body" with u to 1.8, one of "glass" with u to 3.
 geometry::Mesh two_materials() {
-  auto mesh = tapestry::test::triangle_soup(
-      {{{{-1, -1, 2}, {1, -1, 2}, {-1, 1, 2}}}, {{{1, -1, 3}, {1, 1, 3}, {-1, 1, 3}}}});
+  auto mesh =
+      test::triangle_soup({{{{-1, -1, 2}, {1, -1, 2}, {-1, 1, 2}}}, {{{1, -1, 3}, {1, 1, 3}, {-1, 1, 3}}}});
   mesh.uvs = {{0.1, 0.1}, {1.8, 0.1}, {0.1, 0.9}, {2.1, 0.1}, {3, 0.5}, {2.2, 0.9}};
   mesh.materials = {{}, {}};
   mesh.materials[0].name = "body";
@@ -60,21 +55,21 @@ TEST_CASE("painted() keeps texels in other ways, and makes a filtered atlas' pyr
 TEST_CASE("painted() refuses an unknown material by the names there are", "[raster][painted][bad_input]") {
   CHECK_THROWS_WITH(raster::painted(two_materials(), {.material = "bonnet"}),
                     "faces_by_material: the mesh has no material 'bonnet'; it has 'body', 'glass'");
-  CHECK_THROWS_AS(raster::painted(geometry::Mesh{}, {.material = "body"}), tapestry::Error);
+  CHECK_THROWS_AS(raster::painted(geometry::Mesh{}, {.material = "body"}), Error);
 }
 
 TEST_CASE("painted() refuses an atlas without end", "[raster][painted][bad_input]") {
   auto mesh = two_materials();
   for (const double u : {65.0, 1e30, std::numeric_limits<double>::infinity()}) {
     mesh.uvs[0][0] = u;
-    CHECK_THROWS_AS(raster::painted(mesh), tapestry::DomainError);
+    CHECK_THROWS_AS(raster::painted(mesh), DomainError);
     CHECK(raster::painted(mesh, {.material = "glass"}).layout.u_extent == 3);
   }
   mesh.uvs[0][0] = 65;
   CHECK_THROWS_WITH(raster::painted(mesh),
                     "painted: u of the painted faces goes up to 65.000000, expected at most 64");
   CHECK_THROWS_AS(raster::painted(two_materials(), {.rows = 0, .filter = raster::TextureFilter::trilinear}),
-                  tapestry::Error);
+                  Error);
 }
 
 TEST_CASE("painted() takes u that a file has rounded up for a whole number", "[raster][painted]") {
@@ -104,10 +99,9 @@ TEMPLATE_TEST_CASE("picture_and_gradient() agrees with render() and central diff
   CHECK((found.picture == raster::render(view, texels)));
   const auto value = [&](const Array<T, 2>& x) { return raster::picture_and_gradient(view, x, loss).loss; };
   CHECK(found.loss == value(texels));
-  CHECK(found.loss == Approx(tapestry::test::dot(found.picture, found.picture) / T(20)));
-  const auto direction = tapestry::test::random_direction<T>({texels.shape(0), 3}, 2);
-  CHECK(std::abs(tapestry::test::dot(found.gradient, direction) -
-                 tapestry::test::central_difference(value, texels, direction)) <=
-        tapestry::test::central_difference_tolerance(found.loss));
-  CHECK_THROWS_AS(raster::picture_and_gradient(view, random_array<T>({5, 3}, 3), loss), tapestry::ShapeError);
+  CHECK(found.loss == Approx(test::dot(found.picture, found.picture) / T(20)));
+  const auto direction = test::random_direction<T>({texels.shape(0), 3}, 2);
+  CHECK(std::abs(test::dot(found.gradient, direction) - test::central_difference(value, texels, direction)) <=
+        test::central_difference_tolerance(found.loss));
+  CHECK_THROWS_AS(raster::picture_and_gradient(view, random_array<T>({5, 3}, 3), loss), ShapeError);
 }

@@ -9,11 +9,8 @@
 #include "../support/random_array.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace geometry = tapestry::geometry;
-namespace raster = tapestry::raster;
-namespace test = tapestry::test;
+using namespace tapestry;
 using raster::EnvironmentMap;
-using tapestry::Array;
 
 namespace {
 
@@ -100,7 +97,7 @@ TEST_CASE("faces without paint show the photograph, drawn at once or by the oper
   raster::PhotographedLight light;
   light.surroundings = even({0.5, 0.6, 0.7});
   const auto numbers = test::random_array<float>({side, side, 3}, 5);
-  auto photograph = std::make_shared<Array<float, 3>>(tapestry::Extents<3>{side, side, 3});
+  auto photograph = std::make_shared<Array<float, 3>>(Extents<3>{side, side, 3});
   std::copy(numbers.begin(), numbers.end(), photograph->begin());
   light.photograph = photograph;
   const auto texels = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 6);
@@ -145,9 +142,9 @@ TEST_CASE("surroundings without texels and points without an eye are refused",
   CHECK_THROWS_WITH(raster::prepare(car.mesh, camera, light),
                     "photographed light: the surroundings have no texels");
   light.surroundings = std::make_shared<const EnvironmentMap>(EnvironmentMap{4, 8, {{1, 1, 1}}});
-  CHECK_THROWS_AS(raster::prepare(car.mesh, camera, light), tapestry::ShapeError);
+  CHECK_THROWS_AS(raster::prepare(car.mesh, camera, light), ShapeError);
   light.surroundings = nullptr;
-  light.photograph = std::make_shared<const Array<float, 3>>(tapestry::Extents<3>{side, side, 3});
+  light.photograph = std::make_shared<const Array<float, 3>>(Extents<3>{side, side, 3});
   CHECK_NOTHROW(raster::texture_operator<float>(car, camera, side, side, light));
   CHECK_THROWS_WITH(raster::texture_operator<float>(car, camera, 2 * side, side, light),
                     "light: photograph is [32, 32, 3], expected [64, 32, 3]");

@@ -6,20 +6,19 @@
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
+using namespace tapestry;
 
 TEST_CASE("a principal point beside the picture's centre shows a window of the larger picture",
           "[raster][camera]") {
   // Faces of one texel each, so that all of a sample's colour is which face it shows, and how it is lit.
-  const auto mesh = tapestry::test::random_triangles(150, 1, 0.6);
-  const auto painted = tapestry::test::every_face(mesh);
+  const auto mesh = test::random_triangles(150, 1, 0.6);
+  const auto painted = test::every_face(mesh);
   const raster::TextureLayout cube{raster::TextureKind::cube, 0, 0, 1, 1};
-  const auto texels = tapestry::test::random_array<double>({mesh.faces.size(), 3}, 2);
+  const auto texels = test::random_array<double>({mesh.faces.size(), 3}, 2);
   const auto draw = [&](const geometry::Camera& camera, std::size_t height, std::size_t width) {
-    return raster::render(raster::texture_operator<double>({mesh, painted, cube}, camera, height, width,
-                                                           tapestry::test::warm, 2),
-                          texels);
+    return raster::render(
+        raster::texture_operator<double>({mesh, painted, cube}, camera, height, width, test::warm, 2),
+        texels);
   };
   const auto whole = draw(geometry::Camera{}, 64, 64);
   // Rows 8 … 39 and columns 24 … 63 of it: the same focal length, the centre at column 32 − 24, row 32 − 8.

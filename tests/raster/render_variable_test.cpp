@@ -1,41 +1,32 @@
 #include <tapestry/raster/render_variable.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/tape.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
-using geometry::Camera;
-using geometry::Vector3;
-using raster::RenderInputs;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Variable;
-using tapestry::test::everywhere;
-using tapestry::test::side;
-using tapestry::test::smooth_weights;
-using tapestry::test::warm;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Camera, geometry::Vector3, raster::RenderInputs;
 
 namespace {
 
 Array<double, 2> array_of(const std::vector<Vector3>& vectors) {
-  Array<double, 2> array(tapestry::Extents<2>{vectors.size(), 3});
+  Array<double, 2> array(Extents<2>{vectors.size(), 3});
   for (std::size_t i = 0; i < array.size(); ++i) array.data()[i] = vectors[i / 3][i % 3];
   return array;
 }
 
 /// One face beyond the borders of the picture, tilted and textured: a wall that the camera stands before.
 raster::PaintedMesh wall() {
-  geometry::Mesh mesh = tapestry::test::triangle_soup(
-      {{Vector3{-9.1, -7.3, 2.13}, Vector3{14.7, -8.2, 4.19}, Vector3{-6.3, 16.1, 3.07}}},
-      {{{0.1, 0.15}, {0.9, 0.2}, {0.3, 0.95}}});
+  geometry::Mesh mesh =
+      test::triangle_soup({{Vector3{-9.1, -7.3, 2.13}, Vector3{14.7, -8.2, 4.19}, Vector3{-6.3, 16.1, 3.07}}},
+                          {{{0.1, 0.15}, {0.9, 0.2}, {0.3, 0.95}}});
   mesh.normals = {{0, 0.6, -0.8}, {0.6, 0, -0.8}, {-0.6, 0, -0.8}};
   mesh.face_normals = {{0, 1, 2}};
-  return {mesh, {1}, tapestry::test::small_atlas};
+  return {mesh, {1}, test::small_atlas};
 }
 
 /// Values of all inputs.
@@ -44,11 +35,11 @@ struct Values {
   Array<double, 1> pose, light = raster::light_parameters<double>(warm);
 
   explicit Values(const raster::PaintedMesh& body)
-      : texels(tapestry::test::random_array<double>({body.layout.texel_count(body.mesh), 3}, 1)),
+      : texels(test::random_array<double>({body.layout.texel_count(body.mesh), 3}, 1)),
         positions(geometry::position_array<double>(body.mesh)),
         pose({0.02, -0.01, 0.03, 0.05, -0.04, -0.06}) {}
   [[nodiscard]] RenderInputs<double> passive() const { return {texels, positions, pose, light}; }
-  [[nodiscard]] RenderInputs<double> active(tapestry::Tape<double>& tape) const {
+  [[nodiscard]] RenderInputs<double> active(Tape<double>& tape) const {
     return {tape.input(texels), tape.input(positions), tape.input(pose), tape.input(light)};
   }
 };
@@ -69,15 +60,14 @@ void check_wall(const Model& light, const raster::TextureLayout& layout) {
   const auto loss = [&](const Values& at) {
     return weighted(raster::render(body, Camera{}, side, side, light, at.passive(), once).picture).value();
   };
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto inputs = values.active(tape);
   tape.reverse(weighted(raster::render(body, Camera{}, side, side, light, inputs, once).picture));
   const auto check = [&](const char* name, const auto& input, auto Values::*member) {
     INFO(name);
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
       auto direction = input.value();
-      tapestry::Random random(seed);
+      Random random(seed);
       for (double& value : direction.storage()) value = random.uniform(-1, 1);
       Values ahead = values, behind = values;
       const double h = 1e-6;
@@ -86,8 +76,7 @@ void check_wall(const Model& light, const raster::TextureLayout& layout) {
         (behind.*member).data()[i] -= h * direction.data()[i];
       }
       const double expected = (loss(ahead) - loss(behind)) / (2 * h);
-      CHECK(std::abs(tapestry::test::dot(input.adjoint(), direction) - expected) <=
-            1e-6 * (1 + std::abs(expected)));
+      CHECK(std::abs(test::dot(input.adjoint(), direction) - expected) <= 1e-6 * (1 + std::abs(expected)));
     }
   };
   check("texels", inputs.texels, &Values::texels);
@@ -99,14 +88,14 @@ void check_wall(const Model& light, const raster::TextureLayout& layout) {
 }  // namespace
 
 TEST_CASE("before a wall every derivative agrees with central differences", "[raster][variable][gradient]") {
-  for (const auto& layout : {tapestry::test::small_atlas, tapestry::test::vertex, tapestry::test::cube}) {
+  for (const auto& layout : {test::small_atlas, test::vertex, test::cube}) {
     check_wall(warm, layout);
     check_wall(raster::SmoothLight{warm}, layout);
   }
 }
 
 TEST_CASE("the picture on the tape is render_textured's, the coverage a silhouette", "[raster][variable]") {
-  const tapestry::test::Scene<raster::Light> scene{tapestry::test::box(true), tapestry::test::cube, warm};
+  const test::Scene<raster::Light> scene{test::box(true), test::cube, warm};
   const RenderInputs<double> plain{.texels = scene.texels};
   const auto found = raster::render(scene, Camera{}, side, side, scene.light, plain);
   const auto expected = raster::render_textured(scene, Camera{}, side, side, scene.light, scene.texels, 4);
@@ -117,12 +106,11 @@ TEST_CASE("the picture on the tape is render_textured's, the coverage a silhouet
 
 TEST_CASE("positions on the tape pull back to vertex_adjoint and silhouette_adjoint",
           "[raster][variable][gradient]") {
-  const tapestry::test::Scene<raster::Light> scene{tapestry::test::box(true), tapestry::test::cube, warm};
+  const test::Scene<raster::Light> scene{test::box(true), test::cube, warm};
   auto seed = tapestry::zeros<double, 2>({side, side});
   const auto weights = smooth_weights();
   for (std::size_t i = 0; i < seed.size(); ++i) seed.data()[i] = weights.data()[3 * i];
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto positions = tape.input(geometry::position_array<double>(scene.mesh));
   const auto drawn = raster::render(scene, Camera{}, side, side, scene.light,
                                     RenderInputs<double>{.texels = scene.texels, .positions = positions});
@@ -138,8 +126,7 @@ TEST_CASE("recorded twice before one reverse gives the sum, exactly", "[raster][
   auto body = wall();
   const Values values(body);
   const auto gradients = [&](int times) {
-    tapestry::Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto inputs = values.active(tape);
     Variable<double> loss = 0;
     for (int i = 0; i < times; ++i) {
@@ -163,15 +150,14 @@ TEST_CASE("recorded twice before one reverse gives the sum, exactly", "[raster][
 
 TEST_CASE("derivatives on the tape have the same bits for any number of threads", "[raster][variable]") {
   const int threads = tapestry::thread_count();
-  const raster::PaintedMesh body{tapestry::test::random_triangles(300, 5, 0.4),
-                                 std::vector<std::uint8_t>(300, 1), tapestry::test::small_atlas};
+  const raster::PaintedMesh body{test::random_triangles(300, 5, 0.4), std::vector<std::uint8_t>(300, 1),
+                                 test::small_atlas};
   const Values values(body);
   std::vector<Array<double, 2>> positions;
   std::vector<Array<double, 1>> poses;
   for (const int count : {1, 2, 3}) {
     tapestry::limit_threads(count);
-    tapestry::Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto inputs = values.active(tape);
     const auto drawn = raster::render(body, Camera{}, side, side, warm, inputs);
     tape.reverse(weighted(drawn.picture) + tapestry::sum(drawn.coverage));
@@ -188,8 +174,7 @@ TEST_CASE("derivatives on the tape have the same bits for any number of threads"
 TEST_CASE("passive inputs record nothing", "[raster][variable]") {
   const auto body = wall();
   const Values values(body);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto draw = [&](const RenderInputs<double>& inputs, const auto& gradient) {
     const std::size_t before = tape.record_count();
     (void)raster::render(body, Camera{}, side, side, warm, inputs, gradient);
@@ -207,8 +192,7 @@ TEST_CASE("passive inputs record nothing", "[raster][variable]") {
 
 TEST_CASE("render on the tape refuses what does not fit", "[raster][variable][bad_input]") {
   const auto body = wall();
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto draw = [&](const raster::PaintedMesh& what, const auto& light,
                         const RenderInputs<double>& inputs) {
     return raster::render(what, Camera{}, side, side, light, inputs);
@@ -221,16 +205,16 @@ TEST_CASE("render on the tape refuses what does not fit", "[raster][variable][ba
   inputs.pose = tapestry::zeros<double, 1>({3});
   CHECK_THROWS_WITH(draw(body, warm, inputs), "render: pose is [3], expected [6]");
   inputs.pose = tapestry::filled<double, 1>({6}, std::nan(""));
-  CHECK_THROWS_AS(draw(body, warm, inputs), tapestry::DomainError);
+  CHECK_THROWS_AS(draw(body, warm, inputs), DomainError);
   inputs = values.passive();
-  CHECK_THROWS_AS(draw(body, raster::Unlit{}, inputs), tapestry::DomainError);
-  auto trilinear = body;
-  trilinear.layout.filter = raster::TextureFilter::trilinear;
+  CHECK_THROWS_AS(draw(body, raster::Unlit{}, inputs), DomainError);
+  auto filtered = body;
+  filtered.layout.filter = raster::TextureFilter::trilinear;
   inputs = {};
-  inputs.texels = tapestry::zeros<double, 2>({raster::stored_texel_count(trilinear.layout, body.mesh), 3});
-  CHECK_NOTHROW(draw(trilinear, warm, inputs));
+  inputs.texels = tapestry::zeros<double, 2>({raster::stored_texel_count(filtered.layout, body.mesh), 3});
+  CHECK_NOTHROW(draw(filtered, warm, inputs));
   inputs.pose = tape.input(values.pose);
-  CHECK_THROWS_WITH(draw(trilinear, warm, inputs), "render: expected a bilinear atlas, found a filtered one");
+  CHECK_THROWS_WITH(draw(filtered, warm, inputs), "render: expected a bilinear atlas, found a filtered one");
 }
 
 TEST_CASE("sun and sky are differentiated on the tape, but a mesh does not move under them",
@@ -245,8 +229,7 @@ TEST_CASE("sun and sky are differentiated on the tape, but a mesh does not move 
     inputs.light = numbers;
     return weighted(raster::render(body, Camera{}, side, side, light, inputs).picture);
   };
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto numbers = tape.input(start);
   tape.reverse(loss(numbers));
   const double h = 1e-6;
@@ -259,5 +242,5 @@ TEST_CASE("sun and sky are differentiated on the tape, but a mesh does not move 
   }
   RenderInputs<double> moving{values.texels};
   moving.pose = tape.input(values.pose);
-  CHECK_THROWS_AS(raster::render(body, Camera{}, side, side, light, moving), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::render(body, Camera{}, side, side, light, moving), DomainError);
 }

@@ -18,13 +18,8 @@
 #include "../support/random_array.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace geometry = tapestry::geometry;
-namespace io = tapestry::io;
-namespace raster = tapestry::raster;
-namespace test = tapestry::test;
-using geometry::Vector3;
-using raster::PlacedBody;
-using tapestry::Array;
+using namespace tapestry;
+using geometry::Vector3, raster::PlacedBody;
 
 namespace {
 
@@ -200,8 +195,8 @@ TEST_CASE("ground keeps its light but where a car hides the sun or the sky", "[r
   light.sun = 0;
   light.sky = {};
   for (const float kept : shade(light, above, 16, 16)) CHECK(kept == 1);  // no light to lose
-  CHECK_THROWS_AS(raster::GroundShade(geometry::Mesh{}), tapestry::DomainError);
-  CHECK_THROWS_AS(raster::GroundShade(car.mesh, {0, 3, 1}), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::GroundShade(geometry::Mesh{}), DomainError);
+  CHECK_THROWS_AS(raster::GroundShade(car.mesh, {0, 3, 1}), DomainError);
 }
 
 TEST_CASE("a pose's gradient through a neighbour agrees with central differences",
@@ -245,9 +240,9 @@ TEST_CASE("a pose's gradient through a neighbour agrees with central differences
 TEST_CASE("a scene without bodies or with textures that do not fit each other is refused",
           "[raster][scene][bad_input]") {
   const auto car = test::tiny_car();
-  CHECK_THROWS_AS(raster::scene_of({}), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::scene_of({}), DomainError);
   auto other = car;
-  other.space = tapestry::image::ColourSpace::linear;
+  other.space = image::ColourSpace::linear;
   CHECK_THROWS_WITH(raster::scene_of({{car}, {other}}), "scene_of: bodies in different colour spaces");
   other = test::tiny_car(16);
   CHECK_THROWS_WITH(raster::scene_of({{car}, {other}}),
@@ -256,5 +251,5 @@ TEST_CASE("a scene without bodies or with textures that do not fit each other is
   CHECK_NOTHROW(raster::scene_of({{car}, {other}}));
   CHECK(raster::scene_of({{other}, {car}}).whole.layout.height == car.layout.height);
   other.painted.push_back(0);
-  CHECK_THROWS_AS(raster::scene_of({{car}, {other}}), tapestry::ShapeError);
+  CHECK_THROWS_AS(raster::scene_of({{car}, {other}}), ShapeError);
 }

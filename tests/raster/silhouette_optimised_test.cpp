@@ -1,24 +1,20 @@
 #include <tapestry/raster/silhouette.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
 #include <tapestry/raster/render_variable.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/brute_force_render.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/gradient_scoring.hpp"
 #include "../support/paths.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
-using geometry::Mesh;
-using geometry::Vector3;
-using tapestry::Array;
-using tapestry::ArrayVariable;
+using namespace tapestry;
+using geometry::Mesh, geometry::Vector3;
 
 namespace {
 
@@ -26,8 +22,7 @@ constexpr std::size_t size = 48;
 constexpr double distance = 1.5;
 
 Mesh sedan() {
-  return geometry::normalise_mesh(
-      tapestry::io::read_obj(tapestry::test::in_sources("examples/assets/car_sedan.obj")).mesh);
+  return geometry::normalise_mesh(io::read_obj(test::in_sources("examples/assets/car_sedan.obj")).mesh);
 }
 
 geometry::Camera camera() {
@@ -58,11 +53,11 @@ Mesh posed(Mesh mesh, const Array<double, 1>& pose) {
 template <class ValuesOf>
 double weighted(const Mesh& at_rest, const Array<double, 1>& pose, ValuesOf values_of) {
   const Mesh mesh = posed(at_rest, pose);
-  const auto weights = tapestry::test::scoring_weights(size);
-  const auto image = tapestry::test::brute_force_render(
-      mesh, camera(), size, size, 16,
-      [&](std::size_t face, const auto& b) { return values_of(mesh, face, b); });
-  return tapestry::test::dot(image, weights);
+  const auto weights = test::scoring_weights(size);
+  const auto image =
+      test::brute_force_render(mesh, camera(), size, size, 16,
+                               [&](std::size_t face, const auto& b) { return values_of(mesh, face, b); });
+  return test::dot(image, weights);
 }
 
 /// Colours at positions over a background; white and black make it a silhouette.
@@ -84,8 +79,8 @@ std::array<Score, 2> score(const Array<double, 2>& positions_adjoint, const Arra
   const Mesh mesh = sedan();
   const double pixel = distance * 2 * camera().tan_half_fov_x / static_cast<double>(size), step = 0.25;
   std::array<Score, 2> scores;
-  for (std::size_t kind = 0; kind < tapestry::test::scoring_motions; ++kind) {
-    const auto motion = tapestry::test::scoring_motion(mesh, camera(), kind, pixel);
+  for (std::size_t kind = 0; kind < test::scoring_motions; ++kind) {
+    const auto motion = test::scoring_motion(mesh, camera(), kind, pixel);
     Mesh ahead = mesh, behind = mesh;
     double found = 0;
     for (std::size_t i = 0; i < motion.size(); ++i) {
@@ -112,11 +107,10 @@ std::array<Score, 2> score(const Array<double, 2>& positions_adjoint, const Arra
 TEST_CASE("through silhouettes, positions and pose have the gradient of a supersampled picture",
           "[raster][silhouette][gradient][long]") {
   const Mesh mesh = sedan();
-  const auto weights = tapestry::test::scoring_weights(size);
+  const auto weights = test::scoring_weights(size);
   auto seed = tapestry::zeros<double, 2>({size, size});
   for (std::size_t i = 0; i < weights.size(); ++i) seed.data()[i / 3] += weights.data()[i];
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  test::ActiveTape<double> tape;
   const auto positions = tape.input(geometry::position_array<double>(mesh));
   const auto pose = tape.input(some_pose());
   tape.reverse(raster::silhouette(mesh, camera(), size, size, positions, pose), seed);
@@ -129,16 +123,15 @@ TEST_CASE("through silhouettes, positions and pose have the gradient of a supers
 TEST_CASE("over a background, positions and pose have the gradient of a supersampled picture",
           "[raster][variable][gradient][long]") {
   const Mesh mesh = sedan();
-  const auto colours = tapestry::test::scoring_colours(mesh);
-  const auto weights = tapestry::test::scoring_weights(size);
+  const auto colours = test::scoring_colours(mesh);
+  const auto weights = test::scoring_weights(size);
   const raster::PaintedMesh body{
       mesh, std::vector<std::uint8_t>(mesh.faces.size(), 1), {raster::TextureKind::vertex, 0, 0, 1, 0}};
   const std::array<double, 3> background{0.9, 0.2, 0.5};
   auto behind = tapestry::zeros<double, 2>({size, size});  // −Σ weights · background, what coverage hides
   for (std::size_t i = 0; i < weights.size(); ++i)
     behind.data()[i / 3] -= weights.data()[i] * background[i % 3];
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  test::ActiveTape<double> tape;
   const auto positions = tape.input(geometry::position_array<double>(mesh));
   const auto pose = tape.input(some_pose());
   const auto drawn =
@@ -156,7 +149,7 @@ TEMPLATE_TEST_CASE("through depth, position and normal, positions and pose have 
                    raster::Normal) {
   const Mesh mesh = sedan();
   constexpr std::size_t rank = raster::geometry_rank<TestType>;
-  const auto weights = tapestry::test::scoring_weights(size);
+  const auto weights = test::scoring_weights(size);
   const Mesh body = posed(mesh, some_pose());
   const auto picture = raster::geometry_picture<TestType, double>(body, camera(), size, size);
   auto seed = tapestry::zeros<double, rank>(picture.shape());

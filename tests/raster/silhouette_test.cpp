@@ -2,24 +2,18 @@
 #include <tapestry/raster/silhouette.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/tape.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
-using geometry::Camera;
-using geometry::Vector3;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::test::along;
-using tapestry::test::box;
-using tapestry::test::side;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Camera, geometry::Vector3;
 
 namespace {
-Array<double, 2> pixel_weights() { return tapestry::test::random_array<double>({side, side}, 4, -1); }
+Array<double, 2> pixel_weights() { return test::random_array<double>({side, side}, 4, -1); }
 
 std::vector<Vector3> gradient_of(const geometry::Mesh& mesh, const Array<double, 2>& weights) {
   std::vector<Vector3> gradient(mesh.positions.size(), Vector3{0, 0, 0});
@@ -31,8 +25,7 @@ std::vector<Vector3> gradient_of(const geometry::Mesh& mesh, const Array<double,
 TEST_CASE("a half plane that moves covers more by its edge's length", "[raster][silhouette]") {
   // Its edge stands at column 9.3; a unit of the world spans 8 pixels there.
   const double x = 9.3 / 8 - 1;
-  const auto mesh =
-      tapestry::test::triangle_soup({{Vector3{x, -30, 1}, Vector3{x, 30, 1}, Vector3{-60, 0, 1}}});
+  const auto mesh = test::triangle_soup({{Vector3{x, -30, 1}, Vector3{x, 30, 1}, Vector3{-60, 0, 1}}});
   const auto coverage = raster::silhouette<double>(mesh, Camera{}, side, side);
   for (std::size_t column = 0; column < side; ++column)
     CHECK(coverage(5, column) == (column < 9 ? 1 : column == 9 ? 0.25 : 0));  // one column of samples of four
@@ -46,9 +39,9 @@ TEST_CASE("a half plane that moves covers more by its edge's length", "[raster][
 TEST_CASE("a silhouette's gradient is that of a picture of one white paint", "[raster][silhouette]") {
   const auto weights = pixel_weights();
   for (const bool is_box : {true, false}) {
-    tapestry::test::Scene<> scene{is_box ? box(true) : tapestry::test::random_triangles(40, 3, 0.9)};
+    test::Scene<> scene{is_box ? box(true) : test::random_triangles(40, 3, 0.9)};
     scene.texels = tapestry::filled<double, 2>({1, 3}, 1);
-    auto in_red = tapestry::test::everywhere(0);
+    auto in_red = test::everywhere(0);
     for (std::size_t i = 0; i < weights.size(); ++i) in_red.data()[3 * i] = weights.data()[i];
     const auto expected = scene.gradient(in_red), found = gradient_of(scene.mesh, weights);
     double size = 0, error = 0;
@@ -64,8 +57,7 @@ TEST_CASE("a silhouette's gradient is that of a picture of one white paint", "[r
 TEST_CASE("a silhouette on the tape depends on positions and pose", "[raster][silhouette][variable]") {
   const geometry::Mesh mesh = box(true);
   const auto weights = pixel_weights();
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto positions = tape.input(geometry::position_array<double>(mesh));
   const auto pose = tape.input(tapestry::zeros<double, 1>({6}));
   const std::size_t before = tape.record_count();

@@ -7,20 +7,9 @@
 #include "../support/catch.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
-using geometry::Camera;
-using geometry::Mesh;
-using geometry::Vector3;
-using tapestry::test::cube;
-using tapestry::test::largest_component;
-using tapestry::test::Scene;
-using tapestry::test::side;
-using tapestry::test::small_atlas;
-using tapestry::test::smooth_weights;
-using tapestry::test::triangle_soup;
-using tapestry::test::vertex;
-using tapestry::test::warm;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Camera, geometry::Mesh, geometry::Vector3;
 
 namespace {
 
@@ -75,7 +64,7 @@ TEST_CASE("a face edge-on or as thin as a needle that owns samples outweighs no 
 
 TEST_CASE("depth, position and normal of a sliver that owns samples outweigh no other",
           "[raster][geometry_picture][hard_case]") {
-  tapestry::Array<double, 2> depth_weights(tapestry::Extents<2>{side, side});
+  Array<double, 2> depth_weights(Extents<2>{side, side});
   const auto weights = smooth_weights();
   for (std::size_t i = 0; i < depth_weights.size(); ++i) depth_weights.data()[i] = weights.data()[3 * i];
   for (const double half_width : {1e-4, 1e-7, 1e-10}) {

@@ -5,8 +5,7 @@
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace raster = tapestry::raster;
-namespace test = tapestry::test;
+using namespace tapestry;
 
 namespace {
 
@@ -183,7 +182,7 @@ TEST_CASE("charts need a mesh that fits its texture", "[raster][texture_charts][
   CHECK_THROWS_WITH(raster::texture_charts(body),
                     "texture_charts: face 1 is painted from an atlas but has no uv");
   body.painted.pop_back();
-  CHECK_THROWS_AS(raster::texture_charts(body), tapestry::ShapeError);
+  CHECK_THROWS_AS(raster::texture_charts(body), ShapeError);
 }
 
 TEST_CASE("the share of the paint without texels is that of faces at points of a palette",

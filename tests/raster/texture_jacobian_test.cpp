@@ -2,24 +2,20 @@
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/paint.hpp"
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-using tapestry::Array;
-using tapestry::JacobianPattern;
-using tapestry::JacobianPlan;
-using tapestry::Tape;
+using namespace tapestry;
 
 TEST_CASE("the compressed Jacobian of a picture by its texels is the operator itself", "[raster][sparsity]") {
-  const auto mesh = tapestry::test::random_triangles(40, 5);
+  const auto mesh = test::random_triangles(40, 5);
   const std::size_t height = 24, width = 30;
-  const auto picture =
-      raster::texture_operator<double>({mesh, tapestry::test::every_face(mesh), tapestry::test::cube},
-                                       tapestry::geometry::Camera{}, height, width, tapestry::test::warm, 2);
-  const auto start = tapestry::test::random_array<double>({picture.texel_count, 3}, 1);
+  const auto picture = raster::texture_operator<double>({mesh, test::every_face(mesh), test::cube},
+                                                        geometry::Camera{}, height, width, test::warm, 2);
+  const auto start = test::random_array<double>({picture.texel_count, 3}, 1);
 
   // Channel c of pixel p depends on channel c of its texels.
   std::vector<JacobianPattern::Entry> entries;
@@ -31,13 +27,12 @@ TEST_CASE("the compressed Jacobian of a picture by its texels is the operator it
   const JacobianPlan plan(JacobianPattern(height * width * 3, start.size(), entries));
   REQUIRE(plan.pattern().entry_count() > 500);
 
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  test::ActiveTape<double> tape;
   const auto texels = tape.input(start);
   const auto pullback = [&](const Array<double, 3>& g, Array<double, 2>* texels_adjoint) {
     raster::render_adjoint(picture, g, *texels_adjoint);
   };
-  const tapestry::ArrayVariable<double, 3> render =
+  const ArrayVariable<double, 3> render =
       tapestry::record_array(raster::render(picture, start), pullback, texels);
   std::vector<double> values(plan.pattern().entry_count());
   tapestry::compressed_jacobian(tape, render, texels, plan, values);

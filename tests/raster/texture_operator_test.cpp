@@ -9,23 +9,9 @@
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-using raster::TextureKind;
-using tapestry::Array;
-using tapestry::geometry::Camera;
-using tapestry::geometry::Mesh;
-using tapestry::geometry::Vector3;
-using tapestry::test::atlas;
-using tapestry::test::cube;
-using tapestry::test::dot;
-using tapestry::test::every_face;
-using tapestry::test::random_array;
-using tapestry::test::random_triangles;
-using tapestry::test::solid;
-using tapestry::test::triangle_soup;
-using tapestry::test::trilinear;
-using tapestry::test::vertex;
-using tapestry::test::warm;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Camera, geometry::Mesh, geometry::Vector3, raster::TextureKind;
 
 namespace {
 
@@ -43,7 +29,7 @@ Mesh screen() {
 
 template <class T>
 Array<T, 2> numbered_texels(std::size_t count) {
-  Array<T, 2> texels(tapestry::Extents<2>{count, 3});
+  Array<T, 2> texels(Extents<2>{count, 3});
   for (std::size_t i = 0; i < texels.size(); ++i) texels.data()[i] = static_cast<T>(i);
   return texels;
 }
@@ -86,7 +72,7 @@ TEST_CASE("visit_atlas_taps equals weights worked out by hand", "[raster][atlas]
 
 TEST_CASE("cube taps equal Neural Mesh Renderer's formulas", "[raster][cube]") {
   // w: screen-space barycentrics, z: corner depths, as in its kernel: zp = 1 / Σ w/z, position w·(s−1)·zp/z.
-  tapestry::Random random(3);
+  Random random(3);
   const std::size_t s = 6;
   const raster::TextureLayout layout{TextureKind::cube, 0, 0, 1, s};
   const auto texels = random_array<double>({4 * s * s * s}, 4);
@@ -231,7 +217,7 @@ double transpose_error(const Mesh& mesh, const raster::TextureLayout& layout, co
 TEMPLATE_TEST_CASE("render_adjoint is the transpose of render", "[raster][gradient]", float, double) {
   const Mesh mesh = random_triangles(300, 6, 0.4, -1, 3);
   const double bound = std::is_same_v<TestType, float> ? 1e-6 : 1e-12;
-  for (const auto& layout : {atlas, trilinear, tapestry::test::anisotropic, cube, vertex, solid}) {
+  for (const auto& layout : {atlas, trilinear, test::anisotropic, cube, vertex, solid}) {
     for (const std::size_t samples : std::vector<std::size_t>{1, 4})
       CHECK(transpose_error<TestType>(mesh, layout, warm, samples) <= bound);
     CHECK(transpose_error<TestType>(mesh, layout, raster::Unlit{}, 2) <= bound);
@@ -244,13 +230,13 @@ TEMPLATE_TEST_CASE("render_adjoint agrees with central differences", "[raster][g
   const auto picture =
       raster::texture_operator<TestType>({mesh, every_face(mesh), atlas}, Camera{}, 16, 16, warm);
   const auto texels = random_array<TestType>({128, 3}, 10);
-  const auto direction = tapestry::test::random_direction<TestType>({128, 3}, 11);
-  const auto weights = tapestry::test::random_direction<TestType>({16, 16, 3}, 12);
+  const auto direction = test::random_direction<TestType>({128, 3}, 11);
+  const auto weights = test::random_direction<TestType>({16, 16, 3}, 12);
   const auto value = [&](const auto& x) { return dot(weights, raster::render(picture, x)); };
   auto gradient = tapestry::zeros<TestType, 2>({128, 3});
   raster::render_adjoint(picture, weights, gradient);
-  CHECK(std::abs(dot(gradient, direction) - tapestry::test::central_difference(value, texels, direction)) <=
-        tapestry::test::central_difference_tolerance(value(texels)));
+  CHECK(std::abs(dot(gradient, direction) - test::central_difference(value, texels, direction)) <=
+        test::central_difference_tolerance(value(texels)));
 }
 
 TEST_CASE("operator, picture and gradient have the same bits for any number of threads",
@@ -281,7 +267,7 @@ TEMPLATE_TEST_CASE("tiles of texels add up to the same bits for any number of th
   const int threads = tapestry::thread_count();
   const Mesh mesh = random_triangles(500, 13, 0.3);
   const auto y = random_array<TestType>({70, 90, 3}, 15, -1);
-  raster::TextureLayout large = tapestry::test::anisotropic;
+  raster::TextureLayout large = test::anisotropic;
   large.height = 300, large.width = 500;  // a tile of several rows, and levels in others
   for (const auto& layout : {cube, vertex, solid, atlas, large}) {
     const auto picture =
@@ -342,15 +328,15 @@ TEST_CASE("texture_operator refuses what does not fit", "[raster][texture_operat
     return raster::texture_operator<float>({mesh, painted, layout}, Camera{}, 8, 8, warm);
   };
   CHECK_THROWS_WITH(make(atlas, {1}), "texture_operator: painted is [1], expected [2], one entry a face");
-  CHECK_THROWS_AS(make({TextureKind::atlas, 0, 4, 1, 0}, {1, 1}), tapestry::DomainError);
-  CHECK_THROWS_AS(make({TextureKind::atlas, 4, 4, 0, 0}, {1, 1}), tapestry::DomainError);
-  CHECK_THROWS_AS(make({TextureKind::cube, 4, 4, 1, 0}, {1, 1}), tapestry::DomainError);
+  CHECK_THROWS_AS(make({TextureKind::atlas, 0, 4, 1, 0}, {1, 1}), DomainError);
+  CHECK_THROWS_AS(make({TextureKind::atlas, 4, 4, 0, 0}, {1, 1}), DomainError);
+  CHECK_THROWS_AS(make({TextureKind::cube, 4, 4, 1, 0}, {1, 1}), DomainError);
   const auto picture = make(atlas, {1, 1});
   CHECK_THROWS_WITH(raster::render(picture, tapestry::zeros<float, 2>({5, 3})),
                     "render: texels is [5, 3], expected [128, 3]");
   auto gradient = tapestry::zeros<float, 2>({128, 3});
   CHECK_THROWS_AS(raster::render_adjoint(picture, tapestry::zeros<float, 3>({8, 9, 3}), gradient),
-                  tapestry::ShapeError);
+                  ShapeError);
   mesh.uvs[4][0] = std::numeric_limits<double>::infinity();
   CHECK_THROWS_WITH(make(atlas, {1, 1}),
                     contains("face 1 is painted from an atlas but has a uv that is not finite"));
@@ -364,6 +350,6 @@ TEST_CASE("texture_operator refuses what does not fit", "[raster][texture_operat
                                             tapestry::zeros<float, 2>({128, 3})),
                     contains("render_textured: face 0 is painted from an atlas but refers to uv"));
   mesh.face_uvs.clear();
-  CHECK_THROWS_AS(make(atlas, {1, 0}), tapestry::Error);
+  CHECK_THROWS_AS(make(atlas, {1, 0}), Error);
   CHECK_NOTHROW(make(cube, {1, 1}));
 }

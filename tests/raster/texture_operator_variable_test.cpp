@@ -1,19 +1,16 @@
 #include <tapestry/raster/texture_operator.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/tape.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/paint.hpp"
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Variable;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 template <class T>
@@ -21,12 +18,12 @@ using Pictures = std::vector<std::shared_ptr<const raster::TextureOperator<T>>>;
 
 /// Views of one texture of different sizes.
 template <class T>
-Pictures<T> some_views(std::size_t count, const raster::TextureLayout& layout = tapestry::test::atlas) {
+Pictures<T> some_views(std::size_t count, const raster::TextureLayout& layout = test::atlas) {
   Pictures<T> pictures;
   for (std::size_t n = 0; n < count; ++n) {
-    const auto mesh = tapestry::test::random_triangles(30, n + 1, 0.9);
-    pictures.push_back(std::make_shared<const raster::TextureOperator<T>>(raster::texture_operator<T>(
-        {mesh, tapestry::test::every_face(mesh), layout}, {}, 20 + n, 24, tapestry::test::warm)));
+    const auto mesh = test::random_triangles(30, n + 1, 0.9);
+    pictures.push_back(std::make_shared<const raster::TextureOperator<T>>(
+        raster::texture_operator<T>({mesh, test::every_face(mesh), layout}, {}, 20 + n, 24, test::warm)));
   }
   return pictures;
 }
@@ -48,8 +45,7 @@ Variable<T> weighted(const std::vector<ArrayVariable<T, 3>>& pictures) {
 TEMPLATE_TEST_CASE("render on the tape pulls back to render_adjoint", "[raster][variable][gradient]", float,
                    double) {
   const auto views = some_views<TestType>(1);
-  tapestry::Tape<TestType> tape;
-  const auto scope = tape.activate();
+  ActiveTape<TestType> tape;
   const auto texels = tape.input(random_array<TestType>({views[0]->texel_count, 3}, 2));
   const auto picture = raster::render(*views[0], texels);
   CHECK((picture.value() == raster::render(*views[0], texels.value())));
@@ -63,34 +59,32 @@ TEST_CASE("several views on the tape are one record and agree with central diffe
           "[raster][variable][gradient]") {
   const auto views = some_views<double>(3);
   const auto texels = random_array<double>({views[0]->texel_count, 3}, 2);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto input = tape.input(texels);
   const std::size_t before = tape.record_count();
   const auto pictures = raster::render(views, input);
   CHECK(tape.record_count() == before + 1);
-  CHECK(pictures[2].shape() == tapestry::Extents<3>{22, 24, 3});
+  CHECK(pictures[2].shape() == Extents<3>{22, 24, 3});
   const auto square = [](const auto& all) { return weighted(all) * weighted(all); };
   tape.reverse(square(pictures));
   const auto value = [&](const Array<double, 2>& at) {
     return square(raster::render(views, ArrayVariable<double, 2>(at))).value();
   };
-  const auto direction = tapestry::test::random_direction<double>({views[0]->texel_count, 3}, 5);
-  const double expected = tapestry::test::central_difference(value, texels, direction);
-  CHECK(tapestry::test::dot(input.adjoint(), direction) == Approx(expected).epsilon(1e-6));
+  const auto direction = test::random_direction<double>({views[0]->texel_count, 3}, 5);
+  const double expected = test::central_difference(value, texels, direction);
+  CHECK(test::dot(input.adjoint(), direction) == Approx(expected).epsilon(1e-6));
 }
 
 TEST_CASE("views that nothing depends on, passive textures and a second record change no sum",
           "[raster][variable]") {
   auto views = some_views<double>(2);
   const auto texels = random_array<double>({views[0]->texel_count, 3}, 2);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   CHECK(!raster::render(views, ArrayVariable<double, 2>(texels))[1].is_active());
   CHECK(!raster::render(*views[0], ArrayVariable<double, 2>(texels)).is_active());
   CHECK(tape.record_count() == 0);
   const auto gradient = [&](std::size_t times) {
-    tapestry::Tape<double> own;
+    Tape<double> own;
     const auto own_scope = own.activate();
     const auto input = own.input(texels);
     Variable<double> loss = 0;
@@ -109,12 +103,11 @@ TEST_CASE("the tape keeps views alive and sums them to the same bits on any numb
           "[raster][variable]") {
   const int threads = tapestry::thread_count();
   const raster::TextureLayout large{raster::TextureKind::atlas, 300, 300, 1, 0};
-  for (const auto& layout : {tapestry::test::atlas, large}) {
+  for (const auto& layout : {test::atlas, large}) {
     std::vector<Array<float, 2>> gradients;
     for (const int count : {1, 2, 3}) {
       tapestry::limit_threads(count);
-      tapestry::Tape<float> tape;
-      const auto scope = tape.activate();
+      ActiveTape<float> tape;
       auto views = some_views<float>(4, layout);
       const auto input = tape.input(random_array<float>({views[0]->texel_count, 3}, 2));
       const auto loss = weighted(raster::render(views, input));

@@ -4,8 +4,7 @@
 #include "../support/random_array.hpp"
 
 namespace raster = tapestry::raster;
-using raster::TextureKind;
-using tapestry::test::random_array;
+using raster::TextureKind, tapestry::test::random_array;
 
 namespace {
 constexpr double step = 1e-6;

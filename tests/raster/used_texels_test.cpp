@@ -4,10 +4,7 @@
 
 #include "../support/catch.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
-using tapestry::Array;
-using tapestry::Random;
+using namespace tapestry;
 
 namespace {
 
@@ -105,7 +102,7 @@ TEST_CASE("used_texels refuses what has no atlas", "[raster][used_texels][error]
                     "used_texels: face 0 spans over 9.000000 repetitions of the atlas, expected at most 8");
   body = body_of({{{{0, 0}, {0.1, 0}, {0, 0.1}}}}, 8, 8);
   body.painted.clear();
-  CHECK_THROWS_AS(raster::used_texels<double>(body), tapestry::ShapeError);
+  CHECK_THROWS_AS(raster::used_texels<double>(body), ShapeError);
 }
 
 TEST_CASE("a face without extent on a border of the atlas uses what its lookups take",

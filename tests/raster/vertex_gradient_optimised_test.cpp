@@ -8,34 +8,20 @@
 #include "../support/paths.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
-using geometry::Camera;
-using geometry::Mesh;
-using geometry::Vector3;
-using tapestry::test::along;
-using tapestry::test::box;
-using tapestry::test::cube;
-using tapestry::test::moved;
-using tapestry::test::random_motion;
-using tapestry::test::Scene;
-using tapestry::test::side;
-using tapestry::test::small_atlas;
-using tapestry::test::smooth_weights;
-using tapestry::test::triangle_soup;
-using tapestry::test::vertex;
-using tapestry::test::warm;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Camera, geometry::Mesh, geometry::Vector3;
 
 namespace {
 
 /// ⟨weights, picture⟩, the picture by brute force with 64 × 64 samples a pixel.
 template <class Model>
-double brute_force_loss(const Scene<Model>& scene, const tapestry::Array<double, 3>& weights) {
+double brute_force_loss(const Scene<Model>& scene, const Array<double, 3>& weights) {
   const auto colour = raster::surface_colour("surface_colour", scene.surface(), Camera{});
-  const auto image = tapestry::test::brute_force_render(
-      scene.mesh, Camera{}, side, side, 64, [&](std::size_t face, const std::array<double, 3>& b) {
-        return colour.at(static_cast<std::int32_t>(face), b);
-      });
+  const auto image = test::brute_force_render(scene.mesh, Camera{}, side, side, 64,
+                                              [&](std::size_t face, const std::array<double, 3>& b) {
+                                                return colour.at(static_cast<std::int32_t>(face), b);
+                                              });
   double loss = 0;
   for (std::size_t i = 0; i < image.size(); ++i) loss += image.data()[i] * weights.data()[i];
   return loss;
@@ -65,7 +51,7 @@ double error_against_brute_force(const Scene<Model>& scene, const Policy& policy
 // passes five of its samples.
 TEST_CASE("a closed box agrees with central differences of a brute-force picture",
           "[raster][vertex_gradient][gradient]") {
-  const Scene<raster::Light> lit{box(true), tapestry::test::solid, warm};
+  const Scene<raster::Light> lit{box(true), test::solid, warm};
   CHECK(error_against_brute_force(lit, raster::BoundaryIntegral{}) <= 0.03);
   CHECK(error_against_brute_force(lit, raster::InteriorOnly{}) >= 0.3);
 }
@@ -87,12 +73,12 @@ TEST_CASE("closed meshes of which inner sides show agree with a brute-force pict
   };
   const auto check = [&](const Mesh& mesh, double step = 0.02) {
     CHECK(raster::mesh_edges(mesh).is_closed == (mesh.positions.size() == 8));  // not of two
-    const Scene<raster::Light> lit{mesh, tapestry::test::solid, warm};
+    const Scene<raster::Light> lit{mesh, test::solid, warm};
     CHECK(error_against_brute_force(lit, raster::BoundaryIntegral{8}, step) <= 0.05);
   };
   SECTION("the camera is inside") { check(put(box(true), 1, {0, 0, -2.4}), 5e-3); }
   SECTION("near cuts it open") {  // as with a face behind the camera that keeps it from being closed
-    const Scene<raster::Light> closed{put(box(true), 1, {0.2, 0.3, -1.3}), tapestry::test::solid, warm};
+    const Scene<raster::Light> closed{put(box(true), 1, {0.2, 0.3, -1.3}), test::solid, warm};
     auto open = closed;
     open.mesh.positions.insert(open.mesh.positions.end(), {{0, 0, -5}, {1, 0, -5}, {0, 1, -5}});
     open.mesh.faces.push_back({8, 9, 10});
@@ -137,8 +123,8 @@ TEST_CASE("a line of intersection counts wherever it lies among samples",
 
 TEST_CASE("open, loose and intersecting faces agree with a brute-force picture",
           "[raster][vertex_gradient][gradient][long]") {
-  const auto mesh = tapestry::test::random_triangles(12, 8, 1.2);
-  const Scene<raster::Light> lit{mesh, tapestry::test::solid, warm};
+  const auto mesh = test::random_triangles(12, 8, 1.2);
+  const Scene<raster::Light> lit{mesh, test::solid, warm};
   CHECK(error_against_brute_force(lit, raster::BoundaryIntegral{}) <= 0.05);
   CHECK(error_against_brute_force(lit, raster::BoundaryIntegral{4, false}) >= 0.2);  // lines of intersection
   for (const auto& layout : {vertex, cube})
@@ -217,10 +203,10 @@ struct Score {
 class MotionScore {
  public:
   explicit MotionScore(const ScoredView& view)
-      : view_(view), scene_{view.mesh, vertex}, weights_(tapestry::test::scoring_weights(view.size)) {
-    scene_.texels = tapestry::test::scoring_colours(view.mesh);
-    for (std::size_t kind = 0; kind < tapestry::test::scoring_motions; ++kind) {
-      motions_.push_back(tapestry::test::scoring_motion(view.mesh, view.camera, kind, view.pixel));
+      : view_(view), scene_{view.mesh, vertex}, weights_(test::scoring_weights(view.size)) {
+    scene_.texels = test::scoring_colours(view.mesh);
+    for (std::size_t kind = 0; kind < test::scoring_motions; ++kind) {
+      motions_.push_back(test::scoring_motion(view.mesh, view.camera, kind, view.pixel));
       expected_.push_back((loss(moved(scene_, motions_.back(), 0.25).mesh) -
                            loss(moved(scene_, motions_.back(), -0.25).mesh)) /
                           0.5);
@@ -245,7 +231,7 @@ class MotionScore {
 
  private:
   [[nodiscard]] double loss(const Mesh& mesh) const {
-    const auto image = tapestry::test::brute_force_render(
+    const auto image = test::brute_force_render(
         mesh, view_.camera, view_.size, view_.size, 16,
         [&](std::size_t face, const std::array<double, 3>& b) {
           std::array<double, 3> colour{};
@@ -261,14 +247,12 @@ class MotionScore {
 
   const ScoredView& view_;
   Scene<> scene_;
-  tapestry::Array<double, 3> weights_;
+  Array<double, 3> weights_;
   std::vector<std::vector<Vector3>> motions_;
   std::vector<double> expected_;
 };
 
-Mesh read_mesh(const std::string& path) {
-  return geometry::normalise_mesh(tapestry::io::read_obj(path).mesh);
-}
+Mesh read_mesh(const std::string& path) { return geometry::normalise_mesh(io::read_obj(path).mesh); }
 
 void check_car(const std::string& path) {
   const Mesh mesh = read_mesh(path);
@@ -287,13 +271,11 @@ void check_car(const std::string& path) {
   CHECK(score.of(raster::InteriorOnly{}).relative_error >= 0.4);
 }
 
-std::string asset(const std::string& name) {
-  return tapestry::test::in_sources("examples/assets/" + name + ".obj");
-}
+std::string asset(const std::string& name) { return test::in_sources("examples/assets/" + name + ".obj"); }
 
 /// Views from all around, the same every time, and from a little below to well above.
 std::vector<std::array<double, 2>> random_directions(std::size_t count) {
-  tapestry::Random random(7);
+  Random random(7);
   std::vector<std::array<double, 2>> directions(count);
   for (auto& [azimuth, elevation] : directions) {
     azimuth = random.uniform(-std::numbers::pi, std::numbers::pi);
@@ -326,11 +308,10 @@ std::array<Errors, 3> errors_over_views(const Mesh& mesh) {
 template <class Policy>
 double largest_component(const ScoredView& view, const Policy& policy) {
   Scene<> scene{view.mesh, vertex};
-  scene.texels = tapestry::test::scoring_colours(view.mesh);
+  scene.texels = test::scoring_colours(view.mesh);
   std::vector<Vector3> gradient(view.mesh.positions.size(), Vector3{0, 0, 0});
-  raster::vertex_adjoint(scene.surface(), view.camera, tapestry::test::scoring_weights(view.size), gradient,
-                         policy);
-  return tapestry::test::largest_component(gradient);
+  raster::vertex_adjoint(scene.surface(), view.camera, test::scoring_weights(view.size), gradient, policy);
+  return test::largest_component(gradient);
 }
 
 }  // namespace
@@ -342,10 +323,10 @@ TEST_CASE("in 36 views of ten meshes no component exceeds three times the larges
     meshes.emplace_back(car, read_mesh(asset(car)));
   for (const std::size_t subdivisions : {3U, 4U, 5U})
     meshes.emplace_back("bumpy sphere " + std::to_string(subdivisions),
-                        tapestry::test::bumpy_sphere(subdivisions, 0.2, subdivisions));
-  meshes.emplace_back("long needles", tapestry::test::needle_tube(200, 3, 0.6));
-  meshes.emplace_back("short needles", tapestry::test::needle_tube(12, 120, 0.3));
-  meshes.emplace_back("narrow rings", tapestry::test::needle_tube(24, 100, 0.5));
+                        test::bumpy_sphere(subdivisions, 0.2, subdivisions));
+  meshes.emplace_back("long needles", test::needle_tube(200, 3, 0.6));
+  meshes.emplace_back("short needles", test::needle_tube(12, 120, 0.3));
+  meshes.emplace_back("narrow rings", test::needle_tube(24, 100, 0.5));
   for (const auto& [name, mesh] : meshes) {
     CAPTURE(name);
     for (const auto& [azimuth, elevation] : random_directions(36)) {
@@ -367,7 +348,7 @@ TEST_CASE("in 36 views of ten meshes no component exceeds three times the larges
 // took the car's mean at one sample from .021 to .12.
 TEST_CASE("slivers disturb no view of a bumpy sphere, and no sampling rate is biased",
           "[raster][vertex_gradient][gradient][long]") {
-  const auto sphere = errors_over_views(tapestry::test::bumpy_sphere(4, 0.2, 3));
+  const auto sphere = errors_over_views(test::bumpy_sphere(4, 0.2, 3));
   for (const Errors& errors : sphere) CHECK(errors.worst <= 0.04);
   CHECK(sphere[2].worst <= 0.02);
   const auto car = errors_over_views(read_mesh(asset("car_sedan")));
@@ -383,10 +364,7 @@ TEST_CASE("the bundled car's gradient is that of a supersampled picture",
 
 TEST_CASE("the real car's gradient is that of a supersampled picture",
           "[raster][vertex_gradient][gradient][long]") {
-  const std::string path = tapestry::test::in_shared("data/mesh/audi_et_te.obj");
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: " << path << " is not there");
-    return;
-  }
+  const std::string path = test::in_shared("data/mesh/audi_et_te.obj");
+  if (is_absent(path)) return;
   check_car(path);
 }

@@ -5,25 +5,9 @@
 #include "../support/catch.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
-namespace raster = tapestry::raster;
-namespace geometry = tapestry::geometry;
-using geometry::Camera;
-using geometry::Mesh;
-using geometry::Vector3;
-using tapestry::test::along;
-using tapestry::test::box;
-using tapestry::test::cube;
-using tapestry::test::everywhere;
-using tapestry::test::moved;
-using tapestry::test::random_motion;
-using tapestry::test::Scene;
-using tapestry::test::side;
-using tapestry::test::small_atlas;
-using tapestry::test::smooth_weights;
-using tapestry::test::solid;
-using tapestry::test::triangle_soup;
-using tapestry::test::vertex;
-using tapestry::test::warm;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Camera, geometry::Mesh, geometry::Vector3;
 
 TEST_CASE("a half plane that moves gains its edge's length", "[raster][vertex_gradient]") {
   // Its edge stands at column 9.3; the other two are far outside.
@@ -151,7 +135,7 @@ TEST_CASE("faces without area and corners that are not finite change nothing", "
 
 TEST_CASE("the gradient has the same bits for any number of threads, and adds", "[raster][vertex_gradient]") {
   const int threads = tapestry::thread_count();
-  const Scene<raster::Light> scene{tapestry::test::random_triangles(400, 5, 0.4), small_atlas, warm};
+  const Scene<raster::Light> scene{test::random_triangles(400, 5, 0.4), small_atlas, warm};
   const auto weights = smooth_weights();
   const auto check = [&](const auto& policy) {
     std::vector<std::vector<Vector3>> gradients;
@@ -175,10 +159,10 @@ TEST_CASE("the gradient has the same bits for any number of threads, and adds", 
 
 TEST_CASE("a view that is drawn once gives picture and gradient the same bits, and no other view is taken",
           "[raster][vertex_gradient][bad_input]") {
-  const auto mesh = tapestry::test::random_triangles(12, 8, 1.2);
-  const auto weights = tapestry::test::smooth_weights();
-  for (const auto& layout : {tapestry::test::vertex, tapestry::test::cube}) {
-    const Scene<raster::Light> scene{mesh, layout, tapestry::test::warm};
+  const auto mesh = test::random_triangles(12, 8, 1.2);
+  const auto weights = test::smooth_weights();
+  for (const auto& layout : {test::vertex, test::cube}) {
+    const Scene<raster::Light> scene{mesh, layout, test::warm};
     const auto view = raster::drawn_view(scene, Camera{}, side, side, 4);
     const auto picture = raster::render_textured(scene, view, scene.light, scene.texels);
     const auto expected = raster::render_textured(scene, Camera{}, side, side, scene.light, scene.texels, 4);
@@ -191,22 +175,22 @@ TEST_CASE("a view that is drawn once gives picture and gradient the same bits, a
     };
     CHECK(gradient_of(raster::BoundaryIntegral{}) == scene.gradient(weights));
     CHECK(gradient_of(raster::InteriorOnly{}) == scene.gradient(weights, raster::InteriorOnly{}));
-    CHECK_THROWS_AS(gradient_of(raster::BoundaryIntegral{2}), tapestry::ShapeError);
+    CHECK_THROWS_AS(gradient_of(raster::BoundaryIntegral{2}), ShapeError);
     auto moved = scene;
     const auto of_moved = raster::drawn_view(moved, Camera{}, side, side, 4);
     moved.mesh.positions[3][0] += 0.7;
     std::vector<Vector3> sum(mesh.positions.size(), Vector3{0, 0, 0});
-    CHECK_THROWS_AS(raster::vertex_adjoint(moved.surface(), of_moved, weights, sum), tapestry::DomainError);
+    CHECK_THROWS_AS(raster::vertex_adjoint(moved.surface(), of_moved, weights, sum), DomainError);
     CHECK_THROWS_WITH(
         raster::render_textured(moved, of_moved, moved.light, moved.texels),
         contains("render_textured: the view was drawn of another mesh, before its positions moved"));
     auto other = scene;
-    other.layout = layout.kind == raster::TextureKind::cube ? tapestry::test::vertex : tapestry::test::cube;
+    other.layout = layout.kind == raster::TextureKind::cube ? test::vertex : test::cube;
     other.texels = tapestry::zeros<double, 2>({raster::stored_texel_count(other.layout, other.mesh), 3});
-    CHECK_THROWS_AS(raster::render_textured(other, view, other.light, other.texels), tapestry::DomainError);
+    CHECK_THROWS_AS(raster::render_textured(other, view, other.light, other.texels), DomainError);
     std::vector<Vector3> gradient(mesh.positions.size());
-    const Scene<raster::Light> copy{mesh, layout, tapestry::test::warm};
-    CHECK_THROWS_AS(raster::vertex_adjoint(copy.surface(), view, weights, gradient), tapestry::ShapeError);
+    const Scene<raster::Light> copy{mesh, layout, test::warm};
+    CHECK_THROWS_AS(raster::vertex_adjoint(copy.surface(), view, weights, gradient), ShapeError);
   }
 }
 
@@ -315,27 +299,25 @@ TEST_CASE("vertex_adjoint refuses what does not fit", "[raster][vertex_gradient]
   sum.resize(8);
   CHECK_THROWS_AS(
       raster::vertex_adjoint(scene.surface(), Camera{}, tapestry::zeros<double, 3>({4, 4, 1}), sum),
-      tapestry::ShapeError);
+      ShapeError);
   CHECK_THROWS_AS(
       raster::vertex_adjoint(scene.surface(), Camera{}, everywhere(1), sum, raster::BoundaryIntegral{3}),
-      tapestry::DomainError);
-  auto mesh = tapestry::test::random_triangles(2, 1);
-  Scene<> trilinear{mesh, {raster::TextureKind::atlas, 4, 4, 1, 0, raster::TextureFilter::trilinear}};
+      DomainError);
+  auto mesh = test::random_triangles(2, 1);
+  Scene<> filtered{mesh, raster::atlas_layout(4, 4, 1, raster::TextureFilter::trilinear)};
   sum.resize(6);
-  CHECK_THROWS_AS(raster::vertex_adjoint(trilinear.surface(), Camera{}, everywhere(1), sum),
-                  tapestry::DomainError);
+  CHECK_THROWS_AS(raster::vertex_adjoint(filtered.surface(), Camera{}, everywhere(1), sum), DomainError);
   Scene<> short_of_texels = scene;
   short_of_texels.texels = tapestry::zeros<double, 2>({3, 3});
   sum.resize(8);
   CHECK_THROWS_AS(raster::vertex_adjoint(short_of_texels.surface(), Camera{}, everywhere(1), sum),
-                  tapestry::ShapeError);
+                  ShapeError);
   Scene<raster::Light> broken{box(true), vertex, warm};
   broken.mesh.faces[7][1] = 100000000;
   CHECK_THROWS_WITH(raster::vertex_adjoint(broken.surface(), Camera{}, everywhere(1), sum),
                     "vertex_adjoint: face 7 refers to position 100000000 of 8");
   CHECK_THROWS_AS(
-      raster::vertex_adjoint(broken.surface(), Camera{}, everywhere(1), sum, raster::InteriorOnly{}),
-      tapestry::Error);
+      raster::vertex_adjoint(broken.surface(), Camera{}, everywhere(1), sum, raster::InteriorOnly{}), Error);
   broken.painted.pop_back();
   CHECK_THROWS_WITH(raster::vertex_adjoint(broken.surface(), Camera{}, everywhere(1), sum),
                     "vertex_adjoint: painted is [11], expected [12], one entry a face");

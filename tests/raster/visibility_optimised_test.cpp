@@ -4,8 +4,7 @@
 #include "../support/catch.hpp"
 
 namespace raster = tapestry::raster;
-using tapestry::geometry::Camera;
-using tapestry::geometry::Mesh;
+using tapestry::geometry::Camera, tapestry::geometry::Mesh;
 
 namespace {
 

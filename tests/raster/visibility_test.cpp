@@ -5,15 +5,9 @@
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
 
-namespace raster = tapestry::raster;
-using tapestry::Random;
-using tapestry::geometry::Camera;
-using tapestry::geometry::cross;
-using tapestry::geometry::dot;
-using tapestry::geometry::Mesh;
-using tapestry::geometry::Vector3;
-using tapestry::test::random_triangles;
-using tapestry::test::triangle_soup;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Camera, geometry::cross, geometry::dot, geometry::Mesh, geometry::Vector3;
 
 namespace {
 
@@ -335,7 +329,7 @@ TEST_CASE("a mesh behind the camera, beside the view or beyond far shows nothing
   for (const Vector3& offset :
        {Vector3{0, 0, -9}, Vector3{40, 0, 0}, Vector3{0, -40, 0}, Vector3{0, 0, 90}}) {
     Mesh mesh = random_triangles(20, 6);
-    for (auto& position : mesh.positions) position = tapestry::geometry::add(position, offset);
+    for (auto& position : mesh.positions) position = geometry::add(position, offset);
     const auto buffer = raster::visibility(mesh, camera, 16, 16);
     CHECK(std::count(buffer.face.begin(), buffer.face.end(), -1) == 32 * 32);
   }
@@ -354,7 +348,7 @@ TEST_CASE("visibility has the same bits for any number of threads and any instru
     }
     mesh.positions.push_back(corner);
   }
-  Camera camera = tapestry::geometry::look_at({0.3, -0.2, -0.5}, {0.1, 0.2, 2.5}, {0.1, 1, 0.2}, 1.7);
+  Camera camera = geometry::look_at({0.3, -0.2, -0.5}, {0.1, 0.2, 2.5}, {0.1, 1, 0.2}, 1.7);
   camera.near = 0.02;
   const int threads = tapestry::thread_count();
   tapestry::limit_threads(1);
@@ -373,7 +367,7 @@ TEST_CASE("visibility has the same bits for any number of threads and any instru
 
 TEST_CASE("kernels of all instruction sets set up the same triangles, to the bit", "[raster][visibility]") {
   const Mesh mesh = random_triangles(500, 9, 0.3);
-  const Camera camera = tapestry::geometry::look_at({0.3, -0.2, -0.5}, {0.1, 0.2, 2.5}, {0.1, 1, 0.2}, 1.3);
+  const Camera camera = geometry::look_at({0.3, -0.2, -0.5}, {0.1, 0.2, 2.5}, {0.1, 1, 0.2}, 1.3);
   const raster::Projection projection(camera, 480, 640);
   const raster::RayGrid rays(camera, 480, 640);
   std::vector<std::vector<raster::ScreenTriangle>> made;
@@ -434,15 +428,15 @@ TEST_CASE("coverage_of counts the samples that are asked for", "[raster][visibil
 
 TEST_CASE("visibility refuses pictures, cameras and meshes that make no sense", "[raster][visibility]") {
   Mesh mesh = random_triangles(1, 8);
-  CHECK_THROWS_AS(raster::visibility(mesh, Camera{}, 0, 4), tapestry::DomainError);
-  CHECK_THROWS_AS(raster::visibility(mesh, Camera{}, 4, std::size_t{1} << 62U), tapestry::DomainError);
-  CHECK_THROWS_AS(raster::visibility(mesh, Camera{}, 4, 4, 3), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::visibility(mesh, Camera{}, 0, 4), DomainError);
+  CHECK_THROWS_AS(raster::visibility(mesh, Camera{}, 4, std::size_t{1} << 62U), DomainError);
+  CHECK_THROWS_AS(raster::visibility(mesh, Camera{}, 4, 4, 3), DomainError);
   Camera camera;
   camera.near = 0;
-  CHECK_THROWS_AS(raster::visibility(mesh, camera, 4, 4), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::visibility(mesh, camera, 4, 4), DomainError);
   camera = {};
   camera.rotation[1][1] = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THROWS_AS(raster::visibility(mesh, camera, 4, 4), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::visibility(mesh, camera, 4, 4), DomainError);
   mesh.faces[0][2] = 3;
   CHECK_THROWS_WITH(raster::visibility(mesh, Camera{}, 4, 4), "visibility: face 0 refers to position 3 of 3");
 }
