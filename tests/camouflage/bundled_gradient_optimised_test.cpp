@@ -13,18 +13,15 @@
 
 // The pipeline's gradient at full size: the bundled sedan, detector and three of the bundled frames.
 
-namespace camouflage = tapestry::camouflage;
-namespace raster = tapestry::raster;
-namespace loss = tapestry::loss;
-using tapestry::Array;
+using namespace tapestry;
 
 namespace {
-const std::string assets = tapestry::test::in_sources("examples/assets/");
+const std::string assets = test::in_sources("examples/assets/");
 
 raster::PaintedMesh sedan() {
   raster::PaintedMesh car;
-  car.mesh = tapestry::io::read_obj(assets + "car_sedan.obj").mesh;
-  car.painted = tapestry::geometry::faces_by_material(car.mesh, {"body"});
+  car.mesh = io::read_obj(assets + "car_sedan.obj").mesh;
+  car.painted = geometry::faces_by_material(car.mesh, {"body"});
   car.layout.height = 64;
   car.layout.width = 128;
   car.layout.u_extent = 2;
@@ -32,16 +29,15 @@ raster::PaintedMesh sedan() {
 }
 
 template <class T>
-tapestry::detect::Detector<T> bundled_detector() {
-  return tapestry::io::read_detector<T>(
-      {.weights = assets + "detector.weights", .config = assets + "detector.cfg"});
+detect::Detector<T> bundled_detector() {
+  return io::read_detector<T>({.weights = assets + "detector.weights", .config = assets + "detector.cfg"});
 }
 
 template <class T>
 std::vector<std::shared_ptr<const camouflage::View<T>>> bundled_views(const raster::PaintedMesh& car) {
   std::vector<std::shared_ptr<const camouflage::View<T>>> views;
   for (const char* name : {"003", "027", "058"}) {
-    auto frame = tapestry::io::read_frame(assets + "frames/test/" + name + ".npz");
+    auto frame = io::read_frame(assets + "frames/test/" + name + ".npz");
     views.push_back(
         std::make_shared<const camouflage::View<T>>(camouflage::make_view<T>(frame, car, 256, 256)));
   }
@@ -49,7 +45,7 @@ std::vector<std::shared_ptr<const camouflage::View<T>>> bundled_views(const rast
 }
 
 Array<double, 2> start_texture(std::uint64_t seed = 7) {
-  return tapestry::test::random_array<double>({64 * 128, 3}, seed, -0.5, 0.5);
+  return test::random_array<double>({64 * 128, 3}, seed, -0.5, 0.5);
 }
 
 template <class T>
@@ -59,12 +55,12 @@ Array<T, 2> gradient_of(const raster::PaintedMesh& car, loss::AdversarialLoss ki
   camouflage::ObjectiveOptions options;
   options.kind = kind;
   camouflage::Objective<T> objective(network, options);
-  return tapestry::test::pipeline_gradient(objective, views, tapestry::cast<T>(start_texture(seed)));
+  return test::pipeline_gradient(objective, views, tapestry::cast<T>(start_texture(seed)));
 }
 }  // namespace
 
 TEST_CASE("the gradient of the bundled scene agrees with central differences", "[camouflage][gradient]") {
-  using tapestry::image::ColourSpace;
+  using image::ColourSpace;
   const auto [kind, space] = GENERATE(
       table<loss::AdversarialLoss, ColourSpace>({{loss::AdversarialLoss::paper, ColourSpace::encoded},
                                                  {loss::AdversarialLoss::max_score, ColourSpace::encoded},
@@ -80,8 +76,8 @@ TEST_CASE("the gradient of the bundled scene agrees with central differences", "
   camouflage::ObjectiveOptions options;
   options.kind = kind;
   camouflage::Objective<double> objective(network, options);
-  CAPTURE(loss::name_of(kind), tapestry::image::name_of(space));
-  tapestry::test::check_pipeline_gradient(objective, views, start_texture());
+  CAPTURE(loss::name_of(kind), image::name_of(space));
+  test::check_pipeline_gradient(objective, views, start_texture());
 }
 
 TEST_CASE("the float gradient of the bundled scene agrees with double", "[camouflage][gradient]") {
@@ -89,8 +85,8 @@ TEST_CASE("the float gradient of the bundled scene agrees with double", "[camouf
   const auto car = sedan();
   std::vector<double> distances;
   for (const std::uint64_t seed : {7U, 9U, 10U, 11U, 12U})
-    distances.push_back(tapestry::test::relative_distance(gradient_of<float>(car, kind, seed),
-                                                          gradient_of<double>(car, kind, seed)));
+    distances.push_back(
+        test::relative_distance(gradient_of<float>(car, kind, seed), gradient_of<double>(car, kind, seed)));
   std::sort(distances.begin(), distances.end());
   CAPTURE(loss::name_of(kind), distances);
   CHECK(distances[2] <= 1e-5);

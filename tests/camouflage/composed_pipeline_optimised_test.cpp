@@ -6,6 +6,7 @@
 #include <tapestry/loss/smoothness.hpp>
 #include <tapestry/raster/render_variable.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
@@ -14,14 +15,7 @@
 
 // The pipeline as a user composes it: render → over → detector → losses, without camouflage/.
 
-namespace geometry = tapestry::geometry;
-namespace image = tapestry::image;
-namespace loss = tapestry::loss;
-namespace raster = tapestry::raster;
-namespace test = tapestry::test;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Variable;
+using namespace tapestry;
 
 namespace {
 constexpr std::size_t side = 48;
@@ -36,13 +30,13 @@ raster::PaintedMesh wall() {
           test::small_atlas};
 }
 
-Variable<double> pipeline(const raster::PaintedMesh& body, const tapestry::detect::Detector<double>& network,
+Variable<double> pipeline(const raster::PaintedMesh& body, const detect::Detector<double>& network,
                           const raster::RenderInputs<double>& inputs) {
   const Array<double, 3> background = test::random_array<double>({side, side, 3}, 5);
   const auto drawn =
       raster::render(body, geometry::Camera{}, side, side, light, inputs, raster::BoundaryIntegral{1});
   const auto picture = image::over<double>(drawn.picture, drawn.coverage, background);
-  const auto logits = tapestry::detect::forward(network, image::batch_of(std::vector{picture}));
+  const auto logits = detect::forward(network, image::batch_of(std::vector{picture}));
   const std::vector<loss::Target> targets{{1, {24, 24, 30, 26}}};
   const auto adversarial = loss::adversarial(network, logits, targets, loss::AdversarialLoss::max_score);
   const auto everywhere =
@@ -57,8 +51,7 @@ void check(const raster::RenderInputs<double>& at,
            ArrayVariable<double, Rank> raster::RenderInputs<double>::*member) {
   const auto body = wall();
   const auto network = test::tiny_detector<double>("mish");  // smooth
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  test::ActiveTape<double> tape;
   auto inputs = at;
   inputs.*member = tape.input(at.*member);
   const auto root = pipeline(body, network, inputs);
@@ -71,7 +64,7 @@ void check(const raster::RenderInputs<double>& at,
   };
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     auto direction = analytic;
-    tapestry::Random random(seed);
+    Random random(seed);
     for (double& entry : direction.storage()) entry = random.uniform(-1, 1) / 3;
     const double expected = test::central_difference(value, (at.*member).value(), direction);
     const double found = test::dot(analytic, direction);
@@ -85,7 +78,7 @@ void check(const raster::RenderInputs<double>& at,
 TEST_CASE("the composed pipeline agrees with central differences by texture, positions, pose and light",
           "[camouflage][gradient]") {
   const auto body = wall();
-  Array<double, 2> positions(tapestry::Extents<2>{3, 3});
+  Array<double, 2> positions(Extents<2>{3, 3});
   for (std::size_t i = 0; i < 9; ++i) positions.data()[i] = body.mesh.positions[i / 3][i % 3];
   const raster::RenderInputs<double> at{
       test::random_array<double>({body.layout.texel_count(body.mesh), 3}, 1), positions,

@@ -3,6 +3,7 @@
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/loss/printability.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/pipeline_gradient.hpp"
@@ -11,15 +12,12 @@
 #include "../support/relative_distance.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace camouflage = tapestry::camouflage;
-namespace loss = tapestry::loss;
-namespace test = tapestry::test;
-using tapestry::Array;
+using namespace tapestry;
 
 namespace {
 /// The first views of the tiny scene, prepared.
 template <class T>
-std::vector<std::shared_ptr<const camouflage::View<T>>> views_of(const tapestry::raster::PaintedMesh& car,
+std::vector<std::shared_ptr<const camouflage::View<T>>> views_of(const raster::PaintedMesh& car,
                                                                  std::size_t count = 3) {
   auto store = test::tiny_store<T>(car, count);
   std::vector<std::shared_ptr<const camouflage::View<T>>> views;
@@ -63,42 +61,41 @@ TEST_CASE("the gradient with a non-printability score agrees with central differ
   objective.print_by(palette, used);
   const auto start = test::random_array<double>({texels, 3}, 1, -1, 1);
   test::check_pipeline_gradient(objective, views, start);
-  const tapestry::ArrayVariable<double, 2> passive(start);
+  const ArrayVariable<double, 2> passive(start);
   const double with = objective(passive, views).value(), without = plain(passive, views).value();
   const double score = loss::non_printability(camouflage::texture_colours(start), *used, *palette);
   CHECK(objective.terms().printability == score);
   CHECK(plain.terms().printability == 0);
   CHECK(with == Approx(without + 30 * score).epsilon(1e-14));
   objective.print_by(palette, std::make_shared<const Array<double, 2>>(tapestry::zeros<double, 2>({1, 5})));
-  CHECK_THROWS_AS(objective(passive, views), tapestry::ShapeError);
+  CHECK_THROWS_AS(objective(passive, views), ShapeError);
 }
 
 TEST_CASE("the gradient through a photo session agrees with central differences", "[camouflage][gradient]") {
   const auto car = test::tiny_car();
   const auto network = test::tiny_detector<double>("mish");
   const auto views = views_of<double>(car);
-  tapestry::image::Conditions conditions = tapestry::image::physical_conditions;
+  image::Conditions conditions = image::physical_conditions;
   conditions.worst_quality = 0;  // rounding jumps, see the test of JPEG's own adjoint
-  const auto session = camouflage::draw_session<double>(views, conditions, tapestry::Random(5), true);
+  const auto session = camouflage::draw_session<double>(views, conditions, Random(5), true);
   REQUIRE(session.print);
   camouflage::Objective<double> objective(network, {});
   const auto start = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 1, -1, 1);
   test::check_pipeline_gradient(objective, views, start, &session);
   const auto short_session =
-      camouflage::draw_session<double>(std::span(views).first(2), conditions, tapestry::Random(5), true);
-  CHECK_THROWS_AS(objective(tapestry::ArrayVariable<double, 2>(start), views, &short_session),
-                  tapestry::ShapeError);
+      camouflage::draw_session<double>(std::span(views).first(2), conditions, Random(5), true);
+  CHECK_THROWS_AS(objective(ArrayVariable<double, 2>(start), views, &short_session), ShapeError);
 }
 
 TEST_CASE("a session without conditions changes no bit", "[camouflage][gradient]") {
   const auto car = test::tiny_car();
   const auto network = test::tiny_detector<float>();
   const auto views = views_of<float>(car);
-  const auto session = camouflage::draw_session<float>(views, {}, tapestry::Random(5), true);
+  const auto session = camouflage::draw_session<float>(views, {}, Random(5), true);
   CHECK_FALSE(session.print);
   camouflage::Objective<float> objective(network, {});
   const auto start = test::random_array<float>({car.layout.texel_count(car.mesh), 3}, 1, -1, 1);
-  const tapestry::ArrayVariable<float, 2> parameter(start);
+  const ArrayVariable<float, 2> parameter(start);
   CHECK(objective(parameter, views, &session).value() == objective(parameter, views).value());
 }
 
@@ -119,7 +116,7 @@ TEST_CASE("the float pipeline's gradient agrees with double where no kink lies b
 }
 
 TEST_CASE("the tape adds nothing of its own to the pipeline's gradient in cubes", "[camouflage][gradient]") {
-  const auto car = test::tiny_car(12, tapestry::raster::TextureKind::cube);
+  const auto car = test::tiny_car(12, raster::TextureKind::cube);
   const auto network = test::tiny_detector<double>();
   const auto views = views_of<double>(car);
   camouflage::Objective<double> objective(network, {});
@@ -130,7 +127,7 @@ TEST_CASE("the tape adds nothing of its own to the pipeline's gradient in cubes"
   const auto value = [&](double t) {
     Array<double, 2> moved = start;
     for (std::size_t i = 0; i < moved.size(); ++i) moved.data()[i] += t * direction.data()[i];
-    return objective(tapestry::ArrayVariable<double, 2>(moved), views).value();
+    return objective(ArrayVariable<double, 2>(moved), views).value();
   };
   double along = 0;
   for (std::size_t i = 0; i < gradient.size(); ++i) along += gradient.data()[i] * direction.data()[i];
@@ -143,7 +140,7 @@ TEST_CASE("a class that the network does not have is refused", "[camouflage]") {
   const auto network = test::tiny_detector<float>();
   camouflage::ObjectiveOptions options;
   options.class_index = 2;
-  CHECK_THROWS_AS(camouflage::Objective<float>(network, options), tapestry::DomainError);
+  CHECK_THROWS_AS(camouflage::Objective<float>(network, options), DomainError);
 }
 
 TEST_CASE("texels that no view shows get no gradient", "[camouflage][gradient]") {
@@ -168,14 +165,13 @@ TEST_CASE("recorded twice before one reverse, the gradient is the sum of both", 
   const std::span all(views);
   const auto first = test::pipeline_gradient(objective, all.first(1), start);
   const auto second = test::pipeline_gradient(objective, all.last(2), start);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  test::ActiveTape<double> tape;
   const auto parameter = tape.input(start);
   const auto loss_of_first = objective(parameter, all.first(1));
   const auto loss_of_second = objective(parameter, all.last(2));
   tape.reverse(loss_of_first);
   CHECK((parameter.adjoint() == first));
-  tape.reverse(tapestry::Variable<double>(loss_of_first + loss_of_second));
+  tape.reverse(Variable<double>(loss_of_first + loss_of_second));
   const Array<double, 2> sum = first + second;
   CHECK(test::relative_distance(parameter.adjoint(), sum) <= 1e-15);  // added in another order
 }
@@ -200,10 +196,9 @@ TEST_CASE("a passive texture records nothing", "[camouflage]") {
   const auto network = test::tiny_detector<float>();
   camouflage::Objective<float> objective(network, {});
   const auto views = views_of<float>(car, 1);
-  tapestry::Tape<float> tape;
-  const auto scope = tape.activate();
+  test::ActiveTape<float> tape;
   const auto start = tapestry::zeros<float, 2>({car.layout.texel_count(car.mesh), 3});
-  CHECK_FALSE(objective(tapestry::ArrayVariable<float, 2>(start), views).is_active());
+  CHECK_FALSE(objective(ArrayVariable<float, 2>(start), views).is_active());
   CHECK(tape.record_count() == 0);
 }
 
@@ -235,17 +230,17 @@ TEST_CASE("an ensemble refuses what cannot look at its pictures", "[camouflage][
   camouflage::Objective<double> objective(first, {});
   CHECK_THROWS_WITH(objective.join(larger, 0),
                     "objective: the ensemble's detectors take pictures of different extents");
-  CHECK_THROWS_AS(objective.join(first, 2), tapestry::DomainError);
+  CHECK_THROWS_AS(objective.join(first, 2), DomainError);
 }
 
 TEST_CASE("layers that the car cannot reach are kept, and change no bit of a loss or gradient",
           "[camouflage]") {
   const auto car = test::tiny_car();
   const auto views = views_of<float>(car);
-  const auto network = test::random_model<float>(
-                           tapestry::io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
-                           views[0]->background.shape()[1])
-                           .detector();
+  const auto network =
+      test::random_model<float>(io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
+                                views[0]->background.shape()[1])
+          .detector();
   camouflage::Objective<float> plain(network, {}), keeping(network, {}), full(network, {});
   keeping.join(network, 0);
   plain.join(network, 0);
@@ -253,8 +248,7 @@ TEST_CASE("layers that the car cannot reach are kept, and change no bit of a los
   full.keep_layers(1, 0);
   const auto gradient_of = [&](camouflage::Objective<float>& objective, const Array<float, 2>& texture,
                                std::size_t first, std::size_t count) {
-    tapestry::Tape<float> tape;
-    const auto scope = tape.activate();
+    test::ActiveTape<float> tape;
     const auto parameter = tape.input(texture);
     tape.reverse(objective(parameter, std::span(views).subspan(first, count)));
     return parameter.adjoint();
@@ -279,10 +273,10 @@ TEST_CASE("layers are kept of those views only whose windows leave out a share o
           "[camouflage]") {
   const auto car = test::tiny_car();
   const auto views = views_of<float>(car);
-  const auto network = test::random_model<float>(
-                           tapestry::io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
-                           views[0]->background.shape()[1])
-                           .detector();
+  const auto network =
+      test::random_model<float>(io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
+                                views[0]->background.shape()[1])
+          .detector();
   std::vector<double> shares;
   for (const auto& view : views) shares.push_back(network.share_kept(view->window));
   std::ranges::sort(shares);
@@ -290,8 +284,7 @@ TEST_CASE("layers are kept of those views only whose windows leave out a share o
   for (const double least : {shares.front(), shares.back(), 1.0}) {
     camouflage::Objective<float> objective(network, {});
     objective.keep_layers(std::size_t(1) << 30U, least);
-    tapestry::Tape<float> tape;
-    const auto scope = tape.activate();
+    test::ActiveTape<float> tape;
     const auto parameter =
         tape.input(test::random_array<float>({car.layout.texel_count(car.mesh), 3}, 1, -1, 1));
     static_cast<void>(objective(parameter, views));

@@ -14,17 +14,12 @@
 #include "../support/temporary_folder.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace camouflage = tapestry::camouflage;
-namespace image = tapestry::image;
-namespace raster = tapestry::raster;
-namespace test = tapestry::test;
-using tapestry::Array;
-using tapestry::Extents;
+using namespace tapestry;
 
 namespace {
 Array<std::uint8_t, 3> some_picture(std::size_t height, std::size_t width, std::size_t seed) {
   Array<std::uint8_t, 3> picture(Extents<3>{height, width, 3});
-  tapestry::Random random(seed);
+  Random random(seed);
   for (auto& value : picture.storage()) value = static_cast<std::uint8_t>(random.index(256));
   return picture;
 }
@@ -57,7 +52,7 @@ TEST_CASE("the gradient by a paint is that of the drawn picture, beside faces wi
   const auto car = pictured_car(kind, filter);
   auto plain = car;
   plain.pictures = nullptr;
-  const auto camera = tapestry::geometry::orbit_camera(0.7, 0.5, 6, {0, 0, 0.7}, 1);
+  const auto camera = geometry::orbit_camera(0.7, 0.5, 6, {0, 0, 0.7}, 1);
   const auto view = raster::texture_operator<double>(car, camera, 40, 40, raster::Light{}, 2);
   const auto without = raster::texture_operator<double>(plain, camera, 40, 40, raster::Light{}, 2);
   CHECK(view.weights == without.weights);
@@ -127,14 +122,13 @@ TEST_CASE("a painted car is written with the pictures of its other faces", "[cam
   car.mesh.materials.push_back({"roof", {1, 0, 0}, folder.path("roof.png")});
   car.mesh.materials[1].texture = folder.path("floor.png");
   car.mesh.face_materials[8] = car.mesh.face_materials[9] = 2;
-  tapestry::io::write_image(folder.path("roof.png"), some_picture(9, 31, 1));
-  tapestry::io::write_image(folder.path("floor.png"), some_picture(1, 1, 2));
+  io::write_image(folder.path("roof.png"), some_picture(9, 31, 1));
+  io::write_image(folder.path("floor.png"), some_picture(1, 1, 2));
   const auto colours = tapestry::filled<float, 2>({car.layout.texel_count(car.mesh), 3}, 0.4F);
   const auto atlas = camouflage::atlas_of<float>(car, colours);
-  tapestry::io::write_painted_obj(folder.path("painted.obj"), car, atlas);
+  io::write_painted_obj(folder.path("painted.obj"), car, atlas);
 
-  auto written =
-      raster::painted(tapestry::io::read_obj(folder.path("painted.obj")).mesh, {.material = "paint"});
+  auto written = raster::painted(io::read_obj(folder.path("painted.obj")).mesh, {.material = "paint"});
   CHECK(written.painted == car.painted);
   written.layout = car.layout;  // a cube's pictures are looked up for each sample, others for each pixel
   if (kind == raster::TextureKind::atlas) written.layout.kind = raster::TextureKind::solid;
@@ -147,13 +141,13 @@ TEST_CASE("a painted car is written with the pictures of its other faces", "[cam
     std::vector<std::uint8_t> faces;
     for (const auto index : written.mesh.face_materials)
       faces.push_back(index == static_cast<std::int32_t>(material) ? 1 : 0);
-    raster::add_picture(*pictures, written.mesh, tapestry::io::read_image(texture), faces,
+    raster::add_picture(*pictures, written.mesh, io::read_image(texture), faces,
                         raster::TextureFilter::bilinear, car.space);
   }
   CHECK(pictures->pictures.size() == 2);
   written.pictures = pictures;
   for (const double elevation : {0.5, -0.5}) {
-    const auto camera = tapestry::geometry::orbit_camera(0.7, elevation, 6, {0, 0, 0.7}, 1);
+    const auto camera = geometry::orbit_camera(0.7, elevation, 6, {0, 0, 0.7}, 1);
     const auto own = raster::texture_operator<float>(car, camera, 48, 48, raster::Light{}, 2);
     const auto other = raster::texture_operator<float>(written, camera, 48, 48, raster::Light{}, 2);
     const auto picture = raster::render(own, image::in_space(car.space, colours));

@@ -19,11 +19,7 @@
 #include "../support/temporary_folder.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace camouflage = tapestry::camouflage;
-namespace image = tapestry::image;
-namespace test = tapestry::test;
-using tapestry::Array;
-using tapestry::Random;
+using namespace tapestry;
 using Paint = camouflage::Paint<float>;
 
 namespace {
@@ -45,7 +41,7 @@ TEST_CASE("of a paint on parts of a car only these are printed", "[camouflage][p
     CHECK(all(1, c) != colours(1, c));
   }
   CHECK((camouflage::printed(camouflage::without_paint(colours), some_print()) == colours));
-  CHECK_THROWS_AS(camouflage::printed<float>({colours, {1, 0, 1}}, some_print()), tapestry::ShapeError);
+  CHECK_THROWS_AS(camouflage::printed<float>({colours, {1, 0, 1}}, some_print()), ShapeError);
 }
 
 TEST_CASE("a method prints what it paints, with that slope", "[camouflage][paint][gradient]") {
@@ -58,12 +54,11 @@ TEST_CASE("a method prints what it paints, with that slope", "[camouflage][paint
   const auto parameter =
       camouflage::first_parameter(method, test::random_array<double>({texels, 3}, 4, -1, 1));
   const auto colours = camouflage::method_colours(method, parameter);
-  const auto on_tape =
-      camouflage::printed(method, tapestry::ArrayVariable<double, 2>(colours), some_print()).value();
+  const auto on_tape = camouflage::printed(method, ArrayVariable<double, 2>(colours), some_print()).value();
   CHECK((on_tape == camouflage::printed<double>({colours, painted}, some_print())));
   const auto weights = test::random_array<double>({texels, 3}, 5, -1, 1);
   const auto sum_of = [&](const auto& x) {
-    return tapestry::sum(tapestry::ArrayVariable<double, 2>(weights) *
+    return tapestry::sum(ArrayVariable<double, 2>(weights) *
                          camouflage::printed(method, camouflage::method_colours(method, x), some_print()));
   };
   const auto report = tapestry::check_tape_gradient(sum_of, parameter, {.subset = 60});
@@ -80,7 +75,7 @@ TEST_CASE("a paint is read as it was written", "[camouflage][paint][io]") {
                               Paint{test::random_array<float>({3, 3}, 1, 0, 1), {0, 1, 0}});
   camouflage::write_paint(path, parameter, paint);
   CHECK(camouflage::read_paint(path, 3) == paint);
-  const auto file = tapestry::io::NpzFile::read(path);
+  const auto file = io::NpzFile::read(path);
   CHECK((file.array<float, 2>("parameter") == parameter));
   CHECK(camouflage::read_offsets(path, 5).size() == 0);
   const auto offsets = test::random_array<float>({5, 3}, 4, -1, 1);
@@ -111,7 +106,7 @@ TEST_CASE("offsets that do not fit, or are none, are refused by name", "[camoufl
 TEST_CASE("all is paint in a file that does not say what is", "[camouflage][paint][io]") {
   const test::TemporaryFolder folder;
   const auto colours = test::random_array<float>({3, 3}, 1, 0, 1);
-  tapestry::io::NpzWriter file;
+  io::NpzWriter file;
   file.add("colours", colours);
   file.write(folder.path("texture.npz"));
   CHECK(camouflage::read_paint(folder.path("texture.npz"), 3) == Paint{colours});
@@ -122,9 +117,9 @@ TEST_CASE("a paint that does not fit, or is none, is refused by name", "[camoufl
   const std::string path = folder.path("texture.npz");
   const auto colours = test::random_array<float>({3, 3}, 1, 0, 1);
   const auto read = [&](const Array<float, 2>& of, std::vector<std::uint8_t> painted) {
-    tapestry::io::NpzWriter file;
+    io::NpzWriter file;
     file.add("colours", of);
-    tapestry::Array<std::uint8_t, 1> entries(tapestry::Extents<1>{painted.size()});
+    Array<std::uint8_t, 1> entries(Extents<1>{painted.size()});
     std::copy(painted.begin(), painted.end(), entries.begin());
     file.add("painted", entries);
     file.write(path);
@@ -139,15 +134,15 @@ TEST_CASE("a paint that does not fit, or is none, is refused by name", "[camoufl
        {1.5F, -0.25F, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()})
     CHECK_THROWS_WITH(read(tapestry::filled<float, 2>({3, 3}, colour), {1, 1, 1}),
                       contains("colour 0; expected a number in 0 to 1"));  // T03
-  CHECK_THROWS_AS(camouflage::write_paint(path, colours, {colours, {1, 1, 1, 0}}), tapestry::ShapeError);
+  CHECK_THROWS_AS(camouflage::write_paint(path, colours, {colours, {1, 1, 1, 0}}), ShapeError);
 }
 
 TEST_CASE("own colours of a solid texture are the mean over the painted faces", "[camouflage][paint]") {
-  auto car = tapestry::test::tiny_car(12, tapestry::raster::TextureKind::solid);
+  auto car = test::tiny_car(12, raster::TextureKind::solid);
   car.mesh.materials.push_back({"stripe", {0.9F, 0.1F, 0.3F}});
   car.mesh.face_materials[0] = 2;  // one of ten painted faces
   const auto colours = camouflage::own_colours<float>(car);
-  REQUIRE(colours.shape() == tapestry::Extents<2>{1, 3});
+  REQUIRE(colours.shape() == Extents<2>{1, 3});
   CHECK(std::abs(colours(0, 0) - 0.36F) < 1e-6F);
   CHECK(std::abs(colours(0, 1) - 0.46F) < 1e-6F);
   CHECK(std::abs(colours(0, 2) - 0.66F) < 1e-6F);
@@ -155,7 +150,7 @@ TEST_CASE("own colours of a solid texture are the mean over the painted faces", 
 
 TEST_CASE("a cube's paint is exported as it is, without texture coordinates or with shared ones",
           "[camouflage][paint]") {
-  auto car = tapestry::test::tiny_car(12, tapestry::raster::TextureKind::cube);
+  auto car = test::tiny_car(12, raster::TextureKind::cube);
   if (GENERATE(true, false)) {
     car.mesh.uvs.clear();
     for (auto& corners : car.mesh.face_uvs) corners = {-1, -1, -1};
@@ -163,15 +158,15 @@ TEST_CASE("a cube's paint is exported as it is, without texture coordinates or w
     for (auto& corners : car.mesh.face_uvs) corners = {0, 1, 2};
   }
   const std::size_t texels = car.layout.texel_count(car.mesh) / car.mesh.faces.size();
-  tapestry::Array<float, 2> colours(tapestry::Extents<2>{car.layout.texel_count(car.mesh), 3});
+  Array<float, 2> colours(Extents<2>{car.layout.texel_count(car.mesh), 3});
   for (std::size_t i = 0; i < colours.shape(0); ++i)  // a colour for each face
     for (std::size_t c = 0; c < 3; ++c) colours(i, c) = static_cast<float>((i / texels * (c + 2)) % 7) / 7;
-  const auto exported = tapestry::raster::with_atlas(car);
+  const auto exported = raster::with_atlas(car);
   const auto atlas = camouflage::atlas_of<float>(car, colours);
   REQUIRE(exported.layout.height == atlas.shape(0));
   for (std::size_t face = 0; face < car.mesh.faces.size(); ++face) {
     if (car.painted[face] == 0) continue;
-    tapestry::raster::for_each_atlas_texel(
+    raster::for_each_atlas_texel(
         exported.mesh, exported.layout, face, [&](std::size_t row, std::size_t column, const auto&) {
           for (std::size_t c = 0; c < 3; ++c)
             CHECK(std::abs(atlas(row, column, c) - colours(face * texels, c)) < 1e-6F);
@@ -181,32 +176,30 @@ TEST_CASE("a cube's paint is exported as it is, without texture coordinates or w
 
 TEST_CASE("cars painted by cubes, vertices or one colour are written as they are drawn",
           "[camouflage][paint][io]") {
-  const auto kind = GENERATE(tapestry::raster::TextureKind::cube, tapestry::raster::TextureKind::vertex,
-                             tapestry::raster::TextureKind::solid);
-  const auto car = tapestry::test::tiny_car(12, kind);
-  tapestry::Array<float, 2> colours(tapestry::Extents<2>{car.layout.texel_count(car.mesh), 3});
+  const auto kind =
+      GENERATE(raster::TextureKind::cube, raster::TextureKind::vertex, raster::TextureKind::solid);
+  const auto car = test::tiny_car(12, kind);
+  Array<float, 2> colours(Extents<2>{car.layout.texel_count(car.mesh), 3});
   for (std::size_t i = 0; i < colours.size(); ++i)  // smooth, so that charts of 16 texels hold it
     colours.data()[i] = 0.5F + 0.4F * std::sin(0.7F * static_cast<float>(i % 97));
-  if (kind == tapestry::raster::TextureKind::cube)
-    colours = tapestry::filled<float, 2>(colours.shape(), 0.3F);
+  if (kind == raster::TextureKind::cube) colours = tapestry::filled<float, 2>(colours.shape(), 0.3F);
   const test::TemporaryFolder folder;
   const std::string path = folder.path("painted.obj");
-  tapestry::io::write_painted_obj(path, car, camouflage::atlas_of<float>(car, colours));
-  auto written = tapestry::raster::painted(tapestry::io::read_obj(path).mesh, {.material = "paint"});
+  io::write_painted_obj(path, car, camouflage::atlas_of<float>(car, colours));
+  auto written = raster::painted(io::read_obj(path).mesh, {.material = "paint"});
   CHECK(written.painted == car.painted);
-  const auto atlas = tapestry::image::from_bytes<float>(tapestry::io::read_image(folder.path("painted.png")));
+  const auto atlas = image::from_bytes<float>(io::read_image(folder.path("painted.png")));
   written.layout.height = atlas.shape(0);
   written.layout.width = atlas.shape(1);
-  written.layout.filter = tapestry::raster::TextureFilter::bilinear;
+  written.layout.filter = raster::TextureFilter::bilinear;
   written.pyramid = nullptr;
   written.space = car.space;
-  tapestry::Array<float, 2> texels(tapestry::Extents<2>{atlas.shape(0) * atlas.shape(1), 3});
+  Array<float, 2> texels(Extents<2>{atlas.shape(0) * atlas.shape(1), 3});
   std::copy_n(atlas.data(), atlas.size(), texels.data());
-  const auto drawn = [](const tapestry::raster::PaintedMesh& body, const tapestry::Array<float, 2>& paint) {
-    const auto camera = tapestry::geometry::orbit_camera(0.7, 0.4, 6, {0, 0, 0}, 1);
-    const auto view =
-        tapestry::raster::texture_operator<float>(body, camera, 64, 64, tapestry::raster::Light{}, 2);
-    return tapestry::raster::render(view, tapestry::image::in_space(body.space, paint));
+  const auto drawn = [](const raster::PaintedMesh& body, const Array<float, 2>& paint) {
+    const auto camera = geometry::orbit_camera(0.7, 0.4, 6, {0, 0, 0}, 1);
+    const auto view = raster::texture_operator<float>(body, camera, 64, 64, raster::Light{}, 2);
+    return raster::render(view, image::in_space(body.space, paint));
   };
   const auto own = drawn(car, colours), other = drawn(written, texels);
   double most = 0, brightest = 0;
@@ -217,7 +210,7 @@ TEST_CASE("cars painted by cubes, vertices or one colour are written as they are
   CHECK(brightest > 0.1);
   CHECK(most < 0.02);  // bytes, and lookups in charts of 16 texels
   CHECK_THROWS_WITH(
-      tapestry::io::write_painted_glb(folder.path("painted.glb"), car, tapestry::zeros<float, 3>({4, 4, 3})),
+      io::write_painted_glb(folder.path("painted.glb"), car, tapestry::zeros<float, 3>({4, 4, 3})),
       contains("texture is [4, 4, 3], expected [") && contains("the charts of the faces"));
-  CHECK_NOTHROW(tapestry::io::write_painted_glb(folder.path("painted.glb"), car, atlas));
+  CHECK_NOTHROW(io::write_painted_glb(folder.path("painted.glb"), car, atlas));
 }

@@ -17,20 +17,15 @@
 #include "../support/paths.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace camouflage = tapestry::camouflage;
-namespace geometry = tapestry::geometry;
-namespace image = tapestry::image;
-namespace io = tapestry::io;
-namespace raster = tapestry::raster;
-using tapestry::Array;
+using namespace tapestry;
 
 namespace {
 constexpr std::array<double, 3> paint{0.2, 0.5, 0.7};
 constexpr std::size_t side = 200;
 
 raster::PaintedMesh ball() {
-  raster::PaintedMesh body{geometry::icosphere(4), {}, tapestry::test::solid, image::ColourSpace::linear};
-  body.painted = tapestry::test::every_face(body.mesh);
+  raster::PaintedMesh body{geometry::icosphere(4), {}, test::solid, image::ColourSpace::linear};
+  body.painted = test::every_face(body.mesh);
   return body;
 }
 
@@ -47,7 +42,7 @@ raster::OutdoorLight afternoon(const geometry::Mesh& mesh) {
 template <class Light>
 Array<double, 3> drawn(const raster::PaintedMesh& body, const geometry::Camera& camera, const Light& light,
                        const std::array<double, 3>& colour, std::size_t height, std::size_t width) {
-  Array<double, 2> texel(tapestry::Extents<2>{1, 3});
+  Array<double, 2> texel(Extents<2>{1, 3});
   for (std::size_t c = 0; c < 3; ++c) texel(0, c) = colour[c];
   auto picture = raster::render_textured(body, camera, height, width, light, texel).colour;
   for (double& value : picture.storage()) value = image::encoded(value);
@@ -59,7 +54,7 @@ io::Frame photographed(const raster::PaintedMesh& body, const raster::OutdoorLig
   frame.name = "ball";
   frame.camera = geometry::look_at({2, -3, 1.5}, {0, 0, 0}, {0, 0, 1}, 0.6);
   const auto picture = drawn(body, *frame.camera, light, paint, side, side);
-  frame.image = Array<std::uint8_t, 3>(tapestry::Extents<3>{side, side, 3});
+  frame.image = Array<std::uint8_t, 3>(Extents<3>{side, side, 3});
   for (std::size_t i = 0; i < picture.size(); ++i)
     frame.image.data()[i] = static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, picture.data()[i])));
   return frame;
@@ -85,7 +80,7 @@ std::array<double, 2> difference(const raster::PaintedMesh& body, const io::Fram
 /// Mean absolute difference of the car in its observed colour from the photograph: over all of it, over
 /// pixels that show paint, over the rest.
 std::array<double, 3> errors_over(const camouflage::View<float>& view) {
-  Array<float, 2> colour(tapestry::Extents<2>{1, 3});
+  Array<float, 2> colour(Extents<2>{1, 3});
   for (std::size_t c = 0; c < 3; ++c)
     colour(0, c) = static_cast<float>(image::encoded(view.photo_light->product[c]));
   const auto picture = camouflage::picture_of(view, colour);
@@ -111,7 +106,7 @@ std::array<double, 3> errors_over(const camouflage::View<float>& view) {
 /// alone.
 double white_beyond_black(const camouflage::View<float>& view) {
   const auto painted = [&](float level) {
-    return camouflage::picture_of(view, tapestry::filled<float, 2>(tapestry::Extents<2>{1, 3}, level));
+    return camouflage::picture_of(view, tapestry::filled<float, 2>(Extents<2>{1, 3}, level));
   };
   const auto white = painted(1), black = painted(0);
   const auto& drawn = *view.paint_to_picture;
@@ -155,7 +150,7 @@ TEST_CASE("trim and dirt over a fifth of the car hardly change its light", "[cam
   const auto body = ball();
   const auto light = afternoon(body.mesh);
   auto frame = photographed(body, light);
-  tapestry::Random random(5);
+  Random random(5);
   for (std::size_t pixel = 0; pixel < side * side; ++pixel)
     if (random.index(5) == 0)
       for (std::size_t c = 0; c < 3; ++c) frame.image.data()[3 * pixel + c] = 8;
@@ -193,7 +188,7 @@ TEST_CASE("points come from painted faces inside the mask; light from those that
   const auto whole = camouflage::lit_points(frame, body, {});
   CHECK(whole.size() > 5000);
   CHECK(camouflage::lit_points(frame, body, {{}, 100}).size() <= 100);
-  frame.mask = Array<std::uint8_t, 2>(tapestry::Extents<2>{side, side});
+  frame.mask = Array<std::uint8_t, 2>(Extents<2>{side, side});
   std::fill(frame.mask->begin(), frame.mask->end(), std::uint8_t{0});
   CHECK(camouflage::lit_points(frame, body, {}).empty());
   CHECK_FALSE(camouflage::photo_light(frame, body, {}));
@@ -202,7 +197,7 @@ TEST_CASE("points come from painted faces inside the mask; light from those that
   frame.mask.reset();
   std::fill(body.painted.begin(), body.painted.end(), std::uint8_t{0});
   CHECK(camouflage::lit_points(frame, body, {}).empty());
-  body.painted = tapestry::test::every_face(body.mesh);
+  body.painted = test::every_face(body.mesh);
   std::fill(frame.image.begin(), frame.image.end(), std::uint8_t{255});
   CHECK(camouflage::lit_points(frame, body, {}).at(0).colour == std::array<double, 3>{1, 1, 1});  // a bound
   CHECK_FALSE(camouflage::photo_light(frame, body, {}));
@@ -267,7 +262,7 @@ TEST_CASE("a lacquered car's photograph tells how it looks in another paint", "[
   io::Frame frame;
   frame.camera = geometry::look_at({2, -3, 1.5}, {0, 0, 0}, {0, 0, 1}, 0.6);
   const auto picture = drawn(body, *frame.camera, truth, paint, side, side);
-  frame.image = Array<std::uint8_t, 3>(tapestry::Extents<3>{side, side, 3});
+  frame.image = Array<std::uint8_t, 3>(Extents<3>{side, side, 3});
   for (std::size_t i = 0; i < picture.size(); ++i)
     frame.image.data()[i] = static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, picture.data()[i])));
   const std::array<double, 3> other{0.7, 0.1, 0.05};
@@ -298,7 +293,7 @@ TEST_CASE("faces without paint show the photograph where its mask is the car's s
   for (std::size_t face = 0; face < body.mesh.faces.size(); ++face)
     body.painted[face] = body.mesh.positions[static_cast<std::size_t>(body.mesh.faces[face][0])][2] > 0;
   for (std::size_t i = 0; i < frame.image.size(); i += 7) frame.image.data()[i] = 200;  // dirt
-  const Array<float, 2> white = tapestry::filled<float, 2>(tapestry::Extents<2>{1, 3}, 1.0F);
+  const Array<float, 2> white = tapestry::filled<float, 2>(Extents<2>{1, 3}, 1.0F);
   auto light = GENERATE(std::optional<camouflage::PhotoLight>{}, camouflage::PhotoLight{});
   const auto view_of = [&] { return camouflage::make_view<float>(frame, body, side, side, 2, {}, light); };
   const auto unpainted_off = [&](const camouflage::View<float>& view) {  // largest difference off the paint
@@ -322,8 +317,7 @@ TEST_CASE("faces without paint show the photograph where its mask is the car's s
   CHECK(unpainted_off(without_mask) > 0.05);
   if (light) {
     const bool is_found = GENERATE(true, false);
-    light->shows_car = [&](const Array<float, 3>& picture, const std::string& name,
-                           const tapestry::detect::Box& box) {
+    light->shows_car = [&](const Array<float, 3>& picture, const std::string& name, const detect::Box& box) {
       CHECK(picture == without_mask.background);
       CHECK(name == frame.name);
       CHECK(box.w == without_mask.target.w);
@@ -338,7 +332,7 @@ TEST_CASE("faces without paint show the photograph where its mask is the car's s
   }
 
   const auto silhouette = raster::visibility(body.mesh, *frame.camera, side, side, 1);
-  frame.mask = Array<std::uint8_t, 2>(tapestry::Extents<2>{side, side});
+  frame.mask = Array<std::uint8_t, 2>(Extents<2>{side, side});
   for (std::size_t i = 0; i < side * side; ++i) frame.mask->data()[i] = silhouette.face[i] >= 0 ? 255 : 0;
   const auto registered = view_of();
   CHECK(registered.registration.value() == 1);
@@ -358,28 +352,24 @@ TEST_CASE("faces without paint show the photograph where its mask is the car's s
 TEST_CASE("light from no points, of black paint, or from points that are not finite is refused",
           "[camouflage][light][bad_input]") {
   const auto mesh = geometry::icosphere(1);
-  CHECK_THROWS_AS(raster::estimated_light(mesh, {}), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::estimated_light(mesh, {}), DomainError);
   raster::LitPoint point;
-  CHECK_THROWS_AS(raster::estimated_light(mesh, {point}, std::array<double, 3>{0, 1, 1}),
-                  tapestry::DomainError);
+  CHECK_THROWS_AS(raster::estimated_light(mesh, {point}, std::array<double, 3>{0, 1, 1}), DomainError);
   CHECK_NOTHROW(raster::estimated_light(mesh, {point}));  // one black point
   point.colour[1] = std::nan("");
-  CHECK_THROWS_AS(raster::estimated_light(mesh, {point}), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::estimated_light(mesh, {point}), DomainError);
   point.colour[1] = 1;
   point.face = mesh.faces.size();
-  CHECK_THROWS_AS(raster::estimated_light(mesh, {point}), tapestry::DomainError);
+  CHECK_THROWS_AS(raster::estimated_light(mesh, {point}), DomainError);
 }
 
 TEST_CASE("the car of the real frames looks more like its photograph under the photograph's light",
           "[camouflage][light][carla][long]") {
-  const std::string shared = tapestry::test::in_shared("data/");
-  if (!std::filesystem::exists(shared + "mesh/audi_et_te.obj")) {
-    WARN("skipped: no real frames in TAPESTRY_SHARED");
-    return;
-  }
+  const std::string shared = test::in_shared("data/");
+  if (test::is_absent(shared + "mesh/audi_et_te.obj")) return;
   raster::PaintedMesh car{geometry::normalise_mesh(io::read_obj(shared + "mesh/audi_et_te.obj").mesh),
                           {},
-                          tapestry::test::solid,
+                          test::solid,
                           image::ColourSpace::linear};
   car.painted = geometry::faces_by_material(car.mesh, {"MI_CarExterior_Etron"});
   camouflage::PhotoLight settings{

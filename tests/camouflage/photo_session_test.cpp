@@ -6,11 +6,7 @@
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace camouflage = tapestry::camouflage;
-namespace image = tapestry::image;
-namespace test = tapestry::test;
-using tapestry::Array;
-using tapestry::Random;
+using namespace tapestry;
 
 namespace {
 image::Conditions moving_camera(double turn, double roll, double zoom) {
@@ -22,7 +18,7 @@ image::Conditions moving_camera(double turn, double roll, double zoom) {
 }
 
 /// The box around what is not black in a picture of a white car on black.
-tapestry::detect::Box box_of_white(const Array<double, 3>& picture) {
+detect::Box box_of_white(const Array<double, 3>& picture) {
   double left = 1e9, right = -1, top = 1e9, bottom = -1;
   for (std::size_t y = 0; y < picture.shape(0); ++y)
     for (std::size_t x = 0; x < picture.shape(1); ++x) {
@@ -30,7 +26,7 @@ tapestry::detect::Box box_of_white(const Array<double, 3>& picture) {
       left = std::min(left, static_cast<double>(x)), right = std::max(right, static_cast<double>(x + 1));
       top = std::min(top, static_cast<double>(y)), bottom = std::max(bottom, static_cast<double>(y + 1));
     }
-  return tapestry::detect::box_from_corners(left, top, right, bottom);
+  return detect::box_from_corners(left, top, right, bottom);
 }
 }  // namespace
 
@@ -43,7 +39,7 @@ TEST_CASE("a shot's target surrounds the car in the shot's picture", "[camouflag
       const auto view = store.view(i);
       const auto shot = camouflage::draw_shot(*view, moving_camera(6, 8, 0.2), Random(seed), true);
       const auto& coverage = view->paint_to_picture->coverage;
-      Array<double, 3> white(tapestry::Extents<3>{coverage.shape(0), coverage.shape(1), 3});
+      Array<double, 3> white(Extents<3>{coverage.shape(0), coverage.shape(1), 3});
       for (std::size_t p = 0; p < white.size(); ++p) white.data()[p] = coverage.data()[p / 3] > 0 ? 1 : 0;
       const Array<double, 3> black = xt::zeros_like(view->background);
       const auto picture = image::transformed(

@@ -1,16 +1,15 @@
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/camouflage/paint.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace camouflage = tapestry::camouflage;
-using tapestry::Array;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 TEST_CASE("texture_colours is mid grey at zero and stays in [0, 1]", "[camouflage][texture]") {
-  Array<double, 2> parameter(tapestry::Extents<2>{1, 3});
+  Array<double, 2> parameter(Extents<2>{1, 3});
   parameter(0, 0) = 0;
   parameter(0, 1) = 1e6;
   parameter(0, 2) = -1e6;
@@ -24,8 +23,7 @@ namespace {
 /// weights · dc/dp by the tape.
 template <class T>
 Array<T, 2> parameter_adjoint(const Array<T, 2>& parameter, const Array<T, 2>& weights) {
-  tapestry::Tape<T> tape;
-  const auto scope = tape.activate();
+  ActiveTape<T> tape;
   const auto p = tape.input(parameter);
   tape.reverse(camouflage::texture_colours(p), weights);
   return p.adjoint();
@@ -36,18 +34,18 @@ TEMPLATE_TEST_CASE("the slope of texture_colours agrees with central differences
                    float, double) {
   const auto parameter = random_array<TestType>({7, 3}, 1, -3, 3);
   const auto weights = random_array<TestType>({7, 3}, 2);
-  const auto direction = tapestry::test::random_direction<TestType>({7, 3}, 3);
+  const auto direction = test::random_direction<TestType>({7, 3}, 3);
   const auto value = [&](const Array<TestType, 2>& p) {
-    return tapestry::test::dot(camouflage::texture_colours(p), weights);
+    return test::dot(camouflage::texture_colours(p), weights);
   };
-  CHECK(std::abs(tapestry::test::dot(parameter_adjoint(parameter, weights), direction) -
-                 tapestry::test::central_difference(value, parameter, direction)) <=
-        tapestry::test::central_difference_tolerance(value(parameter)));
+  CHECK(std::abs(test::dot(parameter_adjoint(parameter, weights), direction) -
+                 test::central_difference(value, parameter, direction)) <=
+        test::central_difference_tolerance(value(parameter)));
 }
 
 TEMPLATE_TEST_CASE("a saturated tanh has a tiny but never a NaN gradient", "[camouflage][texture]", float,
                    double) {
-  Array<TestType, 2> parameter(tapestry::Extents<2>{1, 3});
+  Array<TestType, 2> parameter(Extents<2>{1, 3});
   parameter(0, 0) = TestType(20);
   parameter(0, 1) = std::numeric_limits<TestType>::max();
   parameter(0, 2) = TestType(-20);

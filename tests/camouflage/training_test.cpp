@@ -6,6 +6,7 @@
 #include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/refusal.hpp"
@@ -14,15 +15,12 @@
 #include "../support/threads.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace camouflage = tapestry::camouflage;
-namespace raster = tapestry::raster;
-namespace test = tapestry::test;
-using tapestry::Array;
+using namespace tapestry;
 
 namespace {
 struct Fixture {
   raster::PaintedMesh car = test::tiny_car();
-  tapestry::detect::Detector<float> network = test::tiny_detector<float>();
+  detect::Detector<float> network = test::tiny_detector<float>();
   camouflage::ViewStore<float> store = test::tiny_store<float>(car, 4);
   camouflage::Objective<float> objective{network, {}};
   Array<float, 2> start = tapestry::zeros<float, 2>({car.layout.texel_count(car.mesh), 3});
@@ -30,7 +28,7 @@ struct Fixture {
   double worst_share = 1;
   std::size_t batch = 3;
 
-  tapestry::image::Conditions conditions{};
+  image::Conditions conditions{};
 
   camouflage::Training<float> training(std::size_t epochs, std::vector<std::size_t> usable = {0, 1, 2, 3}) {
     camouflage::TrainingOptions options;
@@ -75,7 +73,7 @@ TEST_CASE("a checkpoint that no training wrote is refused by its name", "[camouf
   auto training = fixture.training(4);
   for (int i = 0; i < 2; ++i) training.step();
   const test::TemporaryFolder folder;
-  const auto refused = [&](tapestry::ErrorKind kind, const char* text, auto change) {
+  const auto refused = [&](ErrorKind kind, const char* text, auto change) {
     auto state = training.state();
     change(state);
     camouflage::write_checkpoint(folder.path("checkpoint.npz"), state, "settings");
@@ -83,8 +81,8 @@ TEST_CASE("a checkpoint that no training wrote is refused by its name", "[camouf
                         [&] { (void)camouflage::read_checkpoint<float>(folder.path("checkpoint.npz")); });
   };
   using State = camouflage::TrainingState<float>;
-  const auto malformed = tapestry::ErrorKind::malformed;
-  const auto mismatch = tapestry::ErrorKind::mismatch;
+  const auto malformed = ErrorKind::malformed;
+  const auto mismatch = ErrorKind::mismatch;
   refused(malformed, "parameter holds", [](State& s) { s.parameter.data()[4] = std::nanf(""); });
   refused(malformed, "adam_first_moment holds",
           [](State& s) { s.adam.first_moment[1] = std::numeric_limits<float>::infinity(); });
@@ -115,7 +113,7 @@ TEST_CASE("threads share a step a few times, whatever the number of layers", "[c
   REQUIRE(fixture.objective.prefers_views_side_by_side());
   auto training = fixture.training(2, {0, 1, 2});
   training.step();  // prepares the views
-  const auto& pool = tapestry::detail::ThreadPool::instance();
+  const auto& pool = detail::ThreadPool::instance();
   const std::size_t before = pool.loop_count();
   training.step();
   CHECK(pool.loop_count() - before >= 1);
@@ -186,9 +184,8 @@ TEST_CASE("a step learns from the worst share of its views", "[camouflage][train
   std::vector<double> losses;
   std::vector<Array<float, 2>> gradients;
   for (std::size_t i = 0; i < 4; ++i) {
-    tapestry::Tape<float> tape;
-    const auto scope = tape.activate();
-    const tapestry::ArrayVariable<float, 2> parameter = tape.input(fixture.start);
+    test::ActiveTape<float> tape;
+    const ArrayVariable<float, 2> parameter = tape.input(fixture.start);
     const auto view = fixture.store.view(i);
     const auto value = fixture.objective(parameter, std::span(&view, 1));
     losses.push_back(static_cast<double>(value.value()));
@@ -219,7 +216,7 @@ TEST_CASE("a step learns from the worst share of its views", "[camouflage][train
 TEST_CASE("the worst views are chosen as they are photographed", "[camouflage][training][worst_views]") {
   Fixture fixture;
   fixture.batch = 4;
-  fixture.conditions = tapestry::image::conditions_by_names({"light", "noise"});
+  fixture.conditions = image::conditions_by_names({"light", "noise"});
   fixture.worst_share = 1;
   auto all = fixture.training(1);
   all.step();
@@ -265,7 +262,7 @@ TEST_CASE("NaN in the loss stops the training, names step and term, and keeps th
   training.step();
   const auto before = training.parameter();
   test::spoil(fixture.network);
-  CHECK_THROWS_AS(training.step(), tapestry::NumericError);
+  CHECK_THROWS_AS(training.step(), NumericError);
   CHECK_THROWS_WITH(training.step(), contains("step 2: term") && contains("frame"));
   CHECK(training.parameter() == before);
   CHECK(training.steps_taken() == 1);
@@ -273,7 +270,7 @@ TEST_CASE("NaN in the loss stops the training, names step and term, and keeps th
 
 TEST_CASE("training without a view that shows the car is refused", "[camouflage][training]") {  // T06
   Fixture fixture;
-  CHECK_THROWS_AS(fixture.training(1, {}), tapestry::Error);
+  CHECK_THROWS_AS(fixture.training(1, {}), Error);
 }
 
 TEST_CASE("a car outside the frame, or behind an all-zero mask, is hidden", "[camouflage][view]") {
@@ -284,16 +281,16 @@ TEST_CASE("a car outside the frame, or behind an all-zero mask, is hidden", "[ca
   CHECK(masked.visible_pixels == 0);
   CHECK(masked.target.w == 0);
   frame = test::tiny_frame(0);
-  frame.camera = tapestry::geometry::look_at({30, 0, 1}, {60, 0, 1}, {0, 0, 1}, 0.9);
+  frame.camera = geometry::look_at({30, 0, 1}, {60, 0, 1}, {0, 0, 1}, 0.9);
   CHECK(camouflage::make_view<float>(frame, car, 48, 48).visible_pixels == 0);
 }
 
 TEST_CASE("a view knows from where it is taken and how much of the car the frame's mask hides",
           "[camouflage][view]") {
   const auto car = test::tiny_car();
-  const auto bounds = tapestry::geometry::bounds_of(car.mesh.positions);
+  const auto bounds = geometry::bounds_of(car.mesh.positions);
   auto frame = test::tiny_frame(0);
-  frame.camera = tapestry::geometry::orbit_camera(2, 0.3, 4 * bounds.half_length(), bounds.middle(), 0.9);
+  frame.camera = geometry::orbit_camera(2, 0.3, 4 * bounds.half_length(), bounds.middle(), 0.9);
   const auto bare = camouflage::make_view<double>(frame, car, 48, 48);
   CHECK(bare.orbit.azimuth_rad == Approx(2));
   CHECK(bare.orbit.elevation_rad == Approx(0.3));
@@ -317,14 +314,14 @@ TEST_CASE("a view knows from where it is taken and how much of the car the frame
   const auto wide = camouflage::make_view<double>(frame, car, 48, 48);
   CHECK(wide.window.height == 24);
   CHECK(wide.hidden_share == 0);
-  frame.camera = tapestry::geometry::look_along(bounds.middle(), {1, 0, 0}, {0, 0, 1});
+  frame.camera = geometry::look_along(bounds.middle(), {1, 0, 0}, {0, 0, 1});
   CHECK(camouflage::make_view<double>(frame, car, 48, 48).orbit.distance == 0);
 }
 
 TEST_CASE("a target that touches the border ends there", "[camouflage][view]") {
   const auto car = test::tiny_car();
   auto frame = test::tiny_frame(0);
-  frame.camera = tapestry::geometry::look_at({3.5, 0.4, 1}, {0, 0, 0.7}, {0, 0, 1}, 0.9);
+  frame.camera = geometry::look_at({3.5, 0.4, 1}, {0, 0, 0.7}, {0, 0, 1}, 0.9);
   const auto view = camouflage::make_view<float>(frame, car, 48, 48);
   REQUIRE(view.visible_pixels > 0);
   CHECK(view.target.cx - view.target.w / 2 >= 0);
@@ -352,19 +349,18 @@ TEST_CASE("a wide frame is letterboxed with the car where the frame shows it", "
 
 TEST_CASE("the car is drawn where a frame that is stretched or in the corner shows it",
           "[camouflage][view]") {
-  using tapestry::image::FitKind;
+  using image::FitKind;
   const auto car = test::tiny_car();
   const bool is_wide = GENERATE(true, false);
   auto frame = test::tiny_frame(1);
-  frame.image =
-      tapestry::test::random_array<std::uint8_t>({is_wide ? 24U : 48U, is_wide ? 48U : 24U, 3}, 1, 0, 255);
+  frame.image = test::random_array<std::uint8_t>({is_wide ? 24U : 48U, is_wide ? 48U : 24U, 3}, 1, 0, 255);
   (is_wide ? frame.camera->tan_half_fov_y : frame.camera->tan_half_fov_x) /= 2;
   const auto alone = camouflage::make_view<double>(frame, car, frame.image.shape(0), frame.image.shape(1));
   REQUIRE(alone.visible_pixels > 100);
   const auto colours = camouflage::own_colours<double>(car);
   const auto expected = camouflage::picture_of(alone, colours);
 
-  const tapestry::image::Fit corner{FitKind::letterbox_top_left, 114.0 / 255};
+  const image::Fit corner{FitKind::letterbox_top_left, 114.0 / 255};
   const auto placed = camouflage::make_view<double>(frame, car, 48, 48, 2, corner);
   CHECK(placed.visible_pixels == alone.visible_pixels);
   CHECK(placed.target.cx == alone.target.cx);
@@ -397,12 +393,11 @@ TEST_CASE("a mask of another size is refused with both sizes", "[camouflage][vie
 }
 
 TEST_CASE("own colours give the clean car, in an atlas and in cubes", "[camouflage][texture]") {
-  for (const auto kind : {tapestry::raster::TextureKind::atlas, tapestry::raster::TextureKind::cube}) {
+  for (const auto kind : {raster::TextureKind::atlas, raster::TextureKind::cube}) {
     auto car = test::tiny_car(12, kind);
-    car.space = GENERATE(tapestry::image::ColourSpace::encoded, tapestry::image::ColourSpace::linear);
-    car.layout.filter =
-        GENERATE(tapestry::raster::TextureFilter::bilinear, tapestry::raster::TextureFilter::anisotropic);
-    car.pyramid = tapestry::raster::pyramid_of(car);
+    car.space = GENERATE(image::ColourSpace::encoded, image::ColourSpace::linear);
+    car.layout.filter = GENERATE(raster::TextureFilter::bilinear, raster::TextureFilter::anisotropic);
+    car.pyramid = raster::pyramid_of(car);
     const auto colours = camouflage::own_colours<float>(car);
     auto unpainted = car;
     for (auto& face : unpainted.painted) face = 0;
@@ -417,7 +412,7 @@ TEST_CASE("own colours give the clean car, in an atlas and in cubes", "[camoufla
 
 TEST_CASE("white paint in the shade and in the light looks the same in both colour spaces",
           "[camouflage][view]") {
-  using tapestry::image::ColourSpace;
+  using image::ColourSpace;
   auto car = test::tiny_car();
   auto frame = test::tiny_frame(1);
   const auto white = tapestry::filled<double, 2>({car.layout.texel_count(car.mesh), 3}, 1.0);
@@ -425,10 +420,10 @@ TEST_CASE("white paint in the shade and in the light looks the same in both colo
     car.space = space;
     return camouflage::picture_of(camouflage::make_view<double>(frame, car, 48, 48, 1), white);
   };
-  const auto& eye = tapestry::geometry::eye_of(*frame.camera);
-  const auto normal = tapestry::raster::seen_normal(car.mesh, 8, eye);  // of the roof
-  for (const double side : {-1.0, 1.0}) {                               // away from the light, towards it
-    frame.light = tapestry::raster::Light{0.3, 0.6, tapestry::geometry::scale(normal, side), {1, 1, 1}};
+  const auto& eye = geometry::eye_of(*frame.camera);
+  const auto normal = raster::seen_normal(car.mesh, 8, eye);  // of the roof
+  for (const double side : {-1.0, 1.0}) {                     // away from the light, towards it
+    frame.light = raster::Light{0.3, 0.6, geometry::scale(normal, side), {1, 1, 1}};
     std::fill(car.painted.begin(), car.painted.end(), std::uint8_t(0));
     for (const std::size_t roof : {8U, 9U}) car.painted[roof] = 1;
     const auto encoded = picture_in(ColourSpace::encoded), linear = picture_in(ColourSpace::linear);
@@ -447,34 +442,34 @@ TEST_CASE("a filtered atlas needs its pyramid, and views of one car share it", "
   Fixture fixture;
   const auto frame = test::tiny_frame(1);
   auto car = test::tiny_car();
-  car.layout.filter = tapestry::raster::TextureFilter::anisotropic;
-  CHECK_THROWS_AS(camouflage::make_view<float>(frame, car, 48, 48), tapestry::DomainError);
+  car.layout.filter = raster::TextureFilter::anisotropic;
+  CHECK_THROWS_AS(camouflage::make_view<float>(frame, car, 48, 48), DomainError);
   std::vector<std::shared_ptr<const camouflage::View<float>>> views;
   for (int i = 0; i < 2; ++i) {
-    car.pyramid = tapestry::raster::pyramid_of(car);
+    car.pyramid = raster::pyramid_of(car);
     views.push_back(
         std::make_shared<const camouflage::View<float>>(camouflage::make_view<float>(frame, car, 48, 48)));
   }
   const auto white = tapestry::filled<float, 2>({car.layout.texel_count(car.mesh), 3}, 1.0F);
   const auto bilinear = camouflage::make_view<float>(frame, test::tiny_car(), 48, 48);
-  CHECK(tapestry::test::relative_distance(camouflage::picture_of(*views[0], white),
-                                          camouflage::picture_of(bilinear, white)) <= 1e-6);
-  const tapestry::ArrayVariable<float, 2> colours(fixture.start);
+  CHECK(test::relative_distance(camouflage::picture_of(*views[0], white),
+                                camouflage::picture_of(bilinear, white)) <= 1e-6);
+  const ArrayVariable<float, 2> colours(fixture.start);
   CHECK_THROWS_WITH(fixture.objective(colours, views), "objective: views of different pyramids");
-  car.layout.filter = tapestry::raster::TextureFilter::bilinear;
-  CHECK_THROWS_AS(camouflage::make_view<float>(frame, car, 48, 48), tapestry::DomainError);
+  car.layout.filter = raster::TextureFilter::bilinear;
+  CHECK_THROWS_AS(camouflage::make_view<float>(frame, car, 48, 48), DomainError);
 }
 
 TEST_CASE("views in different colour spaces are refused", "[camouflage][objective]") {
   Fixture fixture;
   auto car = fixture.car;
   std::vector<std::shared_ptr<const camouflage::View<float>>> views;
-  for (const auto space : tapestry::image::colour_spaces) {
+  for (const auto space : image::colour_spaces) {
     car.space = space;
     views.push_back(std::make_shared<const camouflage::View<float>>(
         camouflage::make_view<float>(test::tiny_frame(1), car, 48, 48)));
   }
-  const tapestry::ArrayVariable<float, 2> colours(fixture.start);
+  const ArrayVariable<float, 2> colours(fixture.start);
   CHECK_THROWS_WITH(fixture.objective(colours, views), "objective: views in different colour spaces");
 }
 
@@ -490,7 +485,7 @@ TEST_CASE("one view and one painted face train", "[camouflage][training]") {
 TEST_CASE("an atlas that is repeated often is exported as it is", "[camouflage][texture]") {
   auto car = test::tiny_car();
   for (auto& uv : car.mesh.uvs) uv = {50 * uv[0], uv[1]};
-  const auto colours = tapestry::test::random_array<float>({car.layout.texel_count(car.mesh), 3}, 3);
+  const auto colours = test::random_array<float>({car.layout.texel_count(car.mesh), 3}, 3);
   const auto atlas = camouflage::atlas_of(car, colours);
   REQUIRE(atlas.size() == colours.size());
   CHECK(std::equal(atlas.data(), atlas.data() + atlas.size(), colours.data()));

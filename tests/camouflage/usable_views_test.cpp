@@ -3,8 +3,7 @@
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace camouflage = tapestry::camouflage;
-namespace test = tapestry::test;
+using namespace tapestry;
 
 TEST_CASE("views that do not show the car are left out with a warning", "[camouflage][usable_views]") {
   const auto car = test::tiny_car();

@@ -5,17 +5,13 @@
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/core/parallel.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/pipeline_gradient.hpp"
 #include "../../support/random_array.hpp"
 #include "../../support/tiny_scene.hpp"
 
-namespace camouflage = tapestry::camouflage;
-namespace geometry = tapestry::geometry;
-namespace image = tapestry::image;
-namespace raster = tapestry::raster;
-namespace test = tapestry::test;
-using tapestry::Array;
+using namespace tapestry;
 
 namespace {
 template <class T>
@@ -36,19 +32,19 @@ Views<T> views_of(const raster::PaintedMesh& car, const std::vector<tapestry::io
 }
 
 /// A frame behind whose mask the lower left of the car is hidden, and which is not square.
-tapestry::io::Frame half_hidden(std::size_t number) {
+io::Frame half_hidden(std::size_t number) {
   auto frame = test::tiny_frame(number, 60);
-  Array<std::uint8_t, 3> wide(tapestry::Extents<3>{60, 80, 3});
+  Array<std::uint8_t, 3> wide(Extents<3>{60, 80, 3});
   for (std::size_t i = 0; i < wide.size(); ++i) wide.data()[i] = frame.image.data()[i % frame.image.size()];
   frame.image = std::move(wide);
-  frame.mask = Array<std::uint8_t, 2>(tapestry::Extents<2>{60, 80});
+  frame.mask = Array<std::uint8_t, 2>(Extents<2>{60, 80});
   for (std::size_t y = 0; y < 60; ++y)
     for (std::size_t x = 0; x < 80; ++x) (*frame.mask)(y, x) = static_cast<std::uint8_t>(x > y ? 255 : 0);
   return frame;
 }
 
 /// A frame whose camera stands so near before the car's side that nothing else is in it.
-tapestry::io::Frame before_the_side() {
+io::Frame before_the_side() {
   auto frame = test::tiny_frame(0);
   frame.camera = geometry::look_along({0.07, -1.35, 0.76}, {0.05, 1, 0.03}, {0, 0, 1});
   frame.camera->tan_half_fov_x = frame.camera->tan_half_fov_y = 0.9;
@@ -94,9 +90,9 @@ TEST_CASE("a shape that has not moved gives the pictures, loss and texture gradi
   CHECK(moving.kept_layers(0).bytes() == 0);
   for (const auto& view : views) {
     const auto colours = camouflage::texture_colours(texture);
-    const auto anew = camouflage::redrawn<double>(
-        *view, *moving.method().shape, image::in_space(view->space, colours),
-        tapestry::ArrayVariable<double, 2>(geometry::position_array<double>(car.mesh)));
+    const auto anew =
+        camouflage::redrawn<double>(*view, *moving.method().shape, image::in_space(view->space, colours),
+                                    ArrayVariable<double, 2>(geometry::position_array<double>(car.mesh)));
     const auto picture = camouflage::picture_of(*view, colours);
     for (std::size_t i = 0; i < picture.size(); ++i)
       REQUIRE(std::abs(anew.picture.value().data()[i] - picture.data()[i]) <= 1e-13);
@@ -126,7 +122,7 @@ TEST_CASE("before the car's side the gradient by texture and offsets agrees with
     ahead.data()[i] += h;
     behind.data()[i] -= h;
     const auto value = [&](const Array<double, 2>& at) {
-      return objective(tapestry::ArrayVariable<double, 2>(at), views).value();
+      return objective(ArrayVariable<double, 2>(at), views).value();
     };
     const double numeric = (value(ahead) - value(behind)) / (2 * h);
     CAPTURE(i - 3 * texels, numeric, gradient.data()[i]);
@@ -143,15 +139,15 @@ TEST_CASE("through outlines a redrawn view's gradient adds up to what the pictur
   const auto frame = GENERATE(0, 1) == 0 ? test::tiny_frame(0) : half_hidden(2);
   const auto view = views_of<double>(car, {frame}, 8).front();
   const auto shape = camouflage::shape_parameter(car);
-  const tapestry::ArrayVariable<double, 2> texels(image::in_space(
+  const ArrayVariable<double, 2> texels(image::in_space(
       car.space, test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 1, 0.2, 0.8)));
-  Array<double, 3> weights(tapestry::Extents<3>{48, 48, 3});  // change slowly over the picture
+  Array<double, 3> weights(Extents<3>{48, 48, 3});  // change slowly over the picture
   for (std::size_t i = 0; i < weights.size(); ++i)
     weights.data()[i] = std::sin(0.05 * static_cast<double>(i / 144)) *
                         std::cos(0.07 * static_cast<double>(i / 3 % 48) + static_cast<double>(i % 3));
-  const auto weighted = [&](const tapestry::ArrayVariable<double, 2>& positions) {
+  const auto weighted = [&](const ArrayVariable<double, 2>& positions) {
     return tapestry::sum(camouflage::redrawn<double>(*view, shape, texels, positions).picture *
-                         tapestry::ArrayVariable<double, 3>(weights));
+                         ArrayVariable<double, 3>(weights));
   };
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const auto motion = test::random_array<double>({8, 3}, seed, -0.15, 0.15);
@@ -163,8 +159,7 @@ TEST_CASE("through outlines a redrawn view's gradient adds up to what the pictur
     double sum = 0, passed = 0;
     const int steps = 16;
     for (int k = 0; k < steps; ++k) {
-      tapestry::Tape<double> tape;
-      const auto scope = tape.activate();
+      test::ActiveTape<double> tape;
       const auto positions = tape.input(at((k + 0.5) / steps));
       tape.reverse(weighted(positions));
       double slope = 0;
@@ -173,8 +168,8 @@ TEST_CASE("through outlines a redrawn view's gradient adds up to what the pictur
       sum += slope / steps;
       passed += std::abs(slope) / steps;
     }
-    const double change = weighted(tapestry::ArrayVariable<double, 2>(at(1))).value() -
-                          weighted(tapestry::ArrayVariable<double, 2>(at(0))).value();
+    const double change =
+        weighted(ArrayVariable<double, 2>(at(1))).value() - weighted(ArrayVariable<double, 2>(at(0))).value();
     CAPTURE(seed, sum, change, passed);
     // Some 100 pixels of outline, 8 samples a pixel, jump each by up to 1/8 pixel of a contrast of about ½
     // in three channels: an error of 0.15 between the ends.
@@ -247,7 +242,7 @@ TEST_CASE("the shape alone lowers the loss, and less so the stiffer it is", "[ca
     auto at = camouflage::first_parameter(
         method, test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 1, -1, 1));
     const std::size_t first = at.size() - 24;
-    const double before = objective(tapestry::ArrayVariable<double, 2>(at), views).value();
+    const double before = objective(ArrayVariable<double, 2>(at), views).value();
     for (int step = 0; step < 10; ++step) {
       const auto gradient = test::pipeline_gradient(objective, views, at);
       double length = 0;
@@ -255,8 +250,8 @@ TEST_CASE("the shape alone lowers the loss, and less so the stiffer it is", "[ca
       for (std::size_t i = first; i < at.size(); ++i)
         at.data()[i] -= 0.05 * gradient.data()[i] / std::sqrt(length);
     }
-    CHECK(objective(tapestry::ArrayVariable<double, 2>(at), views).value() < before);
-    const auto steps = camouflage::shape_steps(shape, tapestry::ArrayVariable<double, 2>(at));
+    CHECK(objective(ArrayVariable<double, 2>(at), views).value() < before);
+    const auto steps = camouflage::shape_steps(shape, ArrayVariable<double, 2>(at));
     return camouflage::shape_roughness(shape, steps).value();
   };
   CHECK(uneven_after(1) < uneven_after(0));
@@ -279,7 +274,7 @@ TEST_CASE("positions at one place move together, and only one row moves them", "
     CHECK(offsets(8, c) == offsets(7, c));
     CHECK(offsets(7, c) == Approx(0.01 * std::tanh(parameter(20 - 9 + 7, c))).epsilon(1e-15));
   }
-  const tapestry::ArrayVariable<double, 2> together(tapestry::filled<double, 2>({9, 3}, 0.7));
+  const ArrayVariable<double, 2> together(tapestry::filled<double, 2>({9, 3}, 0.7));
   CHECK(camouflage::shape_roughness(shape, camouflage::shape_steps(shape, together)).value() == 0);
 }
 
@@ -288,16 +283,16 @@ TEST_CASE("what cannot move is refused", "[camouflage][mesh_adv][bad_input]") {
   const auto network = test::tiny_detector<double>();
   camouflage::Objective<double> objective(network, {});
   objective.follow(camouflage::mesh_adv<double>(car));
-  const tapestry::ArrayVariable<double, 2> start(
+  const ArrayVariable<double, 2> start(
       camouflage::first_parameter(objective.method(), tapestry::zeros<double, 2>({288, 3})));
   auto store = test::tiny_store<double>(car, 1);
   const Views<double> views{store.view(0)};
   CHECK_THROWS_WITH(objective(start, views), "redrawn: view frame0 does not keep what it is drawn by");
-  const tapestry::ArrayVariable<double, 2> shape_only(tapestry::zeros<double, 2>({8, 3}));
+  const ArrayVariable<double, 2> shape_only(tapestry::zeros<double, 2>({8, 3}));
   CHECK_THROWS_WITH(objective(shape_only, views), "texture_rows: 8 rows, of which the shape has 8");
-  CHECK_THROWS_AS(camouflage::shape_steps(*objective.method().shape, tapestry::ArrayVariable<double, 2>(
-                                                                         tapestry::zeros<double, 2>({7, 3}))),
-                  tapestry::ShapeError);
+  CHECK_THROWS_AS(camouflage::shape_steps(*objective.method().shape,
+                                          ArrayVariable<double, 2>(tapestry::zeros<double, 2>({7, 3}))),
+                  ShapeError);
   CHECK_THROWS_WITH(camouflage::reshaped(car, tapestry::zeros<double, 2>({7, 3})),
                     "reshaped: offsets is [7, 3], expected [8, 3]");
   car.layout.filter = raster::TextureFilter::trilinear;
@@ -305,5 +300,5 @@ TEST_CASE("what cannot move is refused", "[camouflage][mesh_adv][bad_input]") {
                     "shape_parameter: expected a bilinear atlas, found a filtered one");
   car.layout.filter = raster::TextureFilter::bilinear;
   car.mesh.faces[0][1] = 8;
-  CHECK_THROWS_AS(camouflage::mesh_adv<double>(car), tapestry::Error);
+  CHECK_THROWS_AS(camouflage::mesh_adv<double>(car), Error);
 }

@@ -9,10 +9,7 @@
 #include "../../support/refusal.hpp"
 #include "../../support/stepped_car.hpp"
 
-namespace camouflage = tapestry::camouflage;
-namespace raster = tapestry::raster;
-namespace test = tapestry::test;
-using tapestry::Array;
+using namespace tapestry;
 using Method = camouflage::Method<double>;
 
 namespace {
@@ -42,7 +39,7 @@ TEST_CASE("a solid is one colour, and begins as the first texel", "[camouflage][
   const auto method = camouflage::method_by_name<double>("solid", car, 1);
   const auto start = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 1, -2, 2);
   const auto parameter = camouflage::first_parameter(method, start);
-  REQUIRE(parameter.shape() == tapestry::Extents<2>{1, 3});
+  REQUIRE(parameter.shape() == Extents<2>{1, 3});
   const auto colours = camouflage::method_colours(method, parameter);
   for (std::size_t i = 0; i < colours.size(); ++i)
     REQUIRE(colours.data()[i] == 0.5 * (std::tanh(start.data()[i % 3]) + 1));
@@ -205,25 +202,24 @@ TEST_CASE("a method is refused a car that it cannot paint", "[camouflage][method
   }
   auto front = test::stepped_car();
   std::fill(front.painted.begin() + 2, front.painted.end(), std::uint8_t(0));
-  test::check_refused(tapestry::ErrorKind::mismatch,
+  test::check_refused(ErrorKind::mismatch,
                       "the method upc paints roof, hood and doors, of which no painted face is one",
                       [&] { (void)camouflage::method_by_name<double>("upc", front, 1); });
   auto coarse = test::stepped_car();
   coarse.layout.height = 2;  // a line of texels a side of the car
   coarse.layout.width = 6;
-  test::check_refused(tapestry::ErrorKind::mismatch,
-                      "the method planar_patch needs a panel of more than a line",
+  test::check_refused(ErrorKind::mismatch, "the method planar_patch needs a panel of more than a line",
                       [&] { (void)camouflage::method_by_name<double>("planar_patch", coarse, 1); });
   Method beyond = camouflage::method_by_name<double>("solid", cubes, 1);
   beyond.row_count = 0;
   CHECK_THROWS_WITH(camouflage::require_sound(beyond), "a method paints texel 0 by row 0 of 0");
   Method loose = camouflage::method_by_name<double>("random", cubes, 1);
   loose.greatest = tapestry::zeros<double, 2>({1, 3});
-  CHECK_THROWS_AS(camouflage::require_sound(loose), tapestry::ShapeError);
+  CHECK_THROWS_AS(camouflage::require_sound(loose), ShapeError);
   CHECK_THROWS_WITH(camouflage::method_by_name<double>("dta", cubes, 1), "no method is called 'dta'");
   CHECK_THROWS_AS(camouflage::first_parameter(camouflage::method_by_name<double>("solid", cubes, 1),
                                               tapestry::zeros<double, 2>({3, 3})),
-                  tapestry::ShapeError);
+                  ShapeError);
 }
 
 TEST_CASE("a method is as its row says", "[camouflage][method]") {

@@ -9,16 +9,15 @@
 #include "../../support/random_array.hpp"
 #include "../../support/stepped_car.hpp"
 
-namespace camouflage = tapestry::camouflage;
-namespace test = tapestry::test;
+using namespace tapestry;
 
 namespace {
 /// A detector that observes the last layer that all heads see.
 template <class T>
-tapestry::detect::Detector<T> observing_detector(const std::string& activation) {
+detect::Detector<T> observing_detector(const std::string& activation) {
   const auto model = test::tiny_model<T>(activation);
   const auto network = model.description();
-  return model.detector({tapestry::detect::common_layer(network, network.outputs)});
+  return model.detector({detect::common_layer(network, network.outputs)});
 }
 
 template <class Predicate>
@@ -67,9 +66,8 @@ TEST_CASE("a detector that tells no layer cannot be asked for its attention",
   const std::vector<std::shared_ptr<const camouflage::View<double>>> views{
       std::make_shared<const camouflage::View<double>>(
           camouflage::make_view<double>(test::tiny_frame(0), car, 48, 48))};
-  const tapestry::ArrayVariable<double, 2> paint(
-      tapestry::zeros<double, 2>({car.layout.texel_count(car.mesh), 3}));
-  CHECK_THROWS_AS(objective(paint, views), tapestry::DomainError);
+  const ArrayVariable<double, 2> paint(tapestry::zeros<double, 2>({car.layout.texel_count(car.mesh), 3}));
+  CHECK_THROWS_AS(objective(paint, views), DomainError);
 }
 
 TEST_CASE("a method trains to the same bits with one and two threads, and goes on from a checkpoint",
