@@ -6,11 +6,8 @@
 #include "../support/catch.hpp"
 
 namespace evaluate = tapestry::evaluate;
-using evaluate::average_precision;
-using evaluate::ScoredBox;
-using evaluate::TruthBox;
-using tapestry::detect::Box;
-using tapestry::detect::box_from_corners;
+using evaluate::average_precision, evaluate::ScoredBox, evaluate::TruthBox, tapestry::detect::Box,
+    tapestry::detect::box_from_corners;
 
 namespace {
 TruthBox truth(std::size_t picture, const Box& box, std::size_t class_index = 0) {

@@ -5,11 +5,8 @@
 #include "../support/catch.hpp"
 #include "../support/tiny_heads.hpp"
 
-namespace detect = tapestry::detect;
-namespace evaluate = tapestry::evaluate;
-namespace loss = tapestry::loss;
-using tapestry::Array;
-using tapestry::test::TinyHeads;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 
@@ -101,7 +98,7 @@ TEST_CASE("the best confidence needs logits that fit the heads", "[evaluate][bes
   CHECK_THROWS_WITH(evaluate::best_confidence(predictions(heads, logits, 0), {3, target.box}),
                     "best_candidate: class 3 of a network with 3 classes");
   std::swap(logits[0], logits[1]);
-  CHECK_THROWS_AS(evaluate::best_confidence(predictions(heads, logits, 0), target), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::best_confidence(predictions(heads, logits, 0), target), ShapeError);
   logits.pop_back();
   CHECK_THROWS_WITH(evaluate::best_confidence(predictions(heads, logits, 0), target),
                     "best_candidate: logits of 2 heads, expected 3");

@@ -3,8 +3,7 @@
 
 #include "../support/catch.hpp"
 
-namespace evaluate = tapestry::evaluate;
-namespace detect = tapestry::detect;
+using namespace tapestry;
 
 namespace {
 
@@ -16,7 +15,7 @@ detect::Detection detection(std::size_t class_index, const detect::Box& box) {
   return made;
 }
 
-const tapestry::loss::Target car{2, {10, 10, 4, 4}};
+const loss::Target car{2, {10, 10, 4, 4}};
 
 }  // namespace
 
@@ -72,15 +71,12 @@ TEST_CASE("ASR counts only views that were found clean", "[evaluate]") {
 }
 
 TEST_CASE("photographs of a view count as one in the interval", "[evaluate]") {
-  const auto once = tapestry::evaluate::wilson_interval(64, 80),
-             four = tapestry::evaluate::wilson_interval(256, 320, 4);
+  const auto once = evaluate::wilson_interval(64, 80), four = evaluate::wilson_interval(256, 320, 4);
   CHECK(once[0] == Approx(four[0]));
   CHECK(once[1] == Approx(four[1]));
   const std::vector<bool> found{true, true, false, true}, hidden{true, false, false, false};
-  CHECK(tapestry::evaluate::detection_rate(found, {2}).interval ==
-        tapestry::evaluate::wilson_interval(3, 4, 2));
-  CHECK(tapestry::evaluate::attack_success_rate(found, hidden, {2}).interval ==
-        tapestry::evaluate::wilson_interval(2, 3, 2));
+  CHECK(evaluate::detection_rate(found, {2}).interval == evaluate::wilson_interval(3, 4, 2));
+  CHECK(evaluate::attack_success_rate(found, hidden, {2}).interval == evaluate::wilson_interval(2, 3, 2));
 }
 
 namespace {

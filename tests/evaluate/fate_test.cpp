@@ -3,8 +3,7 @@
 #include "../support/catch.hpp"
 
 namespace evaluate = tapestry::evaluate;
-using evaluate::Fate;
-using tapestry::detect::Detection;
+using evaluate::Fate, tapestry::detect::Detection;
 
 namespace {
 

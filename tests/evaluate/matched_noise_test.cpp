@@ -6,11 +6,7 @@
 #include "../support/charts.hpp"
 #include "../support/random_array.hpp"
 
-namespace evaluate = tapestry::evaluate;
-namespace raster = tapestry::raster;
-namespace test = tapestry::test;
-using tapestry::Array;
-using tapestry::Random;
+using namespace tapestry;
 
 namespace {
 
@@ -134,7 +130,7 @@ TEST_CASE("matched noise refuses colours that are not finite or do not fit",
   for (const float value :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     colours(5, 2) = value;
-    CHECK_THROWS_AS(evaluate::matched_noise(colours, {chart}, Random(1)), tapestry::NumericError);
+    CHECK_THROWS_AS(evaluate::matched_noise(colours, {chart}, Random(1)), NumericError);
     CHECK_THROWS_WITH(evaluate::matched_noise(colours, {chart}, Random(1)),
                       "matched_noise: texel 5 has a colour that is not finite");
   }

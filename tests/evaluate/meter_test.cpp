@@ -5,22 +5,19 @@
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace detect = tapestry::detect;
-namespace evaluate = tapestry::evaluate;
-namespace test = tapestry::test;
-using tapestry::Array;
+using namespace tapestry;
 
 namespace {
 /// A view of the tiny car, and a network whose random weights find all sorts of things in it.
 struct Fixture {
-  tapestry::raster::PaintedMesh car = test::tiny_car();
+  raster::PaintedMesh car = test::tiny_car();
   detect::Detector<float> network = test::tiny_detector<float>();
-  tapestry::camouflage::ViewStore<float> store = test::tiny_store<float>(car, 3);
+  camouflage::ViewStore<float> store = test::tiny_store<float>(car, 3);
 
   /// The detections of detector programs, with a threshold of confidence alone.
   [[nodiscard]] std::vector<detect::Detection> detections(const Array<float, 3>& picture, double confidence) {
     detect::Pass<float> pass;
-    network.forward(tapestry::image::batch_of(picture), pass);
+    network.forward(image::batch_of(picture), pass);
     return detect::suppress(detect::decode(network.heads(), pass.logits, 0, confidence, 48, 48), 0.45);
   }
 };
@@ -62,7 +59,7 @@ TEST_CASE("a meter tells the best confidence of the car below any threshold", "[
   for (std::size_t i = 0; i < fixture.store.size(); ++i) {
     auto view = *fixture.store.view(i);
     detect::Pass<float> pass;
-    fixture.network.forward(tapestry::image::batch_of(view.background), pass);
+    fixture.network.forward(image::batch_of(view.background), pass);
     const auto all = detect::decode(fixture.network.heads(), pass.logits, 0, 0, 48, 48);
     view.target = all[all.size() / 2].box;
     double expected = 0;
@@ -96,7 +93,7 @@ TEST_CASE("a meter refuses outputs that are not finite, naming the view", "[eval
   test::spoil(fixture.network);
   evaluate::Meter meter(fixture.network, 0);
   const auto view = fixture.store.view(0);
-  CHECK_THROWS_AS(meter.examine(view->background, *view), tapestry::NumericError);
+  CHECK_THROWS_AS(meter.examine(view->background, *view), NumericError);
   CHECK_THROWS_WITH(meter.examine(view->background, *view), contains("frame0: output 0"));
 }
 

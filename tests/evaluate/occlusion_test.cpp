@@ -3,23 +3,21 @@
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace evaluate = tapestry::evaluate;
-namespace test = tapestry::test;
+using namespace tapestry;
 using evaluate::OcclusionGroup;
-using tapestry::Array;
 
 namespace {
 const std::vector<OcclusionGroup> groups{OcclusionGroup::small, OcclusionGroup::middle,
                                          OcclusionGroup::large};
 
-tapestry::camouflage::View<float> car_view(double distance = 5) {
+camouflage::View<float> car_view(double distance = 5) {
   auto car = test::tiny_car();
-  car.mesh = tapestry::geometry::normalise_mesh(std::move(car.mesh));
+  car.mesh = geometry::normalise_mesh(std::move(car.mesh));
   return evaluate::protocol_view({distance, 20, 40, 0, 0}, car, {48, 48, 4, {}, {1, 1, 1}});
 }
 
 /// The hidden share pixel by pixel of the whole picture.
-double brute_force_share(const tapestry::camouflage::View<float>& view,
+double brute_force_share(const camouflage::View<float>& view,
                          const std::vector<evaluate::Occluder>& occluders) {
   double hidden = 0, total = 0;
   for (std::size_t y = 0; y < view.window.height; ++y)
@@ -52,8 +50,8 @@ TEST_CASE("the hidden share is the hidden part of the silhouette", "[evaluate][o
   REQUIRE(view.visible_pixels > 50);
   for (const auto group : groups)
     for (std::uint64_t seed = 0; seed < 40; ++seed) {
-      const auto occlusion = evaluate::draw_occlusion(view.paint_to_picture->coverage, view.window, 48, 48,
-                                                      group, tapestry::Random(seed));
+      const auto occlusion =
+          evaluate::draw_occlusion(view.paint_to_picture->coverage, view.window, 48, 48, group, Random(seed));
       REQUIRE(occlusion);
       CHECK(evaluate::occlusion_group(occlusion->hidden_share) == group);
       CHECK(occlusion->hidden_share == Approx(brute_force_share(view, occlusion->occluders)).epsilon(1e-12));
@@ -78,14 +76,14 @@ TEST_CASE("overlapping rectangles hide a pixel once, and those beside the car no
   CHECK(hidden.share() == 0.5);
   hidden.hide({9, 19, 9, 9});
   CHECK(hidden.share() == 1);
-  CHECK_THROWS_AS(evaluate::HiddenPixels(coverage, {0, 0, 3, 3}), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::HiddenPixels(coverage, {0, 0, 3, 3}), ShapeError);
 }
 
 TEST_CASE("the same seed draws the same rectangles, another seed others", "[evaluate][occlusion]") {
   const auto view = car_view();
   const auto draw = [&](std::uint64_t seed) {
     return evaluate::draw_occlusion(view.paint_to_picture->coverage, view.window, 48, 48,
-                                    OcclusionGroup::middle, tapestry::Random(seed));
+                                    OcclusionGroup::middle, Random(seed));
   };
   REQUIRE((draw(3) && draw(4)));
   CHECK(draw(3)->hidden_share == draw(3)->hidden_share);
@@ -94,7 +92,7 @@ TEST_CASE("the same seed draws the same rectangles, another seed others", "[eval
 }
 
 TEST_CASE("a car that does not show, or in one pixel, cannot be hidden in part", "[evaluate][occlusion]") {
-  const tapestry::Random random(1);
+  const Random random(1);
   CHECK(!evaluate::draw_occlusion(tapestry::zeros<float, 2>({0, 0}), {0, 0, 0, 0}, 48, 48,
                                   OcclusionGroup::small, random));
   CHECK(!evaluate::draw_occlusion(tapestry::zeros<float, 2>({4, 4}), {3, 3, 4, 4}, 48, 48,
@@ -103,7 +101,7 @@ TEST_CASE("a car that does not show, or in one pixel, cannot be hidden in part",
   for (const auto group : groups)
     CHECK(!evaluate::draw_occlusion(pixel, {5, 5, 1, 1}, 48, 48, group, random));
   CHECK_THROWS_AS(evaluate::draw_occlusion(pixel, {48, 5, 1, 1}, 48, 48, OcclusionGroup::small, random),
-                  tapestry::ShapeError);
+                  ShapeError);
 }
 
 TEST_CASE("rectangles are painted over the picture and nowhere else", "[evaluate][occlusion]") {
@@ -118,7 +116,7 @@ TEST_CASE("rectangles are painted over the picture and nowhere else", "[evaluate
       CHECK(picture(y, x, 0) == (in_squares ? 0 : in_plain ? 1 : 0.125F));
       CHECK(picture(y, x, 1) == (in_squares ? (odd ? 1 : 0) : in_plain ? 0 : 0.125F));
     }
-  CHECK_THROWS_AS(evaluate::lay_occluders(picture, {{{0, 0, 7, 1}, {}, {}, 0, 0}}), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::lay_occluders(picture, {{{0, 0, 7, 1}, {}, {}, 0, 0}}), ShapeError);
 }
 
 TEST_CASE("each group and distance has 90 frames, the same views in every group", "[evaluate][occlusion]") {

@@ -2,8 +2,7 @@
 
 #include "../support/catch.hpp"
 
-namespace evaluate = tapestry::evaluate;
-using tapestry::Random;
+using namespace tapestry;
 
 namespace {
 
@@ -230,16 +229,16 @@ TEST_CASE("the ratio to a mean that may be none has no upper end, and to none is
   CHECK(evaluate::paired_ratio({1}, {2}) == evaluate::PairedRatio{0.5, {-infinity, infinity}});
   CHECK_THROWS_WITH(evaluate::paired_ratio({1, 2}, {1, -1}),
                     "paired_ratio: the second numbers do not have a sum above 0");
-  CHECK_THROWS_AS(evaluate::paired_ratio({}, {}), tapestry::DomainError);
+  CHECK_THROWS_AS(evaluate::paired_ratio({}, {}), DomainError);
   CHECK_THROWS_WITH(evaluate::paired_ratio({1e308, 1e308}, {1, 1}), "paired_ratio: the ratio is not finite");
-  CHECK_THROWS_AS(evaluate::paired_ratio({1, 2}, {1}), tapestry::ShapeError);
-  CHECK_THROWS_AS(evaluate::paired_ratio({1, infinity}, {1, 1}), tapestry::NumericError);
+  CHECK_THROWS_AS(evaluate::paired_ratio({1, 2}, {1}), ShapeError);
+  CHECK_THROWS_AS(evaluate::paired_ratio({1, infinity}, {1, 1}), NumericError);
 }
 
 TEST_CASE("a paired bootstrap refuses what does not fit", "[evaluate][paired_bootstrap][error]") {
   CHECK_THROWS_WITH(evaluate::paired_bootstrap({1, 2}, {1}),
                     "paired_bootstrap: second has 1 numbers, expected 2");
-  CHECK_THROWS_AS(evaluate::paired_bootstrap({1, 2}, {1}), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::paired_bootstrap({1, 2}, {1}), ShapeError);
   CHECK_THROWS_WITH(evaluate::paired_bootstrap({1, std::numeric_limits<double>::quiet_NaN()}, {1, 2}),
                     "paired_bootstrap: pair 1 has a number that is not finite");
   CHECK_THROWS_WITH(evaluate::paired_bootstrap({1}, {1}, {0}),

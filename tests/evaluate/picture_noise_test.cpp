@@ -6,14 +6,7 @@
 #include "../support/threads.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace camouflage = tapestry::camouflage;
-namespace evaluate = tapestry::evaluate;
-namespace image = tapestry::image;
-namespace raster = tapestry::raster;
-namespace test = tapestry::test;
-using tapestry::Array;
-using tapestry::Extents;
-using tapestry::Random;
+using namespace tapestry;
 
 namespace {
 
@@ -141,5 +134,5 @@ TEST_CASE("a picture that does not show its car has no noise", "[evaluate][pictu
   CHECK(evaluate::picture_with_noise(view, paint, Random(1)).storage() ==
         camouflage::picture_of(view, paint.colours).storage());
   const camouflage::Paint<float> other{tapestry::zeros<float, 2>({3, 3})};
-  CHECK_THROWS_AS(evaluate::picture_with_noise(view, other, Random(1)), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::picture_with_noise(view, other, Random(1)), ShapeError);
 }

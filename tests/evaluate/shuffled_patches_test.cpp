@@ -6,17 +6,13 @@
 #include "../support/charts.hpp"
 #include "../support/random_array.hpp"
 
-namespace evaluate = tapestry::evaluate;
-namespace raster = tapestry::raster;
-namespace test = tapestry::test;
-using tapestry::Array;
-using tapestry::Random;
+using namespace tapestry;
 
 namespace {
 
 /// Texels i = 0, 1, … of the colour (i, i/100, 0), so that each is unique.
 Array<float, 2> numbered(std::size_t count) {
-  Array<float, 2> colours(tapestry::Extents<2>{count, 3});
+  Array<float, 2> colours(Extents<2>{count, 3});
   for (std::size_t i = 0; i < count; ++i) {
     colours(i, 0) = static_cast<float>(i);
     colours(i, 1) = static_cast<float>(i) / 100;

@@ -9,14 +9,12 @@
 #include "../support/threads.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace camouflage = tapestry::camouflage;
-namespace evaluate = tapestry::evaluate;
-namespace test = tapestry::test;
+using namespace tapestry;
 
 namespace {
 struct Fixture {
-  tapestry::raster::PaintedMesh car = test::tiny_car();
-  tapestry::detect::Detector<float> network = test::tiny_detector<float>();
+  raster::PaintedMesh car = test::tiny_car();
+  detect::Detector<float> network = test::tiny_detector<float>();
   camouflage::ViewStore<float> store = test::tiny_store<float>(car, 3);
   std::vector<std::size_t> views{0, 2};
   evaluate::Meter meter{network, 1, {0.25, 0.45, {0.01}}};
@@ -43,7 +41,7 @@ TEST_CASE("plain controls are noise that follows from the seed, and six solid co
 
 TEST_CASE("the controls of a camouflage are matched noise and shuffled patches of it, then plain ones",
           "[evaluate][controls]") {
-  const auto kind = GENERATE(tapestry::raster::TextureKind::atlas, tapestry::raster::TextureKind::cube);
+  const auto kind = GENERATE(raster::TextureKind::atlas, raster::TextureKind::cube);
   const auto car = test::tiny_car(12, kind);
   const std::size_t texels = car.layout.texel_count(car.mesh);
   const auto colours = test::random_array<float>({texels, 3}, 9);
@@ -66,7 +64,7 @@ TEST_CASE("the controls of a camouflage are matched noise and shuffled patches o
   const auto is_seen = evaluate::faces_seen_around(car.mesh);
   CHECK(std::ranges::count(is_seen, 1) == 10);
   for (std::size_t face = 0; face < is_seen.size(); ++face) seen.painted[face] &= is_seen[face];
-  const auto charts = tapestry::raster::texture_charts(seen);
+  const auto charts = raster::texture_charts(seen);
   const auto whole = evaluate::joined_chart(charts, car.layout);
   for (std::size_t c = 0; c < 3;
        ++c) {  // other places, the same values: of the whole car, and chart by chart
@@ -79,7 +77,7 @@ TEST_CASE("the controls of a camouflage are matched noise and shuffled patches o
   CHECK((controls[1].paint.colours != colours));
   CHECK(controls[0].share_in_place < 0.03);
   CHECK_THROWS_AS(evaluate::matched_controls(car, {test::random_array<float>({texels - 1, 3}, 9)}, 3),
-                  tapestry::ShapeError);
+                  ShapeError);
   const auto drawn = evaluate::matched_controls(car, paint, 3, 3);  // three draws, and the patches
   REQUIRE(drawn.size() == 4);
   CHECK(drawn[0].paint == controls[0].paint);
@@ -93,7 +91,7 @@ TEST_CASE("the controls of a camouflage are matched noise and shuffled patches o
 
 TEST_CASE("charts joined keep their places in an atlas, and lie below each other elsewhere",
           "[evaluate][controls]") {
-  const tapestry::raster::TextureLayout atlas{tapestry::raster::TextureKind::atlas, 4, 6};
+  const raster::TextureLayout atlas{raster::TextureKind::atlas, 4, 6};
   const std::vector<tapestry::raster::TextureChart> charts{{1, 2, {{0, 0, 8}, {0, 1, 9}}},
                                                            {1, 1, {{0, 0, 3}}}};
   const auto joined = evaluate::joined_chart(charts, atlas);
@@ -103,7 +101,7 @@ TEST_CASE("charts joined keep their places in an atlas, and lie below each other
   CHECK(joined.texels[0].texel == 3);  // row by row
   CHECK((joined.texels[0].row == 0 && joined.texels[0].column == 3));
   CHECK((joined.texels[1].row == 1 && joined.texels[1].column == 2));
-  const auto stacked = evaluate::joined_chart(charts, {tapestry::raster::TextureKind::vertex});
+  const auto stacked = evaluate::joined_chart(charts, {raster::TextureKind::vertex});
   CHECK(stacked.height == 2);
   CHECK(stacked.width == 2);
   CHECK((stacked.texels[2].row == 1 && stacked.texels[2].column == 0 && stacked.texels[2].texel == 3));
@@ -125,7 +123,7 @@ TEST_CASE("controls of a camouflage of parts cover these parts, patches each pie
           "[evaluate][controls]") {
   const auto car = test::tiny_car(12);
   camouflage::Paint<float> paint{test::random_array<float>({car.layout.texel_count(car.mesh), 3}, 9)};
-  const auto all = tapestry::raster::texture_charts(car);
+  const auto all = raster::texture_charts(car);
   // Paints two corners of the first chart's box, which do not touch, and nothing of the others.
   paint.painted.assign(paint.colours.shape(0), 0);
   const std::size_t height = all[0].height, width = all[0].width;
@@ -135,11 +133,11 @@ TEST_CASE("controls of a camouflage of parts cover these parts, patches each pie
                                          (texel.row >= height / 2 && texel.column > width / 2)
                                      ? 1
                                      : 0;
-  const auto pieces = tapestry::raster::painted_charts(all, paint.painted);
+  const auto pieces = raster::painted_charts(all, paint.painted);
   REQUIRE(pieces.size() == 2);
   auto unsound = paint;
   unsound.painted.push_back(1);
-  CHECK_THROWS_AS(evaluate::matched_controls(car, unsound, 3), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::matched_controls(car, unsound, 3), ShapeError);
   for (const auto& control : evaluate::matched_controls(car, paint, 3)) {
     const auto& colours = control.paint.colours;
     CHECK(control.paint.painted == paint.painted);
@@ -279,7 +277,7 @@ TEST_CASE("views are photographed anew for each draw, in the same way for every 
   fixture.textures.controls.resize(1);
   fixture.textures.controls[0].paint.colours = fixture.textures.clean.colours;
   fixture.textures.adversarial = fixture.textures.controls[0].paint;
-  evaluate::Photography photography{tapestry::image::physical_conditions, 3, 8};
+  evaluate::Photography photography{image::physical_conditions, 3, 8};
   std::vector<tapestry::Array<float, 3>> pictures;
   const auto survey = [&] {
     pictures.clear();
@@ -316,7 +314,7 @@ TEST_CASE("a survey is the same on any number of threads, bit for bit and in ord
   auto store = test::tiny_store<float>(fixture.car, 7);
   fixture.views = {6, 0, 1, 3, 5};
   fixture.textures.controls.resize(2);
-  const evaluate::Photography photography{tapestry::image::physical_conditions, 3, 8};
+  const evaluate::Photography photography{image::physical_conditions, 3, 8};
   std::vector<std::vector<std::string>> seen;
   std::vector<std::vector<double>> confidences;
   std::vector<std::vector<tapestry::Array<float, 3>>> pictures;
@@ -367,7 +365,7 @@ TEST_CASE("a view is prepared once for all its photographs, on any number of thr
   auto settings = fixture.store.settings();
   settings.keep_bytes = 0;
   camouflage::ViewStore<float> store(fixture.car, settings, loaders);
-  const evaluate::Photography photography{tapestry::image::conditions_by_names({"noise"}), 20, 3};
+  const evaluate::Photography photography{image::conditions_by_names({"noise"}), 20, 3};
   const auto measured = evaluate::measure(
       "clean", fixture.meter, store, {0, 1, 2, 3, 4}, &fixture.textures.clean, [](const Measured&) {},
       photography);

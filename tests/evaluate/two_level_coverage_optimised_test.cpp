@@ -3,9 +3,7 @@
 
 #include "../support/catch.hpp"
 
-namespace evaluate = tapestry::evaluate;
-using tapestry::Array;
-using tapestry::Random;
+using namespace tapestry;
 
 namespace {
 

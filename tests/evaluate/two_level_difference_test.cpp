@@ -3,9 +3,7 @@
 
 #include "../support/catch.hpp"
 
-namespace evaluate = tapestry::evaluate;
-using tapestry::Array;
-using tapestry::Random;
+using namespace tapestry;
 
 namespace {
 
@@ -280,7 +278,7 @@ TEST_CASE("a two-level ratio of ones is a two-level difference, and of one draw 
   const auto one = simulated(1, 30, 0, Random(10)), other = simulated(1, 30, 0, Random(11));
   const auto paired = evaluate::paired_ratio(means_over_draws(one), means_over_draws(other));
   CHECK(evaluate::two_level_ratio(one, other) == paired);
-  CHECK_THROWS_AS(evaluate::two_level_ratio(first, one), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::two_level_ratio(first, one), ShapeError);
 }
 
 TEST_CASE("a two-level ratio holds the share that seeds keep about as often as it states",
@@ -316,7 +314,7 @@ TEST_CASE("shares that are the same in all pictures keep an interval", "[evaluat
   CHECK(of_draws.interval[1] > 0.05);
   const Array<double, 2> one({1, 20}, 1.0);
   CHECK(evaluate::two_level_rate_difference(one, one, of_views).interval == of_views.interval);
-  CHECK_THROWS_AS(evaluate::two_level_rate_difference(all, one, of_views), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::two_level_rate_difference(all, one, of_views), ShapeError);
   // Every view is found in one of its two photographs: the views count once, without a width of 0.
   const auto even =
       evaluate::odds_ratio(Array<double, 2>({1, 20}, 0.5), Array<double, 2>({1, 20}, 0.5), 2, 2);
@@ -346,7 +344,7 @@ TEST_CASE("an odds ratio and its interval equal hand values", "[evaluate][two_le
   CHECK(evaluate::odds_ratio({{1, 1, 1, 1}}, {{0, 0, 0, 0}}).ratio == Approx(81));
   CHECK(evaluate::odds_ratio({{1, 1}}, {{0, 0}}, 2, 2).ratio == Approx(81));
   CHECK(evaluate::odds_ratio({{1}}, {{0}}).interval == std::array{0.0, infinity});
-  CHECK_THROWS_AS(evaluate::odds_ratio({{1, 0}}, {{1}}), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::odds_ratio({{1, 0}}, {{1}}), ShapeError);
   // Draws that differ widen it.
   const auto same = evaluate::odds_ratio({{1, 1, 1, 0}, {1, 1, 0, 1}, {0, 1, 1, 1}},
                                          {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}});
@@ -415,15 +413,15 @@ TEST_CASE("the sample's own odds and difference lie inside their intervals", "[e
 }
 
 TEST_CASE("a two-level difference refuses what does not fit", "[evaluate][two_level][error]") {
-  CHECK_THROWS_AS(evaluate::two_level_difference(Array<double, 2>({0, 5})), tapestry::ShapeError);
+  CHECK_THROWS_AS(evaluate::two_level_difference(Array<double, 2>({0, 5})), ShapeError);
   CHECK_THROWS_WITH(evaluate::two_level_difference(Array<double, 2>({0, 5})),
                     "two_level_difference: differences is [0, 5], expected one draw or more");
-  CHECK_THROWS_AS(evaluate::two_level_difference({{1, 2}, {3, infinity}}), tapestry::NumericError);
+  CHECK_THROWS_AS(evaluate::two_level_difference({{1, 2}, {3, infinity}}), NumericError);
   CHECK_THROWS_WITH(evaluate::two_level_difference({{1, 2}, {3, std::numeric_limits<double>::quiet_NaN()}}),
                     "two_level_difference: draw 1 of view 1 is not finite");
   CHECK_THROWS_WITH(evaluate::two_level_difference({{1e300, 2}, {3, 4}}),
                     "two_level_difference: the variance is not finite");
-  CHECK_THROWS_AS(evaluate::two_level_difference({{1, 2}}, {0}), tapestry::DomainError);
+  CHECK_THROWS_AS(evaluate::two_level_difference({{1, 2}}, {0}), DomainError);
   CHECK_THROWS_WITH(evaluate::two_level_difference({{1, 2}}, {0}),
                     "two_level_difference: resamples is 0, expected at least 1");
   CHECK_THROWS_WITH(evaluate::two_level_difference({{1, 2}}, {10, 1, 1.0}),

@@ -3,12 +3,10 @@
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace evaluate = tapestry::evaluate;
-namespace geometry = tapestry::geometry;
-namespace test = tapestry::test;
+using namespace tapestry;
 
 namespace {
-tapestry::raster::PaintedMesh normalised_car() {
+raster::PaintedMesh normalised_car() {
   auto car = test::tiny_car();
   car.mesh = geometry::normalise_mesh(std::move(car.mesh));
   return car;
@@ -27,8 +25,8 @@ TEST_CASE("an azimuth on the edge of two sectors belongs to the one that begins 
   CHECK(evaluate::sector_of(-46) == 6);
   CHECK(evaluate::sector_of(-360) == 0);
   CHECK(evaluate::sector_of(-1e-18) == 7);  // though 360 − 10⁻¹⁸ rounds to 360
-  CHECK_THROWS_AS(evaluate::sector_of(std::numeric_limits<double>::quiet_NaN()), tapestry::DomainError);
-  CHECK_THROWS_AS(evaluate::sector_of(std::numeric_limits<double>::infinity()), tapestry::DomainError);
+  CHECK_THROWS_AS(evaluate::sector_of(std::numeric_limits<double>::quiet_NaN()), DomainError);
+  CHECK_THROWS_AS(evaluate::sector_of(std::numeric_limits<double>::infinity()), DomainError);
 }
 
 TEST_CASE("the views are the paper's 4,320, 90 to a cell, none twice", "[evaluate][views]") {
@@ -51,8 +49,8 @@ TEST_CASE("the views are the paper's 4,320, 90 to a cell, none twice", "[evaluat
   CHECK(distinct.size() == frames.size());
   CHECK(counts == std::vector<std::size_t>(48, 90));
   CHECK(evaluate::view_frames(evaluate::ViewGrid::quick()).size() == 432);
-  CHECK_THROWS_AS(evaluate::view_frames({{5}, {0}, 7}), tapestry::DomainError);
-  CHECK_THROWS_AS(evaluate::view_frames({{5}, {0}, 0}), tapestry::DomainError);
+  CHECK_THROWS_AS(evaluate::view_frames({{5}, {0}, 7}), DomainError);
+  CHECK_THROWS_AS(evaluate::view_frames({{5}, {0}, 0}), DomainError);
 }
 
 TEST_CASE("a protocol's camera is as far, as high and as wide as it says", "[evaluate][views]") {
@@ -96,5 +94,5 @@ TEST_CASE("a car beyond what the camera draws is not in view", "[evaluate][views
   const auto view = evaluate::protocol_view({5000, 0, 0, 0, 0}, normalised_car(), {48, 48, 2, {}, {1, 1, 1}});
   CHECK(view.visible_pixels == 0);
   CHECK(view.target.w == 0);
-  CHECK_THROWS_AS(evaluate::protocol_camera({0, 0, 0, 0, 0}), tapestry::DomainError);
+  CHECK_THROWS_AS(evaluate::protocol_camera({0, 0, 0, 0, 0}), DomainError);
 }

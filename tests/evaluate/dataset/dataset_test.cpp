@@ -6,12 +6,9 @@
 #include "../../support/catch.hpp"
 #include "../../support/temporary_folder.hpp"
 
-namespace evaluate = tapestry::evaluate;
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::detect::Box;
-using tapestry::test::check_bad_files;
-using tapestry::test::TemporaryFolder;
+using namespace tapestry;
+using namespace tapestry::test;
+using detect::Box;
 
 namespace {
 constexpr auto malformed = ErrorKind::malformed;
@@ -292,14 +289,14 @@ TEST_CASE("N26, N27: every cut is refused, and every changed byte is read or ref
   for (const bool is_json : {true, false}) {
     const std::string& whole = is_json ? json : xml;
     for (std::size_t size = 0; size + 1 < whole.size(); ++size)
-      CHECK_THROWS_AS(read(whole.substr(0, size), is_json), tapestry::FileError);
+      CHECK_THROWS_AS(read(whole.substr(0, size), is_json), FileError);
     for (std::size_t i = 0; i < whole.size(); ++i)
       for (const char byte : {'\0', ' ', '<', '/', '"', '9', '-', '\xff'}) {
         std::string changed = whole;
         changed[i] = byte;
         try {
           read(changed, is_json);
-        } catch (const tapestry::FileError& error) {
+        } catch (const FileError& error) {
           REQUIRE(error.details().path == "a");
         }
       }
