@@ -13,9 +13,8 @@
 
 namespace fs = std::filesystem;
 using namespace tapestry;
-using namespace tapestry::io;
-using tapestry::test::check_refused;
-using tapestry::test::TemporaryFolder;
+using namespace tapestry::test;
+using namespace io;
 
 namespace {
 std::ptrdiff_t entry_count(const TemporaryFolder& folder) {
@@ -55,8 +54,7 @@ TEST_CASE("temporaries of killed processes are removed, those of living ones and
   const auto killed = [&](const char* name) {
     const ::pid_t child = ::fork();
     if (child == 0) {
-      tapestry::io::detail::TemporaryFile* const temporary =
-          new tapestry::io::detail::TemporaryFile(folder.path(name));
+      io::detail::TemporaryFile* const temporary = new io::detail::TemporaryFile(folder.path(name));
       static_cast<void>(temporary);
       ::raise(SIGKILL);
     }
@@ -72,7 +70,7 @@ TEST_CASE("temporaries of killed processes are removed, those of living ones and
   folder.write("notes.tapestry-part2", "x");
   folder.write("film.part2-1", "x");
   {
-    const tapestry::io::detail::TemporaryFile living(folder.path("living"));
+    const io::detail::TemporaryFile living(folder.path("living"));
     remove_abandoned_parts(folder.path());
     CHECK(entry_count(folder) == 5);
   }

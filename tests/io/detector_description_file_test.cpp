@@ -4,9 +4,7 @@
 #include "../support/catch.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
+using namespace tapestry;
 
 namespace {
 detect::DetectorDescription parsed(const std::string& text) {
@@ -26,7 +24,7 @@ TEST_CASE("a detector's description is read from JSON", "[io][detector_descripti
   CHECK(parsed(R"({"head": "yolox", "strides": [8, 16, 32], "input":
                    {"order": "bgr", "scale": 1, "fit": "letterbox_top_left"}})") ==
         detect::known_description("yolox"));
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   CHECK(io::read_detector_description(folder.write("nanodet.json", nanodet)) == parsed(nanodet));
 }
 
@@ -35,7 +33,7 @@ TEST_CASE("what a description leaves out has its default", "[io][detector_descri
   CHECK(parsed(R"({"head": "darknet", "strides": [32], "anchors": [[10, 13.5, 30, 20]]})") ==
         detect::DetectorDescription{{}, {}, detect::HeadKind::darknet, {32}, {{{10, 13.5}, {30, 20}}}});
   const auto grey = parsed(R"({"head": "yolov8", "strides": [8], "input": {"fill": 114}})");
-  CHECK(grey.fit == tapestry::image::Fit{tapestry::image::FitKind::letterbox, 114.0 / 255});
+  CHECK(grey.fit == image::Fit{image::FitKind::letterbox, 114.0 / 255});
   CHECK(grey.encoding == detect::InputEncoding{});
   CHECK(grey.strides == std::vector<std::size_t>{8});
 }
@@ -115,7 +113,7 @@ TEST_CASE("N23: descriptions that make no sense are refused with the key",
   const std::string counts =
       "'strides' makes no sense; expected up to 16 whole numbers from 1 to 4096, each once";
   const std::string fits = "'fit' makes no sense; expected letterbox, letterbox_top_left or stretch";
-  tapestry::test::check_bad_files(
+  test::check_bad_files(
       {{"no object", "[]", bad, "", "not a detector's description; expected a JSON object, found array"},
        {"no JSON", R"({"head": })", bad, "@9", "not valid JSON"},
        {"no head", "{}", bad, "", "no 'head'; " + heads},

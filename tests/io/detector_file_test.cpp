@@ -10,22 +10,19 @@
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
-using tapestry::test::TemporaryFolder;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 /// A detector as Darknet files and, once convert() has been called, as a converted file.
 struct Model {
-  std::string text = tapestry::test::relatives_layers;
+  std::string text = test::relatives_layers;
   TemporaryFolder folder{};
   std::string cfg = folder.write("some.cfg", text);
   std::string weights = folder.path("some.weights");
   std::string converted = folder.path("some.onnx");
   detect::DarknetModel<float> network =
-      tapestry::test::random_model<float>(io::parse_network_config(text, "some.cfg"), 3);
+      test::random_model<float>(io::parse_network_config(text, "some.cfg"), 3);
 
   Model() {
     network.set_images_seen((std::uint64_t(1) << 40U) + 5);
@@ -46,15 +43,15 @@ struct Model {
   }
 };
 
-bool same_bits(const tapestry::Array<float, 1>& a, const tapestry::Array<float, 1>& b) {
+bool same_bits(const Array<float, 1>& a, const Array<float, 1>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), 4 * a.size()) == 0;
 }
 
 /// The logits of all heads for one picture of noise, in one list.
 template <class T>
 std::vector<T> logits_of(const detect::DarknetModel<T>& network, std::uint64_t seed) {
-  const tapestry::Array<T, 4> images =
-      tapestry::test::random_array<T>({1, network.input_height(), network.input_width(), 3}, seed);
+  const Array<T, 4> images =
+      test::random_array<T>({1, network.input_height(), network.input_width(), 3}, seed);
   detect::Pass<T> pass;
   network.detector().forward(images, pass);
   std::vector<T> logits;
@@ -205,7 +202,7 @@ TEST_CASE("W19, W20: converted detectors that do not fit are refused", "[io][det
   const Model model;
   model.convert();
   const auto good = io::read_onnx(model.converted);
-  using Network = tapestry::nn::NetworkDescription;
+  using Network = nn::NetworkDescription;
   const auto refused = [&](ErrorKind kind, const std::string& message,
                            const std::function<void(Network&)>& change) {
     INFO(message);
@@ -288,7 +285,7 @@ TEST_CASE("another cfg beside a converted detector is used with a remark, or ref
   const auto loaded = io::read_darknet_model<float>(wider, model.converted);
   REQUIRE(loaded.warnings.size() == 1);
   CHECK_THAT(loaded.warnings[0], contains("wider.cfg: differs from the cfg inside"));
-  const auto other = model.folder.write("other.cfg", tapestry::test::common_layers);
+  const auto other = model.folder.write("other.cfg", test::common_layers);
   check_refused(ErrorKind::mismatch, "other.cfg",
                 [&] { (void)io::read_darknet_model<float>(other, model.converted); });
 }
@@ -300,8 +297,7 @@ TEST_CASE("write_detector_file refuses what it could not read again", "[io][dete
   };
   check_refused(ErrorKind::malformed, "some.cfg:@2: not UTF-8", [&] { write("# \xE9\n" + model.text); });
   check_refused(ErrorKind::malformed, "some.cfg:1", [&] { write("nonsense"); });
-  check_refused(ErrorKind::mismatch, "parameters of the model are [",
-                [&] { write(tapestry::test::common_layers); });
+  check_refused(ErrorKind::mismatch, "parameters of the model are [", [&] { write(test::common_layers); });
   CHECK_FALSE(std::filesystem::exists(model.converted));
 }
 

@@ -7,9 +7,8 @@
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 using Names = std::vector<std::string>;
@@ -61,12 +60,9 @@ TEST_CASE("texts that are no names of a detector's classes are refused", "[io][n
 }
 
 TEST_CASE("an export of YOLOv5 names its classes", "[io][names][read_detector]") {
-  const std::string path = tapestry::test::in_shared("data/detectors/yolov5n_fp16.onnx");
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: no detectors in TAPESTRY_SHARED");
-    return;
-  }
-  const tapestry::test::TemporaryFolder folder;
+  const std::string path = test::in_shared("data/detectors/yolov5n_fp16.onnx");
+  if (is_absent(path)) return;
+  const test::TemporaryFolder folder;
   std::vector<std::string> warnings;
   const auto detector = io::read_detector<float>(
       {.weights = path, .description = folder.write("y.json", R"({"head": "yolov5"})")}, &warnings);

@@ -5,12 +5,11 @@
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
 
 TEST_CASE("a face list is read", "[io][face_list]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto list =
       io::read_face_list(folder.write("f.txt", "\xEF\xBB\xBF# exterior\r\n3\r\n\r\n 1 \n3\n2"), 4);
   CHECK(list.ids == std::vector<std::int64_t>{3, 1, 2});
@@ -21,7 +20,7 @@ TEST_CASE("a face list is read", "[io][face_list]") {
 }
 
 TEST_CASE("bad face lists are refused", "[io][face_list][bad_input]") {  // O30, O31
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   struct Row {
     std::string content;
     ErrorKind kind;
@@ -48,10 +47,7 @@ TEST_CASE("bad face lists are refused", "[io][face_list][bad_input]") {  // O30,
 }
 
 TEST_CASE("the published face list is read", "[io][face_list]") {
-  const std::string path = tapestry::test::in_shared("data/mesh/exterior_face.txt");
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: " << path << " is absent");
-    return;
-  }
+  const std::string path = test::in_shared("data/mesh/exterior_face.txt");
+  if (is_absent(path)) return;
   CHECK(io::read_face_list(path, 23145).ids.size() == 6466);
 }

@@ -4,12 +4,11 @@
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
 
 TEST_CASE("only what is missing counts as absent", "[io][file_status]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string file = folder.write("a", "x");
   CHECK(io::is_there(file));
   CHECK(io::is_regular_file(file));
@@ -31,7 +30,7 @@ TEST_CASE("only what is missing counts as absent", "[io][file_status]") {
 
 TEST_CASE("a file in a folder without permission is not absent", "[io][file_status]") {
   if (::geteuid() == 0) return;  // for whom every folder is open
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   std::filesystem::create_directory(folder.path("closed"));
   const std::string file = folder.write("closed/a", "x");
   std::filesystem::permissions(folder.path("closed"), std::filesystem::perms::none);

@@ -7,14 +7,12 @@
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-using tapestry::Array;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 Array<std::uint8_t, 3> picture(std::size_t height, std::size_t width, std::size_t channels) {
-  Array<std::uint8_t, 3> image(tapestry::Extents<3>{height, width, channels});
+  Array<std::uint8_t, 3> image(Extents<3>{height, width, channels});
   for (std::size_t i = 0; i < image.size(); ++i) image.data()[i] = static_cast<std::uint8_t>(i);
   return image;
 }
@@ -41,7 +39,7 @@ void add_camera(io::NpzWriter& writer, double scale = 1, double fov = 1) {
   writer.add("camera_fov", std::vector<double>{fov, 0.5});
 }
 
-const tapestry::test::TemporaryFolder folder;
+const test::TemporaryFolder folder;
 
 io::Frame read(const io::NpzWriter& writer) {
   writer.write(folder.path("frame.npz"));
@@ -54,7 +52,7 @@ TEST_CASE("a CARLA frame is read with its channels swapped once", "[io][frame]")
   CHECK(frame.image(0, 0, 0) == 2);
   CHECK(frame.image(0, 0, 2) == 0);
   CHECK(frame.image(1, 2, 0) == 17);
-  CHECK(frame.pose == tapestry::geometry::CarlaPose{{1, 2, 0.6}, {0, 90, 0}, {3, 4, 5}, {-45, -126.9, 0}});
+  CHECK(frame.pose == geometry::CarlaPose{{1, 2, 0.6}, {0, 90, 0}, {3, 4, 5}, {-45, -126.9, 0}});
   CHECK(frame.warnings.empty());
   CHECK_FALSE((frame.camera || frame.light || frame.mask || frame.label));
 }
@@ -67,7 +65,7 @@ TEST_CASE("a frame of our own comes back", "[io][frame]") {
   REQUIRE(frame.camera);
   CHECK(frame.camera->rotation[1] == std::array<double, 3>{-0.8, 0.6, 0});
   CHECK(frame.camera->translation == std::array<double, 3>{1, 2, 3});
-  frame.light = tapestry::raster::Light{0.5, 0.25, {0, 0, 1}, {1, 0.9, 0.8}};
+  frame.light = raster::Light{0.5, 0.25, {0, 0, 1}, {1, 0.9, 0.8}};
   frame.mask = Array<std::uint8_t, 2>{{0, 255, 0}, {1, 2, 3}};
   frame.label = io::Label{1, {1.5, 0.5, 3, 0.25}};
   io::write_frame(folder.path("again.npz"), frame);
@@ -86,15 +84,15 @@ TEST_CASE("a frame of our own comes back", "[io][frame]") {
   CHECK(again.camera->tan_half_fov_y == 0.5);
   CHECK(io::frame_paths(folder.path()).size() >= 1);
   frame.image = picture(2, 3, 4);
-  CHECK_THROWS_AS(io::write_frame(folder.path("again.npz"), frame), tapestry::ShapeError);
+  CHECK_THROWS_AS(io::write_frame(folder.path("again.npz"), frame), ShapeError);
 }
 
 TEST_CASE("a frame in three parts comes back", "[io][frame]") {
-  const tapestry::test::TemporaryFolder own;
+  const test::TemporaryFolder own;
   io::Frame frame;
   frame.image = picture(2, 3, 3);
-  frame.camera = tapestry::geometry::orbit_camera(0.3, 0.2, 7, {0, 0, 0.7}, 1);
-  frame.light = tapestry::raster::Light{0.5, 0.25, {0, 0, 1}, {1, 0.9, 0.8}};
+  frame.camera = geometry::orbit_camera(0.3, 0.2, 7, {0, 0, 0.7}, 1);
+  frame.light = raster::Light{0.5, 0.25, {0, 0, 1}, {1, 0.9, 0.8}};
   frame.mask = Array<std::uint8_t, 2>{{0, 255, 0}, {1, 2, 3}};
   frame.label = io::Label{1, {1.5, 0.5, 3, 0.25}};
   io::write_frame(own.path("10.json"), frame);
@@ -118,7 +116,7 @@ TEST_CASE("a frame in three parts comes back", "[io][frame]") {
   std::filesystem::remove(own.path("masks/10.png"));
   frame.camera.reset();
   frame.mask.reset();
-  frame.pose = tapestry::geometry::CarlaPose{{1, 2, 0.6}, {0, 90, 0}, {3, 4, 5}, {-45, -126.9, 0}};
+  frame.pose = geometry::CarlaPose{{1, 2, 0.6}, {0, 90, 0}, {3, 4, 5}, {-45, -126.9, 0}};
   io::write_frame(own.path("9.json"), frame);
   CHECK(io::frame_paths(own.path()) == std::vector{own.path("9.json"), own.path("10.json")});
   CHECK(io::read_frame(own.path("9.json")).pose == frame.pose);
@@ -126,7 +124,7 @@ TEST_CASE("a frame in three parts comes back", "[io][frame]") {
 }
 
 TEST_CASE("each part of a frame that is missing or malformed is refused by name", "[io][frame][bad_input]") {
-  const tapestry::test::TemporaryFolder own;
+  const test::TemporaryFolder own;
   const std::string path = own.path("a.json");
   const std::string pose = R"("veh_trans": [[0, 0, 0], [0, 0, 0]], "cam_trans": [[5, 0, 2], [-10, 180, 0]])";
   const auto refused = [&](ErrorKind kind, const std::string& members, const std::string& text) {
@@ -183,7 +181,7 @@ TEST_CASE("frames that cannot be are refused", "[io][frame][bad_input]") {
   io::NpzWriter no_camera_pose, float_image, flat_image;
   no_camera_pose.add("img", picture(2, 3, 3));
   no_camera_pose.add("veh_trans", Members{}.veh_trans);
-  float_image.add("img", Array<float, 3>(tapestry::Extents<3>{1, 1, 3}, 0.0F));
+  float_image.add("img", Array<float, 3>(Extents<3>{1, 1, 3}, 0.0F));
   flat_image.add("img", Array<std::uint8_t, 2>{{1, 2, 3}});
   using Numbers = std::vector<double>;
   const Row rows[] = {
@@ -243,13 +241,13 @@ TEST_CASE("odd poses are noticed", "[io][frame]") {  // N14
 }
 
 TEST_CASE("a folder without frames is refused", "[io][frame]") {
-  const tapestry::test::TemporaryFolder empty;
+  const test::TemporaryFolder empty;
   check_refused(ErrorKind::mismatch, "holds no frame", [&] { (void)io::frame_paths(empty.path()); });
   check_refused(ErrorKind::malformed, "cannot list", [&] { (void)io::frame_paths(empty.path("absent")); });
 }
 
 TEST_CASE("frames are listed by the numbers in their names", "[io][frame]") {
-  const tapestry::test::TemporaryFolder unsorted;
+  const test::TemporaryFolder unsorted;
   for (const char* name : {"data10.npz", "data9.npz", "data010.npz", "a2b1.npz", "a2b.npz", "a12b.npz",
                            "data.npz", "data1.txt", "12345678901234567890123.npz"})
     std::ofstream(unsorted.path(name)) << "frame";
@@ -261,16 +259,13 @@ TEST_CASE("frames are listed by the numbers in their names", "[io][frame]") {
 }
 
 TEST_CASE("the real frames are read without a warning", "[io][frame]") {
-  const std::string real = tapestry::test::in_shared("data/carla");
-  if (!std::filesystem::exists(real)) {
-    WARN("skipped: " << real << " is absent");
-    return;
-  }
+  const std::string real = test::in_shared("data/carla");
+  if (is_absent(real)) return;
   const auto paths = io::frame_paths(real);
   CHECK(paths.size() == 6);
   const io::Frame frame = io::read_frame(paths[0]);
   CHECK(frame.warnings.empty());
-  CHECK((frame.image.shape() == tapestry::Extents<3>{800, 800, 3}));
+  CHECK((frame.image.shape() == Extents<3>{800, 800, 3}));
   double red = 0, blue = 0;  // the car in the middle is blue
   for (std::size_t row = 380; row < 420; ++row) {
     for (std::size_t column = 300; column < 500; ++column) {

@@ -9,12 +9,11 @@
 #include "../support/random_array.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-namespace geometry = tapestry::geometry;
+using namespace tapestry;
 
 namespace {
-const tapestry::raster::TextureLayout two_wide{tapestry::raster::TextureKind::atlas, 2, 4, 2, 0};
-const tapestry::raster::TextureLayout no_width{tapestry::raster::TextureKind::atlas, 2, 4, 0, 0};
+const raster::TextureLayout two_wide{raster::TextureKind::atlas, 2, 4, 2, 0};
+const raster::TextureLayout no_width{raster::TextureKind::atlas, 2, 4, 0, 0};
 
 geometry::Mesh small_mesh() {
   geometry::Mesh mesh;
@@ -96,9 +95,9 @@ struct Glb {
 }  // namespace
 
 TEST_CASE("a painted mesh as .glb has all that a viewer needs", "[io][glb]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto mesh = small_mesh();
-  const auto texture = tapestry::test::random_array<float>({3, 5, 3}, 1);
+  const auto texture = test::random_array<float>({3, 5, 3}, 1);
   io::write_painted_glb(folder.path("car.glb"), {mesh, {1, 0, 1, 0}, two_wide}, texture);
   const Glb glb(folder.read("car.glb"));
   const auto& primitives = glb.json["meshes"][0]["primitives"];
@@ -146,7 +145,7 @@ TEST_CASE("a painted mesh as .glb has all that a viewer needs", "[io][glb]") {
   auto layout = two_wide;
   layout.height = 3;
   layout.width = 5;
-  const auto used = tapestry::raster::used_texels<float>({mesh, {1, 0, 1, 0}, layout});
+  const auto used = raster::used_texels<float>({mesh, {1, 0, 1, 0}, layout});
   std::size_t used_count = 0;  // the others take the colours around them
   for (std::size_t row = 0; row < 3; ++row)
     for (std::size_t column = 0; column < 5; ++column) {
@@ -159,8 +158,8 @@ TEST_CASE("a painted mesh as .glb has all that a viewer needs", "[io][glb]") {
 }
 
 TEST_CASE("a .glb has the pictures of its materials, each of them once", "[io][glb]") {
-  const tapestry::test::TemporaryFolder folder;
-  io::write_image(folder.path("skin.png"), tapestry::test::random_array<float>({3, 5, 3}, 2));
+  const test::TemporaryFolder folder;
+  io::write_image(folder.path("skin.png"), test::random_array<float>({3, 5, 3}, 2));
   auto mesh = small_mesh();  // the second face has no uv, so that its material's colour shows
   mesh.materials[0].texture = mesh.materials[1].texture = folder.path("skin.png");
   mesh.face_materials = {0, 0, 1, -1};
@@ -182,7 +181,7 @@ TEST_CASE("a .glb has the pictures of its materials, each of them once", "[io][g
   CHECK(surfaces(glb) == std::vector<int>{-1, 0, 0, -1});  // body without uv, body, paint, none
   CHECK(glb.json["images"].size() == 1);
   io::write_painted_glb(folder.path("painted.glb"), {mesh, {0, 0, 0, 1}, two_wide},
-                        tapestry::test::random_array<float>({3, 5, 3}, 1));
+                        test::random_array<float>({3, 5, 3}, 1));
   const Glb painted(folder.read("painted.glb"));
   CHECK(surfaces(painted) == std::vector<int>{0, -1, 1, 1});
   const auto uvs = painted.corners(2, "TEXCOORD_0");  // not divided by the extent of the paint
@@ -190,7 +189,7 @@ TEST_CASE("a .glb has the pictures of its materials, each of them once", "[io][g
 }
 
 TEST_CASE("accessors of positions state their bounds exactly", "[io][glb]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   io::write_glb(folder.path("car.glb"), small_mesh());
   const Glb glb(folder.read("car.glb"));
   for (const auto& primitive : glb.json["meshes"][0]["primitives"]) {
@@ -210,7 +209,7 @@ TEST_CASE("accessors of positions state their bounds exactly", "[io][glb]") {
 }
 
 TEST_CASE("a material name that is not UTF-8 leaves the JSON of a .glb valid", "[io][glb]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   auto mesh = small_mesh();
   mesh.materials[0].name = "Terrain\xe6";
   io::write_glb(folder.path("car.glb"), mesh);
@@ -219,7 +218,7 @@ TEST_CASE("a material name that is not UTF-8 leaves the JSON of a .glb valid", "
 }
 
 TEST_CASE("the node of a .glb turns the front to z and up to y", "[io][glb]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   io::write_glb(folder.path("car.glb"), small_mesh());
   const Glb glb(folder.read("car.glb"));
   const auto& q = glb.json["nodes"][0]["rotation"];
@@ -234,19 +233,18 @@ TEST_CASE("the node of a .glb turns the front to z and up to y", "[io][glb]") {
 }
 
 TEST_CASE("what cannot be written as .glb is refused, and nothing is left", "[io][glb][bad_input]") {
-  const tapestry::test::TemporaryFolder folder;
-  const auto texture = tapestry::test::random_array<float>({2, 2, 3}, 1);
+  const test::TemporaryFolder folder;
+  const auto texture = test::random_array<float>({2, 2, 3}, 1);
   const std::string path = folder.path("car.glb");
   auto mesh = small_mesh();
-  CHECK_THROWS_AS(io::write_painted_glb(path, {mesh, {1}, two_wide}, texture), tapestry::ShapeError);
-  CHECK_THROWS_AS(io::write_painted_glb(path, {mesh, {1, 0, 1, 0}, no_width}, texture),
-                  tapestry::DomainError);
+  CHECK_THROWS_AS(io::write_painted_glb(path, {mesh, {1}, two_wide}, texture), ShapeError);
+  CHECK_THROWS_AS(io::write_painted_glb(path, {mesh, {1, 0, 1, 0}, no_width}, texture), DomainError);
   CHECK_THROWS_AS(
       io::write_painted_glb(path, {mesh, {1, 0, 1, 0}, two_wide}, tapestry::zeros<float, 3>({2, 2, 4})),
-      tapestry::ShapeError);
-  CHECK_THROWS_AS(io::write_glb(path, geometry::Mesh{}), tapestry::DomainError);
-  CHECK_THROWS_AS(io::write_glb(folder.path("absent/car.glb"), mesh), tapestry::FileError);
+      ShapeError);
+  CHECK_THROWS_AS(io::write_glb(path, geometry::Mesh{}), DomainError);
+  CHECK_THROWS_AS(io::write_glb(folder.path("absent/car.glb"), mesh), FileError);
   mesh.positions[2][1] = std::nan("");
-  CHECK_THROWS_AS(io::write_glb(path, mesh), tapestry::NumericError);
+  CHECK_THROWS_AS(io::write_glb(path, mesh), NumericError);
   CHECK(folder.read("car.glb").empty());
 }

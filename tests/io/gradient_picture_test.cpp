@@ -5,12 +5,11 @@
 #include "../support/catch.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-using tapestry::Array;
+using namespace tapestry;
 
 TEMPLATE_TEST_CASE("a gradient is drawn about grey, its largest entry white or black",
                    "[io][gradient_picture]", float, double) {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string path = folder.path("gradient.png");
   auto gradient = tapestry::zeros<TestType, 4>({1, 1, 2, 3});
   gradient(0, 0, 0, 0) = TestType(-0.008);
@@ -30,11 +29,11 @@ TEMPLATE_TEST_CASE("a gradient is drawn about grey, its largest entry white or b
 }
 
 TEST_CASE("what is no gradient of one picture is not drawn", "[io][gradient_picture][error]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string path = folder.path("gradient.png");
   CHECK_THROWS_WITH(io::write_gradient(path, tapestry::zeros<float, 4>({2, 4, 5, 3})),
                     "write_gradient: gradient is [2, 4, 5, 3], expected [1, 4, 5, 3]");
   auto gradient = tapestry::zeros<float, 4>({1, 4, 5, 3});
   gradient(0, 1, 2, 0) = std::numeric_limits<float>::quiet_NaN();
-  CHECK_THROWS_AS(io::write_gradient(path, gradient), tapestry::NumericError);
+  CHECK_THROWS_AS(io::write_gradient(path, gradient), NumericError);
 }

@@ -12,16 +12,8 @@
 #include "../support/temporary_folder.hpp"
 #include "../support/threads.hpp"
 
-namespace io = tapestry::io;
-using tapestry::Array;
-using tapestry::ErrorKind;
-using tapestry::test::BadContent;
-using tapestry::test::big_endian;
-using tapestry::test::bmp;
-using tapestry::test::check_refused;
-using tapestry::test::png;
-using tapestry::test::png_chunk;
-using tapestry::test::PngParts;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 std::string bytes(std::initializer_list<int> values) {
@@ -34,15 +26,15 @@ std::vector<int> values_of(const Array<std::uint8_t, 3>& image) { return {image.
 
 /// 3 × 2 pixels of random colours.
 Array<std::uint8_t, 3> small_image() {
-  Array<std::uint8_t, 3> image(tapestry::Extents<3>{3, 2, 3});
-  tapestry::Random random(1);
+  Array<std::uint8_t, 3> image(Extents<3>{3, 2, 3});
+  Random random(1);
   for (auto& value : image.storage()) value = static_cast<std::uint8_t>(random.uniform(0, 256));
   return image;
 }
 }  // namespace
 
 TEST_CASE("every kind of PNG is converted by the stated rule", "[io][image]") {  // I09, I10, I12
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   struct Row {
     const char* kind;
     PngParts parts;
@@ -82,11 +74,10 @@ struct PixelKind {
 constexpr PixelKind pixel_kinds[]{{0, 1}, {0, 2}, {0, 4}, {0, 8}, {0, 16}, {2, 8}, {2, 16}, {3, 1},
                                   {3, 2}, {3, 4}, {3, 8}, {4, 8}, {4, 16}, {6, 8}, {6, 16}};
 
-tapestry::test::PngSamples random_samples(const PixelKind& kind, std::size_t height, std::size_t width,
-                                          std::uint64_t seed) {
-  tapestry::test::PngSamples picture{height, width, tapestry::test::png_channels(kind.colour_type),
-                                     kind.bits};
-  tapestry::Random random(seed);
+test::PngSamples random_samples(const PixelKind& kind, std::size_t height, std::size_t width,
+                                std::uint64_t seed) {
+  test::PngSamples picture{height, width, test::png_channels(kind.colour_type), kind.bits};
+  Random random(seed);
   for (std::size_t i = 0; i < height * width * picture.channels; ++i)
     picture.samples.push_back(static_cast<unsigned>(random.uniform(0, double(1U << kind.bits))));
   return picture;
@@ -100,7 +91,7 @@ std::string palette_of(unsigned bits) {
 }
 
 /// Values of a pixel by the rule of read_image().
-std::vector<int> expected_values(const PixelKind& kind, const tapestry::test::PngSamples& picture) {
+std::vector<int> expected_values(const PixelKind& kind, const test::PngSamples& picture) {
   std::vector<int> values;
   for (std::size_t y = 0; y < picture.height; ++y)
     for (std::size_t x = 0; x < picture.width; ++x)
@@ -115,14 +106,13 @@ std::vector<int> expected_values(const PixelKind& kind, const tapestry::test::Pn
   return values;
 }
 
-PngParts parts_of(const PixelKind& kind, const tapestry::test::PngSamples& picture, bool interlaced,
-                  unsigned filter) {
+PngParts parts_of(const PixelKind& kind, const test::PngSamples& picture, bool interlaced, unsigned filter) {
   return {.width = static_cast<std::uint32_t>(picture.width),
           .height = static_cast<std::uint32_t>(picture.height),
           .bits = static_cast<int>(kind.bits),
           .colour_type = kind.colour_type,
           .interlace = interlaced ? 1 : 0,
-          .rows = tapestry::test::png_rows(picture, interlaced, filter),
+          .rows = test::png_rows(picture, interlaced, filter),
           .before_data = kind.colour_type == 3 ? palette_of(kind.bits) : std::string()};
 }
 }  // namespace
@@ -130,7 +120,7 @@ PngParts parts_of(const PixelKind& kind, const tapestry::test::PngSamples& pictu
 // The kinds of pictures of PngSuite (van Schaik), drawn anew: all pixels, sizes, filters, passes, chunks and
 // streams.
 TEST_CASE("every pixel, filter, size and order of rows of a PNG is read", "[io][image]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   std::uint64_t seed = 0;
   for (const PixelKind& kind : pixel_kinds)
     for (const bool interlaced : {false, true})
@@ -152,9 +142,9 @@ TEST_CASE("every pixel, filter, size and order of rows of a PNG is read", "[io][
 }
 
 TEST_CASE("what a PNG says beside its pixels does not change them", "[io][image]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string date = bytes({7, 208, 1, 1, 0, 0, 0}), text = "Title" + std::string(1, '\0');
-  const std::string packed = std::string(1, '\0') + tapestry::test::zlib_packed("words");
+  const std::string packed = std::string(1, '\0') + test::zlib_packed("words");
   for (const PixelKind& kind : pixel_kinds) {
     const auto picture = random_samples(kind, 5, 9, 7);
     const auto expected = expected_values(kind, picture);
@@ -193,16 +183,16 @@ TEST_CASE("what a PNG says beside its pixels does not change them", "[io][image]
 }
 
 TEST_CASE("PNG picture data may come in any pieces and at any level of compression", "[io][image]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const PixelKind kind{2, 8};
   const auto picture = random_samples(kind, 12, 13, 9);
   const auto expected = expected_values(kind, picture);
   const PngParts parts = parts_of(kind, picture, true, 5);
-  const std::string beginning = tapestry::test::png_signature() + tapestry::test::png_header(parts);
+  const std::string beginning = test::png_signature() + test::png_header(parts);
   for (const int level : {0, 1, 3, 6, 9})
     for (const std::size_t piece : {1U, 2U, 4U, 100U, 100000U}) {
       INFO("level " << level << ", pieces of " << piece);
-      const std::string packed = tapestry::test::zlib_packed(parts.rows, level);
+      const std::string packed = test::zlib_packed(parts.rows, level);
       std::string file = beginning;
       for (std::size_t at = 0; at < packed.size();
            at += piece)  // empty ones between: of a first one stb copies from null
@@ -212,7 +202,7 @@ TEST_CASE("PNG picture data may come in any pieces and at any level of compressi
 }
 
 TEST_CASE("a texture that is not opaque is named, its colours are those of its pixels", "[io][image]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string palette = png_chunk("PLTE", bytes({1, 2, 3}));
   const struct {
     PngParts parts;
@@ -230,12 +220,12 @@ TEST_CASE("a texture that is not opaque is named, its colours are those of its p
     std::vector<std::string> warnings;
     CHECK((io::read_texture(path, &warnings) == io::read_image(path, &warnings)));
     CHECK(warnings.size() == (is_opaque ? 0U : 1U));
-    for (const std::string& word : warnings) CHECK_THAT(word, tapestry::test::contains("transparency"));
+    for (const std::string& word : warnings) CHECK_THAT(word, test::contains("transparency"));
   }
 }
 
 TEST_CASE("a PNG is turned upright by its EXIF block", "[io][image]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const PixelKind kind{2, 8};
   PngParts parts = parts_of(kind, random_samples(kind, 3, 2, 9), false, 5);
   const auto stored = io::read_image(folder.write("a.png", png(parts)));
@@ -253,14 +243,14 @@ TEST_CASE("a PNG is turned upright by its EXIF block", "[io][image]") {
   PngParts turned = row;
   turned.before_data = png_chunk("eXIf", std::string("MM\0*\0\0\0\x8\0\1\1\x12\0\3\0\0\0\1\0\6\0\0", 22));
   const auto mask = io::read_mask(folder.write("m.png", png(turned)));  // by a quarter, clockwise
-  REQUIRE((mask.shape() == tapestry::Extents<2>{2, 1}));
+  REQUIRE((mask.shape() == Extents<2>{2, 1}));
   CHECK(mask(0, 0) == 0);
   CHECK(mask(1, 0) == 1);
 }
 
 TEST_CASE("a PNG whose picture is whole is read without a sound end chunk, with a warning",
           "[io][image]") {  // I05
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const PixelKind kind{2, 8};
   const std::string file = png(parts_of(kind, random_samples(kind, 3, 2, 9), false, 5));
   const auto whole = io::read_image(folder.write("a.png", file));
@@ -269,7 +259,7 @@ TEST_CASE("a PNG whose picture is whole is read without a sound end chunk, with 
     const std::string path = folder.write("a.png", content);
     CHECK((io::read_image(path, &warnings) == whole));
     CHECK(warnings == std::vector{path + ": PNG lacks a sound end chunk behind its picture data"});
-    CHECK_THROWS_AS(io::read_image(path), tapestry::FileError);
+    CHECK_THROWS_AS(io::read_image(path), FileError);
   };
   for (const std::size_t missing : {1U, 5U, 12U}) read_with_warning(file.substr(0, file.size() - missing));
   std::string damaged = file;
@@ -277,11 +267,11 @@ TEST_CASE("a PNG whose picture is whole is read without a sound end chunk, with 
   read_with_warning(damaged);
   std::vector<std::string> warnings;
   CHECK_THROWS_AS(io::read_image(folder.write("a.png", file.substr(0, file.size() - 13)), &warnings),
-                  tapestry::FileError);  // of the picture data's checksum
+                  FileError);  // of the picture data's checksum
 }
 
 TEST_CASE("a mask keeps sixteen bits", "[io][image]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto deep = io::read_mask(folder.write("m.png", png({.bits = 16, .rows = bytes({0, 0x12, 0x34})})));
   CHECK(deep(0, 0) == float(0x1234) / 65535.0F);
   const auto shallow =
@@ -290,7 +280,7 @@ TEST_CASE("a mask keeps sixteen bits", "[io][image]") {
 }
 
 TEST_CASE("a picture comes back", "[io][image]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto image = small_image();
   io::write_image(folder.path("a.png"), image);
   CHECK(values_of(io::read_image(folder.path("a.png"))) == values_of(image));
@@ -306,12 +296,12 @@ TEST_CASE("a picture comes back", "[io][image]") {
 
 TEST_CASE("a large picture is packed by several threads into one stream of the same bytes", "[io][image]") {
   constexpr std::size_t height = 1000, width = 1100;  // 3.3 million bytes
-  Array<std::uint8_t, 3> image(tapestry::Extents<3>{height, width, 3});
-  tapestry::Random random(1);
+  Array<std::uint8_t, 3> image(Extents<3>{height, width, 3});
+  Random random(1);
   for (std::size_t i = 0; i < image.size(); ++i)
     image.data()[i] = static_cast<std::uint8_t>(i / 3 % width / 8 + random.index(3));
   const auto packed_by = [&](int threads) {
-    const tapestry::test::Threads limit(threads);
+    const test::Threads limit(threads);
     return io::detail::encode_png(image.data(), height, width, 3);
   };
   const std::string file = packed_by(1);
@@ -331,7 +321,7 @@ TEST_CASE("a large picture is packed by several threads into one stream of the s
 TEST_CASE("a picture becomes a JPEG", "[io][image]") {
   // A level picture loses what rounding its frequency of zero loses: half a step of quantisation, of which
   // quality 100 has one level, and half a level in each conversion of colours.
-  Array<std::uint8_t, 3> level(tapestry::Extents<3>{20, 30, 3});
+  Array<std::uint8_t, 3> level(Extents<3>{20, 30, 3});
   for (std::size_t i = 0; i < level.size(); ++i)
     level.data()[i] = std::array<std::uint8_t, 3>{200, 90, 40}[i % 3];
   const std::string file = io::jpeg_file("level", level, 100);
@@ -345,28 +335,26 @@ TEST_CASE("a picture becomes a JPEG", "[io][image]") {
 #endif
   CHECK(io::jpeg_file("small", small_image(), 40).size() < io::jpeg_file("small", small_image(), 100).size());
   CHECK_THROWS_WITH(io::jpeg_file("level", level, 0), "jpeg_file: quality is 0, expected 1 to 100");
-  CHECK_THROWS_AS(io::jpeg_file("level", level, 101), tapestry::DomainError);
-  CHECK_THROWS_AS(io::jpeg_file("none", Array<std::uint8_t, 3>(tapestry::Extents<3>{0, 4, 3}), 90),
-                  tapestry::ShapeError);
+  CHECK_THROWS_AS(io::jpeg_file("level", level, 101), DomainError);
+  CHECK_THROWS_AS(io::jpeg_file("none", Array<std::uint8_t, 3>(Extents<3>{0, 4, 3}), 90), ShapeError);
 }
 
 TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const PngParts one{.rows = bytes({0, 7})};
   const std::string good = png(one);
-  const std::string signature = tapestry::test::png_signature();
-  const std::string header = tapestry::test::png_header(one);
-  const std::string packed = tapestry::test::zlib_packed(one.rows);
+  const std::string signature = test::png_signature();
+  const std::string header = test::png_header(one);
+  const std::string packed = test::zlib_packed(one.rows);
   const std::string data = png_chunk("IDAT", packed);
   const std::string end = png_chunk("IEND", "");
   const auto sized = [](std::uint32_t width, std::uint32_t height) {
     return png({.width = width, .height = height});
   };
   const auto cut_stream = [&](std::size_t size) {
-    return signature + header + png_chunk("IDAT", tapestry::test::zlib_packed(one.rows).substr(0, size)) +
-           end;
+    return signature + header + png_chunk("IDAT", test::zlib_packed(one.rows).substr(0, size)) + end;
   };
-  std::string wrong_sum = tapestry::test::zlib_packed(one.rows);
+  std::string wrong_sum = test::zlib_packed(one.rows);
   wrong_sum.back() = static_cast<char>(wrong_sum.back() + 1);
   const auto malformed = ErrorKind::malformed;
   const BadContent rows[] = {
@@ -381,7 +369,7 @@ TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
       {"I04 bomb", png({.rows = std::string(std::size_t{1} << 18U, '\0')}), malformed, "damaged or cut"},
       {"I05 no end", signature + header + data, malformed, "cut"},
       {"I05 stream", cut_stream(8), malformed, "damaged or cut"},
-      {"I05 stream sum cut", cut_stream(tapestry::test::zlib_packed(one.rows).size() - 1), malformed, "cut"},
+      {"I05 stream sum cut", cut_stream(test::zlib_packed(one.rows).size() - 1), malformed, "cut"},
       {"I05 stream sum", signature + header + png_chunk("IDAT", wrong_sum) + end, malformed, "damaged"},
       {"I05 checksum", std::string(good).replace(50, 1, "?"), malformed, "checksum"},
       {"I05 data apart",
@@ -430,12 +418,11 @@ TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
 }
 
 TEST_CASE("every kind of uncompressed BMP is converted by the stated rule", "[io][image]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string palette = bytes({3, 2, 1, 0, 9, 8, 7, 0});  // (1, 2, 3), (7, 8, 9)
   const std::string pixel_24 = bytes({3, 2, 1, 0});
   const auto masks = [](std::uint32_t r, std::uint32_t g, std::uint32_t b) {
-    return tapestry::test::little_endian(r, 4) + tapestry::test::little_endian(g, 4) +
-           tapestry::test::little_endian(b, 4);
+    return test::little_endian(r, 4) + test::little_endian(g, 4) + test::little_endian(b, 4);
   };
   struct Row {
     const char* kind;
@@ -483,7 +470,7 @@ TEST_CASE("every kind of uncompressed BMP is converted by the stated rule", "[io
 }
 
 TEST_CASE("a PNG with more data than its size is read with a warning", "[io][image]") {  // I04
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string path = folder.write("a.png", png({.rows = bytes({0, 7, 2, 3})}));
   std::vector<std::string> warnings;
   CHECK(values_of(io::read_image(path, &warnings)) == std::vector<int>{7, 7, 7});
@@ -494,7 +481,7 @@ TEST_CASE("a PNG with more data than its size is read with a warning", "[io][ima
 
 TEST_CASE("run lengths of a BMP are unpacked, and refused where they are cut",
           "[io][image][bad_input]") {  // I21
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string palette = bytes({1, 1, 1, 0, 2, 2, 2, 0, 3, 3, 3, 0});
   const auto red_of = [&](int width, int height, int bits, const std::string& runs) {
     const auto file = bmp({.width = width,
@@ -521,7 +508,7 @@ TEST_CASE("run lengths of a BMP are unpacked, and refused where they are cut",
 }
 
 TEST_CASE("plain and binary PBM, PGM and PPM of the same samples are the same picture", "[io][image]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto read = [&](const std::string& file) {
     return values_of(io::read_image(folder.write("a.pnm", file)));
   };
@@ -537,7 +524,7 @@ TEST_CASE("plain and binary PBM, PGM and PPM of the same samples are the same pi
 }
 
 TEST_CASE("PGM and PPM are scaled by their greatest sample", "[io][image]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto read = [&](const std::string& file) { return io::read_image(folder.write("a.ppm", file)); };
   const auto mask = [&](const std::string& file) { return io::read_mask(folder.write("a.pgm", file)); };
   CHECK(values_of(read("P6\n# by hand\n1 2\n255\n" + bytes({1, 2, 3, 4, 5, 6}))) ==
@@ -551,7 +538,7 @@ TEST_CASE("PGM and PPM are scaled by their greatest sample", "[io][image]") {
 }
 
 TEST_CASE("bad BMP, PGM and PPM pictures are refused", "[io][image][bad_input]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto malformed = ErrorKind::malformed;
   const std::string row(4, '\0'), palette(8, '\0');
   const BadContent rows[] = {
@@ -601,39 +588,36 @@ TEST_CASE("bad BMP, PGM and PPM pictures are refused", "[io][image][bad_input]")
 }
 
 TEST_CASE("every cut and every changed byte of a PNG is refused", "[io][image][bad_input]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   io::write_image(folder.path("a.png"), small_image());
   const std::string good = folder.read("a.png");
   for (std::size_t at = 0; at < good.size(); ++at) {
     INFO(at);
     std::string changed = good;
     changed[at] = static_cast<char>(changed[at] ^ 4);
-    CHECK_THROWS_AS(io::scan_png(good.substr(0, at), "a.png"), tapestry::FileError);
-    CHECK_THROWS_AS(io::scan_png(changed, "a.png"), tapestry::FileError);
+    CHECK_THROWS_AS(io::scan_png(good.substr(0, at), "a.png"), FileError);
+    CHECK_THROWS_AS(io::scan_png(changed, "a.png"), FileError);
   }
   CHECK(io::scan_png(good + "more", "a.png").width == 2);
 }
 
 TEST_CASE("a picture with a value that is not finite is not written", "[io][image]") {  // I17, I20
-  const tapestry::test::TemporaryFolder folder;
-  auto image = tapestry::test::random_array<float>({2, 3, 3}, 1);
+  const test::TemporaryFolder folder;
+  auto image = test::random_array<float>({2, 3, 3}, 1);
   image(1, 2, 0) = std::numeric_limits<float>::quiet_NaN();
-  CHECK_THROWS_AS(io::write_image(folder.path("a.png"), image), tapestry::NumericError);
+  CHECK_THROWS_AS(io::write_image(folder.path("a.png"), image), NumericError);
   check_refused(ErrorKind::numeric, "row 1, column 2", [&] { io::write_image(folder.path("a.png"), image); });
   CHECK_FALSE(std::filesystem::exists(folder.path("a.png")));
-  const auto two_channels = tapestry::test::random_array<float>({2, 3, 2}, 1);
-  CHECK_THROWS_AS(io::write_image(folder.path("a.png"), two_channels), tapestry::ShapeError);
-  const Array<float, 2> empty(tapestry::Extents<2>{0, 3});
-  CHECK_THROWS_AS(io::write_mask(folder.path("a.png"), empty), tapestry::ShapeError);
+  const auto two_channels = test::random_array<float>({2, 3, 2}, 1);
+  CHECK_THROWS_AS(io::write_image(folder.path("a.png"), two_channels), ShapeError);
+  const Array<float, 2> empty(Extents<2>{0, 3});
+  CHECK_THROWS_AS(io::write_mask(folder.path("a.png"), empty), ShapeError);
 }
 
 TEST_CASE("the real masks are read", "[io][image]") {
-  const std::string path = tapestry::test::in_shared("data/carla/mask1.png");
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: " << path << " is absent");
-    return;
-  }
+  const std::string path = test::in_shared("data/carla/mask1.png");
+  if (is_absent(path)) return;
   const auto mask = io::read_mask(path);
-  CHECK((mask.shape() == tapestry::Extents<2>{608, 608}));
+  CHECK((mask.shape() == Extents<2>{608, 608}));
   CHECK(std::count_if(mask.begin(), mask.end(), [](float value) { return value > 0; }) > 30000);
 }

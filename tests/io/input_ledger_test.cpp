@@ -13,9 +13,8 @@
 #include "../support/threads.hpp"
 
 namespace fs = std::filesystem;
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::test::TemporaryFolder;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 std::vector<std::string> paths_of(const io::InputLedger& ledger) {
@@ -79,8 +78,8 @@ TEST_CASE("a path that is opened again must hold the same bytes", "[io][input_le
   CHECK(ledger.digest() == digest);
   fs::remove(path);
   folder.write("weights", "two");
-  tapestry::test::check_refused(ErrorKind::mismatch, path + ": the file has changed since it was first read",
-                                [&] { (void)io::read_text_file(path); });
+  test::check_refused(ErrorKind::mismatch, path + ": the file has changed since it was first read",
+                      [&] { (void)io::read_text_file(path); });
   CHECK(ledger.digest() == digest);
 }
 
@@ -96,7 +95,7 @@ TEST_CASE("a program's own results are no inputs, nor is what nobody records", "
     (void)io::read_text_file(own);
     (void)io::read_text_file(below);
     CHECK(paths_of(ledger) == std::vector<std::string>{below});
-    CHECK_THROWS_AS(io::InputLedger(), tapestry::DomainError);
+    CHECK_THROWS_AS(io::InputLedger(), DomainError);
   }
   const io::InputLedger next;
   CHECK(next.records().empty());
@@ -108,7 +107,7 @@ TEST_CASE("threads that open files at once leave the same ledger as one", "[io][
   for (int i = 0; i < 20; ++i)
     paths.push_back(folder.write(std::to_string(i), std::string(1000, char('a' + i))));
   const auto digest_on = [&](int threads) {
-    const tapestry::test::Threads cap(threads);
+    const test::Threads cap(threads);
     const io::InputLedger ledger;
     tapestry::parallel_for(200, [&](std::size_t i) { (void)io::read_text_file(paths[i % paths.size()]); });
     CHECK(ledger.records().size() == paths.size());

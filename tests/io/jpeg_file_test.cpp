@@ -10,12 +10,11 @@
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
-using Picture = tapestry::Array<std::uint8_t, 3>;
+using Picture = Array<std::uint8_t, 3>;
 using namespace std::string_literals;
 
 /// An EXIF segment that holds nothing but the orientation and, in a directory of its own, the focal length.
@@ -70,7 +69,7 @@ TEST_CASE("JPEGs that are not read are refused by their header", "[io][jpeg][bad
       {"I06 large", frame_header(0xC0, 8, 60000, 60000, 3), ErrorKind::limit, "found 60000 x 60000"},
       {"I11 channels", frame_header(0xC0, 8, 4, 4, 2), ErrorKind::malformed, "4 (CMYK), found 2"},
   };
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   for (const auto& row : rows) {
     INFO(row.label);
     const std::string path = folder.write("a.jpg", row.file);
@@ -100,7 +99,7 @@ TEST_CASE("the focal length of an EXIF block is read, and 0 from a cut block", "
 }
 
 TEST_CASE("an EXIF block of any bytes has some focal length", "[io][jpeg][bad_input]") {
-  tapestry::Random random(2);
+  Random random(2);
   for (int trial = 0; trial < 20000; ++trial) {
     const std::string segment = exif_segment(1, trial % 2 == 0, 27);
     std::string tiff = segment.substr(10, random.index(segment.size() - 10));
@@ -111,13 +110,13 @@ TEST_CASE("an EXIF block of any bytes has some focal length", "[io][jpeg][bad_in
 }
 
 TEST_CASE("an upright picture is passed on without a copy", "[io][jpeg]") {
-  Picture stored(tapestry::Extents<3>{2, 3, 3});
+  Picture stored(Extents<3>{2, 3, 3});
   const std::uint8_t* const pixels = stored.data();
   CHECK(io::turned_upright(std::move(stored), 1).data() == pixels);
 }
 
 TEST_CASE("eight orientations are turned upright", "[io][jpeg]") {
-  Picture stored(tapestry::Extents<3>{2, 3, 3});  // 0 1 2 / 3 4 5
+  Picture stored(Extents<3>{2, 3, 3});  // 0 1 2 / 3 4 5
   for (std::size_t i = 0; i < stored.size(); ++i) stored.data()[i] = static_cast<std::uint8_t>(i / 3);
   const std::vector<std::vector<int>> expected{{0, 1, 2, 3, 4, 5}, {2, 1, 0, 5, 4, 3}, {5, 4, 3, 2, 1, 0},
                                                {3, 4, 5, 0, 1, 2}, {0, 3, 1, 4, 2, 5}, {3, 0, 4, 1, 5, 2},
@@ -135,7 +134,7 @@ TEST_CASE("eight orientations are turned upright", "[io][jpeg]") {
 namespace {
 /// Smooth, so that a JPEG keeps it within a few levels, and different in every corner.
 Picture smooth_picture(std::size_t height, std::size_t width) {
-  Picture picture(tapestry::Extents<3>{height, width, 3});
+  Picture picture(Extents<3>{height, width, 3});
   for (std::size_t y = 0; y < height; ++y)
     for (std::size_t x = 0; x < width; ++x) {
       picture(y, x, 0) = static_cast<std::uint8_t>(250 * y / height);
@@ -170,7 +169,7 @@ TEST_CASE("a JPEG shows what was put into it, baseline or progressive, colour or
   // At quality 95 the coarsest steps of a coefficient are 10 and 12 levels; chroma shared by pixels adds to
   // that.
   const Picture picture = smooth_picture(37, 53);
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   for (const int flags : {0, TJFLAG_PROGRESSIVE})
     for (const int sampling : {TJSAMP_444, TJSAMP_422, TJSAMP_420}) {
       const Picture read = io::read_image(folder.write("a.png", jpeg_of(picture, flags, sampling)));
@@ -181,7 +180,7 @@ TEST_CASE("a JPEG shows what was put into it, baseline or progressive, colour or
 }
 
 TEST_CASE("a photograph taken on its side is read upright, a texture as it is stored", "[io][jpeg]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string plain = jpeg_of(smooth_picture(24, 40));
   const Picture stored = io::parse_jpeg(plain, "a.jpg");
   for (const bool is_little : {true, false})
@@ -242,7 +241,7 @@ TEST_CASE("I11: a CMYK JPEG is taken for inverted, as Adobe's programs write it"
   const std::vector<std::array<std::uint8_t, 4>> inks{
       {255, 255, 255, 255}, {255, 0, 0, 255}, {200, 100, 50, 128}};
   for (const auto& ink : inks) {
-    Picture cmyk(tapestry::Extents<3>{16, 16, 4});
+    Picture cmyk(Extents<3>{16, 16, 4});
     for (std::size_t i = 0; i < cmyk.size(); ++i) cmyk.data()[i] = ink[i % 4];
     const tjhandle encoder = tjInitCompress();
     unsigned char* bytes = nullptr;
@@ -261,7 +260,7 @@ TEST_CASE("I11: a CMYK JPEG is taken for inverted, as Adobe's programs write it"
 
 TEST_CASE("a JPEG with changed bytes is read or refused, and nothing worse", "[io][jpeg][bad_input]") {
   const std::string good = jpeg_of(smooth_picture(16, 16), TJFLAG_PROGRESSIVE);
-  tapestry::Random random(1);
+  Random random(1);
   std::size_t refused = 0;
   for (int trial = 0; trial < 2000; ++trial) {
     std::string file = good;
@@ -271,7 +270,7 @@ TEST_CASE("a JPEG with changed bytes is read or refused, and nothing worse", "[i
     try {
       std::vector<std::string> warnings;
       (void)io::parse_jpeg(file, "a.jpg", trial % 2 == 0 ? nullptr : &warnings);
-    } catch (const tapestry::FileError&) {
+    } catch (const FileError&) {
       ++refused;
     }
   }

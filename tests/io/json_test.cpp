@@ -5,8 +5,7 @@
 #include "../support/bad_file.hpp"
 #include "../support/catch.hpp"
 
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
+using namespace tapestry;
 using namespace std::string_literals;
 
 namespace {
@@ -60,24 +59,24 @@ TEST_CASE("read_json takes 64 levels and 131,072 members, and no more", "[io][js
   crowded.back() = ',';
   const auto many = std::to_string(8 + crowded.size());
   const auto malformed = ErrorKind::malformed;
-  tapestry::test::check_bad_files(
-      {{"65 levels", nested(65), malformed, "@76",
-        "JSON nested too deep; expected at most 64 levels, found more"},
-       {"200,000 levels", nested(200000), malformed, "@76", "JSON nested too deep"},
-       {"200,000 objects",
-        [] {
-          std::string text;
-          for (int i = 0; i < 200000; ++i) text += R"({"a":)";
-          return text;
-        }(),
-        malformed, "@328", "JSON nested too deep"},
-       {"crowded", crowded + "\"x\":1}", ErrorKind::limit, "@" + many, "at most 131072"}},
-      "some.json", [](const std::string& text) { (void)io::read_json(text, "some.json", 8); });
+  test::check_bad_files({{"65 levels", nested(65), malformed, "@76",
+                          "JSON nested too deep; expected at most 64 levels, found more"},
+                         {"200,000 levels", nested(200000), malformed, "@76", "JSON nested too deep"},
+                         {"200,000 objects",
+                          [] {
+                            std::string text;
+                            for (int i = 0; i < 200000; ++i) text += R"({"a":)";
+                            return text;
+                          }(),
+                          malformed, "@328", "JSON nested too deep"},
+                         {"crowded", crowded + "\"x\":1}", ErrorKind::limit, "@" + many, "at most 131072"}},
+                        "some.json",
+                        [](const std::string& text) { (void)io::read_json(text, "some.json", 8); });
 }
 
 TEST_CASE("N17: read_json refuses what is not sound JSON", "[io][json][bad_input]") {
   const auto malformed = ErrorKind::malformed;
-  tapestry::test::check_bad_files(
+  test::check_bad_files(
       {
           {"empty", "", malformed, "@8", "found the end"},
           {"cut", "{\"a\":[1,", malformed, "@16", "found the end"},
@@ -247,7 +246,7 @@ TEST_CASE("read_json refuses every text that a parser must refuse", "[io][json][
       R"({"a":"b","a":"c"})"};  // N17
   for (const auto& text : rows) {
     INFO(text.substr(0, 80));
-    CHECK_THROWS_AS(value_of(text), tapestry::FileError);
+    CHECK_THROWS_AS(value_of(text), FileError);
   }
 }
 

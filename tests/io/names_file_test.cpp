@@ -4,12 +4,11 @@
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
 
 TEST_CASE("class names are read", "[io][names]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto names = io::read_class_names(folder.write("n",
                                                        "\xEF\xBB\xBF"
                                                        "car \r\ntraffic light\r\n\r\n\n"),
@@ -18,7 +17,7 @@ TEST_CASE("class names are read", "[io][names]") {
 }
 
 TEST_CASE("bad lists of class names are refused", "[io][names][bad_input]") {  // G32
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto read = [&](const std::string& content) {
     return io::read_class_names(folder.write("n", content), 3);
   };
@@ -32,7 +31,7 @@ TEST_CASE("bad lists of class names are refused", "[io][names][bad_input]") {  /
 }
 
 TEST_CASE("any number of class names is read in a time in proportion", "[io][names][bad_input]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   std::string many;  // comparing each with each would take minutes
   for (int i = 0; i < 500'000; ++i) many += std::to_string(i) + "\n";
   check_refused(ErrorKind::mismatch, "expected 3, found 500000",

@@ -3,10 +3,8 @@
 #include "../support/catch.hpp"
 #include "../support/refusal.hpp"
 
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::test::BadContent;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 std::string header(const std::string& dictionary, int version = 1) {

@@ -5,15 +5,13 @@
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::test::BadContent;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 io::NpzWriter small_writer() {
   io::NpzWriter writer;
-  writer.add("values", tapestry::test::random_array<float>({3, 4}, 1));
+  writer.add("values", test::random_array<float>({3, 4}, 1));
   writer.add("steps", std::uint64_t{1} << 63U);
   writer.add("list", std::vector<std::uint64_t>{1, 2, 3});
   writer.add("note", "two words");
@@ -31,11 +29,11 @@ std::string with(std::string bytes, std::size_t at, const std::string& replaceme
 
 TEST_CASE("an npz file comes back", "[io][npz]") {
   const bool compress = GENERATE(false, true);
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   small_writer().write(folder.path("a.npz"), compress);
   const auto file = io::NpzFile::read(folder.path("a.npz"));
   CHECK(file.names() == std::vector<std::string>{"values", "steps", "list", "note"});
-  CHECK((file.array<float, 2>("values") == tapestry::test::random_array<float>({3, 4}, 1)));
+  CHECK((file.array<float, 2>("values") == test::random_array<float>({3, 4}, 1)));
   CHECK(file.get("steps").as<std::uint64_t>() == std::vector<std::uint64_t>{std::uint64_t{1} << 63U});
   CHECK(file.get("list").as<std::uint64_t>() == std::vector<std::uint64_t>{1, 2, 3});
   const auto& note = file.get("note").bytes;
@@ -129,15 +127,14 @@ TEST_CASE("every cut and every flipped bit of an npz file is refused or harmless
     try {
       const auto file = parse(flipped);
       for (const auto& name : file.names())
-        if (name == "values")
-          CHECK((file.array<float, 2>(name) == tapestry::test::random_array<float>({3, 4}, 1)));
-    } catch (const tapestry::Error&) {
+        if (name == "values") CHECK((file.array<float, 2>(name) == test::random_array<float>({3, 4}, 1)));
+    } catch (const Error&) {
     }
   }
 }
 
 TEST_CASE("files that are no files are refused", "[io][npz][bad_input]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   check_refused(ErrorKind::malformed, "folder", [&] { (void)io::NpzFile::read(folder.path()); });
   check_refused(ErrorKind::malformed, "cannot open",
                 [&] { (void)io::NpzFile::read(folder.path("absent.npz")); });

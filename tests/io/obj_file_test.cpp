@@ -8,11 +8,9 @@
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::geometry::Corners;
-using tapestry::test::BadFile;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
+using geometry::Corners;
 
 namespace {
 const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -231,7 +229,7 @@ TEST_CASE("bad OBJ files are refused with their line", "[io][obj][bad_input]") {
       {"O28 tiny", "v 0 0 0\nv 1e-30 0 0\nv 0 1e-30 0\n" + face, ErrorKind::mismatch, "", "no usable size"},
       {"O28 huge", "v 0 0 0\nv 1e30 0 0\nv 0 1e30 0\n" + face, ErrorKind::mismatch, "", "no usable size"},
   };
-  tapestry::test::check_bad_files(rows, "a.obj", [](const std::string& text) { (void)parse(text); });
+  test::check_bad_files(rows, "a.obj", [](const std::string& text) { (void)parse(text); });
   const io::ObjLimits few{.records = 2};
   check_refused(ErrorKind::limit, "a.obj:3: mesh is too large",
                 [&] { (void)io::parse_obj(triangle, "a.obj", few); });
@@ -248,14 +246,14 @@ TEST_CASE("every cut of an OBJ is refused or a shorter mesh", "[io][obj][bad_inp
       const auto loaded = parse(whole.substr(0, length));
       CHECK(loaded.mesh.faces.size() <= 2);
       CHECK(loaded.mesh.faces[0] == Corners{0, 1, 2});
-    } catch (const tapestry::FileError& error) {
+    } catch (const FileError& error) {
       CHECK(error.kind() == ErrorKind::malformed);
     }
   }
 }
 
 TEST_CASE("material files are found beside the OBJ only", "[io][obj]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto read_with = [&](const std::string& library) {
     return io::read_obj(
         folder.write("a.obj", "mtllib " + library + "\n" + triangle + "usemtl body\nf 1 2 3\n"));
@@ -301,7 +299,7 @@ TEST_CASE("oddities of an OBJ become one warning a kind, with the line of the fi
 
 TEST_CASE("materials may be defined after their use, and what hides a colour or texture is told",
           "[io][obj]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   folder.write("a.mtl", "newmtl body\nKd 1 0 0\nMap_KD x.png\n");
   const auto read = [&](const std::string& faces) {
     return io::read_obj(folder.write("a.obj", triangle + "vt 0 0\n" + faces));
@@ -321,7 +319,7 @@ TEST_CASE("materials may be defined after their use, and what hides a colour or 
 }
 
 TEST_CASE("opacity and light of a material are named where they are not drawn", "[io][mtl][bad_input]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto warnings_of = [&](const std::string& records) {
     std::vector<std::string> warnings;
     (void)io::read_mtl(folder.write("a.mtl", "newmtl a\n" + records), warnings);
@@ -336,7 +334,7 @@ TEST_CASE("opacity and light of a material are named where they are not drawn", 
 }
 
 TEST_CASE("material files with odd colours are read with a warning", "[io][mtl][bad_input]") {  // O26
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   std::vector<std::string> warnings;
   const auto read = [&](const std::string& text) {
     return io::read_mtl(folder.write("a.mtl", text), warnings);
@@ -365,7 +363,7 @@ TEST_CASE("material files with odd colours are read with a warning", "[io][mtl][
 }
 
 TEST_CASE("textures are found beside their material file or below it", "[io][mtl]") {  // O34
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   std::vector<std::string> warnings;
   const auto texture = [&](const std::string& record) {
     warnings.clear();
@@ -390,7 +388,7 @@ TEST_CASE("textures are found beside their material file or below it", "[io][mtl
 
 TEST_CASE("material files are read once, and neither they nor their warnings fill memory",
           "[io][mtl][bad_input]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   std::string again, odd;
   for (int i = 0; i < 500; ++i) again += "newmtl a\nKd 2 0 0\n";
   for (int i = 0; i < 500; ++i) odd += "mtllib " + std::string(i % 2 == 0 ? "" : "./") + "a.mtl\n";

@@ -16,10 +16,7 @@ namespace io = tapestry::io;
 
 TEST_CASE("the real car is read as tinyobjloader reads it", "[io][obj]") {
   const std::string path = tapestry::test::in_shared("data/mesh/audi_et_te.obj");
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: " << path << " is absent");
-    return;
-  }
+  if (tapestry::test::is_absent(path)) return;
   const auto mesh = io::read_obj(path).mesh;
   tinyobj::attrib_t attributes;
   std::vector<tinyobj::shape_t> shapes;

@@ -7,12 +7,11 @@
 #include "../support/random_array.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-namespace geometry = tapestry::geometry;
+using namespace tapestry;
 
 namespace {
-const tapestry::raster::TextureLayout two_wide{tapestry::raster::TextureKind::atlas, 2, 4, 2, 0};
-const tapestry::raster::TextureLayout no_width{tapestry::raster::TextureKind::atlas, 2, 4, 0, 0};
+const raster::TextureLayout two_wide{raster::TextureKind::atlas, 2, 4, 2, 0};
+const raster::TextureLayout no_width{raster::TextureKind::atlas, 2, 4, 0, 0};
 geometry::Mesh small_mesh() {
   geometry::Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1.0 / 3, 0, 1e-7}, {0, 1, 0}, {-2, 1e5, 0.1}};
@@ -30,7 +29,7 @@ geometry::Mesh small_mesh() {
 }  // namespace
 
 TEST_CASE("a mesh comes back to the bit", "[io][obj]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   auto mesh = small_mesh();
   for (std::size_t i = 0; i < mesh.positions.size(); ++i)
     mesh.vertex_colours.push_back({0.1F, 0.125F * static_cast<float>(i), 1});
@@ -52,9 +51,9 @@ TEST_CASE("a mesh comes back to the bit", "[io][obj]") {
 }
 
 TEST_CASE("a painted mesh has its texture beside it", "[io][obj]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto mesh = small_mesh();
-  const auto texture = tapestry::test::random_array<float>({2, 4, 3}, 1);
+  const auto texture = test::random_array<float>({2, 4, 3}, 1);
   io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 0, 1}, two_wide}, texture);
   const auto loaded = io::read_obj(folder.path("car.obj"));
   CHECK(loaded.warnings.empty());
@@ -69,14 +68,14 @@ TEST_CASE("a painted mesh has its texture beside it", "[io][obj]") {
   for (const auto& material : loaded.mesh.materials)
     CHECK(material.texture == (material.name == "paint_" ? folder.path("car.png") : ""));
   CHECK_THAT(folder.read("car.mtl"), contains("map_Kd car.png"));
-  CHECK((io::read_image(folder.path("car.png")).shape() == tapestry::Extents<3>{2, 4, 3}));
+  CHECK((io::read_image(folder.path("car.png")).shape() == Extents<3>{2, 4, 3}));
 }
 
 TEST_CASE("a mesh is written with the pictures of its materials, each of them once", "[io][obj]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   std::filesystem::create_directory(folder.path("own"));
   const std::string skin = folder.path("own/skin.png");
-  io::write_image(skin, tapestry::test::random_array<float>({3, 5, 3}, 2));
+  io::write_image(skin, test::random_array<float>({3, 5, 3}, 2));
   auto mesh = small_mesh();
   mesh.materials = {{"body", {0.5F, 0.25F, 0.5F}, skin},
                     {"hood", {}, skin},
@@ -100,7 +99,7 @@ TEST_CASE("a mesh is written with the pictures of its materials, each of them on
   CHECK_FALSE(std::filesystem::exists(folder.path("car-2.png")));
 
   // Beside a paint over u from 0 to 2 pictures keep their uvs, and a painted face's picture is left out.
-  const auto texture = tapestry::test::random_array<float>({2, 4, 3}, 1);
+  const auto texture = test::random_array<float>({2, 4, 3}, 1);
   io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 0, 0}, two_wide}, texture);
   CHECK(textures() == std::vector<std::string>{"", folder.path("car-2.png"), ""});
   const auto loaded = io::read_obj(folder.path("car.obj")).mesh;
@@ -115,7 +114,7 @@ TEST_CASE("a mesh is written with the pictures of its materials, each of them on
 
 TEST_CASE("texels that no painted face refers to are written with the colours around them", "[io][obj]") {
   // A chart of 4 x 4 texels, red, in the middle of an atlas of 16 x 16 that is black elsewhere.
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   geometry::Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
   mesh.uvs = {{6.5 / 16, 6.5 / 16}, {9.5 / 16, 6.5 / 16}, {9.5 / 16, 9.5 / 16}, {6.5 / 16, 9.5 / 16}};
@@ -134,21 +133,20 @@ TEST_CASE("texels that no painted face refers to are written with the colours ar
   };
   io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 1, 1}, layout}, texture);
   CHECK(is_red());
-  layout.kind = tapestry::raster::TextureKind::cube;  // which is written with charts of the faces
+  layout.kind = raster::TextureKind::cube;  // which is written with charts of the faces
   CHECK_THROWS_WITH(io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 1, 1}, layout}, texture),
                     contains("write_painted_obj: texture is [16, 16, 3], expected [32, 32, 3]"));
 }
 
 TEST_CASE("a mesh that cannot be written leaves nothing behind", "[io][obj]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   auto mesh = small_mesh();
-  const auto texture = tapestry::test::random_array<float>({2, 4, 3}, 1);
-  CHECK_THROWS_AS(io::write_painted_obj(folder.path("car.obj"), {mesh, {1}, two_wide}, texture),
-                  tapestry::ShapeError);
+  const auto texture = test::random_array<float>({2, 4, 3}, 1);
+  CHECK_THROWS_AS(io::write_painted_obj(folder.path("car.obj"), {mesh, {1}, two_wide}, texture), ShapeError);
   CHECK_THROWS_AS(io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 0, 1}, no_width}, texture),
-                  tapestry::DomainError);
+                  DomainError);
   mesh.positions[1][1] = std::numeric_limits<double>::infinity();
-  CHECK_THROWS_AS(io::write_obj(folder.path("car.obj"), mesh), tapestry::NumericError);
+  CHECK_THROWS_AS(io::write_obj(folder.path("car.obj"), mesh), NumericError);
   for (const std::string name : {"a\nv 9 9 9", "\x1b[31m"}) {  // which would be records of their own
     CHECK_THROWS_WITH(io::write_obj(folder.path(name + ".obj"), small_mesh()), contains("control character"));
     auto named = small_mesh();
@@ -160,5 +158,5 @@ TEST_CASE("a mesh that cannot be written leaves nothing behind", "[io][obj]") {
                       contains("control character"));
   }
   CHECK(std::filesystem::is_empty(folder.path()));
-  CHECK_THROWS_AS(io::write_obj(folder.path("absent/car.obj"), small_mesh()), tapestry::FileError);
+  CHECK_THROWS_AS(io::write_obj(folder.path("absent/car.obj"), small_mesh()), FileError);
 }

@@ -4,19 +4,18 @@
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
 
 TEST_CASE("a palette is read", "[io][palette]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto palette = io::read_palette(
       folder.write("p.txt", "\xEF\xBB\xBF# a printer's\r\n0.1 0.2 0.3\r\n\r\n 1,0,0.5 \n0, 1 ,1e-3"));
-  CHECK((palette == tapestry::Array<double, 2>{{0.1, 0.2, 0.3}, {1, 0, 0.5}, {0, 1, 1e-3}}));
+  CHECK((palette == Array<double, 2>{{0.1, 0.2, 0.3}, {1, 0, 0.5}, {0, 1, 1e-3}}));
 }
 
 TEST_CASE("bad palettes are refused", "[io][palette][bad_input]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   struct Row {
     std::string content;
     ErrorKind kind;

@@ -7,16 +7,15 @@
 #include "../support/png_builder.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
+using namespace tapestry;
 
 namespace {
 /// A picture of 2 x 2 pixels in each format, by its names. A new format needs one.
 const std::map<std::string_view, std::string>& samples() {
   static const std::map<std::string_view, std::string> files{
-      {"PNG", tapestry::test::png({2, 2, 8, 0, 0, std::string("\0ab\0cd", 6)})},
+      {"PNG", test::png({2, 2, 8, 0, 0, std::string("\0ab\0cd", 6)})},
       {"JPEG", io::jpeg_file("a", tapestry::zeros<std::uint8_t, 3>({2, 2, 3}), 90)},
-      {"BMP", tapestry::test::bmp({.width = 2, .height = 2, .rows = "abcdef..ghijkl.."})},
+      {"BMP", test::bmp({.width = 2, .height = 2, .rows = "abcdef..ghijkl.."})},
       {"PBM PGM PPM", "P6 2 2 255\nabcdefghijkl"}};
   return files;
 }
@@ -24,7 +23,7 @@ const std::map<std::string_view, std::string>& samples() {
 
 TEST_CASE("every format of pictures is read by its content and listed by its endings",
           "[io][image][bad_input]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   for (const auto& format : io::detail::picture_formats()) {
     INFO(format.names);
     REQUIRE(samples().contains(format.names));
@@ -38,16 +37,16 @@ TEST_CASE("every format of pictures is read by its content and listed by its end
 #ifndef TAPESTRY_JPEG
     if (format.mask == nullptr) continue;
 #endif
-    CHECK(io::read_image(path).shape() == tapestry::Extents<3>{2, 2, 3});
+    CHECK(io::read_image(path).shape() == Extents<3>{2, 2, 3});
     CHECK((io::read_texture(path) == io::read_image(path)));
     if (format.mask != nullptr)
-      CHECK(io::read_mask(path).shape() == tapestry::Extents<2>{2, 2});
+      CHECK(io::read_mask(path).shape() == Extents<2>{2, 2});
     else
       CHECK_THROWS_WITH(io::read_mask(path), contains("a mask must not have lost anything"));
     for (std::size_t size = 0; size < sample.size(); ++size) {
       const auto cut = folder.write("cut", sample.substr(0, size));
-      CHECK_THROWS_AS(io::read_image(cut), tapestry::FileError);
-      CHECK_THROWS_AS(io::read_mask(cut), tapestry::FileError);
+      CHECK_THROWS_AS(io::read_image(cut), FileError);
+      CHECK_THROWS_AS(io::read_mask(cut), FileError);
     }
   }
 }

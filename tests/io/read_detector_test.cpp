@@ -1,6 +1,5 @@
 #include <tapestry/io/read_detector.hpp>
 
-#include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/batch.hpp>
@@ -20,11 +19,7 @@
 #include "../support/temporary_folder.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
-namespace test = tapestry::test;
-using tapestry::Array;
-using tapestry::ErrorKind;
+using namespace tapestry;
 using test::check_refused;
 
 namespace {
@@ -48,7 +43,7 @@ struct Files {
 std::string refusal(const io::DetectorFiles& files, ErrorKind kind) {
   try {
     static_cast<void>(io::read_detector<float>(files));
-  } catch (const tapestry::Error& error) {
+  } catch (const Error& error) {
     CHECK(error.kind() == kind);
     return error.what();
   }
@@ -66,11 +61,11 @@ TEST_CASE("one call opens a detector, whatever kind of file holds it", "[io][rea
     const auto detector = io::read_detector<float>(source, &warnings);
     CHECK(detect::forward(detector, pictures) == expected);
     CHECK(warnings.empty());
-    CHECK(detector.fit() == tapestry::image::fit_by_name("letterbox"));
+    CHECK(detector.fit() == image::fit_by_name("letterbox"));
   }
   const auto detector = io::read_detector<double>({.weights = files.onnx, .fit = "stretch"});
   CHECK(detector.heads().size() == 3);
-  CHECK(detector.fit().kind == tapestry::image::FitKind::stretch);
+  CHECK(detector.fit().kind == image::FitKind::stretch);
   const detect::Detector<double> same(test::yolox_like(64), detect::known_description("yolox"));
   const auto photographs = test::random_array<double>({2, 64, 64, 3}, 2);
   CHECK(detect::forward(detector, photographs) == detect::forward(same, photographs));
@@ -81,7 +76,7 @@ TEST_CASE("a detector puts photographs in and finds boxes in their pixels", "[io
   const auto detector = io::read_detector<float>({.weights = files.weights, .config = files.config});
   const auto photograph = test::random_array<float>({30, 60, 3}, 3);
   const auto input = detector.input(photograph);
-  REQUIRE(input.shape() == tapestry::Extents<4>{1, 48, 48, 3});
+  REQUIRE(input.shape() == Extents<4>{1, 48, 48, 3});
   CHECK(input(0, 2, 5, 1) == 0.5F);  // above the photograph, 24 rows of it from row 12 on
   const auto found = detector.detections(detect::forward(detector, input), 0, 0.05, 0.45);
   REQUIRE(!found.empty());
@@ -147,19 +142,16 @@ std::vector<Number> numbers_of(const std::string& path) {
 
 TEST_CASE("an end-to-end export of today's torch has torch's boxes", "[io][read_detector]") {
   const std::string folder = test::in_shared("data/exports/yolov10_like/");
-  if (!std::filesystem::exists(folder)) {
-    WARN("skipped: no exports in TAPESTRY_SHARED");
-    return;
-  }
+  if (test::is_absent(folder)) return;
   const auto planes = numbers_of<float>(folder + "in.bin");
   const auto expected = numbers_of<double>(folder + "out.0.bin");  // [10, 6] in float64
   const std::string output = io::read_onnx(folder + "leg17.onnx").outputs.front();
-  const tapestry::test::TemporaryFolder own;
+  const test::TemporaryFolder own;
   const auto detector = io::read_detector<double>(
       {.weights = folder + "leg17.onnx",
        .description = own.write("end.json", R"({"head": "end_to_end", "outputs": {"detections": ")" + output +
                                                 R"(", "classes": 4}})")});
-  tapestry::Array<double, 4> picture(tapestry::Extents<4>{1, 64, 64, 3});
+  Array<double, 4> picture(Extents<4>{1, 64, 64, 3});
   for (std::size_t i = 0; i < picture.size(); ++i)
     picture.data()[i] = static_cast<double>(planes.at(i % 3 * 64 * 64 + i / 3));
   const auto found = detect::decode(detector.heads(), detect::forward(detector, picture), 0, 0.25, 64, 64);
@@ -179,14 +171,11 @@ TEST_CASE("an end-to-end export of today's torch has torch's boxes", "[io][read_
 TEST_CASE("an export that ends with non-maximum suppression is refused by node and file",
           "[io][read_detector]") {
   const std::string path = test::in_shared("data/exports/yolo_with_nms/leg17.onnx");
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: no exports in TAPESTRY_SHARED");
-    return;
-  }
+  if (test::is_absent(path)) return;
   try {
-    const tapestry::nn::Network<float> network(io::read_onnx(path));
+    const nn::Network<float> network(io::read_onnx(path));
     FAIL("was made");
-  } catch (const tapestry::FileError& error) {
+  } catch (const FileError& error) {
     CHECK(error.details().path == path);
     CHECK_THAT(std::string(error.what()), contains("NonMaxSuppression \"") &&
                                               contains("the number of boxes left depends on the picture"));
@@ -212,7 +201,7 @@ TEST_CASE("an ONNX model's stated extents are held against its own size alone", 
   const Files files;
   auto network = test::yolox_like(64);
   const std::string output = network.outputs.front();
-  const auto warnings_of = [&](const tapestry::nn::Shape& stated, std::size_t size) {
+  const auto warnings_of = [&](const nn::Shape& stated, std::size_t size) {
     io::write_onnx(files.onnx, network, {{output, stated}});
     std::vector<std::string> warnings;
     static_cast<void>(io::read_detector<float>({.weights = files.onnx, .size = size}, &warnings));
@@ -284,8 +273,8 @@ TEST_CASE("layers to observe are named as the file names them", "[io][read_detec
   CHECK(io::read_detector<float>({.weights = files.onnx, .layers = {value}}).layer_shape(0).size() == 4);
   const auto detector =
       io::read_detector<float>({.weights = files.weights, .config = files.config, .layers = {"", "3"}});
-  CHECK(detector.layer_shape(0) == tapestry::nn::Shape{1, 16, 3, 3});
-  CHECK(detector.layer_shape(1) == tapestry::nn::Shape{1, 8, 12, 12});
+  CHECK(detector.layer_shape(0) == nn::Shape{1, 16, 3, 3});
+  CHECK(detector.layer_shape(1) == nn::Shape{1, 8, 12, 12});
   CHECK_THAT(refusal({.weights = files.weights, .config = files.config, .layers = {"x"}}, ErrorKind::usage),
              contains("layers of Darknet networks are numbers"));
 }
@@ -311,9 +300,9 @@ TEST_CASE("files that do not go together are refused", "[io][read_detector][bad_
 TEST_CASE("a picture file becomes a detector's input", "[io][read_detector]") {
   const Files files;
   const auto detector = io::read_detector<float>({.weights = files.onnx});
-  tapestry::Array<std::uint8_t, 3> picture(tapestry::Extents<3>{20, 30, 3});
+  Array<std::uint8_t, 3> picture(Extents<3>{20, 30, 3});
   for (std::size_t i = 0; i < picture.size(); ++i) picture.data()[i] = static_cast<std::uint8_t>(i % 251);
-  const auto expected = detector.input(tapestry::image::from_bytes<float>(picture));
+  const auto expected = detector.input(image::from_bytes<float>(picture));
   const std::string image = files.folder.path("picture.png"), frame = files.folder.path("frame.npz");
   io::write_image(image, picture);
   CHECK((io::read_input(detector, image) == expected));
@@ -322,5 +311,5 @@ TEST_CASE("a picture file becomes a detector's input", "[io][read_detector]") {
   seen.pose.emplace().camera_translation = {3, 4, 5};
   io::write_frame(frame, seen);
   CHECK((io::read_input(detector, frame) == expected));
-  CHECK_THROWS_AS(io::read_input(detector, files.folder.path("absent.png")), tapestry::FileError);
+  CHECK_THROWS_AS(io::read_input(detector, files.folder.path("absent.png")), FileError);
 }

@@ -9,12 +9,11 @@
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
 
 TEST_CASE("a folder has one owner at a time", "[io][run_lock]") {  // F10
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   {
     io::RunLock lock(folder.path());
     const std::string owner = "in use by process " + std::to_string(::getpid()) + " on ";
@@ -27,7 +26,7 @@ TEST_CASE("a folder has one owner at a time", "[io][run_lock]") {  // F10
 }
 
 TEST_CASE("a lock takes its file away, and a claim of a file leaves its folder to others", "[io][run_lock]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto holds_nothing = [&] { return std::filesystem::is_empty(folder.path()); };
   {
     const io::RunLock lock(folder.path());
@@ -51,14 +50,14 @@ TEST_CASE("a lock takes its file away, and a claim of a file leaves its folder t
 }
 
 TEST_CASE("of two processes that come and go one at a time has the lock", "[io][run_lock]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto work = [&] {  // false if another one was within
     for (int done = 0; done < 300;) try {
         const io::RunLock lock(folder.path());
         if (::mkdir(folder.path("within").c_str(), 0700) != 0) return false;
         ::rmdir(folder.path("within").c_str());
         ++done;
-      } catch (const tapestry::FileError& error) {
+      } catch (const FileError& error) {
         if (error.kind() != ErrorKind::in_use) return false;
       }
     return true;
@@ -72,7 +71,7 @@ TEST_CASE("of two processes that come and go one at a time has the lock", "[io][
 }
 
 TEST_CASE("the lock of a killed process is free", "[io][run_lock]") {  // F10
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   int ready[2] = {-1, -1};
   REQUIRE(::pipe(ready) == 0);
   const ::pid_t child = ::fork();

@@ -5,11 +5,8 @@
 #include "../../support/bad_file.hpp"
 #include "../../support/catch.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
-using tapestry::ErrorKind;
-using tapestry::FileError;
-using tapestry::test::BadFile;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 const std::string net = "[net]\nwidth=64\nheight=64\nchannels=3\n";
@@ -186,8 +183,8 @@ std::vector<BadFile> fit_rows() {
 }
 
 void check_rows(const std::vector<BadFile>& rows) {
-  tapestry::test::check_bad_files(
-      rows, "some.cfg", [](const std::string& text) { (void)io::parse_network_config(text, "some.cfg"); });
+  test::check_bad_files(rows, "some.cfg",
+                        [](const std::string& text) { (void)io::parse_network_config(text, "some.cfg"); });
 }
 }  // namespace
 
@@ -229,15 +226,15 @@ TEST_CASE("a comment may stand behind a value, and silu is another name of swish
       "some.cfg");
   CHECK(config.warnings.empty());
   CHECK(config.layers[0].filters == 8);
-  CHECK(config.layers[0].activation == tapestry::nn::Activation::swish);
+  CHECK(config.layers[0].activation == nn::Activation::swish);
 }
 
 TEST_CASE("every activation is known by its name", "[io][darknet]") {
-  for (const auto activation : tapestry::nn::activations) {
-    const std::string name(tapestry::nn::name_of(activation));
+  for (const auto activation : nn::activations) {
+    const std::string name(nn::name_of(activation));
     CHECK(io::parse_network_config(replaced(good, "leaky", name), "some.cfg").layers[0].activation ==
           activation);
-    CHECK(std::string(tapestry::nn::activation_names).find(name) != std::string::npos);
+    CHECK(std::string(nn::activation_names).find(name) != std::string::npos);
   }
 }
 
@@ -283,16 +280,15 @@ TEST_CASE("letter_box says how pictures go in", "[io][darknet]") {
     return io::parse_network_config(replaced(good, "channels=3\n", "channels=3\n" + option), "some.cfg");
   };
   const auto fit_of = [&](const std::string& option) { return detect::fit_of(parsed(option)); };
-  CHECK(fit_of("") == tapestry::image::Fit{});
-  CHECK(fit_of("letter_box=1\n") == tapestry::image::Fit{});
-  CHECK(fit_of("letter_box=0\n").kind == tapestry::image::FitKind::stretch);
+  CHECK(fit_of("") == image::Fit{});
+  CHECK(fit_of("letter_box=1\n") == image::Fit{});
+  CHECK(fit_of("letter_box=0\n").kind == image::FitKind::stretch);
   CHECK(parsed("letter_box=1\n").warnings.empty());
-  tapestry::test::check_bad_files(
-      {{"word", "letter_box=yes\n", ErrorKind::malformed, "5:12", "'yes'"},
-       {"2", "letter_box=2\n", ErrorKind::malformed, "5:12",
-        "option 'letter_box' out of range; expected 0 to 1"},
-       {"twice", "letter_box=1\nletter_box=1\n", ErrorKind::malformed, "6", "given twice"}},
-      "some.cfg", parsed);
+  test::check_bad_files({{"word", "letter_box=yes\n", ErrorKind::malformed, "5:12", "'yes'"},
+                         {"2", "letter_box=2\n", ErrorKind::malformed, "5:12",
+                          "option 'letter_box' out of range; expected 0 to 1"},
+                         {"twice", "letter_box=1\nletter_box=1\n", ErrorKind::malformed, "6", "given twice"}},
+                        "some.cfg", parsed);
 }
 
 TEST_CASE("another suppression than the one implemented is remarked", "[io][darknet]") {
@@ -330,7 +326,7 @@ TEST_CASE("any number of unknown options takes a time in proportion", "[io][dark
 TEST_CASE("a classifier has layers and no head", "[io][darknet][bad_input]") {
   const auto parsed = [](const std::string& text) { return io::parse_classifier_config(text, "some.cfg"); };
   CHECK(parsed(net + conv + "[avgpool]\n[softmax]\n").layers.size() == 3);
-  tapestry::test::check_bad_files(
+  test::check_bad_files(
       {{"G37 yolo", good, ErrorKind::mismatch, "15", "layer 2 (yolo): a head, so this is not a classifier"},
        {"G37 region", good_region, ErrorKind::mismatch, "15", "not a classifier"},
        {"G37 no layers", net, ErrorKind::mismatch, "1", "without layers"},

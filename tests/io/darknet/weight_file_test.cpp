@@ -6,13 +6,9 @@
 #include "../../support/catch.hpp"
 #include "../../support/temporary_folder.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
+using namespace tapestry;
+using namespace tapestry::test;
 namespace fs = std::filesystem;
-using tapestry::ErrorKind;
-using tapestry::FileError;
-using tapestry::test::BadFile;
-using tapestry::test::TemporaryFolder;
 
 namespace {
 constexpr const char* cfg =
@@ -95,7 +91,7 @@ std::vector<BadFile> rows(const Model& model) {
 TEST_CASE("damaged weight files are refused with layer and offset", "[io][darknet][bad_input]") {
   const Model model;
   REQUIRE(model.layout.count == 4 * 4 + 4 * 27 + 18 + 72);
-  tapestry::test::check_bad_files(rows(model), model.path, [&](const std::string& bytes) {
+  test::check_bad_files(rows(model), model.path, [&](const std::string& bytes) {
     model.write(bytes);
     (void)model.read();
   });

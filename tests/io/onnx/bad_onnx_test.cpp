@@ -5,18 +5,9 @@
 #include "../../support/refusal.hpp"
 #include "../../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-namespace onnx = tapestry::test::onnx;
-using onnx::bytes_field;
-using onnx::Extent;
-using onnx::integer_field;
-using onnx::ModelParts;
-using onnx::node;
-using onnx::Packing;
-using tapestry::ErrorKind;
-using tapestry::FileError;
-using tapestry::test::BadContent;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
+using onnx::bytes_field, onnx::Extent, onnx::integer_field, onnx::ModelParts, onnx::node, onnx::Packing;
 
 namespace {
 constexpr auto malformed = ErrorKind::malformed;
@@ -314,8 +305,7 @@ TEST_CASE("nodes and attributes that make no sense are refused", "[io][onnx][bad
 }
 
 TEST_CASE("tensors whose elements do not fit are refused", "[io][onnx][bad_input]") {
-  using onnx::floats_field;
-  using onnx::integers_field;
+  using onnx::floats_field, onnx::integers_field;
   const auto raw = [](std::size_t size) { return bytes_field(9, std::string(size, '\1')); };
   const std::int64_t huge = std::int64_t(1) << 40U;
   check_all_refused({
@@ -388,7 +378,7 @@ TEST_CASE("a model that is cut anywhere is refused", "[io][onnx][bad_input]") { 
 }
 
 TEST_CASE("a tensor's file that is cut anywhere is refused or has fewer fields", "[io][onnx][bad_input]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string good = onnx::float_tensor("w", {2, 2}, {1, 2, 3, 4});
   for (std::size_t length = 0; length < good.size(); ++length) {
     INFO("cut to " << length << " bytes");
@@ -431,7 +421,7 @@ TEST_CASE("a model beyond the limits is refused", "[io][onnx][bad_input]") {  //
   }
   // 4 nodes, 6 names read and 4 made, 4 attributes, 2 initialisers, 1 input, 1 output
   CHECK(least == 22);
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string path = folder.write("a.onnx", good);
   check_refused(limit, "file too large", [&] { (void)io::read_onnx(path, {.file_bytes = good.size() - 1}); });
   CHECK(io::read_onnx(path, {.file_bytes = good.size()}).nodes.size() == 3);

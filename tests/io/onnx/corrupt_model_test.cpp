@@ -9,13 +9,9 @@
 #include "../../support/onnx_builder.hpp"
 #include "../../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
-namespace onnx = tapestry::test::onnx;
-using onnx::Extent;
-using onnx::ModelParts;
-using onnx::node;
-using tapestry::ErrorKind;
+using namespace tapestry;
+using namespace tapestry::test;
+using onnx::Extent, onnx::ModelParts, onnx::node;
 using Integers = std::vector<std::int64_t>;
 
 namespace {
@@ -350,7 +346,7 @@ double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC
 
 TEST_CASE("each of many corruptions of a small model is one clear error, in bounded time and memory",
           "[io][onnx][network][bad_input]") {  // X01 to X25
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   std::filesystem::create_directory(folder.path("models"));
   folder.write("models/short.bin", "1234");
   const std::string path = folder.write("models/a.onnx", "");
@@ -365,7 +361,7 @@ TEST_CASE("each of many corruptions of a small model is one clear error, in boun
     try {
       make_network(corruption.bytes, path);
       FAIL_CHECK("was accepted; expected '" << corruption.text << "'");
-    } catch (const tapestry::Error& error) {
+    } catch (const Error& error) {
       const std::string message = error.what();
       CAPTURE(message.substr(0, 2000));
       CHECK(static_cast<int>(error.kind()) == static_cast<int>(corruption.kind));
@@ -383,7 +379,7 @@ TEST_CASE("each of many corruptions of a small model is one clear error, in boun
 TEST_CASE("a model of many operators with a flipped bit is refused, or runs",
           "[io][onnx][network][bad_input]") {
   const std::string good = onnx::model(onnx::model_of_many());
-  tapestry::Random random(3);
+  Random random(3);
   std::size_t refused = 0;
   for (std::size_t byte = 0; byte <= good.size(); ++byte) {  // the last one as it is
     std::string bytes = good;
@@ -401,7 +397,7 @@ TEST_CASE("a model of many operators with a flipped bit is refused, or runs",
       nn::NetworkPass<float> pass;
       network.forward(inputs, pass, nn::Mode::input_gradient);
       CHECK(network.output_count() >= 1);
-    } catch (const tapestry::Error& error) {
+    } catch (const Error& error) {
       ++refused;
       CHECK(byte < good.size());
       CHECK(std::string(error.what()).size() < 20000);
@@ -429,7 +425,7 @@ TEST_CASE("a node of a model with an operand too many or too few is refused by n
       std::string message;
       try {
         const nn::Network<float> network(changed);
-      } catch (const tapestry::Error& error) {
+      } catch (const Error& error) {
         message = error.what();
       }
       const bool fits = count >= counts[i].first && count <= counts[i].second;

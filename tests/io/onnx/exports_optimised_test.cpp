@@ -12,8 +12,7 @@
 #include "../../support/raw_numbers.hpp"
 
 namespace files = std::filesystem;
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
+using namespace tapestry;
 
 namespace {
 using Numbers = std::vector<double>;
@@ -46,21 +45,21 @@ struct Export {
       : folder(file.parent_path()),
         name(folder.filename().string() + "/" + file.stem().string()),
         description(io::read_onnx(file)),
-        x(tapestry::test::raw_numbers<float>(folder / "in.bin")) {}
+        x(test::raw_numbers<float>(folder / "in.bin")) {}
 
   /// The framework has no quantised network: its results are ONNX Runtime's, and its gradient is its own.
   [[nodiscard]] bool is_quantised() const { return name.ends_with("/qdq"); }
 
   [[nodiscard]] Numbers expected(std::size_t result) const {
     if (is_quantised())
-      return tapestry::test::raw_numbers<float>(folder / ("qdq.ort." + std::to_string(result) + ".bin"));
-    return tapestry::test::raw_numbers<double>(folder / ("out." + std::to_string(result) + ".bin"));
+      return test::raw_numbers<float>(folder / ("qdq.ort." + std::to_string(result) + ".bin"));
+    return test::raw_numbers<double>(folder / ("out." + std::to_string(result) + ".bin"));
   }
   /// Empty for results that are no floating-point numbers.
   template <class T>
   [[nodiscard]] std::vector<T> weights(std::size_t result) const {
     const files::path path = folder / ("w." + std::to_string(result) + ".bin");
-    const Numbers values = files::exists(path) ? tapestry::test::raw_numbers<double>(path) : Numbers();
+    const Numbers values = files::exists(path) ? test::raw_numbers<double>(path) : Numbers();
     return {values.begin(), values.end()};
   }
 };
@@ -111,8 +110,7 @@ void check_in_stages(const Export& file, double tolerance) {
   }
   const std::vector<T> gradient = run.gradient();
   if (!has_moving_boxes(file.name) && !file.is_quantised())
-    CHECK(distance(gradient.data(), tapestry::test::raw_numbers<double>(file.folder / "grad.bin")) <=
-          tolerance);
+    CHECK(distance(gradient.data(), test::raw_numbers<double>(file.folder / "grad.bin")) <= tolerance);
   static_cast<void>(run.objective(x));
   CHECK(run.pass.made_count() == 0);  // the same extents and integers
   CHECK(run.gradient() == gradient);
@@ -174,7 +172,7 @@ std::pair<std::size_t, double> weight_distance(const Run<T>& run) {
         sum[places[i]] += static_cast<double>(run.gradient[block.offset + i]);
     }
     if (sum.empty()) continue;
-    const auto expected = tapestry::test::raw_numbers<double>(
+    const auto expected = test::raw_numbers<double>(
         run.folder / ("wg." + std::to_string(weight.at("i").template get<std::size_t>()) + ".bin"));
     REQUIRE(expected.size() == sum.size());
     ++result.first;
@@ -194,11 +192,8 @@ std::vector<files::path> all_files(const files::path& folder) {
 }  // namespace
 
 TEST_CASE("networks of today's exporters give the frameworks' results and gradients", "[io][onnx][exports]") {
-  const files::path folder = tapestry::test::in_shared("data/exports");
-  if (!files::exists(folder)) {
-    WARN("skipped: no exports in TAPESTRY_SHARED");
-    return;
-  }
+  const files::path folder = test::in_shared("data/exports");
+  if (test::is_absent(folder)) return;
   for (const files::path& path : all_files(folder)) {
     const Export file(path);
     CAPTURE(file.name);
@@ -210,11 +205,8 @@ TEST_CASE("networks of today's exporters give the frameworks' results and gradie
 }
 
 TEST_CASE("weights of today's exports have the frameworks' gradients", "[io][onnx][exports]") {
-  const files::path folder = tapestry::test::in_shared("data/exports");
-  if (!files::exists(folder)) {
-    WARN("skipped: no exports in TAPESTRY_SHARED");
-    return;
-  }
+  const files::path folder = test::in_shared("data/exports");
+  if (test::is_absent(folder)) return;
   for (const char* name :
        {"conv1d/leg17", "crnn_gru/leg17", "crnn_lstm/leg17", "einsum/leg17", "lstm_states/leg17",
         "unfold_fold/leg18", "yolov8_like/leg17", "yolov10_like/leg17"}) {

@@ -10,12 +10,8 @@
 #include "../../support/temporary_folder.hpp"
 
 namespace fs = std::filesystem;
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
-namespace onnx = tapestry::test::onnx;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
-using tapestry::test::TemporaryFolder;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 using Entries = std::vector<std::pair<std::string, std::string>>;

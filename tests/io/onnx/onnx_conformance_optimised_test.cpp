@@ -13,8 +13,7 @@
 #include "../../support/catch.hpp"
 
 namespace files = std::filesystem;
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
+using namespace tapestry;
 
 namespace {
 /// Vectors of operators that are supported which are not run all the same: part of the name, part of the
@@ -113,8 +112,8 @@ std::string run(const nn::NetworkDescription& description, const TestSet& set) {
     const nn::Constant& expected = set.outputs.at(o);
     const std::string result = "result " + std::to_string(o) + " of " + std::to_string(sizeof(T)) + " bytes ";
     if (pass.output_shape(o) != expected.shape)
-      return result + "is " + tapestry::detail::to_text(pass.output_shape(o)) + ", expected " +
-             tapestry::detail::to_text(expected.shape);
+      return result + "is " + detail::to_text(pass.output_shape(o)) + ", expected " +
+             detail::to_text(expected.shape);
     for (std::size_t i = 0; i < expected.size(); ++i)
       if (!is_close(static_cast<double>(pass.output(o)[i]), expected.at(i)))
         return result + "at " + std::to_string(i) + " is " + std::to_string(pass.output(o)[i]) +
@@ -145,7 +144,7 @@ std::string judge(const nn::NetworkDescription& description, const TestSet& set)
       if (complaint.empty()) complaint = run<double>(described, set);
       if (!complaint.empty()) return std::to_string(count) + " inputs given: " + complaint;
       has_run = true;
-    } catch (const tapestry::Error& error) {
+    } catch (const Error& error) {
       refusal = error.what();
     }
   }
@@ -169,7 +168,7 @@ std::string unsupported_operator(const nn::NetworkDescription& description) {
 }
 
 /// The reason why a file is refused, without its names and places.
-std::string reason_of(const tapestry::FileError& error) {
+std::string reason_of(const FileError& error) {
   const auto& [path, position, what, expected, found] = error.details();
   const auto mark = what.rfind(": ");
   return what.substr(mark == std::string::npos ? 0 : mark + 2) + (found.empty() ? "" : ", found " + found);
@@ -196,7 +195,7 @@ void judge(const files::path& folder, const std::string& name, Tally& tally) {
   try {
     description = read_model(folder / "model.onnx", is_as_newer);
     sets = read_sets(folder, description);
-  } catch (const tapestry::FileError& error) {
+  } catch (const FileError& error) {
     return refuse(reason_of(error));
   }
   if (const auto unsupported = unsupported_operator(description); !unsupported.empty())

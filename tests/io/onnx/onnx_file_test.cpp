@@ -5,14 +5,9 @@
 #include "../../support/refusal.hpp"
 #include "../../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
-namespace onnx = tapestry::test::onnx;
-using onnx::Extent;
-using onnx::ModelParts;
-using onnx::Packing;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
+using onnx::Extent, onnx::ModelParts, onnx::Packing;
 
 namespace {
 using Integers = std::vector<std::int64_t>;
@@ -24,7 +19,7 @@ nn::Constant read_tensor(const std::string& tensor) {
   ModelParts parts = onnx::small_model();
   parts.initialisers.push_back(tensor + onnx::bytes_field(8, "under_test"));
   const nn::Constant constant = parse(parts).constants.at("under_test");
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const nn::Constant alone = io::read_onnx_tensor(folder.write("a.pb", tensor));
   CHECK(alone.shape == constant.shape);
   CHECK(alone.type == constant.type);
@@ -47,7 +42,7 @@ Value read_attribute(const std::string& attribute) {
 }  // namespace
 
 TEST_CASE("a network comes back from its file", "[io][onnx]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string path = folder.write("a.onnx", onnx::model(onnx::small_model()));
   const nn::NetworkDescription network = io::read_onnx(path);
   CHECK(network.path == path);

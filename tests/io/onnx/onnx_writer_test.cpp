@@ -7,9 +7,8 @@
 #include "../../support/onnx_builder.hpp"
 #include "../../support/temporary_folder.hpp"
 
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
-namespace onnx = tapestry::test::onnx;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 void check_same(const nn::Constant& a, const nn::Constant& b) {
@@ -93,7 +92,7 @@ TEST_CASE("every kind of attribute, element and extent is written", "[io][onnx][
   node.attributes["tensor"] = network.constants["integers"];
   network.nodes = {node};
 
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string path = folder.path("network.onnx");
   io::write_onnx(path, network);
   check_same(network, io::read_onnx(path));
@@ -148,6 +147,6 @@ TEST_CASE("a model of doubles is written in single precision throughout", "[io][
 }
 
 TEST_CASE("a model that cannot be written leaves the old file", "[io][onnx][writer][bad_input]") {
-  const tapestry::test::TemporaryFolder folder;
-  CHECK_THROWS_AS(io::write_onnx(folder.path("absent/network.onnx"), {}), tapestry::FileError);
+  const test::TemporaryFolder folder;
+  CHECK_THROWS_AS(io::write_onnx(folder.path("absent/network.onnx"), {}), FileError);
 }

@@ -9,9 +9,8 @@
 #include "../../support/catch.hpp"
 #include "../../support/looping_models.hpp"
 
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
-namespace onnx = tapestry::test::onnx;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 /// MiB of a line of the process's status.
@@ -26,7 +25,7 @@ double mib_of(const std::string& line) {
 /// What a model's plan and one pass cost, and the sentence that refused it.
 struct Outcome {
   std::string refusal{};
-  tapestry::ErrorKind kind{};
+  ErrorKind kind{};
   double seconds = 0, mib = 0;
 };
 
@@ -40,7 +39,7 @@ Outcome outcome_of(const std::string& name, const std::string& bytes) {
     nn::StagedPass<float> pass;
     const std::vector<float> x(nn::size_of(network.input_shape(0)) + 32, 0.5F);
     network.forward({x.data()}, pass, nn::Mode::input_gradient);
-  } catch (const tapestry::Error& error) {
+  } catch (const Error& error) {
     outcome.refusal = error.what();
     outcome.kind = error.kind();
   }
@@ -55,7 +54,7 @@ void check_refused(const std::string& name, const std::string& bytes, const char
   CAPTURE(name);
   const Outcome outcome = outcome_of(name, bytes);
   CHECK_THAT(outcome.refusal, contains(sentence) && contains("loop.onnx: Loop \"y\""));
-  CHECK(outcome.kind == tapestry::ErrorKind::limit);
+  CHECK(outcome.kind == ErrorKind::limit);
   CHECK(outcome.mib <= 256);
   CHECK(outcome.seconds <= 5);  // 1 is the aim; machines differ, and others may run
 }

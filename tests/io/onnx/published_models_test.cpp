@@ -8,17 +8,10 @@
 #include "../../support/paths.hpp"
 
 namespace fs = std::filesystem;
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
+using namespace tapestry;
 
 namespace {
 const std::string published = "/usr/share/libonnx-testdata/data";  // of Debian's package libonnx-testdata
-
-bool is_there(const std::string& path) {
-  if (fs::exists(path)) return true;
-  WARN("skipped: " << path << " is absent");
-  return false;
-}
 
 std::vector<fs::path> models_below(const std::string& folder) {
   std::vector<fs::path> models;
@@ -55,8 +48,8 @@ TEST_CASE("detectors that others trained are read", "[io][onnx]") {
       {"nanodet_m", 225, {"792", "814", "836", "795", "817", "839"}, {1, 3, 416, 416}},
   };
   for (const Row& row : rows) {
-    const std::string path = tapestry::test::in_shared("data/detectors/" + row.name + ".onnx");
-    if (!is_there(path)) continue;
+    const std::string path = test::in_shared("data/detectors/" + row.name + ".onnx");
+    if (test::is_absent(path)) continue;
     const nn::NetworkDescription network = io::read_onnx(path);
     CHECK(network.nodes.size() == row.nodes);
     CHECK(network.opset == 11);
@@ -68,8 +61,8 @@ TEST_CASE("detectors that others trained are read", "[io][onnx]") {
 }
 
 TEST_CASE("a detector in half precision whose Casts stand at the end is read in order", "[io][onnx]") {
-  const std::string path = tapestry::test::in_shared("data/detectors/yolov5n_fp16.onnx");
-  if (!is_there(path)) return;
+  const std::string path = test::in_shared("data/detectors/yolov5n_fp16.onnx");
+  if (test::is_absent(path)) return;
   const nn::NetworkDescription network = io::read_onnx(path);
   std::set<std::string> made{""};
   for (const auto& input : network.inputs) made.insert(input.name);
@@ -81,7 +74,7 @@ TEST_CASE("a detector in half precision whose Casts stand at the end is read in 
 }
 
 TEST_CASE("every published model is read, or refused with its name", "[io][onnx]") {
-  if (!is_there(published)) return;
+  if (test::is_absent(published)) return;
   std::size_t read_count = 0;
   std::map<std::string, std::size_t> refusals;
   for (const fs::path& path : models_below(published)) {
@@ -91,7 +84,7 @@ TEST_CASE("every published model is read, or refused with its name", "[io][onnx]
       CHECK(network.opset >= io::first_opset);
       ++read_count;
       CHECK(nn::untrue_shape(network).value_or("").empty());
-    } catch (const tapestry::FileError& error) {
+    } catch (const FileError& error) {
       CHECK(error.details().path == path.string());
       const std::string what = error.details().what;
       ++refusals[what.substr(what.rfind(": ") + 2)];
@@ -108,14 +101,14 @@ TEST_CASE("every published model is read, or refused with its name", "[io][onnx]
 }
 
 TEST_CASE("published constants are what their tests expect", "[io][onnx]") {
-  if (!is_there(published)) return;
+  if (test::is_absent(published)) return;
   const nn::NetworkDescription network = io::read_onnx(published + "/node/test_constant/model.onnx");
   CHECK(network.nodes.empty());
   check_same(network.constants.at(network.outputs.at(0)), tensor_of("test_constant", "output_0.pb"));
 }
 
 TEST_CASE("published tensors of different types hold the same numbers", "[io][onnx]") {
-  if (!is_there(published)) return;
+  if (test::is_absent(published)) return;
   // Widening changes no value. Bfloat16 is left out, for its vectors are of type UINT16.
   for (const char* test :
        {"test_cast_FLOAT16_to_FLOAT", "test_cast_FLOAT16_to_DOUBLE", "test_cast_FLOAT_to_DOUBLE"}) {
@@ -127,7 +120,7 @@ TEST_CASE("published tensors of different types hold the same numbers", "[io][on
 }
 
 TEST_CASE("a published comparison has the type and values of its operands' order", "[io][onnx]") {
-  if (!is_there(published)) return;
+  if (test::is_absent(published)) return;
   const nn::Constant a = tensor_of("test_less", "input_0.pb");
   const nn::Constant b = tensor_of("test_less", "input_1.pb");
   const nn::Constant is_less = tensor_of("test_less", "output_0.pb");
@@ -137,7 +130,7 @@ TEST_CASE("a published comparison has the type and values of its operands' order
 }
 
 TEST_CASE("a published shape is that of its tensor", "[io][onnx]") {
-  if (!is_there(published)) return;
+  if (test::is_absent(published)) return;
   const nn::Constant tensor = tensor_of("test_shape", "input_0.pb");
   const nn::Constant shape = tensor_of("test_shape", "output_0.pb");
   CHECK(shape.type == nn::ElementType::integer);

@@ -8,13 +8,9 @@
 #include "../../support/paths.hpp"
 #include "../../support/refusal.hpp"
 
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
-namespace onnx = tapestry::test::onnx;
-using onnx::Extent;
-using onnx::ModelParts;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
+using namespace tapestry;
+using namespace tapestry::test;
+using onnx::Extent, onnx::ModelParts;
 
 namespace {
 /// The small model of a picture [1, 2, 3, 4]: sums and activations are [1, 1, 3, 4], logits [1, 12].
@@ -100,18 +96,15 @@ TEST_CASE("facts about values in between are read as protobuf, or refused", "[io
 }
 
 TEST_CASE("models that others exported state true extents", "[io][onnx]") {
-  const std::string folder = tapestry::test::in_shared("data/exports");
-  if (!std::filesystem::exists(folder)) {
-    WARN("skipped: no exports in TAPESTRY_SHARED");
-    return;
-  }
+  const std::string folder = test::in_shared("data/exports");
+  if (is_absent(folder)) return;
   std::size_t count = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (entry.path().extension() != ".onnx") continue;
     std::optional<nn::NetworkDescription> network;
     try {
       network = io::read_onnx(entry.path());
-    } catch (const tapestry::FileError&) {  // of a version that is not supported
+    } catch (const FileError&) {  // of a version that is not supported
       continue;
     }
     INFO(entry.path());
