@@ -2,16 +2,14 @@
 #include <tapestry/detect/box_decode_variable.hpp>
 #include <tapestry/detect/box_formula.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace detect = tapestry::detect;
-using detect::ChannelOrder;
-using detect::DecodeFamily;
-using detect::Head;
-using tapestry::Array;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
+using detect::ChannelOrder, detect::DecodeFamily, detect::Head;
 
 namespace {
 constexpr std::size_t height = 64, width = 96;  // 2 × 3 cells of 32 pixels
@@ -130,8 +128,8 @@ TEST_CASE("anchor-free boxes equal their definition at random logits", "[detect]
   const std::size_t bins = GENERATE(1U, 2U, 8U, 16U);
   const auto order = GENERATE(ChannelOrder::box_first, ChannelOrder::classes_first);
   const Head head = distance_head(order, bins);
-  Array<double, 4> logits(tapestry::Extents<4>{1, head.channel_count(), 2, 3});
-  tapestry::Random random(2);
+  Array<double, 4> logits(Extents<4>{1, head.channel_count(), 2, 3});
+  Random random(2);
   for (double& value : logits.storage()) value = random.uniform(-3, 3);
   const auto of_distances = decoded(head, logits, 0);
   REQUIRE(of_distances.size() == 18);
@@ -217,7 +215,7 @@ TEST_CASE("decode_box_adjoint agrees with central differences on anchor-free hea
                                 : distance_head(ChannelOrder::classes_first, 1);
   const detect::CandidatePlace place{0, 1, 2, width, height};
   const detect::Box box_adjoint{0.3, -0.7, 0.2, 0.9};
-  tapestry::Random random(5);
+  Random random(5);
   std::vector<double> logits(head.channel_count());
   for (double& logit : logits) logit = random.uniform(-3, 3);
   const auto value = [&] {
@@ -228,7 +226,7 @@ TEST_CASE("decode_box_adjoint agrees with central differences on anchor-free hea
   detect::decode_box_adjoint(
       head, place, [&](std::size_t channel) { return logits[channel]; }, box_adjoint,
       [&](std::size_t channel, double slope) { adjoint[channel] += slope; });
-  const double h = tapestry::test::central_difference_step<double>();
+  const double h = test::central_difference_step<double>();
   for (std::size_t channel = 0; channel < logits.size(); ++channel) {
     const double at = logits[channel];
     logits[channel] = at + h;
@@ -237,7 +235,7 @@ TEST_CASE("decode_box_adjoint agrees with central differences on anchor-free hea
     const double behind = value();
     logits[channel] = at;
     CHECK(std::abs(adjoint[channel] - (ahead - behind) / (2 * h)) <=
-          tapestry::test::central_difference_tolerance(value()));
+          test::central_difference_tolerance(value()));
   }
 }
 
@@ -257,8 +255,7 @@ TEST_CASE("the surest class stands for a missing objectness, ties to the first",
   logits[0] = not_a_number;
   CHECK(surest() == 0);
 
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(random_array<double>({1, 11, 2, 3}, 3, -1, 1));
   const auto of_tape = detect::decode(head, x, height, width);
   CHECK(!of_tape.has_objectness);

@@ -7,26 +7,24 @@
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 
-namespace detect = tapestry::detect;
-using tapestry::Array;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 template <class T>
 detect::DarknetModel<T> normalised_model() {
-  return tapestry::test::random_model<T>(
-      tapestry::io::parse_network_config(tapestry::test::cfg_text("two_heads"), "two heads"), 3);
+  return test::random_model<T>(io::parse_network_config(test::cfg_text("two_heads"), "two heads"), 3);
 }
 }  // namespace
 
 TEST_CASE("fold_batch_norm of one filter is what is worked out by hand", "[detect][folding]") {
-  auto config = tapestry::io::parse_classifier_config(
+  auto config = io::parse_classifier_config(
       "[net]\nwidth=2\nheight=2\nchannels=3\n[convolutional]\nbatch_normalize=1\nfilters=1\nsize=1\n"
       "activation=linear\n",
       "one filter");
   config.batch_norm_epsilon = 1;
   const auto layout = detect::parameter_layout(config, detect::infer_shapes(config, 2, 2));
-  Array<double, 1> parameters(tapestry::Extents<1>{7});
+  Array<double, 1> parameters(Extents<1>{7});
   const std::vector<double> values{5, 6, 2, 3, 1, 2, 4};  // β, γ, μ, σ², three weights; f = 6 / √(3 + 1) = 3
   std::copy(values.begin(), values.end(), parameters.data());
   const auto folded = detect::fold_batch_norm(config, layout, parameters);

@@ -2,14 +2,13 @@
 
 #include <tapestry/detect/detector.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 #include "../support/small_exports.hpp"
 
-namespace detect = tapestry::detect;
-namespace test = tapestry::test;
-using tapestry::Array;
+using namespace tapestry;
 
 TEST_CASE("the best score is the confidence of the surest candidate of all pictures",
           "[detect][best_score]") {
@@ -26,8 +25,7 @@ TEST_CASE("the best score is the confidence of the surest candidate of all pictu
         expected = std::max(expected, found.confidence);
     REQUIRE(expected > 0);
 
-    tapestry::Tape<double> tape;
-    const auto scope = tape.activate();
+    test::ActiveTape<double> tape;
     const auto input = tape.input(images);
     const auto score = detect::best_score(detector, detect::forward(detector, input));
     CHECK(score.value() == Approx(expected).epsilon(1e-12));
@@ -36,7 +34,7 @@ TEST_CASE("the best score is the confidence of the surest candidate of all pictu
     const double slope = test::dot(input.adjoint(), direction);
     CHECK(std::abs(slope) > 1e-8);
     const auto value = [&](const Array<double, 4>& at) {
-      const tapestry::ArrayVariable<double, 4> passive = at;
+      const ArrayVariable<double, 4> passive = at;
       return detect::best_score(detector, detect::forward(detector, passive)).value();
     };
     CHECK(slope == Approx(test::central_difference(value, images, direction)).epsilon(1e-6));

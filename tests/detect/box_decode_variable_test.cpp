@@ -1,17 +1,14 @@
 #include <tapestry/detect/box_decode_variable.hpp>
 #include <tapestry/detect/box_formula.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace detect = tapestry::detect;
+using namespace tapestry;
+using namespace tapestry::test;
 using detect::DecodeFamily;
-using tapestry::Array;
-using tapestry::Tape;
-using tapestry::test::central_difference;
-using tapestry::test::dot;
-using tapestry::test::random_array;
 
 namespace {
 constexpr std::size_t height = 64, width = 96;
@@ -70,7 +67,7 @@ TEMPLATE_TEST_CASE("the adjoint of decoded heads agrees with central differences
   const auto head = any_head();
   const auto family = head.decode;
   const auto start = outputs<TestType>(family);
-  const auto direction = tapestry::test::random_direction<TestType>({2, head.channel_count(), 2, 3}, 2);
+  const auto direction = test::random_direction<TestType>({2, head.channel_count(), 2, 3}, 2);
   const std::size_t count = head.candidate_count();
   const std::vector<Array<TestType, 3>> weights{random_array<TestType>({2, count, 4}, 3, -0.02, 0.02),
                                                 random_array<TestType>({2, count, 1}, 4, -1, 1),
@@ -80,8 +77,7 @@ TEMPLATE_TEST_CASE("the adjoint of decoded heads agrees with central differences
     return dot(decoded.boxes.value(), weights[0]) + dot(decoded.objectness.value(), weights[1]) +
            dot(decoded.classes.value(), weights[2]);
   };
-  Tape<TestType> tape;
-  const auto scope = tape.activate();
+  ActiveTape<TestType> tape;
   const auto logits = tape.input(start);
   const auto decoded = detect::decode(head, logits, height, width);
   double found = 0;  // of three sweeps, each with two heads' results untouched
@@ -92,7 +88,7 @@ TEMPLATE_TEST_CASE("the adjoint of decoded heads agrees with central differences
   tape.reverse(decoded.classes, weights[2]);
   found += static_cast<double>(dot(logits.adjoint(), direction));
   CHECK(std::abs(found - static_cast<double>(central_difference(value, start, direction))) <=
-        static_cast<double>(tapestry::test::central_difference_tolerance(value(start))));
+        static_cast<double>(test::central_difference_tolerance(value(start))));
 }
 
 TEST_CASE("a bounded extent has no slope, and what is not asked for adds no NaN", "[detect][decode]") {
@@ -100,8 +96,7 @@ TEST_CASE("a bounded extent has no slope, and what is not asked for adds no NaN"
   auto start = tapestry::zeros<double, 4>({1, 16, 2, 3});
   start(0, 2, 0, 0) = detect::largest_extent_logit + 1;
   start(0, 3, 0, 1) = 1e308;
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto logits = tape.input(start);
   const auto decoded = detect::decode(head, logits, height, width);
   tape.reverse(decoded.boxes, tapestry::filled<double, 3>({1, 12, 4}, 1));

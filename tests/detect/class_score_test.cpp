@@ -4,8 +4,7 @@
 #include "../support/catch.hpp"
 
 namespace detect = tapestry::detect;
-using detect::DecodeFamily;
-using detect::Head;
+using detect::DecodeFamily, detect::Head;
 
 namespace {
 Head head_of(std::size_t classes, bool exclusive) {

@@ -2,26 +2,24 @@
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
-using tapestry::Array;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
-const std::string classifier = tapestry::test::cfg_text("classifier_layers");
+const std::string classifier = test::cfg_text("classifier_layers");
 
 /// With the layers from `name` on left out.
 std::string without(const std::string& name) { return classifier.substr(0, classifier.find(name)); }
 
 detect::DarknetModel<double> random_classifier(const std::string& cfg) {
-  return tapestry::test::random_model<double>(io::parse_classifier_config(cfg, "some.cfg"), 1);
+  return test::random_model<double>(io::parse_classifier_config(cfg, "some.cfg"), 1);
 }
 
 double value(const detect::Detector<double>& detector, const Array<double, 4>& images,
@@ -53,7 +51,7 @@ TEST_CASE("reorg of 2 x 2 pixels of 4 channels is Darknet's by hand", "[detect][
   for (std::size_t pixel = 0; pixel < 4; ++pixel) picture.data()[3 * pixel] = static_cast<double>(pixel);
   detect::Pass<double> pass;
   model.detector().forward(picture, pass);
-  REQUIRE(pass.logits.at(0).shape() == tapestry::Extents<4>{1, 16, 1, 1});
+  REQUIRE(pass.logits.at(0).shape() == Extents<4>{1, 16, 1, 1});
   CHECK(std::vector<double>(pass.logits[0].data(), pass.logits[0].data() + 16) ==
         std::vector<double>{0, 2, 20, 22, 1, 3, 21, 23, 10, 12, 30, 32, 11, 13, 31, 33});
 }
@@ -64,7 +62,7 @@ TEST_CASE("a classifier hands out the probabilities of its last layer", "[detect
   detect::Pass<double> pass;
   detector.forward(random_array<double>({2, 16, 16, 3}, 2), pass);
   REQUIRE(pass.logits.size() == 1);
-  CHECK(pass.logits[0].shape() == tapestry::Extents<4>{2, 10, 1, 1});
+  CHECK(pass.logits[0].shape() == Extents<4>{2, 10, 1, 1});
   for (std::size_t n = 0; n < 2; ++n) {
     double sum = 0;
     for (std::size_t k = 0; k < 10; ++k) sum += pass.logits[0](n, k, 0, 0);
@@ -90,7 +88,7 @@ TEST_CASE("a classifier's gradients agree with central differences", "[detect][c
   const auto start = detector.weights();
   auto weights_adjoint = tapestry::zeros<double, 1>({start.size()});
   detector.pull_back(pass, {&weights}, &images_adjoint, &weights_adjoint);
-  tapestry::Random random(4);
+  Random random(4);
   for (int trial = 0; trial < 8; ++trial) {
     const std::size_t i = random.index(images.size());
     CHECK(images_adjoint.data()[i] == Approx(fourth_order_difference([&](double step) {
@@ -117,8 +115,7 @@ TEST_CASE("a classifier's gradients agree with central differences", "[detect][c
 TEST_CASE("a classifier is one record on the tape", "[detect][classifier][gradient]") {
   const auto detector = random_classifier(classifier).detector();
   const auto start = random_array<double>({1, 16, 16, 3}, 2);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto images = tape.input(start);
   const auto outputs = detect::forward(detector, images);
   REQUIRE(outputs.size() == 1);
@@ -136,7 +133,7 @@ TEST_CASE("a classifier is one record on the tape", "[detect][classifier][gradie
 }
 
 TEST_CASE("a classifier is read with its weights", "[detect][classifier]") {
-  const tapestry::test::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string cfg = folder.write("some.cfg", classifier), weights = folder.path("some.weights");
   const auto network = random_classifier(classifier).cast<float>();
   io::write_weight_file(weights, network);
@@ -145,7 +142,7 @@ TEST_CASE("a classifier is read with its weights", "[detect][classifier]") {
   CHECK(loaded.model.input_height() == 32);
   for (std::size_t i = 0; i < network.parameters().size(); ++i)
     CHECK(loaded.model.parameters()[i] == network.parameters()[i]);
-  CHECK_THROWS_AS(io::read_darknet_model<float>(cfg, weights), tapestry::FileError);  // no detector
+  CHECK_THROWS_AS(io::read_darknet_model<float>(cfg, weights), FileError);  // no detector
 }
 
 TEST_CASE("a network of dropout alone hands out the picture", "[detect][classifier]") {

@@ -9,20 +9,15 @@
 #include "../support/random_model.hpp"
 #include "../support/relative_distance.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
-using tapestry::Array;
-using tapestry::test::pointers_to;
-using tapestry::test::random_array;
-using tapestry::test::relative_distance;
+using namespace tapestry;
+using test::pointers_to, test::random_array, test::relative_distance;
 
 namespace {
-const std::string every_layer = tapestry::test::cfg_text("every_layer");
-const std::string unequal_layers = tapestry::test::cfg_text("unequal_shortcuts");
-const std::string fused_layers = tapestry::test::cfg_text("fused_layers");
-const std::string more_activations = tapestry::test::cfg_text("more_activations");
-const std::string product_layers = tapestry::test::cfg_text("product_layers");
+const std::string every_layer = test::cfg_text("every_layer");
+const std::string unequal_layers = test::cfg_text("unequal_shortcuts");
+const std::string fused_layers = test::cfg_text("fused_layers");
+const std::string more_activations = test::cfg_text("more_activations");
+const std::string product_layers = test::cfg_text("product_layers");
 /// The same with kinks.
 std::string leaky(std::string cfg) {
   for (const std::string smooth : {"mish", "swish"})
@@ -31,9 +26,9 @@ std::string leaky(std::string cfg) {
   return cfg;
 }
 const std::string leaky_products = leaky(product_layers);
-const std::string region_layers = tapestry::test::cfg_text("region_layers");
-const std::string strided_shortcuts = tapestry::test::cfg_text("strided_shortcuts");
-const std::string real_layers = tapestry::test::cfg_text("real_layers");
+const std::string region_layers = test::cfg_text("region_layers");
+const std::string strided_shortcuts = test::cfg_text("strided_shortcuts");
+const std::string real_layers = test::cfg_text("real_layers");
 const std::string grouped_layers = R"(# Groups of channels that are no whole vectors, and whole ones.
 [net]
 width=16
@@ -65,17 +60,17 @@ anchors=4,5, 9,8
 classes=2
 num=2
 )";
-const std::string wide_layers = tapestry::test::cfg_text("wide_layers");
+const std::string wide_layers = test::cfg_text("wide_layers");
 
 template <class T>
 detect::DarknetModel<T> random_model(const std::string& cfg) {
-  return tapestry::test::random_model<T>(io::parse_network_config(cfg, "some.cfg"), 1);
+  return test::random_model<T>(io::parse_network_config(cfg, "some.cfg"), 1);
 }
 
 template <class T>
 std::vector<Array<T, 4>> random_like(const std::vector<Array<T, 4>>& arrays, std::uint64_t seed) {
   std::vector<Array<T, 4>> result = arrays;
-  tapestry::Random random(seed);
+  Random random(seed);
   for (auto& array : result)
     for (auto& value : array.storage()) value = static_cast<T>(random.uniform(-1, 1));
   return result;
@@ -83,7 +78,7 @@ std::vector<Array<T, 4>> random_like(const std::vector<Array<T, 4>>& arrays, std
 
 double dot(const std::vector<Array<double, 4>>& a, const std::vector<Array<double, 4>>& b) {
   double sum = 0;
-  for (std::size_t h = 0; h < a.size(); ++h) sum += tapestry::test::dot(a[h], b[h]);
+  for (std::size_t h = 0; h < a.size(); ++h) sum += test::dot(a[h], b[h]);
   return sum;
 }
 
@@ -114,7 +109,7 @@ TEST_CASE("the input gradient agrees with central differences", "[detect][darkne
     const auto adjoint = random_like(pass.logits, 3);
     auto gradient = tapestry::zeros<double, 4>({2, 16, 16, 3});
     for (int half = 0; half < 2; ++half) detector.input_adjoint(pass, adjoint, gradient);  // adjoints add
-    tapestry::Random random(4);
+    Random random(4);
     for (int trial = 0; trial < 12; ++trial) {
       const std::size_t i = random.index(images.size());
       const auto value = [&](double step) {
@@ -144,7 +139,7 @@ TEST_CASE("what convolutions do beside their sums agrees with central difference
   const auto adjoint = random_like(pass.logits, 3);
   auto gradient = tapestry::zeros<double, 4>({2, 16, 16, 3});
   detector.input_adjoint(pass, adjoint, gradient);
-  tapestry::Random random(4);
+  Random random(4);
   for (int trial = 0; trial < 24; ++trial) {
     const std::size_t i = random.index(images.size());
     const auto value = [&](double step) {
@@ -175,7 +170,7 @@ TEST_CASE("the parameter gradient agrees with central differences", "[detect][da
   for (const auto& block : model.layout().blocks)
     learning += detect::is_running_statistic(block.role) ? 0 : 1;
   REQUIRE(detector.network().weight_blocks().size() == learning);
-  tapestry::Random random(4);
+  Random random(4);
   for (const auto& block : detector.network().weight_blocks()) {
     const std::size_t i = block.offset + random.index(nn::size_of(block.shape));
     const auto value = [&](double step) {
@@ -238,7 +233,7 @@ TEST_CASE("with the kinks of the float pass every engine's gradient follows doub
 
   detect::Pass<double> inference;
   detector.forward(images, inference);
-  CHECK_THROWS_AS(inference.copy_branches(single_pass), tapestry::DomainError);
+  CHECK_THROWS_AS(inference.copy_branches(single_pass), DomainError);
 }
 
 TEST_CASE("in bfloat16 logits stay within 1e-2, the gradient at the same kinks within 2e-2",
@@ -359,7 +354,7 @@ TEST_CASE("a network of one pixel works", "[detect][darknet_model]") {
   const auto images = random_array<double>({1, 1, 1, 3}, 2);
   detect::Pass<double> pass;
   detector.forward(images, pass, detect::Mode::training);
-  CHECK(pass.logits[0].shape() == tapestry::Extents<4>{1, 7, 1, 1});
+  CHECK(pass.logits[0].shape() == Extents<4>{1, 7, 1, 1});
   auto gradient = tapestry::zeros<double, 1>({detector.weights().size()});
   detector.pull_back(pass, pointers_to(pass.logits), nullptr, &gradient);
   CHECK(std::all_of(gradient.begin(), gradient.end(), [](double x) { return std::isfinite(x); }));
@@ -377,14 +372,13 @@ TEST_CASE("a network names the arguments that do not fit", "[detect][darknet_mod
   detector.forward(images, pass);
   auto gradient = tapestry::zeros<float, 4>({1, 32, 32, 3});
   auto weights_adjoint = tapestry::zeros<float, 1>({detector.weights().size()});
-  CHECK_THROWS_AS(detector.input_adjoint(pass, pass.logits, gradient), tapestry::DomainError);
+  CHECK_THROWS_AS(detector.input_adjoint(pass, pass.logits, gradient), DomainError);
   detector.forward(images, pass, detect::Mode::input_gradient);
-  CHECK_THROWS_AS(detector.input_adjoint(pass, {}, gradient), tapestry::ShapeError);
-  CHECK_THROWS_AS(detector.pull_back(pass, pointers_to(pass.logits), nullptr, &weights_adjoint),
-                  tapestry::DomainError);
-  CHECK_THROWS_AS(model.update_running_statistics(pass), tapestry::DomainError);
+  CHECK_THROWS_AS(detector.input_adjoint(pass, {}, gradient), ShapeError);
+  CHECK_THROWS_AS(detector.pull_back(pass, pointers_to(pass.logits), nullptr, &weights_adjoint), DomainError);
+  CHECK_THROWS_AS(model.update_running_statistics(pass), DomainError);
   detector.forward(images, pass, detect::Mode::training);  // with running statistics
-  CHECK_THROWS_AS(model.update_running_statistics(pass), tapestry::DomainError);
-  CHECK_THROWS_AS(model.resized(30, 32), tapestry::FileError);
+  CHECK_THROWS_AS(model.update_running_statistics(pass), DomainError);
+  CHECK_THROWS_AS(model.resized(30, 32), FileError);
   CHECK(model.resized(64, 96).heads()[0].grid_width == 24);
 }

@@ -4,26 +4,23 @@
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/optim/adam.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 #include "../support/relative_distance.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Variable;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
-const std::string two_heads = tapestry::test::cfg_text("two_heads");
+const std::string two_heads = test::cfg_text("two_heads");
 
 template <class T>
 detect::DarknetModel<T> two_headed_model() {
   detect::DarknetModel<T> model(io::parse_network_config(two_heads, "two heads"));
-  tapestry::Random random(5);
+  Random random(5);
   model.initialise(random);
   return model;
 }
@@ -51,17 +48,16 @@ Array<T, 4> weighted_adjoint(const detect::Detector<T>& detector, const Array<T,
 template <class F, std::size_t Rank>
 void check_along(const F& value, const Array<double, Rank>& at, const Array<double, Rank>& direction,
                  const Array<double, Rank>& adjoint) {
-  const double expected = tapestry::test::central_difference(value, at, direction);
-  CHECK(tapestry::test::dot(adjoint, direction) ==
-        Approx(expected).epsilon(1e-8).margin(tapestry::test::central_difference_tolerance(value(at))));
+  const double expected = test::central_difference(value, at, direction);
+  CHECK(test::dot(adjoint, direction) ==
+        Approx(expected).epsilon(1e-8).margin(test::central_difference_tolerance(value(at))));
 }
 }  // namespace
 
 TEST_CASE("a network on the tape is its input adjoint, bit for bit", "[detect][darknet_model][tape]") {
   const auto detector = two_headed_model<float>().detector();
   const auto images = random_array<float, 4>({2, 8, 8, 3}, 1);
-  tapestry::Tape<float> tape;
-  const auto scope = tape.activate();
+  ActiveTape<float> tape;
   const auto input = tape.input(images);
   const auto logits = forward(detector, input);
   REQUIRE(logits.size() == 2);
@@ -82,8 +78,7 @@ TEST_CASE("the gradient through a network on the tape agrees with central differ
   const auto value = [&](const Array<double, 4>& x) {
     return total(forward(detector, ArrayVariable<double, 4>(x))).value();
   };
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto input = tape.input(images);
   tape.reverse(total(forward(detector, input)));
   check_along(value, images, direction, input.adjoint());
@@ -99,8 +94,7 @@ TEST_CASE("weights on the tape get their adjoints in training mode",
     return total(forward(detector, ArrayVariable<double, 4>(images), ArrayVariable<double, 1>(weights)))
         .value();
   };
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto weights = tape.input(start);
   const bool wants_images = GENERATE(false, true);
   const auto input = wants_images ? tape.input(images) : ArrayVariable<double, 4>(images);
@@ -122,12 +116,11 @@ TEST_CASE("running statistics follow the batch's while weights are stepped",
   auto detector = model.learning_detector();
   const auto images = random_array<double, 4>({3, 8, 8, 3}, 14);
   auto own = detector.weights();
-  tapestry::optim::Adam<double> adam(own.size());
+  optim::Adam<double> adam(own.size());
   const auto pass = std::make_shared<detect::Pass<double>>();
   const int steps = 200;
   for (int step = 0; step < steps; ++step) {
-    tapestry::Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto weights = tape.input(own);
     tape.reverse(total(forward(detector, ArrayVariable<double, 4>(images), weights, pass)));
     model.update_running_statistics(*pass);
@@ -151,8 +144,7 @@ TEST_CASE("running statistics follow the batch's while weights are stepped",
 TEST_CASE("a head that nothing depends on changes nothing", "[detect][darknet_model][tape]") {
   const auto detector = two_headed_model<double>().detector();
   const auto images = random_array<double, 4>({1, 8, 8, 3}, 8);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto input = tape.input(images);
   const auto logits = forward(detector, input);
   tape.reverse(sum(logits[1]));
@@ -161,8 +153,7 @@ TEST_CASE("a head that nothing depends on changes nothing", "[detect][darknet_mo
 
 TEST_CASE("a network's record may be reversed again", "[detect][darknet_model][tape]") {
   const auto detector = two_headed_model<double>().detector();
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto input = tape.input(random_array<double, 4>({1, 8, 8, 3}, 13));
   const auto logits = forward(detector, input);
   const auto first = sum(logits[0]);
@@ -170,13 +161,12 @@ TEST_CASE("a network's record may be reversed again", "[detect][darknet_model][t
   tape.reverse(first);
   const Array<double, 4> once = input.adjoint();
   tape.reverse(second);
-  CHECK(tapestry::test::relative_distance(input.adjoint(), Array<double, 4>(3.0 * once)) < 1e-14);
+  CHECK(test::relative_distance(input.adjoint(), Array<double, 4>(3.0 * once)) < 1e-14);
 }
 
 TEST_CASE("passive pictures leave no record of a network", "[detect][darknet_model][tape]") {
   const auto detector = two_headed_model<float>().detector();
-  tapestry::Tape<float> tape;
-  const auto scope = tape.activate();
+  ActiveTape<float> tape;
   const auto logits = forward(detector, ArrayVariable<float, 4>(random_array<float, 4>({1, 8, 8, 3}, 9)));
   CHECK_FALSE(logits[0].is_active());
   CHECK(tape.statement_count() == 0);
@@ -188,8 +178,7 @@ TEST_CASE("a loop records a network again and again in the same memory", "[detec
   const auto pass = std::make_shared<detect::Pass<float>>();
   Array<float, 4> first;
   for (int step = 0; step < 3; ++step) {
-    tapestry::Tape<float> tape;
-    const auto scope = tape.activate();
+    ActiveTape<float> tape;
     const auto input = tape.input(images);
     tape.reverse(total(forward(detector, input, pass)));
     if (step == 0) first = input.adjoint();
@@ -199,19 +188,18 @@ TEST_CASE("a loop records a network again and again in the same memory", "[detec
 
 TEST_CASE("a network on the tape refuses what does not fit", "[detect][darknet_model][tape][error]") {
   auto detector = two_headed_model<float>().learning_detector();
-  tapestry::Tape<float> tape;
-  const auto scope = tape.activate();
+  ActiveTape<float> tape;
   const auto images = tape.input(random_array<float, 4>({1, 8, 8, 3}, 11));
   const auto few = tape.input(tapestry::zeros<float, 1>({3}));
-  CHECK_THROWS_AS(forward(detector, images, few), tapestry::ShapeError);
+  CHECK_THROWS_AS(forward(detector, images, few), ShapeError);
   const auto wide = tape.input(random_array<float, 4>({1, 8, 16, 3}, 12));
-  CHECK_THROWS_AS(forward(detector, wide), tapestry::ShapeError);
+  CHECK_THROWS_AS(forward(detector, wide), ShapeError);
 
   const auto before = detector.weights();
   const auto zeros = tape.input(tapestry::zeros<float, 1>({before.size()}));
-  CHECK_THROWS_AS(forward(detector, wide, zeros), tapestry::ShapeError);
-  tapestry::Tape<float> other;
+  CHECK_THROWS_AS(forward(detector, wide, zeros), ShapeError);
+  Tape<float> other;
   const auto other_scope = other.activate();
-  CHECK_THROWS_AS(forward(detector, images, zeros), tapestry::DomainError);
+  CHECK_THROWS_AS(forward(detector, images, zeros), DomainError);
   CHECK((detector.weights() == before));
 }

@@ -10,12 +10,8 @@
 #include "../support/random_model.hpp"
 #include "../support/refusal.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
-using detect::DecodeFamily;
-using detect::Head;
-using tapestry::Array;
-using tapestry::ErrorKind;
+using namespace tapestry;
+using detect::DecodeFamily, detect::Head;
 
 namespace {
 const double not_a_number = std::numeric_limits<double>::quiet_NaN();
@@ -32,7 +28,7 @@ Array<double, 4> empty_outputs(DecodeFamily family) {
 
 /// Output of a head of the family for a logit of the other families.
 double output(DecodeFamily family, double logit) {
-  return family == DecodeFamily::scaled ? tapestry::nn::logistic(logit) : logit;
+  return family == DecodeFamily::scaled ? nn::logistic(logit) : logit;
 }
 
 std::vector<detect::Detection> decoded(const Head& head, const Array<double, 4>& outputs,
@@ -40,7 +36,7 @@ std::vector<detect::Detection> decoded(const Head& head, const Array<double, 4>&
   return detect::decode<double>({head}, {outputs}, 0, threshold, 64, 96);
 }
 
-const std::string two_convolutions = tapestry::test::cfg_text("two_convolutions");
+const std::string two_convolutions = test::cfg_text("two_convolutions");
 
 std::string with_logistic(const std::string& more) {
   std::string text = two_convolutions;
@@ -57,7 +53,7 @@ TEST_CASE("decode families have names", "[detect][decode_family]") {
   CHECK_THROWS_WITH(detect::decode_family_by_name("yolov5"),
                     "no decode family is called 'yolov5'; expected darknet, ultralytics, scaled, yolox, "
                     "distance or decoded");
-  CHECK_THROWS_AS(detect::decode_family_by_name(""), tapestry::DomainError);
+  CHECK_THROWS_AS(detect::decode_family_by_name(""), DomainError);
   CHECK(Head{}.decode == DecodeFamily::darknet);
 }
 
@@ -140,9 +136,9 @@ TEST_CASE("T10: saturated outputs decode to finite boxes and NaN to none, in eac
 }
 
 TEST_CASE("scaled with s = 2 is ultralytics after the logistic function", "[detect][decode_family]") {
-  const Array<double, 4> logits = tapestry::test::random_array<double>({1, 7, 2, 3}, 1, -4, 4);
+  const Array<double, 4> logits = test::random_array<double>({1, 7, 2, 3}, 1, -4, 4);
   Array<double, 4> activations = logits;
-  for (double& value : activations.storage()) value = tapestry::nn::logistic(value);
+  for (double& value : activations.storage()) value = nn::logistic(value);
   const auto expected = decoded(small_head(DecodeFamily::ultralytics), logits, 0.01);
   const auto found = decoded(small_head(DecodeFamily::scaled, 2), activations, 0.01);
   REQUIRE(expected.size() > 5);
@@ -165,12 +161,12 @@ TEST_CASE("new_coords=1 of a cfg makes heads scaled", "[detect][decode_family]")
   CHECK(detect::decode_warnings(config).empty());
 
   // The same parameters without σ in the network, and decoded as ultralytics.
-  const auto scaled = tapestry::test::random_model<double>(config, 1);
-  const auto raw = tapestry::test::random_model<double>(
-      detect::with_decode(parsed(two_convolutions), DecodeFamily::ultralytics), 1);
+  const auto scaled = test::random_model<double>(config, 1);
+  const auto raw =
+      test::random_model<double>(detect::with_decode(parsed(two_convolutions), DecodeFamily::ultralytics), 1);
   REQUIRE(scaled.heads()[0].decode == DecodeFamily::scaled);
   REQUIRE(raw.heads()[0].decode == DecodeFamily::ultralytics);
-  const Array<double, 4> images = tapestry::test::random_array<double>({1, 64, 64, 3}, 2);
+  const Array<double, 4> images = test::random_array<double>({1, 64, 64, 3}, 2);
   const auto detections = [&](const detect::DarknetModel<double>& network) {
     detect::Pass<double> pass;
     network.detector().forward(images, pass);
@@ -194,30 +190,27 @@ TEST_CASE("a decode family that contradicts the cfg is refused", "[detect][decod
     CHECK(with(two_convolutions, family) == family);
   CHECK(with(with_logistic(""), DecodeFamily::scaled) == DecodeFamily::scaled);
   CHECK(with(with_logistic("new_coords=1\n"), DecodeFamily::scaled) == DecodeFamily::scaled);
-  tapestry::test::check_refused(
-      ErrorKind::mismatch,
-      "some.cfg:16: layer 2 (yolo): new_coords=1 contradicts the requested decode "
-      "family; expected scaled, found ultralytics",
-      [&] { (void)with(with_logistic("new_coords=1\n"), DecodeFamily::ultralytics); });
-  tapestry::test::check_refused(ErrorKind::mismatch,
-                                "expected activation=logistic in a [convolutional] layer",
-                                [&] { (void)with(two_convolutions, DecodeFamily::scaled); });
-  tapestry::test::check_refused(
-      ErrorKind::mismatch,
-      "some.cfg:16: layer 2 (yolo): a decode family without anchors; expected darknet, "
-      "ultralytics or scaled, found yolox",
-      [&] { (void)with(two_convolutions, DecodeFamily::yolox); });
+  test::check_refused(ErrorKind::mismatch,
+                      "some.cfg:16: layer 2 (yolo): new_coords=1 contradicts the requested decode "
+                      "family; expected scaled, found ultralytics",
+                      [&] { (void)with(with_logistic("new_coords=1\n"), DecodeFamily::ultralytics); });
+  test::check_refused(ErrorKind::mismatch, "expected activation=logistic in a [convolutional] layer",
+                      [&] { (void)with(two_convolutions, DecodeFamily::scaled); });
+  test::check_refused(ErrorKind::mismatch,
+                      "some.cfg:16: layer 2 (yolo): a decode family without anchors; expected darknet, "
+                      "ultralytics or scaled, found yolox",
+                      [&] { (void)with(two_convolutions, DecodeFamily::yolox); });
 }
 
 TEST_CASE("a [region] is of the family darknet alone", "[detect][decode_family]") {
-  const std::string text = tapestry::test::cfg_text("region_layers");
+  const std::string text = test::cfg_text("region_layers");
   CHECK(detect::decode_family_of(parsed(text)) == DecodeFamily::darknet);
   CHECK(detect::decode_family_of(detect::with_decode(parsed(text), DecodeFamily::darknet)) ==
         DecodeFamily::darknet);
-  tapestry::test::check_refused(ErrorKind::mismatch,
-                                "layer 7 (region): a [region] contradicts the requested decode family; "
-                                "expected darknet, found ultralytics",
-                                [&] { (void)detect::with_decode(parsed(text), DecodeFamily::ultralytics); });
+  test::check_refused(ErrorKind::mismatch,
+                      "layer 7 (region): a [region] contradicts the requested decode family; "
+                      "expected darknet, found ultralytics",
+                      [&] { (void)detect::with_decode(parsed(text), DecodeFamily::ultralytics); });
 }
 
 TEST_CASE("σ taken twice is remarked on", "[detect][decode_family]") {

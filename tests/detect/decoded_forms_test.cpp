@@ -4,10 +4,8 @@
 
 #include "../support/catch.hpp"
 
-namespace detect = tapestry::detect;
 using namespace tapestry;
-using detect::Background;
-using detect::ScoreForm;
+using detect::Background, detect::ScoreForm;
 
 namespace {
 constexpr std::size_t side = 8;  ///< of the picture, 192 numbers

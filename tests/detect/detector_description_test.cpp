@@ -2,10 +2,8 @@
 
 #include "../support/catch.hpp"
 
-namespace detect = tapestry::detect;
-namespace image = tapestry::image;
-using detect::DetectorDescription;
-using detect::HeadKind;
+using namespace tapestry;
+using detect::DetectorDescription, detect::HeadKind;
 
 TEST_CASE("kinds of heads have names and families", "[detect][detector_description]") {
   for (const auto kind : detect::head_kinds) CHECK(detect::head_kind_by_name(detect::name_of(kind)) == kind);
@@ -53,8 +51,8 @@ TEST_CASE("descriptions that mean no heads are refused", "[detect][detector_desc
   CHECK_THROWS_WITH(detect::heads_of({{}, {}, HeadKind::yolox, {8}, {{{4, 4}}}}, 80, 416, 416),
                     "heads_of: a description of yolox heads has anchors for 1 of them, expected some for 0");
   CHECK_THROWS_AS(detect::heads_of({{}, {}, HeadKind::yolov5, {8, 16}, {{{4, 4}}, {}}}, 80, 416, 416),
-                  tapestry::DomainError);
-  CHECK_THROWS_AS(detect::heads_of({{}, {}, HeadKind::yolox, {0}}, 80, 416, 416), tapestry::DomainError);
+                  DomainError);
+  CHECK_THROWS_AS(detect::heads_of({{}, {}, HeadKind::yolox, {0}}, 80, 416, 416), DomainError);
   CHECK_THROWS_WITH(detect::class_count_of(detect::known_description("nanodet"), 32),
                     "class_count_of: outputs of 32 channels, expected more than 32 for nanodet heads");
   CHECK_THROWS_WITH(detect::class_count_of(detect::known_description("yolov5"), 256),

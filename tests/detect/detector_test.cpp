@@ -6,6 +6,7 @@
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/loss/adversarial.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/kept_pass.hpp"
@@ -13,15 +14,11 @@
 #include "../support/random_array.hpp"
 #include "../support/small_exports.hpp"
 
-namespace detect = tapestry::detect;
-namespace nn = tapestry::nn;
-using tapestry::Array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
-using tapestry::test::nanodet_like;
-using tapestry::test::pictures;
-using tapestry::test::yolox_like;
-constexpr std::size_t classes = tapestry::test::exported_classes;
+constexpr std::size_t classes = test::exported_classes;
 
 /// The export as a converter to half precision leaves it: weights of convolutions are cast to single
 /// precision, and whatever a node makes is cast to half precision and back.
@@ -121,7 +118,7 @@ TEST_CASE("several threads run one detector at once, with the bits of one thread
 
 TEST_CASE("a picture that changes within a window has the bits of a whole pass through an export",
           "[detect][graph_detector][kept]") {
-  using tapestry::image::PixelWindow;
+  using image::PixelWindow;
   const auto [name, window] = GENERATE(table<const char*, PixelWindow>({{"yolox", {20, 24, 12, 16}},
                                                                         {"yolox", {0, 0, 5, 3}},
                                                                         {"yolox", {63, 63, 1, 1}},
@@ -134,19 +131,19 @@ TEST_CASE("a picture that changes within a window has the bits of a whole pass t
   const detect::Detector<float> detector(is_yolox ? yolox_like(64) : nanodet_like(96),
                                          detect::known_description(name));
   auto images = pictures<float>(2, detector.input_height());
-  tapestry::Random random(4);
+  Random random(4);
   const PixelWindow everything{0, 0, detector.input_height(), detector.input_width()};
   detect::KeptPicture<float> picture(window);
   detect::Pass<float> kept, whole;
   for (int step = 0; step < 4; ++step) {
     CAPTURE(step);
-    tapestry::test::repaint(images, 0, window, random);
-    tapestry::test::repaint(images, 1, everything, random);
+    test::repaint(images, 0, window, random);
+    test::repaint(images, 1, everything, random);
     if (step == 2) images(0, detector.input_height() / 2, 0, 1) += 0.5F;  // what was kept does not hold
     detector.forward_within(images, {&picture, nullptr}, kept, detect::Mode::input_gradient);
     detector.forward(images, whole, detect::Mode::input_gradient);
-    CHECK(tapestry::test::differences(kept.logits, whole.logits) == 0);
-    CHECK(tapestry::test::adjoint_differences(detector, kept, whole, {window, everything}, random) == 0);
+    CHECK(test::differences(kept.logits, whole.logits) == 0);
+    CHECK(test::adjoint_differences(detector, kept, whole, {window, everything}, random) == 0);
   }
   CHECK(picture.bytes() > 0);
   CHECK(detector.share_kept(everything) == 0);
@@ -162,7 +159,7 @@ TEST_CASE("kept pictures of an export hold until weights or mode change, and nee
   const auto check = [&](detect::Mode mode) {
     detector.forward_within(images, {&picture}, kept, mode);
     detector.forward(images, whole, mode);
-    CHECK(tapestry::test::differences(kept.logits, whole.logits) == 0);
+    CHECK(test::differences(kept.logits, whole.logits) == 0);
   };
   check(detect::Mode::inference);
   check(detect::Mode::input_gradient);
@@ -176,8 +173,8 @@ TEST_CASE("kept pictures of an export hold until weights or mode change, and nee
   const std::vector<const Array<double, 4>*> nothing(kept.logits.size(), nullptr);
   CHECK_THROWS_WITH(detector.layer_adjoint(kept, nothing, 0, 0), contains("or only windows"));
   CHECK_THROWS_WITH(detector.forward_within(images, {}, kept), contains("0 kept pictures for 1 images"));
-  CHECK_THROWS_AS(detector.forward_within(images, {&outside}, kept), tapestry::ShapeError);
-  CHECK_THROWS_AS(detector.share_kept({60, 0, 5, 5}), tapestry::ShapeError);
+  CHECK_THROWS_AS(detector.forward_within(images, {&outside}, kept), ShapeError);
+  CHECK_THROWS_AS(detector.share_kept({60, 0, 5, 5}), ShapeError);
 }
 
 TEST_CASE("a detector of NanoDet's kind finds its heads, classes first", "[detect][graph_detector]") {
@@ -197,7 +194,7 @@ TEST_CASE("heads are found behind the Casts of an export in half precision, with
   const auto kind = detect::known_description(name);
   const auto plain = name == "yolox"     ? yolox_like(64)
                      : name == "nanodet" ? nanodet_like(64)
-                                         : tapestry::test::yolov5_like(64, kind.anchors);
+                                         : test::yolov5_like(64, kind.anchors);
   const auto cast = with_casts(plain);
   REQUIRE(cast.outputs == plain.outputs);
   CHECK(detect::recognised_detector(cast) == detect::recognised_detector(plain));
@@ -210,7 +207,7 @@ TEST_CASE("heads are found behind the Casts of an export in half precision, with
 
 TEST_CASE("a detector of YOLOv5's kind decodes as its export does", "[detect][graph_detector]") {
   const auto kind = detect::known_description("yolov5");
-  const auto description = tapestry::test::yolov5_like(64, kind.anchors);
+  const auto description = test::yolov5_like(64, kind.anchors);
   const detect::Detector<double> detector(description, kind);
   REQUIRE(detector.heads().size() == 3);
   CHECK(detector.heads()[0].classes == classes);
@@ -248,7 +245,7 @@ TEST_CASE("a detector of YOLOv5's kind decodes as its export does", "[detect][gr
 
 TEST_CASE("boxes and scores of an export are those of its logits", "[detect][graph_detector][decoded]") {
   const auto kind = detect::known_description("yolov5");
-  const auto description = tapestry::test::yolov5_like(64, kind.anchors);
+  const auto description = test::yolov5_like(64, kind.anchors);
   const detect::Detector<double> raw(description, kind);
   auto decoded_kind = detect::DetectorDescription{{}, kind.fit, detect::HeadKind::boxes_and_scores};
   decoded_kind.decoded.boxes = decoded_kind.decoded.scores = description.outputs.front();
@@ -283,8 +280,7 @@ TEST_CASE("decoded outputs may be described in every form", "[detect][graph_dete
     std::vector<double> probabilities;
   };
   const auto none = detect::Background::none;
-  using detect::BoxForm;
-  using detect::ScoreForm;
+  using detect::BoxForm, detect::ScoreForm;
   const auto form = GENERATE_COPY(values<Form>(
       {{"centre",
         {"o", "o", false, BoxForm::centre, false, false, ScoreForm::probabilities, none},
@@ -372,7 +368,7 @@ detect::DetectorDescription end_to_end_kind(std::size_t count, bool channels_fir
   return kind;
 }
 
-tapestry::Array<double, 4> white() {
+Array<double, 4> white() {
   auto images = pictures<double>(1, 64);
   std::fill_n(images.data(), images.size(), 1.0);
   return images;
@@ -406,7 +402,7 @@ TEST_CASE("an end-to-end output has one score and one class for each box",
     CHECK(found[i].box.h == at(3) - at(1));
   }
   // d logit/dp = 1/(p (1 − p)), and p = 0.75 times the mean of a colour of 64 x 64 pixels.
-  tapestry::Array<double, 4> adjoint(tapestry::Extents<4>{1, 7, 1, 4}), gradient = white();
+  Array<double, 4> adjoint(Extents<4>{1, 7, 1, 4}), gradient = white();
   std::fill_n(adjoint.data(), adjoint.size(), 0.0);
   std::fill_n(gradient.data(), gradient.size(), 0.0);
   adjoint(0, 4 + 2, 0, 0) = 1;
@@ -427,8 +423,8 @@ TEST_CASE("outputs whose values are not what their description states are refuse
       std::string message = "none";
       try {
         detector.forward(white(), pass);
-      } catch (const tapestry::FileError& error) {
-        CHECK(static_cast<int>(error.kind()) == static_cast<int>(tapestry::ErrorKind::mismatch));
+      } catch (const FileError& error) {
+        CHECK(static_cast<int>(error.kind()) == static_cast<int>(ErrorKind::mismatch));
         message = error.what();
       }
       if (i == 0) first = message;
@@ -469,22 +465,22 @@ TEST_CASE("outputs whose values are not what their description states are refuse
 TEST_CASE("the loss as coded asks for cells, which decoded outputs lack",
           "[detect][graph_detector][decoded]") {
   const auto kind5 = detect::known_description("yolov5");
-  const auto description = tapestry::test::yolov5_like(64, kind5.anchors);
+  const auto description = test::yolov5_like(64, kind5.anchors);
   detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
   kind.decoded.boxes = kind.decoded.scores = description.outputs.front();
   const detect::Detector<double> detector(description, kind);
-  const tapestry::ArrayVariable<double, 4> images = pictures<double>(1, 64);
+  const ArrayVariable<double, 4> images = pictures<double>(1, 64);
   const std::vector<tapestry::loss::Target> targets{{1, {30, 32, 28, 20}}};
   CHECK_THROWS_WITH(
-      (tapestry::loss::adversarial<detect::Detector<double>, double>(
-          detector, detect::forward(detector, images), targets, tapestry::loss::AdversarialLoss::as_coded)),
+      (loss::adversarial<detect::Detector<double>, double>(detector, detect::forward(detector, images),
+                                                           targets, loss::AdversarialLoss::as_coded)),
       contains("expected another loss than as_coded"));
 }
 
 TEST_CASE("boxes as shares of corners, and a softmax with a background, are read in every opset",
           "[detect][graph_detector][decoded]") {
   const std::int64_t opset = GENERATE(7, 9, 11, 13, 21);
-  const auto description = tapestry::test::boxes_and_scores(64, opset);
+  const auto description = test::boxes_and_scores(64, opset);
   detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
   kind.decoded.boxes = description.outputs[0];
   kind.decoded.scores = description.outputs[1];
@@ -519,7 +515,7 @@ TEST_CASE("boxes as shares of corners, and a softmax with a background, are read
 
 TEST_CASE("decoded outputs that are not there, or no boxes, are refused",
           "[detect][graph_detector][decoded][error]") {
-  const auto description = tapestry::test::boxes_and_scores(64, 11);
+  const auto description = test::boxes_and_scores(64, 11);
   detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
   kind.decoded.boxes = "nowhere";
   kind.decoded.scores = description.outputs[1];
@@ -527,9 +523,9 @@ TEST_CASE("decoded outputs that are not there, or no boxes, are refused",
                     contains("net.onnx: no node makes the output 'nowhere'"));
   kind.decoded.boxes = description.outputs[1];  // six numbers, not four
   kind.decoded.scores = description.outputs[0];
-  CHECK_THROWS_AS(detect::Detector<float>(description, kind), tapestry::FileError);
+  CHECK_THROWS_AS(detect::Detector<float>(description, kind), FileError);
   kind.decoded.boxes = kind.decoded.scores = description.outputs[0];  // a box and no class
-  CHECK_THROWS_AS(detect::Detector<float>(description, kind), tapestry::FileError);
+  CHECK_THROWS_AS(detect::Detector<float>(description, kind), FileError);
 }
 
 TEST_CASE("the loss of a graph detector is differentiable to its pictures",
@@ -540,35 +536,31 @@ TEST_CASE("the loss of a graph detector is differentiable to its pictures",
     auto kind = detect::known_description(is_decoded ? "yolov5" : name);
     if (is_decoded) {
       kind.head = detect::HeadKind::boxes_and_scores;
-      kind.decoded.boxes = kind.decoded.scores =
-          tapestry::test::yolov5_like(64, kind.anchors).outputs.front();
+      kind.decoded.boxes = kind.decoded.scores = test::yolov5_like(64, kind.anchors).outputs.front();
       kind.decoded.has_objectness = true;
     }
     const detect::Detector<double> detector(kind.head == detect::HeadKind::yolox ? yolox_like(64)
                                             : kind.head == detect::HeadKind::nanodet
                                                 ? nanodet_like(64)
-                                                : tapestry::test::yolov5_like(64, kind.anchors),
+                                                : test::yolov5_like(64, kind.anchors),
                                             kind);
     const auto images = pictures<double>(2, 64);
     const std::vector<tapestry::loss::Target> targets{{1, {30, 32, 28, 20}}, {3, {40, 20, 30, 30}}};
     const auto value = [&](const Array<double, 4>& at) {
-      const tapestry::ArrayVariable<double, 4> passive = at;
-      return tapestry::loss::adversarial<detect::Detector<double>, double>(
-                 detector, detect::forward(detector, passive), targets,
-                 tapestry::loss::AdversarialLoss::max_score)
+      const ArrayVariable<double, 4> passive = at;
+      return loss::adversarial<detect::Detector<double>, double>(detector, detect::forward(detector, passive),
+                                                                 targets, loss::AdversarialLoss::max_score)
           .total.value();
     };
-    tapestry::Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto input = tape.input(images);
-    tape.reverse(
-        tapestry::loss::adversarial<detect::Detector<double>, double>(
-            detector, detect::forward(detector, input), targets, tapestry::loss::AdversarialLoss::max_score)
-            .total);
-    const auto direction = tapestry::test::random_direction<double, 4>({2, 64, 64, 3}, 5);
-    const double slope = tapestry::test::dot(input.adjoint(), direction);
+    tape.reverse(loss::adversarial<detect::Detector<double>, double>(
+                     detector, detect::forward(detector, input), targets, loss::AdversarialLoss::max_score)
+                     .total);
+    const auto direction = test::random_direction<double, 4>({2, 64, 64, 3}, 5);
+    const double slope = test::dot(input.adjoint(), direction);
     CHECK(std::abs(slope) > 1e-8);
-    CHECK(slope == Approx(tapestry::test::central_difference(value, images, direction)).epsilon(1e-6));
+    CHECK(slope == Approx(test::central_difference(value, images, direction)).epsilon(1e-6));
   }
 }
 
@@ -579,10 +571,10 @@ TEST_CASE("weights of a graph detector get their gradient", "[detect][graph_dete
   detector.forward(images, pass, detect::Mode::training);
   std::vector<Array<double, 4>> seeds;
   for (std::size_t h = 0; h < 3; ++h)
-    seeds.push_back(tapestry::test::random_array<double, 4>(
+    seeds.push_back(test::random_array<double, 4>(
         {1, 5 + classes, pass.logits[h].shape(2), pass.logits[h].shape(3)}, 20 + h));
   auto gradient = tapestry::zeros<double, 1>({detector.weights().size()});
-  detector.pull_back(pass, tapestry::test::pointers_to(seeds), nullptr, &gradient);
+  detector.pull_back(pass, test::pointers_to(seeds), nullptr, &gradient);
 
   const auto value = [&] {
     detect::Pass<double> fresh;
@@ -612,18 +604,18 @@ TEST_CASE("detectors that are known are recognised by what is behind their outpu
           "[detect][graph_detector]") {
   CHECK(detect::recognised_detector(yolox_like(64)) == detect::known_description("yolox"));
   CHECK(detect::recognised_detector(nanodet_like(64)) == detect::known_description("nanodet"));
-  tapestry::test::Exporter exporter(64);
+  test::Exporter exporter(64);
   CHECK_FALSE(detect::recognised_detector(exporter.finish(exporter.backbone())).has_value());
 }
 
 TEST_CASE("decoded outputs of other extents are refused by their names in the file",
           "[detect][graph_detector][decoded][error]") {
-  const auto description = tapestry::test::boxes_and_scores(64, 11);
+  const auto description = test::boxes_and_scores(64, 11);
   detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
   const auto complaint = [&] {
     try {
       const detect::Detector<float> detector(description, kind);
-    } catch (const tapestry::FileError& error) {
+    } catch (const FileError& error) {
       return std::string(error.what());
     }
     return std::string("none");
@@ -660,7 +652,7 @@ TEST_CASE("what is no detector of the kind is refused", "[detect][graph_detector
   CHECK_THROWS_WITH(detect::Detector<float>(yolox_like(64), two),
                     contains("expected 4, 1 and K for each of 2 grids"));
   auto yolov5 = detect::known_description("yolov5");
-  const auto whole = tapestry::test::yolov5_like(64, yolov5.anchors);
+  const auto whole = test::yolov5_like(64, yolov5.anchors);
   const auto export5 = nn::pruned(whole, detect::raw_outputs(whole));  // it shows no anchors
   yolov5.anchors[1].pop_back();
   CHECK_THROWS_WITH(detect::Detector<float>(export5, yolov5),

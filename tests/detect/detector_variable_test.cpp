@@ -3,19 +3,13 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/small_exports.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Extents;
-using tapestry::Random;
-using tapestry::Tape;
-using tapestry::test::pictures;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 
@@ -42,8 +36,8 @@ std::vector<Array<float, 4>> logits_of(const detect::Detector<float>& detector) 
 TEST_CASE("the gradient of a graph's weights on the tape agrees with central differences",
           "[detect][graph_detector][gradient]") {
   const bool simplifies = GENERATE(true, false);
-  auto description = tapestry::test::yolox_like(64);
-  tapestry::test::normalise_first(description);
+  auto description = test::yolox_like(64);
+  test::normalise_first(description);
   const auto kind = detect::known_description("yolox");
   detect::Detector<double> detector(description, kind, 0, {}, simplifies);
   const auto start = detector.weights();
@@ -52,46 +46,45 @@ TEST_CASE("the gradient of a graph's weights on the tape agrees with central dif
   detect::Pass<double> shapes;
   detector.forward(images, shapes);
   for (const auto& head : shapes.logits)
-    asked.push_back(tapestry::test::random_array<double, 4>(
+    asked.push_back(test::random_array<double, 4>(
         {head.shape(0), head.shape(1), head.shape(2), head.shape(3)}, asked.size()));
   const auto value = [&](const Array<double, 1>& weights) {
     detector.set_weights(weights);
     detect::Pass<double> pass;
     detector.forward(images, pass);
     double sum = 0;
-    for (std::size_t h = 0; h < asked.size(); ++h) sum += tapestry::test::dot(pass.logits[h], asked[h]);
+    for (std::size_t h = 0; h < asked.size(); ++h) sum += test::dot(pass.logits[h], asked[h]);
     return sum / 100;
   };
 
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto weights = tape.input(start);
   const auto logits = detect::forward(detector, ArrayVariable<double, 4>(images), weights);
   for (std::size_t h = 0; h < asked.size(); ++h) CHECK((logits[h].value() == shapes.logits[h]));
-  tapestry::Variable<double> total = 0;
+  Variable<double> total = 0;
   for (std::size_t h = 0; h < asked.size(); ++h)
     total += sum(logits[h] * ArrayVariable<double, 4>(asked[h])) / 100.0;
   tape.reverse(total);
   const auto gradient = weights.adjoint();
 
-  const auto direction = tapestry::test::random_direction<double>({start.size()}, 3);
-  const double slope = tapestry::test::dot(gradient, direction);
-  const double difference = tapestry::test::central_difference(value, start, direction);
+  const auto direction = test::random_direction<double>({start.size()}, 3);
+  const double slope = test::dot(gradient, direction);
+  const double difference = test::central_difference(value, start, direction);
   CHECK(std::abs(slope - difference) <= 1e-6 * std::max(1.0, std::abs(slope)));
 }
 
 TEST_CASE("a graph on the tape takes no other number of weights", "[detect][graph_detector]") {
-  detect::Detector<float> detector(tapestry::test::yolox_like(64), detect::known_description("yolox"));
+  detect::Detector<float> detector(test::yolox_like(64), detect::known_description("yolox"));
   const auto before = detector.weights();
   const ArrayVariable<float, 1> few(tapestry::zeros<float, 1>({3}));
   CHECK_THROWS_AS(detect::forward(detector, ArrayVariable<float, 4>(pictures<float>(1, 64)), few),
-                  tapestry::ShapeError);
+                  ShapeError);
   CHECK((detector.weights() == before));
 }
 
 TEST_CASE("weights that have learnt are read back from their file, bit for bit",
           "[detect][graph_detector][weight_replacement]") {
-  const std::string bytes = io::onnx_bytes(tapestry::test::yolox_like(64));
+  const std::string bytes = io::onnx_bytes(test::yolox_like(64));
   const auto kind = detect::known_description("yolox");
   detect::Detector<float> learnt(io::parse_onnx(bytes, "net.onnx"), kind);
   const auto before = logits_of(learnt);
@@ -105,8 +98,8 @@ TEST_CASE("weights that have learnt are read back from their file, bit for bit",
 
 TEST_CASE("of a graph that is not simplified weights keep their names, and batch normalisation learns",
           "[detect][graph_detector][weight_replacement]") {
-  auto description = tapestry::test::yolox_like(64);
-  tapestry::test::normalise_first(description);
+  auto description = test::yolox_like(64);
+  test::normalise_first(description);
   const std::string bytes = io::onnx_bytes(description);
   const auto kind = detect::known_description("yolox");
   const auto parsed = io::parse_onnx(bytes, "net.onnx");

@@ -12,11 +12,7 @@
 #include "../support/relative_distance.hpp"
 #include "../support/small_exports.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
-namespace test = tapestry::test;
-using tapestry::Array;
+using namespace tapestry;
 
 namespace {
 /// A pass, the surest candidate of class 1 and the adjoint of its score.
@@ -96,7 +92,7 @@ TEST_CASE("heat maps equal what is worked out by hand", "[detect][heat_map]") {
   CHECK(layer(0, 0) == Approx(0.5));
   CHECK(layer(0, 1) == 0);  // −.4
   const Array<double, 3> other = {{{0.5, -0.1}}};
-  CHECK_THROWS_AS(detect::grad_cam(values, other), tapestry::ShapeError);
+  CHECK_THROWS_AS(detect::grad_cam(values, other), ShapeError);
 }
 
 TEST_CASE("a layer's adjoint adds up to the slope by its convolution's bias",
@@ -187,7 +183,7 @@ TEST_CASE("layers that are not there or are no maps are refused", "[detect][heat
   const auto detector = with_layer(network.nodes[5].outputs.front());
   detector.forward(test::pictures<double>(1, 64), pass);
   const std::vector<const Array<double, 4>*> none(3, nullptr);
-  CHECK_THROWS_AS(detector.layer_adjoint(pass, none, 0, 0), tapestry::DomainError);
+  CHECK_THROWS_AS(detector.layer_adjoint(pass, none, 0, 0), DomainError);
 }
 
 TEST_CASE("a Darknet layer's values and adjoint equal their closed form", "[detect][heat_map]") {
@@ -202,7 +198,7 @@ TEST_CASE("a Darknet layer's values and adjoint equal their closed form", "[dete
   const auto adjoints = detect::score_adjoint(network.heads(), pass.logits, image, 1, best);
   const auto values = network.layer_values(pass, 0, image);
   const auto adjoint = network.layer_adjoint(pass, test::pointers_to(adjoints), 0, image);
-  REQUIRE(values.shape() == tapestry::Extents<3>{4, 2, 2});
+  REQUIRE(values.shape() == Extents<3>{4, 2, 2});
   // The head reads W · A + b, of which the score is the sum of two rows: objectness and the class.
   const double* const weights = model.parameters().data() + model.layout().layers[2].weight;
   const double* const biases = model.parameters().data() + model.layout().layers[2].bias;
@@ -331,7 +327,7 @@ TEST_CASE("what a layer asks of the pictures agrees with central differences",
     auto gradient = tapestry::zeros<double, 4>({1, 64, 64, 3});
     detector.forward(test::pictures<double>(1, 64), none);
     const auto adjoint = tapestry::zeros<double, 3>({8, 8, 8});
-    CHECK_THROWS_AS(detector.pull_back_layer(none, 0, 0, adjoint, gradient), tapestry::DomainError);
+    CHECK_THROWS_AS(detector.pull_back_layer(none, 0, 0, adjoint, gradient), DomainError);
   }
   SECTION("of a Darknet network") {
     const std::string cfg = test::cfg_text(GENERATE("every_layer", "fused_layers", "two_heads"));
@@ -347,10 +343,10 @@ TEST_CASE("what a layer asks of the pictures agrees with central differences",
     network.forward(test::pictures<double>(1, 16), pass);
     auto gradient = tapestry::zeros<double, 4>({1, 16, 16, 3});
     const auto adjoint = tapestry::zeros<double, 3>({4, 2, 2});
-    CHECK_THROWS_AS(network.pull_back_layer(pass, 0, 0, adjoint, gradient), tapestry::DomainError);
+    CHECK_THROWS_AS(network.pull_back_layer(pass, 0, 0, adjoint, gradient), DomainError);
     network.forward(test::pictures<double>(1, 16), pass, detect::Mode::input_gradient);
-    CHECK_THROWS_AS(network.pull_back_layer(pass, 1, 0, adjoint, gradient), tapestry::DomainError);
-    CHECK_THROWS_AS(network.pull_back_layer(pass, 0, 1, adjoint, gradient), tapestry::DomainError);
+    CHECK_THROWS_AS(network.pull_back_layer(pass, 1, 0, adjoint, gradient), DomainError);
+    CHECK_THROWS_AS(network.pull_back_layer(pass, 0, 1, adjoint, gradient), DomainError);
     const auto other = tapestry::zeros<double, 3>({4, 2, 3});
     CHECK_THROWS_WITH(network.pull_back_layer(pass, 0, 0, other, gradient),
                       "Detector::pull_back_layer: layer_adjoint is [4, 2, 3], expected [4, 2, 2]");
@@ -366,11 +362,11 @@ TEST_CASE("Darknet layers that cannot be observed are refused", "[detect][heat_m
   detect::Pass<double> pass;
   network.forward(test::pictures<double>(1, 16), pass);
   const std::vector<const Array<double, 4>*> none(1, nullptr);
-  CHECK_THROWS_AS(network.layer_values(pass, 0, 0), tapestry::DomainError);
-  CHECK_THROWS_AS(network.layer_adjoint(pass, none, 0, 0), tapestry::DomainError);
+  CHECK_THROWS_AS(network.layer_values(pass, 0, 0), DomainError);
+  CHECK_THROWS_AS(network.layer_adjoint(pass, none, 0, 0), DomainError);
   network.forward(test::pictures<double>(1, 16), pass, detect::Mode::input_gradient);
-  CHECK_THROWS_AS(network.layer_values(pass, 1, 0), tapestry::DomainError);
-  CHECK_THROWS_AS(network.layer_values(pass, 0, 1), tapestry::DomainError);
+  CHECK_THROWS_AS(network.layer_values(pass, 1, 0), DomainError);
+  CHECK_THROWS_AS(network.layer_values(pass, 0, 1), DomainError);
   const auto asked = network.layer_adjoint(pass, none, 0, 0);
   CHECK(std::ranges::all_of(asked.storage(), [](double value) { return value == 0; }));
 }

@@ -1,13 +1,12 @@
 #include <tapestry/detect/detail/input_encoding.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
 namespace detect = tapestry::detect;
-using detect::ColourOrder;
-using detect::InputEncoding;
-using tapestry::test::random_array;
+using detect::ColourOrder, detect::InputEncoding, tapestry::test::random_array;
 
 TEST_CASE("encoded pictures equal those worked out by hand", "[detect][input_encoding]") {
   const tapestry::Array<double, 4> picture{{{{0.2, 0.4, 0.6}}}};
@@ -39,8 +38,7 @@ TEMPLATE_TEST_CASE("the adjoint of an encoding is the transpose of what it does 
   InputEncoding linear = encoding;  // A of the affine A·x + b
   linear.mean = {0, 0, 0};
   const auto product = static_cast<double>(tapestry::test::dot(g, detect::encoded(step, linear)));
-  tapestry::Tape<TestType> tape;
-  const auto scope = tape.activate();
+  tapestry::test::ActiveTape<TestType> tape;
   const auto x = tape.input(x0);
   const auto y = detect::encoded(x, encoding);
   CHECK((y.value() == detect::encoded(x0, encoding)));

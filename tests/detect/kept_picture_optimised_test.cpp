@@ -4,29 +4,21 @@
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/kept_pass.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
-namespace nn = tapestry::nn;
-using tapestry::Array;
-using tapestry::image::PixelWindow;
-using tapestry::test::adjoint_differences;
-using tapestry::test::differences;
-using tapestry::test::is_inside;
-using tapestry::test::random_array;
-using tapestry::test::repaint;
-using tapestry::test::weighting_of;
+using namespace tapestry;
+using namespace tapestry::test;
+using image::PixelWindow;
 
 namespace {
 template <class T>
 detect::Detector<T> random_detector(const std::string& name, std::size_t size) {
-  return tapestry::test::random_model<T>(io::parse_network_config(tapestry::test::cfg_text(name), "some.cfg"),
-                                         1, size)
+  return test::random_model<T>(io::parse_network_config(test::cfg_text(name), "some.cfg"), 1, size)
       .detector();
 }
 
@@ -35,7 +27,7 @@ template <class T>
 void require_same_bits(const detect::Detector<T>& detector, const PixelWindow& window, detect::Mode mode,
                        std::uint64_t seed) {
   INFO("window " << window.height << "x" << window.width << " at " << window.top << ", " << window.left);
-  tapestry::Random random(seed);
+  Random random(seed);
   auto images = random_array<T>({1, detector.input_height(), detector.input_width(), 3}, seed);
   detect::KeptPicture<T> kept(window);
   detect::Pass<T> kept_pass, whole_pass;
@@ -59,7 +51,7 @@ std::vector<PixelWindow> windows_in(std::size_t height, std::size_t width) {
                                    {0, width / 3, height / 4, width / 5},
                                    {height / 3, 0, height / 5, width},
                                    {height - 7, width - 9, 7, 9}};
-  tapestry::Random random(6);
+  Random random(6);
   for (int i = 0; i < 4; ++i) {
     const std::size_t top = random.index(height), left = random.index(width);
     windows.push_back({top, left, 1 + random.index(std::min(height - top, height / 4)),
@@ -92,11 +84,11 @@ TEMPLATE_TEST_CASE("whatever the layers, a window has the bits of a whole pass",
 }
 
 TEST_CASE("whatever the activation, a window has the bits of a whole pass", "[detect][kept]") {
-  auto config = io::parse_network_config(tapestry::test::cfg_text("window_layers"), "some.cfg");
+  auto config = io::parse_network_config(test::cfg_text("window_layers"), "some.cfg");
   const auto activation = GENERATE(from_range(nn::activations));
   CAPTURE(nn::name_of(activation));
   for (auto& layer : config.layers) layer.activation = activation;
-  const auto detector = tapestry::test::random_model<float>(config, 1, 96).detector();
+  const auto detector = test::random_model<float>(config, 1, 96).detector();
   for (const auto& window : windows_in(96, 96))
     require_same_bits(detector, window, detect::Mode::input_gradient, 3);
 }
@@ -121,7 +113,7 @@ TEST_CASE("what a window does not reach is taken from what was kept", "[detect][
 
 TEST_CASE("the share of products that a window leaves out is what its layers need not compute",
           "[detect][kept]") {
-  const auto model = tapestry::test::random_model<float>(
+  const auto model = test::random_model<float>(
       io::parse_classifier_config("[net]\nwidth=32\nheight=32\n"
                                   "[convolutional]\nfilters=8\nsize=3\npad=1\nactivation=mish\n"
                                   "[convolutional]\nfilters=4\nsize=3\nstride=2\npad=1\nactivation=linear\n",
@@ -135,7 +127,7 @@ TEST_CASE("the share of products that a window leaves out is what its layers nee
                planned = 6 * 6 * 9 * 3 * 8 + 4 * 4 * 9 * 8 * 4;
   CHECK(detector.share_kept({10, 10, 4, 4}) == Approx(1 - planned / all).epsilon(1e-14));
   CHECK(detector.share_kept({0, 0, 32, 32}) == 0);
-  CHECK_THROWS_AS(detector.share_kept({30, 0, 3, 1}), tapestry::ShapeError);
+  CHECK_THROWS_AS(detector.share_kept({30, 0, 3, 1}), ShapeError);
 }
 
 TEST_CASE("everything is computed again when the rest of a picture, weights, mode or engine have changed",
@@ -200,7 +192,7 @@ TEST_CASE("each image of a batch has a window of its own, or none", "[detect][ke
   detect::KeptPicture<float> first(windows[0]), last(windows[2]);
   const std::vector<detect::KeptPicture<float>*> kept{&first, nullptr, &last};
   detect::Pass<float> pass, whole;
-  tapestry::Random random(4);
+  Random random(4);
   for (int step = 0; step < 2; ++step) {
     for (std::size_t i = 0; i < 3; ++i) repaint(images, i, windows[i], random);
     detector.forward_within(images, kept, pass, detect::Mode::input_gradient);
@@ -215,13 +207,12 @@ TEST_CASE("a window is a record on the tape, as a whole pass is", "[detect][kept
   const PixelWindow window{90, 100, 20, 30};
   auto images = random_array<double>({1, 224, 224, 3}, 2);
   detect::KeptPicture<double> kept(window);
-  tapestry::Random random(4);
+  Random random(4);
   for (int step = 0; step < 2; ++step) {
     repaint(images, 0, window, random);
     std::vector<Array<double, 4>> gradients;
     for (const bool within : {true, false}) {
-      tapestry::Tape<double> tape;
-      const auto scope = tape.activate();
+      ActiveTape<double> tape;
       const auto input = tape.input(images);
       const auto logits =
           within ? detect::forward_within(detector, input, {&kept}) : detect::forward(detector, input);
@@ -243,12 +234,12 @@ TEST_CASE("windows outside of the picture and lists of another length are refuse
   detect::Pass<float> pass;
   CHECK_THROWS_WITH(detector.forward_within(images, {&kept}, pass),
                     "Detector::forward_within: 1 kept pictures for 2 images");
-  CHECK_THROWS_AS(detector.forward_within(images, {&kept, &outside}, pass), tapestry::ShapeError);
+  CHECK_THROWS_AS(detector.forward_within(images, {&kept, &outside}, pass), ShapeError);
   detector.forward_within(images, {&kept, nullptr}, pass);
   auto gradient = tapestry::zeros<float, 4>({2, 32, 32, 3});
   CHECK_THROWS_AS(detector.input_adjoint(pass, pass.logits, gradient),
-                  tapestry::DomainError);  // kept nothing
+                  DomainError);  // kept nothing
   detect::Pass<float> other;
   detector.forward_within(images, {&kept, nullptr}, other, detect::Mode::input_gradient);
-  CHECK_THROWS_AS(pass.copy_branches(other), tapestry::DomainError);
+  CHECK_THROWS_AS(pass.copy_branches(other), DomainError);
 }

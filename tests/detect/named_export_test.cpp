@@ -9,8 +9,6 @@
 #include "../support/raw_numbers.hpp"
 #include "../support/small_exports.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
 using namespace tapestry;
 using test::with_export;
 

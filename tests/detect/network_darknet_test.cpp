@@ -7,6 +7,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"
+#include "../support/paths.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_cfg.hpp"
 #include "../support/random_model.hpp"
@@ -204,10 +205,7 @@ TEST_CASE("logits of Debian's classifiers equal those of Darknet", "[detect][dar
       std::string("/usr/share/darknet/cfg/") +
       GENERATE("darknet19", "darknet53", "densenet201", "extraction", "cifar", "resnet18", "resnext50") +
       ".cfg";
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: no " << path);
-    return;
-  }
+  if (is_absent(path)) return;
   std::string cfg = io::read_text_file(path);
   cfg.erase(cfg.find("[softmax]"));  // behind which random logits of this size leave one class alone
   const TemporaryFolder folder;
@@ -219,9 +217,6 @@ TEST_CASE("logits of Debian's cfg files equal those of Darknet", "[detect][darkn
   const std::string path = std::string("/usr/share/darknet/cfg/") +
                            GENERATE("yolov3-tiny", "yolov2-tiny", "yolov2-tiny-voc", "yolov2", "yolov2-voc") +
                            ".cfg";
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: no " << path);
-    return;
-  }
+  if (is_absent(path)) return;
   check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
 }

@@ -10,21 +10,19 @@
 #include "../support/random_cfg.hpp"
 #include "../support/random_model.hpp"
 
-namespace detect = tapestry::detect;
-namespace nn = tapestry::nn;
-using tapestry::Random;
+using namespace tapestry;
 
 TEST_CASE("a batch of pictures has the bits of each alone", "[detect][network][differential][batch]") {
-  tapestry::test::DifferentialRun run("batches of networks of operators", 2);
+  test::DifferentialRun run("batches of networks of operators", 2);
   while (run.next()) {
-    const tapestry::test::RandomCfg cfg(run.seed());
+    const test::RandomCfg cfg(run.seed());
     INFO(run.repeat() << "\n" << cfg.text());
-    const auto layers = tapestry::test::random_model<float>(cfg.config(), run.seed());
+    const auto layers = test::random_model<float>(cfg.config(), run.seed());
     const nn::Network<float> network(detect::network_description(layers.config(), layers.parameters()), {},
                                      true);
     constexpr std::size_t batch = 3;
     const std::size_t size = 3 * layers.input_height() * layers.input_width();
-    const auto pictures = tapestry::test::random_array<float>({batch, size}, run.seed());
+    const auto pictures = test::random_array<float>({batch, size}, run.seed());
     nn::Buffer<float> input;
     input.resize(pictures.size());
     std::copy_n(pictures.data(), pictures.size(), input.data());
@@ -49,31 +47,31 @@ TEST_CASE("a batch of pictures has the bits of each alone", "[detect][network][d
 
 TEST_CASE("a picture that changes within a window has the bits of a whole pass through operators",
           "[detect][network][differential][kept]") {
-  tapestry::test::DifferentialRun run("windows of networks of operators", 4);
+  test::DifferentialRun run("windows of networks of operators", 4);
   double kept_share = 0;
   while (run.next()) {
-    const tapestry::test::RandomCfg cfg(run.seed());
+    const test::RandomCfg cfg(run.seed());
     INFO(run.repeat() << "\n" << cfg.text());
     Random random(run.seed());
-    const auto layers = tapestry::test::random_model<float>(cfg.config(), run.seed());
+    const auto layers = test::random_model<float>(cfg.config(), run.seed());
     nn::Network<float> network(detect::network_description(layers.config(), layers.parameters()), {}, true);
     constexpr nn::Engine engines[] = {nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
                                       nn::Engine::winograd_f4};
     network.set_engine(engines[random.index(4)]);
     const std::size_t height = layers.input_height(), width = layers.input_width();
-    tapestry::image::PixelWindow window{random.index(height), random.index(width), 0, 0};
+    image::PixelWindow window{random.index(height), random.index(width), 0, 0};
     window.height = random.index(std::min(height - window.top, 1 + height / 2) + 1);
     window.width = random.index(std::min(width - window.left, 1 + width / 2) + 1);
     const nn::MapWindow changed = detect::rows_and_columns(window);
     kept_share += network.share_kept(changed);
-    auto picture = tapestry::test::random_array<float>({1, height, width, 3}, run.seed());
+    auto picture = test::random_array<float>({1, height, width, 3}, run.seed());
     nn::Buffer<float> input;
     input.resize(picture.size());
     nn::KeptValues<float> kept;
     nn::NetworkPass<float> within, whole;
     const auto mode = random.chance(0.8) ? nn::Mode::input_gradient : nn::Mode::inference;
     for (int step = 0; step < 3; ++step) {
-      tapestry::test::repaint(picture, 0, window, random);
+      test::repaint(picture, 0, window, random);
       std::copy_n(picture.data(), picture.size(), input.data());
       network.forward_within(input.data(), changed, kept, within, mode);
       network.forward({input.data()}, whole, mode);
@@ -92,7 +90,7 @@ TEST_CASE("a picture that changes within a window has the bits of a whole pass t
         for (std::size_t x = 0; x < width; ++x)
           for (std::size_t c = 0; c < 3; ++c) {
             const std::size_t i = (y * width + x) * 3 + c;
-            const float wanted = tapestry::test::is_inside(window, y, x) ? expected[i] : 0.F;
+            const float wanted = test::is_inside(window, y, x) ? expected[i] : 0.F;
             if (gradient[i] != wanted) REQUIRE(gradient[i] == wanted);
           }
     }

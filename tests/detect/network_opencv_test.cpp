@@ -7,14 +7,14 @@
 
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"
+#include "../support/paths.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_cfg.hpp"
 #include "../support/random_model.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
+using namespace tapestry;
 using namespace tapestry::test;
 
 namespace {
@@ -41,7 +41,7 @@ void check_against_opencv(const detect::DarknetModel<float>& network, const std:
   net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
   const int extents[4] = {1, 3, static_cast<int>(network.input_height()),
                           static_cast<int>(network.input_width())};
-  auto planes = tapestry::image::planes_of(images);
+  auto planes = image::planes_of(images);
   net.setInput(cv::Mat(4, extents, CV_32F, planes.data()));
   std::vector<cv::String> names;
   for (std::size_t i = 0; i < network.config().layers.size(); ++i)
@@ -68,7 +68,7 @@ void check_cfg_text(const std::string& cfg, double tolerance) {
 /// head's input has in OpenCV the name that it has without an activation.
 bool is_known_to_opencv(const detect::NetworkConfig& config) {
   using enum detect::LayerKind;
-  using enum tapestry::nn::Activation;
+  using enum nn::Activation;
   const auto is_one_of = [](auto found, auto... known) { return ((found == known) || ...); };
   const auto shapes = detect::infer_shapes(config, config.height, config.width);
   bool has_head = false;
@@ -92,7 +92,7 @@ bool is_known_to_opencv(const detect::NetworkConfig& config) {
 
 RandomCfg random_cfg_for_opencv(std::uint64_t seed) {
   for (std::uint64_t attempt = 0;; ++attempt) {
-    RandomCfg cfg(tapestry::Random(seed).fork(attempt).bits());
+    RandomCfg cfg(Random(seed).fork(attempt).bits());
     if (is_known_to_opencv(cfg.config())) return cfg;
   }
 }
@@ -124,7 +124,7 @@ TEST_CASE("random Darknet networks written as ONNX models have their logits in O
     network.detector().forward(images, pass);
     const TemporaryFolder folder;
     const auto description = detect::network_description(network.config(), network.parameters());
-    std::map<std::string, tapestry::nn::Shape> shapes;
+    std::map<std::string, nn::Shape> shapes;
     for (std::size_t h = 0; h < pass.logits.size(); ++h)
       shapes[description.outputs[h]] = {pass.logits[h].shape().begin(), pass.logits[h].shape().end()};
     io::write_onnx(folder.path("some.onnx"), description, shapes);
@@ -140,7 +140,7 @@ TEST_CASE("random Darknet networks written as ONNX models have their logits in O
     ++compared;
     const int extents[4] = {1, 3, static_cast<int>(network.input_height()),
                             static_cast<int>(network.input_width())};
-    auto planes = tapestry::image::planes_of(images);
+    auto planes = image::planes_of(images);
     net.setInput(cv::Mat(4, extents, CV_32F, planes.data()));
     std::vector<cv::Mat> outputs;
     net.forward(outputs, std::vector<cv::String>(description.outputs.begin(), description.outputs.end()));
@@ -174,9 +174,6 @@ TEST_CASE("layers that multiply others equal those of OpenCV", "[detect][opencv]
 
 TEST_CASE("logits of yolov3-tiny equal those of OpenCV", "[detect][opencv]") {
   const std::string path = "/usr/share/darknet/cfg/yolov3-tiny.cfg";
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: no " << path);
-    return;
-  }
+  if (is_absent(path)) return;
   check_against_opencv(random_model<float>(opencv_config(path), 3), path, 5e-6);
 }

@@ -11,14 +11,9 @@
 #include "../support/random_model.hpp"
 #include "../support/threads.hpp"
 
-namespace detect = tapestry::detect;
-namespace nn = tapestry::nn;
-using tapestry::Array;
-using tapestry::Random;
-using tapestry::image::PixelWindow;
-using tapestry::test::differences;
-using tapestry::test::DifferentialRun;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
+using image::PixelWindow;
 
 namespace {
 constexpr nn::Engine engines[] = {nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
@@ -26,7 +21,7 @@ constexpr nn::Engine engines[] = {nn::Engine::automatic, nn::Engine::direct, nn:
 
 /// A random model, the engine of its detectors and a batch of pictures.
 struct Case {
-  tapestry::test::RandomCfg cfg;
+  test::RandomCfg cfg;
   Random random;
   detect::DarknetModel<double> model;
   nn::Engine engine;
@@ -35,7 +30,7 @@ struct Case {
   explicit Case(std::uint64_t seed)
       : cfg(seed),
         random(seed),
-        model(tapestry::test::random_model<double>(cfg.config(), seed)),
+        model(test::random_model<double>(cfg.config(), seed)),
         engine(engines[random.index(std::size(engines))]),
         images(random_array<double>({1 + random.index(3), model.input_height(), model.input_width(), 3},
                                     seed)) {}
@@ -82,13 +77,13 @@ void require_same_bits(const detect::Detector<T>& detector, Array<T, 4> images, 
   for (std::size_t i = 0; i < pictures.size(); ++i) kept.push_back(is_kept[i] ? &pictures[i] : nullptr);
   detect::Pass<T> kept_pass, whole_pass;
   for (int step = 0; step < 3; ++step) {
-    for (std::size_t i = 0; i < windows.size(); ++i) tapestry::test::repaint(images, i, windows[i], random);
+    for (std::size_t i = 0; i < windows.size(); ++i) test::repaint(images, i, windows[i], random);
     detector.forward_within(images, kept, kept_pass, mode);
     detector.forward(images, whole_pass, mode);
     CAPTURE(step);
     REQUIRE(differences(kept_pass.logits, whole_pass.logits) == 0);
     if (mode == detect::Mode::input_gradient)
-      REQUIRE(tapestry::test::adjoint_differences(detector, kept_pass, whole_pass, windows, random) == 0);
+      REQUIRE(test::adjoint_differences(detector, kept_pass, whole_pass, windows, random) == 0);
   }
 }
 
@@ -96,7 +91,7 @@ using Weighting = std::vector<Array<double, 4>>;
 
 double weighted(const detect::Pass<double>& pass, const Weighting& weighting) {
   double sum = 0;
-  for (std::size_t h = 0; h < weighting.size(); ++h) sum += tapestry::test::dot(pass.logits[h], weighting[h]);
+  for (std::size_t h = 0; h < weighting.size(); ++h) sum += test::dot(pass.logits[h], weighting[h]);
   return sum;
 }
 
@@ -153,7 +148,7 @@ class DifferenceCheck {
   DifferenceCheck(Case& drawn, detect::Mode mode)
       : case_(drawn), detector_(drawn.detector(drawn.model, mode)), mode_(mode) {
     detector_.forward(case_.images, pass_, mode_);
-    weighting_ = tapestry::test::weighting_of(pass_, case_.random);
+    weighting_ = test::weighting_of(pass_, case_.random);
     for (auto& head : weighting_) {
       if (weighting_.size() > 1 && case_.random.chance(0.2)) std::fill_n(head.data(), head.size(), 0.0);
       pointers_.push_back(std::ranges::all_of(head.storage(), [](double w) { return w == 0; }) ? nullptr
@@ -175,7 +170,7 @@ class DifferenceCheck {
       const auto direction = direction_within(case_.images, 0, case_.images.size(), case_.random);
       const auto value = [&](double step) { return value_at(moved(case_.images, direction, step)); };
       INFO("images");
-      compare(0.5 * tapestry::test::dot(gradient, direction), value, counts);
+      compare(0.5 * test::dot(gradient, direction), value, counts);
     }
   }
 
@@ -191,7 +186,7 @@ class DifferenceCheck {
         return value_at(case_.images);
       };
       INFO(block.name);
-      compare(0.5 * tapestry::test::dot(gradient, direction), value, counts);
+      compare(0.5 * test::dot(gradient, direction), value, counts);
       detector_.set_weights(start);
     }
   }
@@ -327,7 +322,7 @@ FloatErrors float_errors(Case& drawn) {
     return errors;
   pass.copy_branches(single_pass);
   moved_pass.copy_branches(single_pass);
-  const auto weighting = tapestry::test::weighting_of(pass, drawn.random);
+  const auto weighting = test::weighting_of(pass, drawn.random);
   errors.gradient = over(image_adjoint(single, single_pass, weighting, drawn.images),
                          image_adjoint(moved, moved_pass, weighting, drawn.images),
                          image_adjoint(exact, pass, weighting, drawn.images),
@@ -338,7 +333,7 @@ FloatErrors float_errors(Case& drawn) {
 /// Logits, then the adjoints of the pictures and, of a training pass, of the weights.
 std::vector<Array<float, 4>> results_of(const detect::Detector<float>& detector,
                                         const Array<float, 4>& images, detect::Mode mode, int threads) {
-  const tapestry::test::Threads limit(threads);
+  const test::Threads limit(threads);
   detect::Pass<float> pass;
   detector.forward(images, pass, mode);
   auto weighting = pass.logits;
@@ -354,13 +349,13 @@ std::vector<Array<float, 4>> results_of(const detect::Detector<float>& detector,
   detector.pull_back(pass, pointers, &gradient, mode == detect::Mode::training ? &of_weights : nullptr);
   auto results = pass.logits;
   results.push_back(std::move(gradient));
-  results.emplace_back(tapestry::Extents<4>{1, 1, 1, of_weights.size()});
+  results.emplace_back(Extents<4>{1, 1, 1, of_weights.size()});
   std::copy_n(of_weights.data(), of_weights.size(), results.back().data());
   return results;
 }
 
 Array<float, 4> image_of(const Array<float, 4>& batch, std::size_t n) {
-  Array<float, 4> image(tapestry::Extents<4>{1, batch.shape(1), batch.shape(2), batch.shape(3)});
+  Array<float, 4> image(Extents<4>{1, batch.shape(1), batch.shape(2), batch.shape(3)});
   std::copy_n(batch.data() + n * image.size(), image.size(), image.data());
   return image;
 }

@@ -6,8 +6,6 @@
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 
-#include <filesystem>
-
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"
 
@@ -90,10 +88,7 @@ detect::Detection best_car(const detect::Detector<float>& detector, const std::s
 }  // namespace
 
 TEST_CASE("detectors trained on photographs find the car of real frames as OpenCV does", "[detect][real]") {
-  if (!std::filesystem::exists(data + "detectors")) {
-    WARN("skipped: no " << data);
-    return;
-  }
+  if (tapestry::test::is_absent(data + "detectors")) return;
   for (const Row& row : table) {
     const std::string files = data + "detectors/" + row.detector;
     const auto detector = tapestry::io::read_detector<float>(

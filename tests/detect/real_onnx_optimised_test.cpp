@@ -1,6 +1,5 @@
 #include <tapestry/detect/detector.hpp>
 
-#include <filesystem>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/exported_heads.hpp>
@@ -14,9 +13,7 @@
 #include "../support/kept_pass.hpp"
 #include "../support/paths.hpp"
 
-namespace detect = tapestry::detect;
-namespace nn = tapestry::nn;
-using tapestry::Array;
+using namespace tapestry;
 
 namespace {
 /// Detection of ONNX Runtime: confidence, then the box's centre and extents in pixels of the frame.
@@ -25,7 +22,7 @@ struct Expected {
   double confidence, cx, cy, w, h;
 };
 
-const std::string data = tapestry::test::in_shared("data/");
+const std::string data = test::in_shared("data/");
 constexpr std::size_t car = 2;
 
 const std::vector<std::pair<std::string, std::vector<Expected>>> table = {
@@ -53,19 +50,19 @@ const std::vector<Expected> cars_of_yolov5n = {
 /// A frame of 800 × 800 as the networks take it, [1, size, size, 3], rounded to bytes as in the table.
 template <class T>
 Array<T, 4> network_input(const std::string& frame, std::size_t size = 416) {
-  const auto picture = tapestry::io::read_frame(data + "carla/" + frame + ".npz").image;
+  const auto picture = io::read_frame(data + "carla/" + frame + ".npz").image;
   Array<double, 3> colours(picture.shape());
   for (std::size_t i = 0; i < picture.size(); ++i) colours.data()[i] = static_cast<double>(picture.data()[i]);
-  Array<T, 3> resized = tapestry::cast<T>(tapestry::image::resize_bilinear(colours, size, size));
+  Array<T, 3> resized = tapestry::cast<T>(image::resize_bilinear(colours, size, size));
   for (T& value : resized.storage()) value = std::round(value) / 255;
-  return tapestry::image::batch_of(resized);
+  return image::batch_of(resized);
 }
 
-bool has_data() { return std::filesystem::exists(data + "detectors/yolox_nano.onnx"); }
+bool has_no_data() { return test::is_absent(data + "detectors/yolox_nano.onnx"); }
 
 template <class T>
 detect::Detector<T> load(const std::string& name) {
-  const auto network = tapestry::io::read_onnx(data + "detectors/" + name + ".onnx");
+  const auto network = io::read_onnx(data + "detectors/" + name + ".onnx");
   const auto kind = detect::recognised_detector(network);
   REQUIRE(kind);
   return detect::Detector<T>(network, *kind);
@@ -111,21 +108,15 @@ double relative_distance(const Array<float, 4>& a, const Array<double, 4>& b) {
 }  // namespace
 
 TEST_CASE("trained networks from ONNX files find the cars that ONNX Runtime finds", "[detect][onnx][real]") {
-  if (!has_data()) {
-    WARN("skipped: no detectors in TAPESTRY_SHARED");
-    return;
-  }
+  if (has_no_data()) return;
   for (const auto& [name, cars] : table) check_cars(name, load<float>(name), cars);
 }
 
 TEST_CASE("a trained network in half precision finds the cars that ONNX Runtime finds",
           "[detect][onnx][real]") {
   const std::string path = data + "detectors/yolov5n_fp16.onnx";
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: no yolov5n_fp16.onnx in TAPESTRY_SHARED");
-    return;
-  }
-  const detect::Detector<float> detector(tapestry::io::read_onnx(path), detect::known_description("yolov5"));
+  if (test::is_absent(path)) return;
+  const detect::Detector<float> detector(io::read_onnx(path), detect::known_description("yolov5"));
   // ONNX Runtime rounds what each of 60 layers makes by 2^-11: √60 · 2^-11 of a logit of 5 are .02, of which
   // the logistic function leaves a quarter at most.
   check_cars("yolov5n_fp16", detector, cars_of_yolov5n, .005);
@@ -133,33 +124,27 @@ TEST_CASE("a trained network in half precision finds the cars that ONNX Runtime 
 
 TEST_CASE("the car's window of a frame has the bits of a whole pass through trained ONNX networks",
           "[detect][onnx][real][kept]") {
-  if (!has_data()) {
-    WARN("skipped: no detectors in TAPESTRY_SHARED");
-    return;
-  }
+  if (has_no_data()) return;
   const std::string name = GENERATE("yolox_nano", "nanodet_m");
   CAPTURE(name);
   const auto detector = load<float>(name);
   auto images = network_input<float>("data12504");
-  const tapestry::image::PixelWindow window{165, 150, 122, 117};  // of the car, with a margin
+  const image::PixelWindow window{165, 150, 122, 117};  // of the car, with a margin
   CHECK(detector.share_kept(window) > 0.25);
-  tapestry::Random random(1);
+  Random random(1);
   detect::KeptPicture<float> picture(window);
   detect::Pass<float> kept, whole;
   for (int step = 0; step < 3; ++step) {
-    tapestry::test::repaint(images, 0, window, random);
+    test::repaint(images, 0, window, random);
     detector.forward_within(images, {&picture}, kept, detect::Mode::input_gradient);
     detector.forward(images, whole, detect::Mode::input_gradient);
-    CHECK(tapestry::test::differences(kept.logits, whole.logits) == 0);
-    CHECK(tapestry::test::adjoint_differences(detector, kept, whole, {window}, random) == 0);
+    CHECK(test::differences(kept.logits, whole.logits) == 0);
+    CHECK(test::adjoint_differences(detector, kept, whole, {window}, random) == 0);
   }
 }
 
 TEST_CASE("float follows double through trained ONNX networks", "[detect][onnx][real]") {
-  if (!has_data()) {
-    WARN("skipped: no detectors in TAPESTRY_SHARED");
-    return;
-  }
+  if (has_no_data()) return;
   for (const auto& [name, cars] : table) {
     const auto single = load<float>(name);
     const auto twice = load<double>(name);
@@ -212,10 +197,7 @@ Array<T, 4> gradient_of(const detect::Detector<T>& detector, const Array<T, 4>& 
 
 TEST_CASE("a car's gradient through trained ONNX networks is that of central differences",
           "[detect][onnx][real][long]") {
-  if (!has_data()) {
-    WARN("skipped: no detectors in TAPESTRY_SHARED");
-    return;
-  }
+  if (has_no_data()) return;
   for (const auto& [name, cars] : table) {
     const auto twice = load<double>(name);
     const auto input = network_input<double>("data1");
@@ -227,7 +209,7 @@ TEST_CASE("a car's gradient through trained ONNX networks is that of central dif
         relative_distance(gradient_of(load<float>(name), network_input<float>("data1"), car_logit), gradient);
     INFO(name << ": float differs by " << distance);
     CHECK(distance <= 2e-5);  // no kink is held
-    tapestry::Random random(5);
+    Random random(5);
     for (int direction = 0; direction < 4; ++direction) {
       Array<double, 4> along(input.shape());
       for (double& part : along.storage()) part = random.normal();

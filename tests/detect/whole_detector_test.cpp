@@ -7,13 +7,9 @@
 #include "../support/catch.hpp"
 #include "../support/exports.hpp"
 
-namespace detect = tapestry::detect;
-namespace files = std::filesystem;
-namespace io = tapestry::io;
 using namespace tapestry;
-using test::picture_of;
-using test::require_results;
-using test::with_export;
+namespace files = std::filesystem;
+using test::picture_of, test::require_results, test::with_export;
 
 namespace {
 detect::DetectorDescription ssd_description() {
