@@ -5,12 +5,8 @@
 #include "../support/random_array.hpp"
 #include "../support/tiny_heads.hpp"
 
-namespace loss = tapestry::loss;
-namespace detect = tapestry::detect;
-using detect::DecodeFamily;
-using loss::AdversarialLoss;
-using tapestry::Array;
-using tapestry::Random;
+using namespace tapestry;
+using detect::DecodeFamily, loss::AdversarialLoss;
 
 namespace {
 
@@ -20,7 +16,7 @@ const std::vector<AdversarialLoss> all_kinds{AdversarialLoss::paper, Adversarial
                                              AdversarialLoss::max_score, AdversarialLoss::vanish};
 
 std::vector<detect::Head> three_heads(DecodeFamily decode = DecodeFamily::darknet) {
-  return tapestry::test::TinyHeads(decode).heads();
+  return test::TinyHeads(decode).heads();
 }
 
 template <class T>
@@ -28,7 +24,7 @@ using Logits = std::vector<Array<T, 4>>;
 
 template <class T>
 Logits<T> random_logits(std::uint64_t seed, double size = 1, DecodeFamily decode = DecodeFamily::darknet) {
-  return tapestry::test::TinyHeads(decode).logits<T>(2, seed, -size, size);
+  return test::TinyHeads(decode).logits<T>(2, seed, -size, size);
 }
 
 template <class T>
@@ -82,8 +78,8 @@ TEST_CASE("the paper's loss adds IoU, objectness and class probability of each s
   // [47.5, 56.5] × [21, 35] and [46, 66] × [16, 32] share 9 × 11.
   const double smaller_iou = 9.0 * 11 / (9 * 14 + 20 * 16 - 9.0 * 11);
   CHECK(terms.iou == Approx(1 + smaller_iou).epsilon(1e-9));
-  CHECK(terms.objectness == Approx(tapestry::nn::logistic(2.0) + tapestry::nn::logistic(1.0)));
-  CHECK(terms.classification == Approx(tapestry::nn::logistic(2.0) + tapestry::nn::logistic(1.0)));
+  CHECK(terms.objectness == Approx(nn::logistic(2.0) + nn::logistic(1.0)));
+  CHECK(terms.classification == Approx(nn::logistic(2.0) + nn::logistic(1.0)));
   CHECK(terms.max_score == 0);
   CHECK(terms.total == Approx(0.05 * terms.iou + terms.objectness + 0.5 * terms.classification));
 }
@@ -96,8 +92,7 @@ TEST_CASE("max_score is minus the log of the chance that nothing finds the targe
   predict(heads, logits, {2, 1, 3, 6}, 9, 14, 1.0);
   const auto terms =
       loss::adversarial(view(heads, logits), {0, {56, 24, 20, 16}}, AdversarialLoss::max_score);
-  CHECK(terms.max_score ==
-        Approx(-std::log(1 - tapestry::nn::logistic(2.0) * tapestry::nn::logistic(2.0))).epsilon(1e-12));
+  CHECK(terms.max_score == Approx(-std::log(1 - nn::logistic(2.0) * nn::logistic(2.0))).epsilon(1e-12));
   CHECK(terms.total == terms.max_score);
   CHECK(terms.objectness == 0);
 }
@@ -115,7 +110,7 @@ TEST_CASE("vanish is the log of one plus the odds of every name", "[loss][advers
   // The same box under another name, as sure: max_score of the first name does not see it.
   logits[1].data()[loss::logit_index(predictions, {1, 0, 1, 3}, heads[1].class_channel(1))] = 2.0;
   const double before = loss::max_score(predictions, target);
-  const double score = tapestry::nn::logistic(2.0) * tapestry::nn::logistic(2.0);
+  const double score = nn::logistic(2.0) * nn::logistic(2.0);
   CHECK(loss::max_score(predictions, target) == before);
   CHECK(loss::vanish(predictions, target.box) ==
         Approx(std::log(1 + 2 * score / (1 - score))).epsilon(1e-12));
@@ -206,7 +201,7 @@ TEST_CASE("adversarial_adjoint agrees with central differences in double", "[los
       auto direction = tapestry::zeros<double, 4>(logits[head].shape());
       Random random(seed * 100 + head);
       for (double& value : direction.storage()) value = random.uniform(-1, 1);
-      const double scale = 1 / std::sqrt(tapestry::test::dot(direction, direction));
+      const double scale = 1 / std::sqrt(test::dot(direction, direction));
       for (double& value : direction.storage()) value *= scale;
       const auto value = [&](const Array<double, 4>& changed) {
         auto at = logits;
@@ -215,9 +210,9 @@ TEST_CASE("adversarial_adjoint agrees with central differences in double", "[los
       };
       const double size = alpha_free(logits);
       CAPTURE(seed, head, size);
-      CHECK(std::abs(tapestry::test::dot(adjoint[head], direction) -
-                     tapestry::test::central_difference(value, logits[head], direction)) <=
-            4 * tapestry::test::central_difference_tolerance(size));
+      CHECK(std::abs(test::dot(adjoint[head], direction) -
+                     test::central_difference(value, logits[head], direction)) <=
+            4 * test::central_difference_tolerance(size));
     }
     for (const double slope : adjoint[0].storage()) REQUIRE(std::isfinite(slope));
     const auto half = adjoint[1].size() / 2;
@@ -427,16 +422,15 @@ TEST_CASE("adversarial refuses what does not fit together", "[loss][adversarial]
   const auto heads = three_heads();
   auto logits = random_logits<double>(9);
   const auto kind = AdversarialLoss::paper;
-  CHECK_THROWS_AS(loss::adversarial(view(heads, logits, 2), car, kind), tapestry::DomainError);
-  CHECK_THROWS_AS(loss::adversarial(view(heads, logits), {3, car.box}, kind), tapestry::DomainError);
-  CHECK_THROWS_AS(loss::adversarial(view(heads, logits), {0, {std::nan(""), 0, 1, 1}}, kind),
-                  tapestry::DomainError);
+  CHECK_THROWS_AS(loss::adversarial(view(heads, logits, 2), car, kind), DomainError);
+  CHECK_THROWS_AS(loss::adversarial(view(heads, logits), {3, car.box}, kind), DomainError);
+  CHECK_THROWS_AS(loss::adversarial(view(heads, logits), {0, {std::nan(""), 0, 1, 1}}, kind), DomainError);
   auto two = logits;
   two.pop_back();
   CHECK_THROWS_WITH(loss::adversarial(view(heads, two), car, kind),
                     "adversarial: logits of 2 heads, expected 3");
   CHECK_THROWS_AS(loss::adversarial_adjoint(view(heads, logits), car, kind, {}, 1.0, loss::to_add_to(two)),
-                  tapestry::ShapeError);
+                  ShapeError);
   std::swap(logits[0], logits[1]);
   CHECK_THROWS_WITH(loss::adversarial(view(heads, logits), car, kind),
                     "adversarial: logits is [2, 16, 4, 6], expected [2, 16, 2, 3]");

@@ -1,17 +1,14 @@
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/adversarial.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/tiny_heads.hpp"
 
-namespace loss = tapestry::loss;
+using namespace tapestry;
+using namespace tapestry::test;
 using loss::AdversarialLoss;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Variable;
-using tapestry::test::TinyHeads;
 
 namespace {
 
@@ -22,7 +19,7 @@ template <class T>
 using Logits = std::vector<Array<T, 4>>;
 
 template <class T>
-std::vector<ArrayVariable<T, 4>> inputs(tapestry::Tape<T>& tape, const Logits<T>& logits) {
+std::vector<ArrayVariable<T, 4>> inputs(Tape<T>& tape, const Logits<T>& logits) {
   std::vector<ArrayVariable<T, 4>> variables;
   for (const auto& head : logits) variables.push_back(tape.input(head));
   return variables;
@@ -44,8 +41,7 @@ Variable<T> mixed(const loss::AdversarialTerms<Variable<T>>& terms) {
 
 template <class T>
 Logits<T> gradient_of_mixed(const Logits<T>& logits, AdversarialLoss kind) {
-  tapestry::Tape<T> tape;
-  const auto scope = tape.activate();
+  ActiveTape<T> tape;
   const auto variables = inputs(tape, logits);
   tape.reverse(mixed(loss::adversarial(TinyHeads(), variables, cars, kind, weights)));
   return adjoints(variables);
@@ -58,8 +54,7 @@ TEST_CASE("adversarial on the tape is the mean of the images' losses, bit for bi
                              AdversarialLoss::vanish);
   const TinyHeads detector;
   const auto logits = detector.logits<float>(cars.size(), 1);
-  tapestry::Tape<float> tape;
-  const auto scope = tape.activate();
+  ActiveTape<float> tape;
   const auto variables = inputs(tape, logits);
   const auto terms = loss::adversarial(detector, variables, cars, kind, weights);
   tape.reverse(2.0F * terms.total);
@@ -96,15 +91,15 @@ TEMPLATE_TEST_CASE("every term of adversarial on the tape agrees with central di
   const auto gradient = gradient_of_mixed(logits, kind);
   for (std::size_t head = 0; head < 3; ++head) {
     auto direction = detector.logits<T>(cars.size(), 5)[head];
-    direction /= std::sqrt(tapestry::test::dot(direction, direction));
+    direction /= std::sqrt(test::dot(direction, direction));
     const auto value = [&](const Array<T, 4>& changed) {
       std::vector<ArrayVariable<T, 4>> at(logits.begin(), logits.end());
       at[head] = changed;
       return mixed(loss::adversarial(detector, at, cars, kind, weights)).value();
     };
-    CHECK(std::abs(tapestry::test::dot(gradient[head], direction) -
-                   tapestry::test::central_difference(value, logits[head], direction)) <=
-          4 * tapestry::test::central_difference_tolerance(value(logits[head])));
+    CHECK(std::abs(test::dot(gradient[head], direction) -
+                   test::central_difference(value, logits[head], direction)) <=
+          4 * test::central_difference_tolerance(value(logits[head])));
   }
 }
 
@@ -112,8 +107,7 @@ TEST_CASE("adversarial recorded twice on one tape gives the sum of both gradient
   const auto logits = TinyHeads().logits<double>(3, 6);
   const std::vector<loss::Target> others{cars[1], cars[2], cars[0]};
   const auto gradient = [&](bool first, bool second) {
-    tapestry::Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto variables = inputs(tape, logits);
     Variable<double> root = 0;
     const auto one = loss::adversarial(TinyHeads(), variables, cars);
@@ -133,8 +127,7 @@ TEST_CASE("adversarial recorded twice on one tape gives the sum of both gradient
 TEST_CASE("adversarial on the tape keeps the logits that it was given", "[loss][tape]") {
   const auto logits = TinyHeads().logits<double>(3, 7);
   const auto expected = gradient_of_mixed(logits, AdversarialLoss::paper);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   auto variables = inputs(tape, logits);
   const auto kept = variables;
   Variable<double> root;
@@ -151,8 +144,7 @@ TEST_CASE("adversarial on the tape keeps the logits that it was given", "[loss][
 TEST_CASE("a head of passive logits costs and gets nothing", "[loss][tape]") {
   const TinyHeads detector;
   const auto logits = detector.logits<double>(3, 8);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::vector<ArrayVariable<double, 4>> variables(logits.begin(), logits.end());
   CHECK_FALSE(loss::adversarial(detector, variables, cars).total.is_active());
   CHECK(tape.statement_count() == 0);
@@ -181,13 +173,12 @@ TEST_CASE("adversarial on the tape refuses what does not fit together", "[loss][
   const TinyHeads detector;
   CHECK_THROWS_WITH(loss::adversarial(detector, variables, cars),
                     "adversarial: targets of 3 images, expected 2");
-  CHECK_THROWS_AS(loss::adversarial(detector, variables, cars), tapestry::ShapeError);
+  CHECK_THROWS_AS(loss::adversarial(detector, variables, cars), ShapeError);
   CHECK_THROWS_WITH(loss::adversarial(detector, variables, {}), "adversarial: an empty batch");
   const std::vector<loss::Target> unknown{{0, {1, 1, 1, 1}}, {3, {1, 1, 1, 1}}};
   CHECK_THROWS_WITH(loss::adversarial(detector, variables, unknown), "adversarial: class 3 of 3");
   const std::vector<loss::Target> two(cars.begin(), cars.begin() + 2);
-  CHECK_THROWS_AS(loss::adversarial(TinyHeads(tapestry::detect::DecodeFamily::scaled), variables, two),
-                  tapestry::DomainError);
+  CHECK_THROWS_AS(loss::adversarial(TinyHeads(detect::DecodeFamily::scaled), variables, two), DomainError);
   variables.pop_back();
   CHECK_THROWS_WITH(loss::adversarial(detector, variables, two),
                     "adversarial: logits of 2 heads, expected 3");

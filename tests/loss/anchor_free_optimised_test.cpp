@@ -4,12 +4,8 @@
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace loss = tapestry::loss;
-namespace detect = tapestry::detect;
-using detect::ChannelOrder;
-using detect::DecodeFamily;
-using loss::AdversarialLoss;
-using tapestry::Array;
+using namespace tapestry;
+using detect::ChannelOrder, detect::DecodeFamily, loss::AdversarialLoss;
 
 namespace {
 constexpr std::size_t input_height = 64, input_width = 96, classes = 3;
@@ -29,9 +25,8 @@ std::vector<detect::Head> two_heads(DecodeFamily family, ChannelOrder order = Ch
 Logits logits_of(const std::vector<detect::Head>& heads, std::uint64_t seed, double size) {
   Logits logits;
   for (const auto& head : heads)
-    logits.push_back(
-        tapestry::test::random_array<double>({2, head.channel_count(), head.grid_height, head.grid_width},
-                                             seed * 10 + logits.size(), -size, size));
+    logits.push_back(test::random_array<double>({2, head.channel_count(), head.grid_height, head.grid_width},
+                                                seed * 10 + logits.size(), -size, size));
   return logits;
 }
 
@@ -151,8 +146,8 @@ TEST_CASE("losses of anchor-free heads agree with central differences in double"
         }
       return total;
     };
-    const double h = tapestry::test::central_difference_step<double>();
-    const double tolerance = 4 * tapestry::test::central_difference_tolerance(value());
+    const double h = test::central_difference_step<double>();
+    const double tolerance = 4 * test::central_difference_tolerance(value());
     for (std::size_t head = 0; head < 2; ++head)
       for (std::size_t i = logits[head].size() / 2; i < logits[head].size(); ++i) {  // of image 1
         double& logit = logits[head].data()[i];

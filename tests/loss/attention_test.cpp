@@ -1,14 +1,11 @@
 #include <tapestry/loss/attention.hpp>
 
-#include <tapestry/autodiff/tape.hpp>
-
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace loss = tapestry::loss;
-namespace test = tapestry::test;
-using tapestry::Array;
+using namespace tapestry;
 
 namespace {
 /// A map half of whose places have heat, none of it within a step of 0.
@@ -58,12 +55,11 @@ TEMPLATE_TEST_CASE("attention_adjoint agrees with central differences", "[loss][
 
 TEST_CASE("attention on the tape is attention, with its adjoint", "[loss][attention]") {
   const auto heat = some_heat<double>();
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  test::ActiveTape<double> tape;
   const auto variable = tape.input(heat);
   const auto value = loss::attention(variable);
   CHECK(value.value() == loss::attention(heat));
-  tape.reverse(tapestry::Variable<double>(3.0 * value));
+  tape.reverse(Variable<double>(3.0 * value));
   auto expected = tapestry::zeros<double, 2>({7, 9});
   loss::attention_adjoint(heat, 3.0, expected);
   CHECK((variable.adjoint() == expected));

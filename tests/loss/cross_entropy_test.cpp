@@ -2,14 +2,13 @@
 
 #include <tapestry/autodiff/array_functions.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace loss = tapestry::loss;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 template <class T>
@@ -71,19 +70,18 @@ TEST_CASE("both cross entropies of computed logits agree with central difference
           "[loss][cross_entropy][gradient]") {
   const auto shares = std::make_shared<const Array<double, 4>>(random_shares());
   const auto start = random_array<double>({2, 3, 2, 2}, 2, -3, 3);
-  const auto direction = tapestry::test::random_direction<double>({2, 3, 2, 2}, 3);
+  const auto direction = test::random_direction<double>({2, 3, 2, 2}, 3);
   const bool is_binary = GENERATE(true, false);
   const auto of = [&](const ArrayVariable<double, 4>& x) {
     const ArrayVariable<double, 4> computed = x * exp(0.2 * x);
     return is_binary ? loss::binary_cross_entropy(computed, shares) : loss::cross_entropy(computed, shares);
   };
   const auto value = [&](const Array<double, 4>& x) { return of(ArrayVariable<double, 4>(x)).value(); };
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(start);
   tape.reverse(3 * of(x));
-  CHECK(tapestry::test::dot(x.adjoint(), direction) ==
-        Approx(3 * tapestry::test::central_difference(value, start, direction)).epsilon(1e-8));
+  CHECK(test::dot(x.adjoint(), direction) ==
+        Approx(3 * test::central_difference(value, start, direction)).epsilon(1e-8));
 }
 
 TEST_CASE("cross entropies refuse other extents and nothing", "[loss][cross_entropy][error]") {

@@ -5,12 +5,9 @@
 #include "../support/catch.hpp"
 #include "../support/tiny_heads.hpp"
 
-namespace loss = tapestry::loss;
-namespace detect = tapestry::detect;
+using namespace tapestry;
+using namespace tapestry::test;
 using detect::DecodeFamily;
-using tapestry::Array;
-using tapestry::Random;
-using tapestry::test::TinyHeads;
 
 namespace {
 
@@ -220,13 +217,13 @@ TEST_CASE("saturated logits still have finite costs", "[loss][dynamic_match]") {
 TEST_CASE("dynamic_matches refuses what it cannot match", "[loss][dynamic_match]") {
   const TinyHeads detector(DecodeFamily::yolox);
   auto logits = flat_logits(detector);
-  CHECK_THROWS_AS(matches_of(detector, logits, {}), tapestry::DomainError);
-  CHECK_THROWS_AS(matches_of(detector, detector.logits<double>(2, 1), {{}}), tapestry::ShapeError);
+  CHECK_THROWS_AS(matches_of(detector, logits, {}), DomainError);
+  CHECK_THROWS_AS(matches_of(detector, detector.logits<double>(2, 1), {{}}), ShapeError);
   CHECK_THROWS_WITH(matches_of(detector, logits, {{{3, {1, 1, 1, 1}}}}), "dynamic_matches: class 3 of 3");
-  CHECK_THROWS_AS(matches_of(detector, logits, {{{0, {std::nan(""), 1, 1, 1}}}}), tapestry::DomainError);
+  CHECK_THROWS_AS(matches_of(detector, logits, {{{0, {std::nan(""), 1, 1, 1}}}}), DomainError);
   for (const double value : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     logits[1].data()[7] = value;
-    CHECK_THROWS_AS(matches_of(detector, logits, {{}}), tapestry::NumericError);
+    CHECK_THROWS_AS(matches_of(detector, logits, {{}}), NumericError);
   }
   const TinyHeads anchored;
   CHECK_THROWS_WITH(

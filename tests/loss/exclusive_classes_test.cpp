@@ -5,10 +5,8 @@
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace loss = tapestry::loss;
-namespace detect = tapestry::detect;
+using namespace tapestry;
 using loss::AdversarialLoss;
-using tapestry::Array;
 
 namespace {
 constexpr std::size_t input_height = 64, input_width = 96;
@@ -22,7 +20,7 @@ std::vector<detect::Head> one_head(std::size_t classes = 3) {
 }
 
 Logits random_logits(const std::vector<detect::Head>& heads, std::uint64_t seed, double size) {
-  return {tapestry::test::random_array<double>({2, heads[0].channel_count(), 4, 6}, seed, -size, size)};
+  return {test::random_array<double>({2, heads[0].channel_count(), 4, 6}, seed, -size, size)};
 }
 
 loss::Predictions<double> view(const std::vector<detect::Head>& heads, const Logits& logits) {
@@ -49,8 +47,8 @@ const loss::Target car{1, {56, 24, 24, 32}};  // half covered by that box
 /// Compares a gradient with central differences of every logit.
 template <class Value>
 void check_differences(Logits& logits, const Array<double, 4>& gradient, Value value) {
-  const double h = tapestry::test::central_difference_step<double>();
-  const double tolerance = 4 * tapestry::test::central_difference_tolerance(value());
+  const double h = test::central_difference_step<double>();
+  const double tolerance = 4 * test::central_difference_tolerance(value());
   for (std::size_t i = 0; i < logits[0].size(); ++i) {
     double& logit = logits[0].data()[i];
     const double here = logit;

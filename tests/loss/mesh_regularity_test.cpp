@@ -1,25 +1,22 @@
 #include <tapestry/loss/mesh_regularity.hpp>
 
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/geometry/detail/rotation.hpp>
 #include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/geometry/shapes.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace geometry = tapestry::geometry;
-namespace loss = tapestry::loss;
-using tapestry::Array;
-using tapestry::ArrayVariable;
+using namespace tapestry;
 
 namespace {
 /// A sphere out of shape.
 template <class T>
 Array<T, 2> bumpy(const geometry::Mesh& mesh) {
   auto positions = geometry::position_array<T>(mesh);
-  const auto bumps = tapestry::test::random_array<T>({mesh.positions.size(), 3}, 3, -0.15, 0.15);
+  const auto bumps = test::random_array<T>({mesh.positions.size(), 3}, 3, -0.15, 0.15);
   for (std::size_t i = 0; i < positions.size(); ++i) positions.data()[i] += bumps.data()[i];
   return positions;
 }
@@ -79,15 +76,14 @@ TEMPLATE_TEST_CASE("derivatives of regularity on the tape agree with central dif
   const auto topology = geometry::mesh_topology(mesh);
   const auto at = bumpy<TestType>(mesh);
   const auto check = [&](auto value) {
-    tapestry::Tape<TestType> tape;
-    const auto scope = tape.activate();
+    test::ActiveTape<TestType> tape;
     const auto positions = tape.input(at);
     tape.reverse(value(positions) + TestType(2) * value(positions));
-    const auto direction = tapestry::test::random_direction<TestType>({mesh.positions.size(), 3}, 5);
+    const auto direction = test::random_direction<TestType>({mesh.positions.size(), 3}, 5);
     const auto thrice = [&](const Array<TestType, 2>& x) { return 3 * value(x); };
-    CHECK(std::abs(tapestry::test::dot(positions.adjoint(), direction) -
-                   tapestry::test::central_difference(thrice, at, direction)) <=
-          4 * tapestry::test::central_difference_tolerance(thrice(at)));  // third derivatives up to about 4
+    CHECK(std::abs(test::dot(positions.adjoint(), direction) -
+                   test::central_difference(thrice, at, direction)) <=
+          4 * test::central_difference_tolerance(thrice(at)));  // third derivatives up to about 4
     CHECK(tape.record_count() == 3);
   };
   check([&](const auto& x) { return loss::laplacian(topology, x); });
@@ -108,8 +104,7 @@ TEST_CASE("edges and faces without extent pull nowhere, and passive positions re
   CHECK((gradient == tapestry::zeros<double, 2>({4, 3})));
   CHECK(loss::normal_consistency(topology, at) == 0);
   CHECK(loss::laplacian(geometry::MeshTopology{}, tapestry::zeros<double, 2>({0, 3})) == 0);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  test::ActiveTape<double> tape;
   const ArrayVariable<double, 2> passive(at);
   CHECK(loss::laplacian(topology, passive).value() == 0);
   CHECK(tape.record_count() == 0);

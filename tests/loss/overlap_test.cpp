@@ -4,9 +4,8 @@
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace loss = tapestry::loss;
-using tapestry::Array;
-using tapestry::detect::Box;
+using namespace tapestry;
+using detect::Box;
 
 namespace {
 
@@ -29,7 +28,7 @@ TEST_CASE("iou_with_gradient equals the area shared worked out by hand", "[loss]
   const auto overlap = loss::iou_with_gradient({4.0, 2.0, 2.0, 1.0}, target);
   CHECK(overlap.iou == Approx(1.0 / 3));
   CHECK(overlap.gradient.cx == Approx(-4.0 / 9));
-  CHECK(overlap.iou == Approx(tapestry::detect::iou({4.0, 2.0, 2.0, 1.0}, target)));
+  CHECK(overlap.iou == Approx(detect::iou({4.0, 2.0, 2.0, 1.0}, target)));
 }
 
 TEST_CASE("complete_iou equals the terms worked out by hand", "[loss][overlap]") {
@@ -45,16 +44,15 @@ TEST_CASE("complete_iou equals the terms worked out by hand", "[loss][overlap]")
 
 TEST_CASE("overlap gradients agree with central differences", "[loss][overlap][gradient]") {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    auto values = tapestry::test::random_array<double>({4}, seed, 0.4, 2.4);
+    auto values = test::random_array<double>({4}, seed, 0.4, 2.4);
     values(0) += 1.6;
-    const auto direction = tapestry::test::random_direction<double>({4}, seed + 1000);
+    const auto direction = test::random_direction<double>({4}, seed + 1000);
     const auto overlap = loss::iou_with_gradient(box_of(values), target);
     const auto iou = [&](const auto& v) { return loss::iou_with_gradient(box_of(v), target).iou; };
-    const double tolerance =
-        25 * tapestry::test::central_difference_tolerance(1.0);  // third derivatives up to 6/w³
+    const double tolerance = 25 * test::central_difference_tolerance(1.0);  // third derivatives up to 6/w³
     CAPTURE(seed, overlap.iou);
-    CHECK(std::abs(along(overlap.gradient, direction) -
-                   tapestry::test::central_difference(iou, values, direction)) <= tolerance);
+    CHECK(std::abs(along(overlap.gradient, direction) - test::central_difference(iou, values, direction)) <=
+          tolerance);
 
     const auto complete = loss::complete_iou(box_of(values), target);
     const auto with_alpha_fixed = [&](const auto& v) {
@@ -62,7 +60,7 @@ TEST_CASE("overlap gradients agree with central differences", "[loss][overlap][g
       return moved.iou - moved.distance - complete.alpha * moved.aspect;
     };
     CHECK(std::abs(along(complete.gradient, direction) -
-                   tapestry::test::central_difference(with_alpha_fixed, values, direction)) <= tolerance);
+                   test::central_difference(with_alpha_fixed, values, direction)) <= tolerance);
   }
 }
 

@@ -1,15 +1,13 @@
 #include <tapestry/loss/printability.hpp>
 
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/parallel.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace loss = tapestry::loss;
-namespace test = tapestry::test;
-using tapestry::Array;
+using namespace tapestry;
 
 namespace {
 const Array<double, 2> black_and_white = {{0, 0, 0}, {1, 1, 1}};
@@ -125,9 +123,8 @@ TEST_CASE("on the tape the score has its value and its gradient, for any number 
   float value = 0;
   for (const int threads : {1, 2}) {
     tapestry::limit_threads(threads);
-    tapestry::Tape<float> tape;
-    const auto scope = tape.activate();
-    const tapestry::ArrayVariable<float, 2> input = tape.input(texels);
+    test::ActiveTape<float> tape;
+    const ArrayVariable<float, 2> input = tape.input(texels);
     const auto score = loss::non_printability(input, used, palette);
     tape.reverse(3.0F * score);
     CHECK((input.adjoint() == expected));
@@ -143,16 +140,13 @@ TEST_CASE("texels, palettes and spreads that are none are refused", "[loss][prin
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH(loss::non_printability(texels, all_used<double>(2, 3), red),
                     "non_printability: texels is [4, 3], expected [6, 3]");
-  CHECK_THROWS_AS(loss::non_printability(texels, used, tapestry::zeros<double, 2>({0, 3})),
-                  tapestry::ShapeError);
-  CHECK_THROWS_AS(loss::non_printability(texels, used, tapestry::zeros<double, 2>({2, 4})),
-                  tapestry::ShapeError);
+  CHECK_THROWS_AS(loss::non_printability(texels, used, tapestry::zeros<double, 2>({0, 3})), ShapeError);
+  CHECK_THROWS_AS(loss::non_printability(texels, used, tapestry::zeros<double, 2>({2, 4})), ShapeError);
   for (const double channel : {nan, -0.1, 1.1})
     CHECK_THROWS_WITH(loss::non_printability(texels, used, Array<double, 2>{{0.5, channel, 0.5}}),
                       contains("expected channels from 0 to 1"));
   for (const double spread : {0.0, -1.0, 1e-170, 1e200, nan, std::numeric_limits<double>::infinity()})
-    CHECK_THROWS_AS(loss::non_printability(texels, used, red, spread), tapestry::DomainError);
+    CHECK_THROWS_AS(loss::non_printability(texels, used, red, spread), DomainError);
   auto adjoint = tapestry::zeros<double, 2>({3, 3});
-  CHECK_THROWS_AS(loss::non_printability_adjoint(texels, used, red, 0.05, 1.0, adjoint),
-                  tapestry::ShapeError);
+  CHECK_THROWS_AS(loss::non_printability_adjoint(texels, used, red, 0.05, 1.0, adjoint), ShapeError);
 }

@@ -4,9 +4,8 @@
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace loss = tapestry::loss;
-using tapestry::Array;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 TEST_CASE("smoothness equals the steps worked out by hand", "[loss][smoothness]") {
   const Array<double, 3> render = {{{0.0}, {1.0}}, {{3.0}, {9.0}}};
@@ -35,31 +34,29 @@ TEMPLATE_TEST_CASE("smoothness ignores a constant colour shift", "[loss][smoothn
 TEMPLATE_TEST_CASE("smoothness_adjoint agrees with central differences", "[loss][gradient]", float, double) {
   const auto render = random_array<TestType>({5, 7, 3}, 3);
   const auto mask = random_array<TestType>({5, 7}, 4);
-  const auto direction = tapestry::test::random_direction<TestType>({5, 7, 3}, 5);
+  const auto direction = test::random_direction<TestType>({5, 7, 3}, 5);
   const auto value = [&](const auto& image) { return loss::smoothness(image, mask); };
 
   Array<TestType, 3> gradient = xt::zeros_like(render);
   for (int half = 0; half < 2; ++half)  // two halves make a whole only if the adjoint adds
     loss::smoothness_adjoint(render, mask, TestType(0.5), gradient);
 
-  CHECK(std::abs(tapestry::test::dot(gradient, direction) -
-                 tapestry::test::central_difference(value, render, direction)) <=
-        tapestry::test::central_difference_tolerance(value(render)));
+  CHECK(std::abs(test::dot(gradient, direction) - test::central_difference(value, render, direction)) <=
+        test::central_difference_tolerance(value(render)));
 }
 
 TEMPLATE_TEST_CASE("atlas_smoothness_adjoint agrees with central differences", "[loss][gradient]", float,
                    double) {
   const auto texels = random_array<TestType>({20, 3}, 6);
   const auto used = random_array<TestType>({4, 5}, 7);
-  const auto direction = tapestry::test::random_direction<TestType>({20, 3}, 8);
+  const auto direction = test::random_direction<TestType>({20, 3}, 8);
   const auto value = [&](const auto& colours) { return loss::atlas_smoothness(colours, used); };
 
   Array<TestType, 2> gradient = xt::zeros_like(texels);
   for (int half = 0; half < 2; ++half) loss::atlas_smoothness_adjoint(texels, used, TestType(0.5), gradient);
 
-  CHECK(std::abs(tapestry::test::dot(gradient, direction) -
-                 tapestry::test::central_difference(value, texels, direction)) <=
-        tapestry::test::central_difference_tolerance(value(texels)));
+  CHECK(std::abs(test::dot(gradient, direction) - test::central_difference(value, texels, direction)) <=
+        test::central_difference_tolerance(value(texels)));
 }
 
 TEST_CASE("smoothness under an all-zero mask is 0 and has no gradient", "[loss][smoothness]") {
@@ -86,11 +83,11 @@ TEST_CASE("smoothness of a picture of one pixel is 0", "[loss][smoothness]") {
 TEST_CASE("smoothness names both shapes when an argument does not fit", "[loss][smoothness]") {
   auto render = random_array<double>({4, 4, 3}, 6);
   const auto mask = random_array<double>({4, 5}, 7);
-  CHECK_THROWS_AS(loss::smoothness(render, mask), tapestry::ShapeError);
+  CHECK_THROWS_AS(loss::smoothness(render, mask), ShapeError);
   CHECK_THROWS_WITH(loss::smoothness(render, mask), "smoothness: mask is [4, 5], expected [4, 4]");
-  CHECK_THROWS_AS(loss::smoothness_adjoint(render, mask, 1.0, render), tapestry::ShapeError);
+  CHECK_THROWS_AS(loss::smoothness_adjoint(render, mask, 1.0, render), ShapeError);
   auto texels = random_array<double>({16, 3}, 8);
   CHECK_THROWS_WITH(loss::atlas_smoothness(texels, mask),
                     "atlas_smoothness: texels is [16, 3], expected [20, 3]");
-  CHECK_THROWS_AS(loss::atlas_smoothness_adjoint(texels, mask, 1.0, texels), tapestry::ShapeError);
+  CHECK_THROWS_AS(loss::atlas_smoothness_adjoint(texels, mask, 1.0, texels), ShapeError);
 }

@@ -2,16 +2,13 @@
 
 #include <tapestry/autodiff/array_functions.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace loss = tapestry::loss;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 /// Of two pictures, [6, 8, 3]: one in a corner, one wholly.
@@ -26,8 +23,7 @@ std::vector<loss::PlacedMask<double>> two_masks() {
 TEST_CASE("steps of pictures on the tape equal the plain sums of their windows, and so do their adjoints",
           "[loss][gradient]") {
   const auto masks = two_masks();
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const ArrayVariable<double, 4> inputs = tape.input(random_array<double>({2, 6, 8, 3}, 3));
   const ArrayVariable<double, 4> pictures = 0.5 * inputs;
   const auto smoothness = loss::smoothness(pictures, masks);
@@ -58,8 +54,7 @@ TEST_CASE("steps of an atlas on the tape count used texels only", "[loss][gradie
   auto used = tapestry::zeros<double, 2>({3, 4});
   used(0, 0) = used(0, 1) = used(2, 3) = 1;  // one step, from (0, 0) to (0, 1)
   const auto shared = std::make_shared<const Array<double, 2>>(used);
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto texels = tape.input(random_array<double>({12, 3}, 5));
   const auto sum = loss::atlas_smoothness(texels, shared);
   double expected = 0;
@@ -73,8 +68,7 @@ TEST_CASE("steps of an atlas on the tape count used texels only", "[loss][gradie
 TEST_CASE("passive pictures record nothing, and masks that do not fit are refused", "[loss][smoothness]") {
   auto masks = two_masks();
   const ArrayVariable<double, 4> passive(random_array<double>({2, 6, 8, 3}, 3));
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   CHECK_FALSE(loss::smoothness(passive, masks).is_active());
   CHECK(tape.record_count() == 0);
   CHECK_THROWS_WITH(loss::smoothness(passive, {masks[0]}), "smoothness: masks of 1 pictures, expected 2");

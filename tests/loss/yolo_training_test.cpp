@@ -4,11 +4,8 @@
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace loss = tapestry::loss;
-namespace detect = tapestry::detect;
+using namespace tapestry;
 using detect::DecodeFamily;
-using tapestry::Array;
-using tapestry::Random;
 
 namespace {
 
@@ -31,7 +28,7 @@ std::vector<detect::Head> two_heads(DecodeFamily decode = DecodeFamily::darknet)
 Logits logits_of(const std::vector<detect::Head>& heads, std::uint64_t seed, std::size_t images = 2) {
   Logits logits;
   for (std::size_t i = 0; i < heads.size(); ++i)
-    logits.push_back(tapestry::test::random_array<double>(
+    logits.push_back(test::random_array<double>(
         {images, 2 * (5 + classes), heads[i].grid_height, heads[i].grid_width}, seed * 10 + i, -1, 1));
   return logits;
 }
@@ -119,15 +116,15 @@ TEST_CASE("yolo_training_adjoint agrees with central differences", "[loss][yolo_
       auto direction = tapestry::zeros<double, 4>(logits[head].shape());
       Random random(seed * 100 + head);
       for (double& value : direction.storage()) value = random.uniform(-1, 1);
-      direction /= std::sqrt(tapestry::test::dot(direction, direction));
+      direction /= std::sqrt(test::dot(direction, direction));
       const auto value = [&](const Array<double, 4>& changed) {
         auto at = logits;
         at[head] = changed;
         return loss::yolo_training(heads, loss::to_read(at), two_images, size, size, options).total;
       };
-      CHECK(std::abs(tapestry::test::dot(adjoint[head], direction) -
-                     tapestry::test::central_difference(value, logits[head], direction)) <=
-            tapestry::test::central_difference_tolerance(value(logits[head])));
+      CHECK(std::abs(test::dot(adjoint[head], direction) -
+                     test::central_difference(value, logits[head], direction)) <=
+            test::central_difference_tolerance(value(logits[head])));
     }
   }
 }
@@ -148,9 +145,8 @@ TEST_CASE("descending yolo_training makes the boxes come out", "[loss][yolo_trai
       double best = 0;
       for (std::size_t head = 0; head < 2; ++head)
         loss::for_each_candidate(head, heads[head], [&](const loss::Candidate& candidate) {
-          const double sure =
-              tapestry::nn::logistic(loss::logit(predictions, candidate, 4)) *
-              tapestry::nn::logistic(loss::logit(predictions, candidate, 5 + truth.class_index));
+          const double sure = nn::logistic(loss::logit(predictions, candidate, 4)) *
+                              nn::logistic(loss::logit(predictions, candidate, 5 + truth.class_index));
           best = std::max(best, sure * detect::iou(loss::decoded_box(predictions, candidate), truth.box));
         });
       CHECK(best > 0.9);
@@ -173,13 +169,13 @@ TEST_CASE("yolo_training refuses what does not fit together", "[loss][yolo_train
   const auto logits = logits_of(heads, 5);
   CHECK_THROWS_WITH(loss::yolo_training(heads, loss::to_read(logits), {{}}, size, size),
                     "yolo_training: truths of 1 images, expected 2");
-  CHECK_THROWS_AS(loss::yolo_training(heads, loss::to_read(logits), {}, size, size), tapestry::DomainError);
+  CHECK_THROWS_AS(loss::yolo_training(heads, loss::to_read(logits), {}, size, size), DomainError);
   CHECK_THROWS_AS(loss::yolo_training(heads, loss::to_read(logits), {{}, {{2, {1, 1, 1, 1}}}}, size, size),
-                  tapestry::DomainError);
+                  DomainError);
   Logits one{logits[0]};
   CHECK_THROWS_AS(loss::yolo_training_adjoint(heads, loss::to_read(logits), two_images, size, size, {}, 1.0,
                                               loss::to_add_to(one)),
-                  tapestry::ShapeError);
+                  ShapeError);
   const auto scaled = two_heads(DecodeFamily::scaled);
   CHECK_THROWS_WITH(loss::yolo_training(scaled, loss::to_read(logits), two_images, size, size),
                     "yolo_training: heads of the decode family scaled (new_coords=1) give activations, but "
@@ -191,5 +187,5 @@ TEST_CASE("yolo_training refuses what does not fit together", "[loss][yolo_train
       "expected darknet or ultralytics");
   CHECK_THROWS_AS(loss::yolo_training_adjoint(two_heads(DecodeFamily::yolox), loss::to_read(logits),
                                               two_images, size, size, {}, 1.0, loss::to_add_to(one)),
-                  tapestry::DomainError);
+                  DomainError);
 }

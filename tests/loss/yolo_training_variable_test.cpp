@@ -1,14 +1,11 @@
 #include <tapestry/loss/yolo_training.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/tiny_heads.hpp"
 
-namespace loss = tapestry::loss;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::TinyHeads;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 const loss::Truths two_images{{{0, {33, 20, 28, 22}}, {1, {10, 50, 9, 7}}}, {{2, {40, 41, 13, 11}}}};
@@ -20,8 +17,7 @@ TEST_CASE("the training loss on the tape is yolo_training() and its adjoint", "[
   loss::YoloTrainingOptions options;
   options.box = 2;
   options.classification = 0.5;
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::vector<ArrayVariable<double, 4>> logits;
   for (const auto& head : values) logits.push_back(tape.input(head));
   const auto terms = loss::yolo_training(detector, logits, two_images, options);
@@ -46,6 +42,6 @@ TEST_CASE("the training loss on the tape refuses a batch without as many truths"
   const TinyHeads detector;
   std::vector<ArrayVariable<double, 4>> logits;
   for (const auto& head : detector.logits<double>(3, 1)) logits.emplace_back(head);
-  CHECK_THROWS_AS(loss::yolo_training(detector, logits, two_images), tapestry::ShapeError);
-  CHECK_THROWS_AS(loss::yolo_training(detector, logits, {}), tapestry::DomainError);
+  CHECK_THROWS_AS(loss::yolo_training(detector, logits, two_images), ShapeError);
+  CHECK_THROWS_AS(loss::yolo_training(detector, logits, {}), DomainError);
 }

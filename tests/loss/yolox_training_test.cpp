@@ -1,18 +1,13 @@
 #include <tapestry/loss/yolox_training.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/tiny_heads.hpp"
 
-namespace loss = tapestry::loss;
-namespace detect = tapestry::detect;
+using namespace tapestry;
+using namespace tapestry::test;
 using detect::DecodeFamily;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Random;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::TinyHeads;
 
 namespace {
 
@@ -112,17 +107,16 @@ TEST_CASE("yolox_training_adjoint agrees with central differences, matches held"
       auto direction = tapestry::zeros<double, 4>(logits[head].shape());
       Random random(seed * 100 + head);
       for (double& value : direction.storage()) value = random.uniform(-1, 1);
-      direction /= std::sqrt(tapestry::test::dot(direction, direction));
+      direction /= std::sqrt(test::dot(direction, direction));
       const auto value = [&](const Array<double, 4>& changed) {
         auto at = logits;
         at[head] = changed;
         return terms_of(detector, at, matches, options).total;
       };
-      const double slope = tapestry::test::dot(adjoint[head], direction);
-      const double difference = tapestry::test::central_difference(value, logits[head], direction);
+      const double slope = test::dot(adjoint[head], direction);
+      const double difference = test::central_difference(value, logits[head], direction);
       CHECK(std::abs(slope - difference) <= 1e-6 * std::max(1.0, std::abs(slope)));
-      CHECK(std::abs(slope - difference) <=
-            tapestry::test::central_difference_tolerance(value(logits[head])));
+      CHECK(std::abs(slope - difference) <= test::central_difference_tolerance(value(logits[head])));
     }
   }
 }
@@ -144,7 +138,7 @@ TEST_CASE("descending yolox_training makes the boxes come out", "[loss][yolox_tr
         loss::for_each_candidate(head, detector.heads()[head], [&](const loss::Candidate& candidate) {
           const auto& of = detector.heads()[head];
           const auto share = [&](std::size_t channel) {
-            return tapestry::nn::logistic(loss::logit(predictions, candidate, channel));
+            return nn::logistic(loss::logit(predictions, candidate, channel));
           };
           double confidence = share(of.class_channel(truth.class_index));
           if (const auto objectness = of.objectness_channel()) confidence *= share(*objectness);
@@ -172,9 +166,9 @@ TEST_CASE("yolox_training of saturated logits is finite, and so is its slope", "
 TEST_CASE("yolox_training refuses what it cannot teach", "[loss][yolox_training]") {
   const TinyHeads detector(DecodeFamily::yolox), anchored;
   const auto logits = flat_logits(detector);
-  CHECK_THROWS_AS(terms_of(detector, logits, {}), tapestry::DomainError);
-  CHECK_THROWS_AS(terms_of(detector, detector.logits<double>(2, 1), {{}}), tapestry::ShapeError);
-  CHECK_THROWS_AS(terms_of(anchored, anchored.logits<double>(1, 1), {{}}), tapestry::DomainError);
+  CHECK_THROWS_AS(terms_of(detector, logits, {}), DomainError);
+  CHECK_THROWS_AS(terms_of(detector, detector.logits<double>(2, 1), {{}}), ShapeError);
+  CHECK_THROWS_AS(terms_of(anchored, anchored.logits<double>(1, 1), {{}}), DomainError);
   const loss::DynamicMatch sound{{0, 0, 1, 1}, {1, {20, 20, 9, 9}}, 0.5};
   auto outside = sound, of_another_class = sound, before = sound;
   outside.candidate.column = 99;
@@ -183,11 +177,11 @@ TEST_CASE("yolox_training refuses what it cannot teach", "[loss][yolox_training]
   CHECK_NOTHROW(terms_of(detector, logits, loss::DynamicMatches{{sound}}));
   for (const auto& matches : {std::vector{outside}, std::vector{of_another_class}, std::vector{sound, before},
                               std::vector{sound, sound}})
-    CHECK_THROWS_AS(terms_of(detector, logits, loss::DynamicMatches{matches}), tapestry::DomainError);
+    CHECK_THROWS_AS(terms_of(detector, logits, loss::DynamicMatches{matches}), DomainError);
   Logits small{Array<double, 4>(logits[0])};
   CHECK_THROWS_AS(loss::yolox_training_adjoint(detector.heads(), loss::to_read(logits), {{}}, height, width,
                                                {}, 1.0, loss::to_add_to(small)),
-                  tapestry::ShapeError);
+                  ShapeError);
 }
 
 TEST_CASE("the loss on the tape is yolox_training() and its adjoint", "[loss][yolox_training][gradient]") {
@@ -195,8 +189,7 @@ TEST_CASE("the loss on the tape is yolox_training() and its adjoint", "[loss][yo
   const auto values = detector.logits<double>(2, 1);
   loss::YoloxTrainingOptions options;
   options.classification = 0.5;
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::vector<ArrayVariable<double, 4>> logits;
   for (const auto& head : values) logits.push_back(tape.input(head));
   const auto terms = loss::yolox_training(detector, logits, two_images, options);
@@ -210,5 +203,5 @@ TEST_CASE("the loss on the tape is yolox_training() and its adjoint", "[loss][yo
   options.objectness += 3;
   const auto adjoint = adjoint_of(detector, values, matches, options);
   for (std::size_t h = 0; h < logits.size(); ++h) CHECK((logits[h].adjoint() == adjoint[h]));
-  CHECK_THROWS_AS(loss::yolox_training(detector, logits, {{}}), tapestry::ShapeError);
+  CHECK_THROWS_AS(loss::yolox_training(detector, logits, {{}}), ShapeError);
 }
