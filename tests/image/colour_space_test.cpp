@@ -2,17 +2,14 @@
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace image = tapestry::image;
+using namespace tapestry;
+using namespace tapestry::test;
 using image::ColourSpace;
-using tapestry::Array;
-using tapestry::test::central_difference;
-using tapestry::test::dot;
-using tapestry::test::random_array;
-using tapestry::test::random_direction;
 
 namespace {
 template <class T, std::size_t Rank>
@@ -64,8 +61,7 @@ TEST_CASE("both curves' slopes on the tape agree with central differences",
   const auto check = [](const auto& curve, double least, double most) {
     const auto x = moved(random_array<double>({50, 3}, 1), least, most);
     const auto weights = random_direction<double>({50, 3}, 2);
-    tapestry::Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto input = tape.input(x);
     tape.reverse(curve(input), weights);
     const auto direction = random_direction<double>({50, 3}, 3);
@@ -108,8 +104,7 @@ TEST_CASE("over in light has the adjoints of central differences by all its argu
   const auto mask = moved(random_array<double>({4, 5}, 2), 0.05, 0.95);
   const auto background = moved(random_array<double>({7, 8, 3}, 3), 0.1, 0.95);
   const auto weights = random_direction<double>({7, 8, 3}, 4);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto p = tape.input(front), b = tape.input(background);
   const auto c = tape.input(mask);
   tape.reverse(image::over(p, c, b, 2, 1, ColourSpace::linear), weights);
@@ -138,8 +133,7 @@ TEST_CASE("a batch laid over in light equals its pictures, values and adjoints",
   const std::vector<image::Backdrop<double>> backdrops(
       2, {background, std::make_shared<const Array<double, 2>>(mask), 1, 2});
   const auto weights = random_direction<double>({2, 6, 7, 3}, 4);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto first = tape.input(front), second = tape.input(front);
   const auto batch = image::over(std::vector{first, second}, backdrops, ColourSpace::linear);
   tape.reverse(batch, weights);

@@ -2,11 +2,10 @@
 
 #include "../support/catch.hpp"
 
-namespace image = tapestry::image;
-using tapestry::Array;
+using namespace tapestry;
 
 TEMPLATE_TEST_CASE("bytes survive the way to colours and back", "[image][colour]", float, double) {
-  Array<std::uint8_t, 3> bytes(tapestry::Extents<3>{16, 16, 1});
+  Array<std::uint8_t, 3> bytes(Extents<3>{16, 16, 1});
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes.data()[i] = static_cast<std::uint8_t>(i);
   CHECK((image::to_bytes(image::from_bytes<TestType>(bytes)) == bytes));
 }
@@ -23,5 +22,5 @@ TEST_CASE("swap_red_blue exchanges the outer channels and refuses other pictures
   const Array<std::uint8_t, 3> bgr = {{{1, 2, 3}, {4, 5, 6}}};
   const Array<std::uint8_t, 3> rgb = {{{3, 2, 1}, {6, 5, 4}}};
   CHECK((image::swap_red_blue(bgr) == rgb));
-  CHECK_THROWS_AS(image::swap_red_blue(tapestry::zeros<float, 3>({2, 2, 1})), tapestry::ShapeError);
+  CHECK_THROWS_AS(image::swap_red_blue(tapestry::zeros<float, 3>({2, 2, 1})), ShapeError);
 }

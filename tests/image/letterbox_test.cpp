@@ -2,13 +2,13 @@
 
 #include <tapestry/detect/box_overlap.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
 namespace image = tapestry::image;
-using image::FitKind;
-using tapestry::detect::Box;
+using image::FitKind, tapestry::detect::Box;
 
 namespace {
 struct Sizes {
@@ -113,8 +113,7 @@ TEST_CASE("the adjoint of a fit is its transpose, alone and on the tape", "[imag
   for (int twice = 0; twice < 2; ++twice) image::fitted_adjoint(g, kind, adjoint);  // it adds
   const double product = tapestry::test::dot(g, y0);
   CHECK(std::abs(tapestry::test::dot(adjoint, x0) - 2 * product) <= 1e-13);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  tapestry::test::ActiveTape<double> tape;
   const auto x = tape.input(x0);
   const auto y = image::fitted(x, 9, 12, {kind, 0});
   CHECK((y.value() == y0));

@@ -4,13 +4,8 @@
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace image = tapestry::image;
-using tapestry::Array;
-using tapestry::test::central_difference;
-using tapestry::test::central_difference_tolerance;
-using tapestry::test::dot;
-using tapestry::test::random_array;
-using tapestry::test::random_direction;
+using namespace tapestry;
+using namespace tapestry::test;
 
 TEST_CASE("over equals a pixel worked out by hand, and leaves what lies beside it", "[image][over]") {
   const Array<double, 3> front = {{{1.0, 0.5}}};

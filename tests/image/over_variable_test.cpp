@@ -1,14 +1,12 @@
 #include <tapestry/image/over.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace image = tapestry::image;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Tape;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 using Fronts = std::vector<ArrayVariable<double, 3>>;
@@ -21,8 +19,7 @@ std::vector<image::Backdrop<double>> two_backdrops() {
 }  // namespace
 
 TEST_CASE("over on the tape is over_adjoint() for each of its arrays", "[image][over][gradient]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto front = tape.input(random_array<double>({4, 5, 3}, 1));
   const auto coverage = tape.input(random_array<double>({4, 5}, 2));
   const auto background = tape.input(random_array<double>({7, 8, 3}, 3));
@@ -41,8 +38,7 @@ TEST_CASE("over on the tape is over_adjoint() for each of its arrays", "[image][
 
 TEST_CASE("a batch of pictures over backdrops equals one by one, both ways", "[image][over][gradient]") {
   const auto backdrops = two_backdrops();
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Fronts fronts{tape.input(random_array<double>({2, 3, 3}, 5)),
                       tape.input(random_array<double>({6, 7, 3}, 6))};
   const auto batch = image::over(fronts, backdrops);
@@ -65,8 +61,7 @@ TEST_CASE("a batch of pictures over backdrops equals one by one, both ways", "[i
 TEST_CASE("pixels of a batch that no picture covers have no adjoint", "[image][over][gradient]") {
   auto coverage = random_array<double>({2, 3}, 2);
   coverage(0, 1) = 0;
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Fronts fronts{tape.input(random_array<double>({2, 3, 3}, 5))};
   const std::vector<image::Backdrop<double>> backdrops{{random_array<double>({6, 7, 3}, 6), coverage}};
   tape.reverse(image::over(fronts, backdrops, image::ColourSpace::linear),
@@ -77,8 +72,7 @@ TEST_CASE("pixels of a batch that no picture covers have no adjoint", "[image][o
 TEST_CASE("a batch of passive pictures records nothing, and a wrong number is refused", "[image][over]") {
   const auto backdrops = two_backdrops();
   Fronts fronts{random_array<double>({2, 3, 3}, 5), random_array<double>({6, 7, 3}, 6)};
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   CHECK_FALSE(image::over(fronts, backdrops).is_active());
   CHECK(tape.record_count() == 0);
   std::swap(fronts[0], fronts[1]);
@@ -90,8 +84,7 @@ TEST_CASE("a batch of passive pictures records nothing, and a wrong number is re
 TEST_CASE("one picture over two backdrops receives both adjoints", "[image][over][gradient]") {
   auto backdrops = two_backdrops();
   backdrops[0] = {backdrops[0].background, backdrops[1].coverage};
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto front = tape.input(random_array<double>({6, 7, 3}, 5));
   const auto seed = random_array<double>({2, 6, 7, 3}, 7);
   tape.reverse(image::over(Fronts{front, front}, backdrops), seed);
@@ -120,10 +113,9 @@ TEST_CASE("a backdrop takes plain arrays, or a photograph and a view that it kee
   CHECK(backdrops[0].coverage.get() == place);  // not copied
   CHECK((*backdrops[0].coverage == coverage));
   CHECK((backdrops[0].top == 4 && backdrops[0].left == 3));
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Fronts front{tape.input(random_array<double>({2, 3, 3}, 5))};
   CHECK((image::over(front, backdrops).value() ==
          image::over(front, {image::Backdrop<double>(photo, coverage, 4, 3)}).value()));
-  CHECK_THROWS_AS(image::over(front, {image::Backdrop<double>(photo, coverage, 5, 3)}), tapestry::ShapeError);
+  CHECK_THROWS_AS(image::over(front, {image::Backdrop<double>(photo, coverage, 5, 3)}), ShapeError);
 }

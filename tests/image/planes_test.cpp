@@ -3,8 +3,7 @@
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 
-namespace image = tapestry::image;
-using tapestry::Array;
+using namespace tapestry;
 
 TEST_CASE("planes_of separates the channels", "[image][planes]") {
   const Array<float, 4> pictures = {{{{1, 2, 3}, {4, 5, 6}}, {{7, 8, 9}, {10, 11, 12}}}};
@@ -13,6 +12,6 @@ TEST_CASE("planes_of separates the channels", "[image][planes]") {
 }
 
 TEMPLATE_TEST_CASE("planes go back to the pictures", "[image][planes]", float, double) {
-  const auto pictures = tapestry::test::random_array<TestType>({2, 3, 5, 4}, 1);
+  const auto pictures = test::random_array<TestType>({2, 3, 5, 4}, 1);
   CHECK((image::pictures_of_planes(image::planes_of(pictures)) == pictures));
 }

@@ -4,9 +4,8 @@
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace image = tapestry::image;
-using tapestry::Array;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 TEST_CASE("resize_bilinear equals weights worked out by hand", "[image][resize]") {
   const Array<double, 3> picture = {{{0.0}, {4.0}}, {{8.0}, {12.0}}};
@@ -40,17 +39,17 @@ TEMPLATE_TEST_CASE("resize_bilinear_adjoint is the transpose", "[image][gradient
   Array<TestType, 3> x_adjoint = xt::zeros_like(x);
   image::resize_bilinear_adjoint(y, x_adjoint);
   image::resize_bilinear_adjoint(y, x_adjoint);  // adds
-  const TestType forward = tapestry::test::dot(y, image::resize_bilinear(x, height, width));
+  const TestType forward = test::dot(y, image::resize_bilinear(x, height, width));
   // Each side sums no more than 378 products below 1, each off by a few ε.
-  CHECK(std::abs(2 * forward - tapestry::test::dot(x_adjoint, x)) <=
+  CHECK(std::abs(2 * forward - test::dot(x_adjoint, x)) <=
         8 * 378 * std::numeric_limits<TestType>::epsilon());
 }
 
 TEST_CASE("resize_bilinear refuses empty and absurd sizes", "[image][resize]") {
   const auto picture = random_array<double>({2, 2, 3}, 4);
   Array<double, 3> wrong = random_array<double>({2, 2, 1}, 5);
-  CHECK_THROWS_AS(image::resize_bilinear(picture, 0, 3), tapestry::DomainError);
-  CHECK_THROWS_AS(image::resize_bilinear(picture, 3, std::size_t{1} << 40U), tapestry::DomainError);
-  CHECK_THROWS_AS(image::resize_bilinear(tapestry::zeros<double, 3>({0, 2, 3}), 2, 2), tapestry::DomainError);
-  CHECK_THROWS_AS(image::resize_bilinear_adjoint(picture, wrong), tapestry::ShapeError);
+  CHECK_THROWS_AS(image::resize_bilinear(picture, 0, 3), DomainError);
+  CHECK_THROWS_AS(image::resize_bilinear(picture, 3, std::size_t{1} << 40U), DomainError);
+  CHECK_THROWS_AS(image::resize_bilinear(tapestry::zeros<double, 3>({0, 2, 3}), 2, 2), DomainError);
+  CHECK_THROWS_AS(image::resize_bilinear_adjoint(picture, wrong), ShapeError);
 }

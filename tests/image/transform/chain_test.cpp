@@ -1,16 +1,15 @@
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/transform/chain.hpp>
 
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/parallel.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/finite_difference.hpp"
 #include "../../support/random_array.hpp"
 
-namespace image = tapestry::image;
-using tapestry::Array;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 image::Warp turned() {
@@ -62,11 +61,11 @@ TEST_CASE("every transformation's adjoint equals central differences", "[image][
     image::transformed_adjoint(image::transformation_stages(picture, chain), chain, out_adjoint, adjoint);
     const double h = 1e-7;  // a rounding of JPEG jumps at halves: a short step seldom meets one
     Array<double, 3> ahead = picture + h * direction, behind = picture - h * direction;
-    const double slope = (tapestry::test::dot(out_adjoint, image::transformed(ahead, chain)) -
-                          tapestry::test::dot(out_adjoint, image::transformed(behind, chain))) /
+    const double slope = (test::dot(out_adjoint, image::transformed(ahead, chain)) -
+                          test::dot(out_adjoint, image::transformed(behind, chain))) /
                          (2 * h);
     CHECK(std::abs(slope) > 0.01);
-    CHECK(std::abs(tapestry::test::dot(adjoint, direction) - slope) <= 1e-6 * std::abs(slope) + 1e-7);
+    CHECK(std::abs(test::dot(adjoint, direction) - slope) <= 1e-6 * std::abs(slope) + 1e-7);
   }
 }
 
@@ -91,8 +90,7 @@ TEST_CASE("a batch of chains on the tape equals each picture's own", "[image][tr
   chains[2] = {kinds[3].transformation, kinds[6].transformation, kinds[7].transformation};
   const auto pictures = random_array<double>({3, 12, 10, 3}, 4, 0.1, 0.6);
   const auto out_adjoint = random_array<double>({3, 12, 10, 3}, 5, -1, 1);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto input = tape.input(pictures);
   const auto out = image::transformed(input, chains);
   tape.reverse(out, out_adjoint);
@@ -112,8 +110,7 @@ TEST_CASE("a batch of chains on the tape equals each picture's own", "[image][tr
 TEST_CASE("texels are recoloured on the tape as pictures are", "[image][transform][gradient]") {
   const auto texels = random_array<double>({7, 3}, 6, 0.1, 0.6);
   const auto out_adjoint = random_array<double>({7, 3}, 7, -1, 1);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto input = tape.input(texels);
   const auto out = image::transformed(input, printer());
   tape.reverse(out, out_adjoint);
@@ -153,24 +150,22 @@ TEST_CASE("chains refuse what does not fit", "[image][transform][bad_input]") {
     INFO(name);
     const image::TransformationChain chain{transformation};
     const auto stages = image::transformation_stages(picture, chain);
-    CHECK_THROWS_AS(image::transformed_adjoint(stages, chain, small, adjoint), tapestry::ShapeError);
-    CHECK_THROWS_AS(image::transformed_adjoint(stages, chain, picture, small), tapestry::ShapeError);
-    CHECK_THROWS_AS(image::transformed_adjoint(stages, {}, picture, adjoint), tapestry::ShapeError);
+    CHECK_THROWS_AS(image::transformed_adjoint(stages, chain, small, adjoint), ShapeError);
+    CHECK_THROWS_AS(image::transformed_adjoint(stages, chain, picture, small), ShapeError);
+    CHECK_THROWS_AS(image::transformed_adjoint(stages, {}, picture, adjoint), ShapeError);
   }
-  CHECK_THROWS_AS(image::transformed(grey, image::LightChange{}), tapestry::ShapeError);
-  CHECK_THROWS_AS(image::transformed(grey, printer()), tapestry::ShapeError);
-  CHECK_THROWS_AS(image::transformed(grey, image::JpegCompression{}), tapestry::ShapeError);
-  CHECK_THROWS_AS(image::transformed(picture, image::JpegCompression{0}), tapestry::DomainError);
-  CHECK_THROWS_AS(image::transformed(picture, image::JpegCompression{101}), tapestry::DomainError);
-  CHECK_THROWS_AS(image::transformed(picture, image::Blur{-1, 0}), tapestry::DomainError);
-  CHECK_THROWS_AS(image::transformed(picture, image::Blur{0, std::nan("")}), tapestry::DomainError);
-  CHECK_THROWS_AS(image::transformed(picture, image::SensorNoise{0.1, 0}), tapestry::DomainError);
-  CHECK_THROWS_AS(image::transformed(picture, image::LightChange{{1, 1, 1}, 1.5}), tapestry::DomainError);
-  CHECK_THROWS_AS(image::transformed(picture, image::LightChange{{0, 1, 1}}), tapestry::DomainError);
-  CHECK_THROWS_AS(image::warp_of({0, 0, 0, 0, 1}), tapestry::DomainError);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  CHECK_THROWS_AS(image::transformed(grey, image::LightChange{}), ShapeError);
+  CHECK_THROWS_AS(image::transformed(grey, printer()), ShapeError);
+  CHECK_THROWS_AS(image::transformed(grey, image::JpegCompression{}), ShapeError);
+  CHECK_THROWS_AS(image::transformed(picture, image::JpegCompression{0}), DomainError);
+  CHECK_THROWS_AS(image::transformed(picture, image::JpegCompression{101}), DomainError);
+  CHECK_THROWS_AS(image::transformed(picture, image::Blur{-1, 0}), DomainError);
+  CHECK_THROWS_AS(image::transformed(picture, image::Blur{0, std::nan("")}), DomainError);
+  CHECK_THROWS_AS(image::transformed(picture, image::SensorNoise{0.1, 0}), DomainError);
+  CHECK_THROWS_AS(image::transformed(picture, image::LightChange{{1, 1, 1}, 1.5}), DomainError);
+  CHECK_THROWS_AS(image::transformed(picture, image::LightChange{{0, 1, 1}}), DomainError);
+  CHECK_THROWS_AS(image::warp_of({0, 0, 0, 0, 1}), DomainError);
+  ActiveTape<double> tape;
   const auto input = tape.input(random_array<double>({2, 4, 4, 3}, 3));
-  CHECK_THROWS_AS(image::transformed(input, std::vector<image::TransformationChain>(1)),
-                  tapestry::ShapeError);
+  CHECK_THROWS_AS(image::transformed(input, std::vector<image::TransformationChain>(1)), ShapeError);
 }

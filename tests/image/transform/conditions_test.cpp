@@ -3,8 +3,7 @@
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"
 
-namespace image = tapestry::image;
-using tapestry::Random;
+using namespace tapestry;
 
 namespace {
 template <class Kind>
@@ -17,7 +16,7 @@ const Kind* find(const image::TransformationChain& chain) {
 
 TEST_CASE("without conditions nothing happens to a picture", "[image][transform][conditions]") {
   CHECK(image::draw_chain({}, Random(1), true).empty());
-  const auto texels = tapestry::test::random_array<double>({5, 3}, 1);
+  const auto texels = test::random_array<double>({5, 3}, 1);
   const auto printed = image::transformed(texels, image::draw_print({}, Random(1)));
   CHECK((printed == texels));
 }
@@ -64,7 +63,7 @@ TEST_CASE("a print keeps colours within its black and its white", "[image][trans
   image::Conditions range_only;
   range_only.printed_range = 0.2;
   const auto print = image::draw_print(range_only, Random(3));
-  const tapestry::Array<double, 2> ends = {{0, 0, 0}, {1, 1, 1}};
+  const Array<double, 2> ends = {{0, 0, 0}, {1, 1, 1}};
   const auto printed = image::transformed(ends, print);
   CHECK((printed(0, 0) > 0 && printed(0, 0) < 0.2));
   CHECK((printed(1, 0) < 1 && printed(1, 0) > 0.8));

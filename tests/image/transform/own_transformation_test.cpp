@@ -1,16 +1,15 @@
 #include <tapestry/image/detail/transform/own_transformation.hpp>
 #include <tapestry/image/transform/chain.hpp>
 
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/image/batch.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/finite_difference.hpp"
 #include "../../support/random_array.hpp"
 
-namespace image = tapestry::image;
-using tapestry::Array;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace photographer {
 /// out = value^gamma · brightness, as someone without a look into the library writes it.
@@ -71,20 +70,17 @@ TEMPLATE_TEST_CASE("a chain with a user's transformation between ours agrees wit
                    "[image][transform][gradient]", float, double) {
   using T = TestType;
   const auto picture = random_array<T>({9, 8, 3}, 1, 0.2, 0.7);
-  const auto weights = tapestry::test::random_direction<T>({9, 8, 3}, 2);
-  const auto direction = tapestry::test::random_direction<T>({9, 8, 3}, 3);
+  const auto weights = test::random_direction<T>({9, 8, 3}, 2);
+  const auto direction = test::random_direction<T>({9, 8, 3}, 3);
   const image::TransformationChain chain{image::Blur{0.8, 1.1}, photographer::Development{1.7, 0.9},
                                          image::contrast_and_saturation(1.2, 0.8)};
   Array<T, 3> adjoint = xt::zeros_like(picture);
   const Array<T, 3> half = weights / T(2);
   for (int i = 0; i < 2; ++i)  // two halves make a whole only if the adjoint adds
     image::transformed_adjoint(image::transformation_stages(picture, chain), chain, half, adjoint);
-  const auto value = [&](const Array<T, 3>& x) {
-    return tapestry::test::dot(weights, image::transformed(x, chain));
-  };
-  CHECK(std::abs(tapestry::test::dot(adjoint, direction) -
-                 tapestry::test::central_difference(value, picture, direction)) <=
-        tapestry::test::central_difference_tolerance(value(picture)));
+  const auto value = [&](const Array<T, 3>& x) { return test::dot(weights, image::transformed(x, chain)); };
+  CHECK(std::abs(test::dot(adjoint, direction) - test::central_difference(value, picture, direction)) <=
+        test::central_difference_tolerance(value(picture)));
 }
 
 TEST_CASE("a batch on the tape runs a user's transformation on its pictures alone",
@@ -92,8 +88,7 @@ TEST_CASE("a batch on the tape runs a user's transformation on its pictures alon
   const auto pictures = random_array<double>({2, 6, 5, 3}, 4, 0.1, 0.6);
   const auto seed = random_array<double>({2, 6, 5, 3}, 5, -1, 1);
   const photographer::Development own;
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto input = tape.input(pictures);
   const auto out = image::transformed(input, std::vector<image::TransformationChain>{{}, {own}});
   tape.reverse(out, seed);
@@ -113,6 +108,6 @@ TEST_CASE("a user's transformation keeps the picture's extents", "[image][transf
                     "transformed: the result of an own transformation is [3, 4, 3], expected [4, 4, 3]");
   const image::OwnTransformation own(photographer::Development{});
   Array<double, 3> small = tapestry::zeros<double, 3>({4, 3, 3}), adjoint = xt::zeros_like(picture);
-  CHECK_THROWS_AS(image::transformed_adjoint(picture, own, small, adjoint), tapestry::ShapeError);
-  CHECK_THROWS_AS(image::transformed_adjoint(picture, own, picture, small), tapestry::ShapeError);
+  CHECK_THROWS_AS(image::transformed_adjoint(picture, own, small, adjoint), ShapeError);
+  CHECK_THROWS_AS(image::transformed_adjoint(picture, own, picture, small), ShapeError);
 }

@@ -10,9 +10,8 @@
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"
 
-namespace image = tapestry::image;
-using tapestry::Array;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 /// A smooth picture: waves, whose values everywhere are known.
@@ -21,7 +20,7 @@ double wave(double x, double y, std::size_t c) {
 }
 
 Array<double, 3> waves(std::size_t height, std::size_t width) {
-  Array<double, 3> picture(tapestry::Extents<3>{height, width, 3});
+  Array<double, 3> picture(Extents<3>{height, width, 3});
   for (std::size_t y = 0; y < height; ++y)
     for (std::size_t x = 0; x < width; ++x)
       for (std::size_t c = 0; c < 3; ++c)
