@@ -5,10 +5,8 @@
 #include "../support/random_buffer.hpp"
 #include "../support/relative_distance.hpp"
 
-namespace nn = tapestry::nn;
-using tapestry::Random;
-using tapestry::test::random_buffer;
-using tapestry::test::relative_distance;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 /// The nearer of the two bfloat16 around a value, of equally near ones that with the even fraction; as a

@@ -6,8 +6,7 @@
 #include "../support/random_buffer.hpp"
 
 namespace nn = tapestry::nn;
-using nn::CurveKind;
-using tapestry::test::random_buffer;
+using nn::CurveKind, tapestry::test::random_buffer;
 
 namespace {
 constexpr CurveKind all[] = {CurveKind::logistic,      CurveKind::swish,      CurveKind::mish,

@@ -3,15 +3,13 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/random.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace nn = tapestry::nn;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Tape;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 /// The definition, element by element.
@@ -41,13 +39,12 @@ Array<double, 4> convolved(const Array<double, 4>& x, const Array<double, 4>& w,
 template <class Network>
 double gradient_error(const Array<double, 4>& x0, const Network& network) {
   const auto value_of = [&](const Array<double, 4>& at, Array<double, 4>* gradient) {
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto x = tape.input(at);
     const ArrayVariable<double, 4> computed = 1.5 * x;  // an operand that is a result
     const ArrayVariable<double, 4> y = network(computed);
     auto weight = y.value();
-    tapestry::Random random(9);
+    Random random(9);
     for (double& w : weight.storage()) w = random.uniform(0.5, 1.5);
     const auto loss = sum(weight * y * y) / 2.0;
     if (gradient != nullptr) {
@@ -59,7 +56,7 @@ double gradient_error(const Array<double, 4>& x0, const Network& network) {
   Array<double, 4> gradient;
   static_cast<void>(value_of(x0, &gradient));
   double worst = 0, largest = 1;
-  const double step = tapestry::test::central_difference_step<double>();
+  const double step = test::central_difference_step<double>();
   for (std::size_t i = 0; i < x0.size(); ++i) {
     auto ahead = x0, behind = x0;
     ahead.data()[i] += step;
@@ -84,8 +81,7 @@ TEST_CASE("convolve equals its definition, and its pullback is its transpose", "
     CAPTURE(layer.stride, layer.padding, layer.dilation, layer.groups);
     const auto w0 = random_array<double>({8, 4 / layer.groups, 3, 2}, 2, -1, 1);
     const auto b0 = random_array<double>({8}, 4, -1, 1);
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto x = tape.input(x0);
     const auto w = tape.input(w0);
     const auto b = tape.input(b0);
@@ -96,15 +92,15 @@ TEST_CASE("convolve equals its definition, and its pullback is its transpose", "
       CHECK(std::abs(y.value().data()[i] - expected.data()[i] - b0.data()[i % 8]) <= 1e-13);
     // ⟨g, y − b⟩ is linear in x and in w: with either's adjoint it is the same sum.
     auto g = expected;
-    tapestry::Random random(3);
+    Random random(3);
     for (double& value : g.storage()) value = random.uniform(-1, 1);
     tape.reverse(y, g);
-    const double through = tapestry::test::dot(g, expected);
-    CHECK(std::abs(tapestry::test::dot(x.adjoint(), x0) - through) <= 1e-12);
-    CHECK(std::abs(tapestry::test::dot(w.adjoint(), w0) - through) <= 1e-12);
+    const double through = test::dot(g, expected);
+    CHECK(std::abs(test::dot(x.adjoint(), x0) - through) <= 1e-12);
+    CHECK(std::abs(test::dot(w.adjoint(), w0) - through) <= 1e-12);
     auto sums = tapestry::zeros<double, 1>({8});
     for (std::size_t i = 0; i < g.size(); ++i) sums.data()[i % 8] += g.data()[i];
-    CHECK(tapestry::test::dot(b.adjoint(), b0) == Approx(tapestry::test::dot(sums, b0)).epsilon(1e-12));
+    CHECK(test::dot(b.adjoint(), b0) == Approx(test::dot(sums, b0)).epsilon(1e-12));
     const ArrayVariable<double, 4> plain = nn::convolve(ArrayVariable<double, 4>(x0), w, layer);
     CHECK(plain.value()(0, 0, 0, 0) == Approx(expected(0, 0, 0, 0)));
   }
@@ -121,13 +117,13 @@ TEST_CASE("layers of a network of one's own have the gradients of central differ
   CHECK(gradient_error(x, [&](const auto& of) { return nn::average_pool(of, {3, 2, 1}); }) < 1e-8);
   CHECK(gradient_error(x, [&](const auto& of) { return nn::batch_norm(of, scale, bias); }) < 1e-7);
   CHECK(gradient_error(x, [&](const auto& of) {  // its own weights: both ways of an operand meet
-          const ArrayVariable<double, 4> own = reshape(of, tapestry::Extents<4>{8, 3, 3, 3});
+          const ArrayVariable<double, 4> own = reshape(of, Extents<4>{8, 3, 3, 3});
           return nn::max_pool(nn::convolve(of, own, {1, 1}));
         }) < 1e-7);
 }
 
 TEST_CASE("layers without a tape record nothing, and pool as defined", "[nn][layers][variable]") {
-  Array<double, 4> x0(tapestry::Extents<4>{1, 2, 4, 1});
+  Array<double, 4> x0(Extents<4>{1, 2, 4, 1});
   for (std::size_t i = 0; i < 8; ++i) x0.data()[i] = static_cast<double>(i);
   const ArrayVariable<double, 4> x = x0;
   const auto largest = nn::max_pool(x), mean = nn::average_pool(x);
@@ -138,14 +134,14 @@ TEST_CASE("layers without a tape record nothing, and pool as defined", "[nn][lay
 
 TEST_CASE("layers name what does not fit", "[nn][layers][variable][error]") {
   const ArrayVariable<double, 4> x = random_array<double>({1, 3, 3, 2}, 1);
-  const auto weights = [](const tapestry::Extents<4>& extents) {
+  const auto weights = [](const Extents<4>& extents) {
     return ArrayVariable<double, 4>(tapestry::zeros<double, 4>(extents));
   };
   CHECK_THROWS_WITH(nn::convolve(x, weights({1, 3, 2, 2})),
                     "nn::convolve: weights [1, 3, 2, 2] in 1 groups do not fit 2 channels");
-  CHECK_THROWS_AS(nn::convolve(x, weights({1, 2, 4, 1})), tapestry::Error);
-  CHECK_THROWS_AS(nn::convolve(x, weights({1, 2, 1, 1}), {0, 0}), tapestry::Error);
-  CHECK_THROWS_AS(nn::max_pool(x, {4, 1, 0}), tapestry::Error);
+  CHECK_THROWS_AS(nn::convolve(x, weights({1, 2, 4, 1})), Error);
+  CHECK_THROWS_AS(nn::convolve(x, weights({1, 2, 1, 1}), {0, 0}), Error);
+  CHECK_THROWS_AS(nn::max_pool(x, {4, 1, 0}), Error);
   const ArrayVariable<double, 1> three = random_array<double>({3}, 3);
-  CHECK_THROWS_AS(nn::batch_norm(x, three, three), tapestry::ShapeError);
+  CHECK_THROWS_AS(nn::batch_norm(x, three, three), ShapeError);
 }

@@ -1,17 +1,14 @@
 #include <tapestry/nn/network_variable.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/core/random.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-namespace nn = tapestry::nn;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Tape;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 /// A convolution, Mish, and a second result that pools the first; pictures are [1, 5, 6, 3].
@@ -38,8 +35,7 @@ struct Problem {
       tapestry::array_of(std::vector<double>(network.weights().begin(), network.weights().end()));
 
   double value(Array<double, 4>* of_pictures = nullptr, Array<double, 1>* of_weights = nullptr) {
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto x = tape.input(pictures);
     const auto w = tape.input(weights);
     const ArrayVariable<double, 4> computed = 1.25 * x;
@@ -61,7 +57,7 @@ TEST_CASE("a network on the tape has the gradients of central differences", "[nn
   Array<double, 4> of_pictures;
   Array<double, 1> of_weights;
   problem.value(&of_pictures, &of_weights);
-  const double step = tapestry::test::central_difference_step<double>();
+  const double step = test::central_difference_step<double>();
   const auto slope = [&](double& number) {
     const double here = number;
     number = here + step;
@@ -81,11 +77,10 @@ TEST_CASE("a network on the tape has the gradients of central differences", "[nn
 TEST_CASE("frozen weights and passive pictures take no tape", "[nn][network][variable]") {
   const nn::Network<double> network(small_network(), {}, true);
   const auto pictures = random_array<double>({2, 5, 6, 3}, 2, -1, 1);
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto passive = nn::forward(network, ArrayVariable<double, 4>(pictures));
   CHECK(tape.statement_count() == 0);
-  CHECK(passive[0].shape() == tapestry::Extents<4>{2, 4, 3, 4});
+  CHECK(passive[0].shape() == Extents<4>{2, 4, 3, 4});
   const auto pass = std::make_shared<nn::NetworkPass<double>>();
   Problem problem;
   Array<double, 4> expected;
@@ -96,16 +91,14 @@ TEST_CASE("frozen weights and passive pictures take no tape", "[nn][network][var
   for (int again = 0; again < 2; ++again) {
     const auto results = nn::forward(network, computed, pass);
     tape.reverse(sum(results[0] * results[0]) + sum(results[1]));
-    CHECK(tapestry::test::dot(x.adjoint(), pictures) ==
-          Approx(tapestry::test::dot(expected, pictures)).epsilon(1e-12));
+    CHECK(test::dot(x.adjoint(), pictures) == Approx(test::dot(expected, pictures)).epsilon(1e-12));
   }
 }
 
 TEST_CASE("a network on the tape refuses what does not fit", "[nn][network][variable][error]") {
   nn::Network<double> network(small_network(), {}, true);
   const std::vector<double> before(network.weights().begin(), network.weights().end());
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(random_array<double>({2, 5, 6, 3}, 2));
   CHECK_THROWS_WITH(nn::forward(network, x, tape.input(tapestry::zeros<double, 1>({3}))),
                     contains("weights is [3], expected"));

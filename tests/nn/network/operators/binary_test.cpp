@@ -3,15 +3,8 @@
 #include "../../../support/catch.hpp"
 #include "../../../support/operator_case.hpp"
 
-namespace nn = tapestry::nn;
-using tapestry::test::adjoint_error;
-using tapestry::test::check_operator;
-using tapestry::test::complaint_of;
-using tapestry::test::description_of;
-using tapestry::test::numbers;
-using tapestry::test::OperatorCase;
-using tapestry::test::OperatorRun;
-using tapestry::test::results_of;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 /// Pairs of extents with every way of repeating an operand.

@@ -4,15 +4,8 @@
 #include "../../../support/catch.hpp"
 #include "../../../support/operator_case.hpp"
 
-namespace nn = tapestry::nn;
-using tapestry::test::check_operator;
-using tapestry::test::complaint_of;
-using tapestry::test::description_of;
-using tapestry::test::integers;
-using tapestry::test::numbers;
-using tapestry::test::OperatorCase;
-using tapestry::test::OperatorRun;
-using tapestry::test::results_of;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 constexpr std::int64_t zero = 0, one = 1;
@@ -256,10 +249,9 @@ TEST_CASE("indices out of range are an error when a network runs", "[nn][network
   const OperatorCase gather{"Gather", {{3}, {1}}};
   const auto type = nn::ElementType::integer;
   CHECK_THROWS_WITH(results_of(gather, {{1, 2, 3}, {3}}, type), contains("of 3"));
-  CHECK_THROWS_AS(results_of(gather, {{1, 2, 3}, {-4}}, type), tapestry::FileError);
-  CHECK_THROWS_AS(results_of(gather, {{1, 2, 3}, {std::nan("")}}, type), tapestry::FileError);
-  CHECK_THROWS_AS(results_of({"ScatterND", {{3}, {1, 1}, {1}}}, {{1, 2, 3}, {1e30}, {1}}, type),
-                  tapestry::FileError);
+  CHECK_THROWS_AS(results_of(gather, {{1, 2, 3}, {-4}}, type), FileError);
+  CHECK_THROWS_AS(results_of(gather, {{1, 2, 3}, {std::nan("")}}, type), FileError);
+  CHECK_THROWS_AS(results_of({"ScatterND", {{3}, {1, 1}, {1}}}, {{1, 2, 3}, {1e30}, {1}}, type), FileError);
 }
 
 TEST_CASE("an index from the end of more elements than a float counts is that element, and NaN is none",
@@ -273,8 +265,7 @@ TEST_CASE("an index from the end of more elements than a float counts is that el
   for (const float index : {float(extent), -float(extent) - 2, 1e30F, -1e30F,
                             std::numeric_limits<float>::infinity(), std::nanf("")}) {
     CHECK(nn::place_of_index(index, extent) == extent);
-    CHECK_THROWS_AS(plan.write_places(std::vector<float>(4, index).data(), places.data()),
-                    tapestry::DomainError);
+    CHECK_THROWS_AS(plan.write_places(std::vector<float>(4, index).data(), places.data()), DomainError);
   }
   CHECK(nn::place_of_index(-1.0, std::size_t(0)) == 0);  // of nothing
 }

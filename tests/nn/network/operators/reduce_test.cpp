@@ -3,14 +3,8 @@
 #include "../../../support/catch.hpp"
 #include "../../../support/operator_case.hpp"
 
-namespace nn = tapestry::nn;
-using tapestry::test::check_operator;
-using tapestry::test::complaint_of;
-using tapestry::test::description_of;
-using tapestry::test::integers;
-using tapestry::test::OperatorCase;
-using tapestry::test::OperatorRun;
-using tapestry::test::results_of;
+using namespace tapestry;
+using namespace tapestry::test;
 using Integers = std::vector<std::int64_t>;
 
 namespace {

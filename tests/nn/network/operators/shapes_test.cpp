@@ -3,15 +3,8 @@
 #include "../../../support/catch.hpp"
 #include "../../../support/operator_case.hpp"
 
-namespace nn = tapestry::nn;
-using tapestry::test::check_operator;
-using tapestry::test::complaint_of;
-using tapestry::test::description_of;
-using tapestry::test::integers;
-using tapestry::test::numbers;
-using tapestry::test::OperatorCase;
-using tapestry::test::OperatorRun;
-using tapestry::test::results_of;
+using namespace tapestry;
+using namespace tapestry::test;
 using Integers = std::vector<std::int64_t>;
 
 namespace {
@@ -110,7 +103,7 @@ TEST_CASE("a value that is joined to itself gets the sum of both adjoints", "[nn
   node.inputs.push_back(node.inputs[0]);
   OperatorRun run(description);
   run.draw({"", {}}, 5);
-  CHECK(tapestry::test::adjoint_error(run, 1) <= 1);
+  CHECK(test::adjoint_error(run, 1) <= 1);
 }
 
 TEST_CASE("extents are worked out as ONNX says", "[nn][network]") {

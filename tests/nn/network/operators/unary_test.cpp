@@ -3,12 +3,8 @@
 #include "../../../support/catch.hpp"
 #include "../../../support/operator_case.hpp"
 
-namespace nn = tapestry::nn;
-using tapestry::test::check_operator;
-using tapestry::test::complaint_of;
-using tapestry::test::numbers;
-using tapestry::test::OperatorCase;
-using tapestry::test::results_of;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 std::vector<OperatorCase> smooth_cases() {
@@ -146,7 +142,7 @@ TEMPLATE_TEST_CASE("functions of each element stay finite far out, and NaN stays
         "Swish", "Elu",       "Selu",    "Celu",        "Softplus",  "Softsign", "ThresholdedRelu",
         "Tanh",  "Gelu",      "Erf",     "Abs",         "Neg",       "Floor",    "Ceil",
         "Round", "Sign",      "Atan",    "Clip"}) {
-    const nn::Network<TestType> network(tapestry::test::description_of({name, {{5}}, {}, {}, 20}));
+    const nn::Network<TestType> network(test::description_of({name, {{5}}, {}, {}, 20}));
     nn::Buffer<TestType> x(5);
     const TestType values[] = {far, -far, 100, -100, Limits::quiet_NaN()};
     std::copy_n(values, 5, x.data());
@@ -176,7 +172,7 @@ TEMPLATE_TEST_CASE("functions in loops of vectors keep to their bound", "[nn][ne
       {"Softplus", [](long double v) { return std::log1p(std::exp(v)); }}};
   for (const auto& [name, function] : functions)
     for (const TestType largest : {TestType(80), TestType(0.5)}) {
-      const nn::Network<TestType> network(tapestry::test::description_of({name, {{count}}}));
+      const nn::Network<TestType> network(test::description_of({name, {{count}}}));
       nn::Buffer<TestType> x(count);
       for (std::size_t i = 0; i < count; ++i) x.data()[i] = largest * (static_cast<TestType>(i) / 4000 - 1);
       nn::NetworkPass<TestType> pass;
@@ -196,7 +192,7 @@ TEMPLATE_TEST_CASE("functions in loops of vectors keep to their bound", "[nn][ne
 
 TEST_CASE("large tensors get the same values and bits of signs as small ones", "[nn][network]") {
   const std::size_t count = 200003;
-  const nn::Network<float> network(tapestry::test::description_of({"LeakyRelu", {{count}}}, true));
+  const nn::Network<float> network(test::description_of({"LeakyRelu", {{count}}}, true));
   nn::Buffer<float> x(count);
   for (std::size_t i = 0; i < count; ++i) x.data()[i] = i % 3 == 0 ? -1.0F : 2.0F;
   nn::NetworkPass<float> pass;
