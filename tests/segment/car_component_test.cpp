@@ -4,8 +4,7 @@
 
 #include "../support/catch.hpp"
 
-namespace segment = tapestry::segment;
-using tapestry::Array;
+using namespace tapestry;
 
 namespace {
 /// One row a text; # is 1, + is half, everything else 0.

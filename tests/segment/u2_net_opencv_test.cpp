@@ -11,8 +11,7 @@
 #include "../support/relative_distance.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace segment = tapestry::segment;
-namespace nn = tapestry::nn;
+using namespace tapestry;
 using namespace tapestry::test;
 
 TEST_CASE("OpenCV computes the same masks from the files that are written", "[segment][u2_net][opencv]") {
@@ -21,10 +20,10 @@ TEST_CASE("OpenCV computes the same masks from the files that are written", "[se
   const auto small = segment::u2_net_description({64, {{4, 4, 8}, {3, 4, 8}}, 4, 8}, 3);
   std::map<std::string, nn::Shape> shapes;
   for (const std::string& output : small.outputs) shapes[output] = {1, 1, 64, 64};
-  tapestry::io::write_onnx(random, small, shapes);
-  for (const std::string& path : {random, tapestry::test::in_sources("examples/assets/segmenter.onnx")}) {
+  io::write_onnx(random, small, shapes);
+  for (const std::string& path : {random, test::in_sources("examples/assets/segmenter.onnx")}) {
     INFO(path);
-    const auto description = tapestry::io::read_onnx(path);
+    const auto description = io::read_onnx(path);
     const nn::Network<float> network(description);
     const std::size_t side = network.input_shape(0)[2];
     auto values = random_array<float>({1, 3, side, side}, 4, -2, 2);

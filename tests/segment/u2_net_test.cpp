@@ -6,19 +6,15 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/onnx_builder.hpp"
 #include "../support/random_array.hpp"
 #include "../support/refusal.hpp"
 
-namespace segment = tapestry::segment;
-namespace nn = tapestry::nn;
-namespace onnx = tapestry::test::onnx;
-using tapestry::Array;
-using tapestry::ErrorKind;
-using tapestry::test::check_refused;
-using tapestry::test::random_array;
+using namespace tapestry;
+using namespace tapestry::test;
 
 namespace {
 /// Of masks, in [0, 1].
@@ -38,7 +34,7 @@ onnx::ModelParts pixel_model(const onnx::Extent& side) {
 }
 
 nn::NetworkDescription parsed(const onnx::ModelParts& parts) {
-  return tapestry::io::parse_onnx(onnx::model(parts), "u2.onnx");
+  return io::parse_onnx(onnx::model(parts), "u2.onnx");
 }
 
 /// Result of the published program for a picture as large as the network's input, for pixel_model().
@@ -71,10 +67,10 @@ Array<double, 2> mask_in_double(const Array<double, 3>& picture) {
   static const nn::Network<double> network(nn::pruned(small_network(), {"d0"}), {}, true);
   Array<double, 3> reduced = picture;
   while (reduced.shape(0) >= 32 || reduced.shape(1) >= 32)
-    reduced = tapestry::image::resize_bilinear(
-        reduced, reduced.shape(0) >= 32 ? (reduced.shape(0) + 1) / 2 : reduced.shape(0),
-        reduced.shape(1) >= 32 ? (reduced.shape(1) + 1) / 2 : reduced.shape(1));
-  reduced = tapestry::image::resize_bilinear(reduced, 16, 16);
+    reduced = image::resize_bilinear(reduced,
+                                     reduced.shape(0) >= 32 ? (reduced.shape(0) + 1) / 2 : reduced.shape(0),
+                                     reduced.shape(1) >= 32 ? (reduced.shape(1) + 1) / 2 : reduced.shape(1));
+  reduced = image::resize_bilinear(reduced, 16, 16);
   const double mean[] = {0.485, 0.456, 0.406}, deviation[] = {0.229, 0.224, 0.225};
   const double largest = *std::max_element(reduced.begin(), reduced.end());
   nn::Buffer<double> input(reduced.size());
@@ -84,9 +80,9 @@ Array<double, 2> mask_in_double(const Array<double, 3>& picture) {
   network.forward({input.data()}, pass, nn::Mode::inference);
   const double* const map = pass.output(0);
   const auto [least, most] = std::minmax_element(map, map + 256);
-  Array<double, 3> stretched(tapestry::Extents<3>{16, 16, 1});
+  Array<double, 3> stretched(Extents<3>{16, 16, 1});
   for (std::size_t i = 0; i < 256; ++i) stretched.data()[i] = (map[i] - *least) / (*most - *least);
-  const auto resized = tapestry::image::resize_bilinear(stretched, picture.shape(0), picture.shape(1));
+  const auto resized = image::resize_bilinear(stretched, picture.shape(0), picture.shape(1));
   Array<double, 2> mask({picture.shape(0), picture.shape(1)});
   std::copy_n(resized.data(), resized.size(), mask.data());
   return mask;
@@ -122,7 +118,7 @@ TEST_CASE("larger pictures are averaged before they go in, and masks come back a
         picture(row, column, c) = small(row / 4, column / 2, c) +
                                   ((row + column) % 2 == 0 ? 1.0F : -1.0F) * noise(row / 4, column / 2, c);
   const auto mask = network(picture);
-  REQUIRE(mask.shape() == tapestry::Extents<2>{32, 16});
+  REQUIRE(mask.shape() == Extents<2>{32, 16});
   const auto truth = by_hand(small);
   for (std::size_t row = 0; row < 7; ++row)
     for (std::size_t column = 0; column < 7; ++column) {
@@ -155,28 +151,27 @@ TEST_CASE("the gradient of a mask agrees with central differences in double", "[
     const auto picture = random_array<float>({rows, columns, 3}, 5, 0.1, 0.9);
     const auto weights = random_array<float>({rows, columns}, 6, -1, 1);
     const auto value = [&, exact = tapestry::cast<double>(weights)](const Array<double, 3>& at) {
-      return tapestry::test::dot(mask_in_double(at), exact);
+      return test::dot(mask_in_double(at), exact);
     };
 
-    tapestry::Tape<float> tape;
-    const auto scope = tape.activate();
+    ActiveTape<float> tape;
     const auto input = tape.input(picture);
     const auto mask = segment::mask(network, input);
     const auto pullback = [&](float sum_adjoint, Array<float, 2>* mask_adjoint) {
       for (std::size_t i = 0; i < weights.size(); ++i)
         mask_adjoint->data()[i] += sum_adjoint * weights.data()[i];
     };
-    tape.reverse(tapestry::record_scalar(tapestry::test::dot(mask.value(), weights), pullback, mask));
+    tape.reverse(tapestry::record_scalar(test::dot(mask.value(), weights), pullback, mask));
     const auto exact = tapestry::cast<double>(picture), gradient = tapestry::cast<double>(input.adjoint());
     // Roundings of float in some 30 operations of either direction, each of at most 100 ε of the whole.
-    const double rounding = 30 * tolerance * std::sqrt(tapestry::test::dot(gradient, gradient));
+    const double rounding = 30 * tolerance * std::sqrt(test::dot(gradient, gradient));
     const auto check = [&](const Array<double, 3>& direction) {
-      const double slope = tapestry::test::dot(gradient, direction);
+      const double slope = test::dot(gradient, direction);
       CHECK(std::abs(slope) > 1e-6);
-      CHECK(std::abs(slope - tapestry::test::central_difference(value, exact, direction)) <= rounding);
+      CHECK(std::abs(slope - test::central_difference(value, exact, direction)) <= rounding);
     };
     for (std::uint64_t seed = 0; seed < 3; ++seed)
-      check(tapestry::test::random_direction<double>({rows, columns, 3}, 8 + seed));
+      check(test::random_direction<double>({rows, columns, 3}, 8 + seed));
     // The brightest value, which all are divided by.
     auto axis = tapestry::zeros<double, 3>({rows, columns, 3});
     if (rows != 16) continue;
@@ -187,7 +182,7 @@ TEST_CASE("the gradient of a mask agrees with central differences in double", "[
 
 TEST_CASE("a passive picture records nothing", "[segment][u2_net]") {
   const segment::U2Net network(small_network());
-  const tapestry::ArrayVariable<float, 3> picture = random_array<float>({20, 20, 3}, 9);
+  const ArrayVariable<float, 3> picture = random_array<float>({20, 20, 3}, 9);
   CHECK_FALSE(segment::mask(network, picture).is_active());
 }
 
@@ -258,10 +253,10 @@ TEST_CASE("pictures and adjoints of other kinds are refused", "[segment][u2_net]
   const segment::U2Net network(small_network());
   segment::U2NetPass pass;
   auto adjoint = tapestry::zeros<float, 3>({8, 8, 3});
-  CHECK_THROWS_AS(network.pull_back(pass, random_array<float>({8, 8}, 1), adjoint), tapestry::ShapeError);
+  CHECK_THROWS_AS(network.pull_back(pass, random_array<float>({8, 8}, 1), adjoint), ShapeError);
   CHECK_THROWS_WITH(network.forward(random_array<float>({8, 8, 4}, 1), pass),
                     "U2Net::forward: picture is [8, 8, 4], expected [8, 8, 3]");
-  CHECK_THROWS_AS(network.forward(Array<float, 3>({0, 8, 3}), pass), tapestry::DomainError);
+  CHECK_THROWS_AS(network.forward(Array<float, 3>({0, 8, 3}), pass), DomainError);
   auto picture = random_array<float>({8, 8, 3}, 1);
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     picture(3, 3, 1) = bad;
@@ -270,12 +265,12 @@ TEST_CASE("pictures and adjoints of other kinds are refused", "[segment][u2_net]
   }
   picture(3, 3, 1) = 0;
   network.forward(picture, pass);
-  CHECK_THROWS_AS(network.pull_back(pass, random_array<float>({8, 8}, 1), adjoint), tapestry::DomainError);
+  CHECK_THROWS_AS(network.pull_back(pass, random_array<float>({8, 8}, 1), adjoint), DomainError);
   network.forward(picture, pass, nn::Mode::input_gradient);
   CHECK_THROWS_WITH(network.pull_back(pass, random_array<float>({8, 9}, 1), adjoint),
                     "U2Net::pull_back: mask_adjoint is [8, 9], expected [8, 8]");
   auto wrong = tapestry::zeros<float, 3>({8, 9, 3});
-  CHECK_THROWS_AS(network.pull_back(pass, random_array<float>({8, 8}, 1), wrong), tapestry::ShapeError);
+  CHECK_THROWS_AS(network.pull_back(pass, random_array<float>({8, 8}, 1), wrong), ShapeError);
 }
 
 TEST_CASE("the small network's description holds what figure 5 shows", "[segment][u2_net]") {
@@ -296,7 +291,7 @@ TEST_CASE("the small network's description holds what figure 5 shows", "[segment
   for (const Shape& bad :
        {Shape{16, {}, 2, 4}, Shape{16, {{1, 2, 3}}, 2, 4}, Shape{16, {{3, 0, 3}}, 2, 4},
         Shape{16, {{3, 2, 3}}, 0, 4}, Shape{15, {{3, 2, 3}}, 2, 4}, Shape{0, {{3, 2, 3}}, 2, 4}})
-    CHECK_THROWS_AS(segment::u2_net_description(bad, 1), tapestry::DomainError);
+    CHECK_THROWS_AS(segment::u2_net_description(bad, 1), DomainError);
   CHECK_THROWS_WITH(segment::u2_net_description({20, {{3, 2, 3}, {4, 2, 3}}, 2, 4}, 1),
                     "u2_net_description: a side of 20 pixels is no multiple of the largest stride, 8");
 }
