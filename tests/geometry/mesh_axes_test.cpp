@@ -3,9 +3,7 @@
 #include "../support/catch.hpp"
 
 namespace geometry = tapestry::geometry;
-using geometry::Mesh;
-using geometry::MeshAxes;
-using geometry::Vector3;
+using geometry::Mesh, geometry::MeshAxes, geometry::Vector3;
 
 namespace {
 

@@ -6,8 +6,7 @@
 
 #include "../support/catch.hpp"
 
-using tapestry::geometry::orientation;
-using tapestry::geometry::Vector2;
+using tapestry::geometry::orientation, tapestry::geometry::Vector2;
 
 TEST_CASE("orientation tells left, right and straight", "[geometry][orientation]") {
   CHECK(orientation({0, 0}, {1, 0}, {0, 1}) == 1);

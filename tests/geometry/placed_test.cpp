@@ -6,8 +6,7 @@
 #include "../support/finite_difference.hpp"
 
 namespace geometry = tapestry::geometry;
-using geometry::Pose;
-using geometry::Vector3;
+using geometry::Pose, geometry::Vector3;
 
 TEST_CASE("a mesh placed at no pose keeps its bits", "[geometry][placed]") {
   const auto mesh = geometry::icosphere(1);

@@ -5,8 +5,7 @@
 #include "../support/catch.hpp"
 
 namespace geometry = tapestry::geometry;
-using geometry::PolygonShape;
-using geometry::Vector3;
+using geometry::PolygonShape, geometry::Vector3;
 
 namespace {
 constexpr std::size_t count = 100'000;

@@ -6,9 +6,7 @@
 #include "../support/random_array.hpp"
 
 namespace geometry = tapestry::geometry;
-using geometry::PolygonShape;
-using geometry::Vector2;
-using geometry::Vector3;
+using geometry::PolygonShape, geometry::Vector2, geometry::Vector3;
 using Polygon = std::vector<Vector2>;
 
 namespace {

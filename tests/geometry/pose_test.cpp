@@ -6,9 +6,7 @@
 #include "../support/catch.hpp"
 
 namespace geometry = tapestry::geometry;
-using geometry::Camera;
-using geometry::Pose;
-using geometry::Vector3;
+using geometry::Camera, geometry::Pose, geometry::Vector3;
 
 namespace {
 /// A camera whose rotation has a shear in it, as one has whose axis misses the middle of its picture.

@@ -7,9 +7,7 @@
 #include "../support/catch.hpp"
 
 namespace geometry = tapestry::geometry;
-using geometry::Matrix3;
-using geometry::Vector3;
-using std::numbers::pi;
+using geometry::Matrix3, geometry::Vector3, std::numbers::pi;
 
 namespace {
 /// Rotation vectors of many lengths: none, tiny, around the seam between the two formulas, π and beyond.
