@@ -2,9 +2,7 @@
 
 #include "../support/catch.hpp"
 
-using tapestry::DomainError;
-using tapestry::instruction_set_named;
-using tapestry::InstructionSet;
+using namespace tapestry;
 
 TEST_CASE("an instruction set is found by its name", "[core][instruction_set]") {
   const auto best = InstructionSet::avx512;
