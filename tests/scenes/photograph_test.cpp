@@ -4,8 +4,7 @@
 
 #include "../support/catch.hpp"
 
-namespace scenes = tapestry::scenes;
-namespace geometry = tapestry::geometry;
+using namespace tapestry;
 
 TEST_CASE("a photograph's camera sees the ground as a pinhole at its height does", "[scenes][photograph]") {
   scenes::PhotographOptions options;
@@ -31,7 +30,7 @@ TEST_CASE("a photograph's camera sees the ground as a pinhole at its height does
 }
 
 TEST_CASE("photographs keep their shape and their mean when they are resized", "[scenes][photograph]") {
-  tapestry::Array<float, 3> picture(tapestry::Extents<3>{90, 160, 3});
+  Array<float, 3> picture(Extents<3>{90, 160, 3});
   for (std::size_t i = 0; i < picture.size(); ++i) picture.data()[i] = i / 3 % 2 == 0 ? 1.0F : 0.0F;
   const auto small = scenes::resized_photograph(picture, 40);
   REQUIRE(small.shape(1) == 40);

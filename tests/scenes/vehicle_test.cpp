@@ -10,8 +10,7 @@
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
 
-namespace scenes = tapestry::scenes;
-namespace geometry = tapestry::geometry;
+using namespace tapestry;
 
 namespace {
 /// Triangles in a box of 400 × 160 × 150 units somewhere in space.
@@ -103,14 +102,14 @@ TEST_CASE("a vehicle's own texture covers its faces, and the others keep their c
   mesh.face_uvs = {{0, 1, 2}, {-1, -1, -1}};
   mesh.face_normals = mesh.face_uvs;
   auto vehicle = scenes::stand_on_ground(mesh, {1, 0}, 4);
-  tapestry::Array<std::uint8_t, 3> red(tapestry::Extents<3>{2, 2, 3}, std::uint8_t(0));
+  Array<std::uint8_t, 3> red(Extents<3>{2, 2, 3}, std::uint8_t(0));
   for (std::size_t i = 0; i < 4; ++i) red.data()[3 * i] = 255;
   scenes::add_texture(vehicle, red, {1, 0});
   scenes::PhotographOptions options;
   options.yaw_rad = {0, 0};
-  tapestry::Random random(3);
-  auto scene = scenes::make_scene_in_photograph(
-      random, tapestry::Array<float, 3>(tapestry::Extents<3>{64, 64, 3}, 0.5F), vehicle, options);
+  Random random(3);
+  auto scene = scenes::make_scene_in_photograph(random, Array<float, 3>(Extents<3>{64, 64, 3}, 0.5F), vehicle,
+                                                options);
   scene.camera = geometry::orbit_camera(-1.5707963267948966, 0.1, 8, {0, 0, 0.7}, 0.8);
   const auto picture = scenes::draw_scene(scene, 64, 64);
   std::size_t reds = 0, others = 0;
@@ -127,33 +126,32 @@ TEST_CASE("a vehicle's own texture covers its faces, and the others keep their c
 
 TEST_CASE("a run draws a car of several textures as the data set does", "[scenes][vehicle]") {
   // Two sides are painted, three have two textures, partly with u beyond 1, and the floor has its colour.
-  auto body = tapestry::test::tiny_car(12, tapestry::raster::TextureKind::solid);
+  auto body = test::tiny_car(12, raster::TextureKind::solid);
   body.painted = {1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0};
   auto vehicle = scenes::stand_on_ground(body.mesh, body.painted, 2);  // of 4 units
   auto pictures = std::make_shared<tapestry::raster::MeshPictures>();
   const std::vector<std::uint8_t> faces[]{{0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0},
                                           {0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0}};
-  tapestry::Random random(3);
+  Random random(3);
   for (const auto& shown : faces) {
-    tapestry::Array<std::uint8_t, 3> texture(tapestry::Extents<3>{24, 40, 3});
+    Array<std::uint8_t, 3> texture(Extents<3>{24, 40, 3});
     for (auto& value : texture.storage()) value = static_cast<std::uint8_t>(random.index(256));
     scenes::add_texture(vehicle, texture, shown);
-    tapestry::raster::add_picture(*pictures, body.mesh, texture, shown,
-                                  tapestry::raster::TextureFilter::anisotropic, body.space);
+    raster::add_picture(*pictures, body.mesh, texture, shown, raster::TextureFilter::anisotropic, body.space);
   }
   body.pictures = pictures;
-  auto scene = scenes::make_scene_in_photograph(
-      random, tapestry::Array<float, 3>(tapestry::Extents<3>{96, 96, 3}, 0.5F), vehicle, {});
+  auto scene =
+      scenes::make_scene_in_photograph(random, Array<float, 3>(Extents<3>{96, 96, 3}, 0.5F), vehicle, {});
   const auto& colour = scene.face_colours[scene.objects[scene.car_object].face_begin];
-  tapestry::Array<float, 2> paint(tapestry::Extents<2>{1, 3});
+  Array<float, 2> paint(Extents<2>{1, 3});
   std::copy(colour.begin(), colour.end(), paint.data());
   for (const double azimuth : {0.6, 2.2, 3.9, 5.4}) {
     scene.camera = geometry::orbit_camera(azimuth, 0.4, 3, {0, 0, 0.35}, 0.9);
     const auto photo = scenes::draw_scene(scene, 96, 96);
-    const auto run = tapestry::raster::render(
-        tapestry::raster::texture_operator<float>(body, scenes::camera_of_mesh(vehicle, scene.camera), 96, 96,
-                                                  scene.light, 2),
-        paint);
+    const auto run =
+        raster::render(raster::texture_operator<float>(body, scenes::camera_of_mesh(vehicle, scene.camera),
+                                                       96, 96, scene.light, 2),
+                       paint);
     std::size_t pixels = 0;
     for (std::size_t y = 0; y < 96; ++y)
       for (std::size_t x = 0; x < 96; ++x) {
