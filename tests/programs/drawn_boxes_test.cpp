@@ -4,10 +4,8 @@
 #include "../../examples/programs/shell/picture_sheet.hpp"
 #include "../support/catch.hpp"
 
-namespace shell = tapestry::shell;
-namespace detect = tapestry::detect;
-using shell::Bitmap;
-using shell::Colour;
+using namespace tapestry;
+using shell::Bitmap, shell::Colour;
 
 namespace {
 constexpr Colour black{0, 0, 0}, white{255, 255, 255};

@@ -1,15 +1,12 @@
 #include "../../examples/programs/shell/learning_detector.hpp"
 
-#include <tapestry/io/detector_file.hpp>
-
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"
 
-namespace shell = tapestry::shell;
-namespace io = tapestry::io;
+using namespace tapestry;
 
 TEST_CASE("a detector that learns keeps the names of its classes", "[programs]") {
-  const std::string assets = tapestry::test::in_sources("examples/assets/");
+  const std::string assets = test::in_sources("examples/assets/");
   const std::string cfg = assets + "detector.cfg", weights = assets + "detector.weights";
   const std::vector<std::string> names{"car", "van", "clutter"};
   shell::LearningModel learning(io::read_darknet_model<float>(cfg, weights).model,

@@ -6,11 +6,7 @@
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 
-namespace detect = tapestry::detect;
-namespace io = tapestry::io;
-namespace shell = tapestry::shell;
-namespace test = tapestry::test;
-using tapestry::ErrorKind;
+using namespace tapestry;
 
 namespace {
 struct OldFile {
