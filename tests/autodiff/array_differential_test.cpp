@@ -1,12 +1,11 @@
 #include <tapestry/autodiff.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"
 #include "differential/array_program.hpp"
 
-using tapestry::Array;
-using tapestry::Tape;
-using tapestry::test::ArrayProgram;
+using tapestry::Array, tapestry::test::ActiveTape, tapestry::test::ArrayProgram;
 using Wide = ArrayProgram::Wide;
 
 namespace {
@@ -18,7 +17,7 @@ struct OnTape {
   std::array<double, 2> slopes{};
 };
 OnTape on_tape(const ArrayProgram& program) {
-  static Tape<double> tape;
+  static tapestry::Tape<double> tape;
   const auto scope = tape.activate();
   tape.clear();
   const std::array<ArrayProgram::A, 2> arrays = {tape.input(program.point.arrays[0]),

@@ -1,15 +1,13 @@
 #include <tapestry/autodiff/array_functions.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 #include "function_rows.hpp"
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::random_array;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::Variable, tapestry::test::ActiveTape,
+    tapestry::test::random_array;
 
 namespace {
 /// Σ weights · f(x), to turn an array result into a scalar whose gradient sees every element.
@@ -28,8 +26,7 @@ void check_gradient(const char* name, const Array<T, Rank>& x0, Function f) {
   tapestry::Random random(9);
   for (T& element : direction.storage())
     element = static_cast<T>(random.uniform(-1, 1) / std::sqrt(static_cast<double>(x0.size())));
-  Tape<T> tape;
-  const auto scope = tape.activate();
+  ActiveTape<T> tape;
   const auto x = tape.input(x0);
   const Variable<T> root = f(x);
   tape.reverse(root);

@@ -1,13 +1,11 @@
 #include <tapestry/autodiff/array_functions.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::ShapeError;
-using tapestry::Tape;
-using tapestry::test::random_array;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::ShapeError, tapestry::test::ActiveTape,
+    tapestry::test::random_array;
 
 namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
@@ -23,8 +21,7 @@ TEST_CASE("matmul and affine equal the products worked out by hand", "[autodiff]
 
 TEST_CASE("plain arrays beside array variables cost one record and keep no adjoint",
           "[autodiff][array_functions]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   Array<double, 1> plain = {1, 2};
   const auto x = tape.input(Array<double, 1>{3, 4});
   const ArrayVariable<double, 1> y = plain * x;
@@ -40,8 +37,7 @@ TEST_CASE("plain arrays beside array variables cost one record and keep no adjoi
 }
 
 TEST_CASE("a masked element cannot poison the gradient", "[autodiff][array_functions]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(Array<double, 1>{0, 4});
   const auto root = sum(Array<double, 1>{0, 1} * sqrt(x));  // √0 has slope ∞
   tape.reverse(root);
@@ -53,8 +49,7 @@ TEST_CASE("a masked element cannot poison the gradient", "[autodiff][array_funct
 
 TEST_CASE("a reduction's result of no axes goes with numbers, scalars and arrays of any rank",
           "[autodiff][array_functions]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(Array<double, 1>{1, 2, 4});
   const auto s = tape.input(3.0);
   const ArrayVariable<double, 0> z = sum_along(x, 0);  // 7

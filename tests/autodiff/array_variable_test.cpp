@@ -4,12 +4,8 @@
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::DomainError;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::random_array;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::DomainError, tapestry::Tape, tapestry::Variable,
+    tapestry::test::random_array;
 
 TEST_CASE("an array is passive until a tape makes it an input", "[autodiff][array_variable]") {
   const auto values = random_array<double>({2, 3}, 1);

@@ -1,5 +1,6 @@
 #include <tapestry/autodiff/boost.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
 #if __has_include(<boost/numeric/odeint.hpp>)
@@ -16,8 +17,7 @@
 #include <tapestry/autodiff.hpp>
 
 namespace odeint = boost::numeric::odeint;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 
@@ -29,8 +29,7 @@ struct Expected {
 template <class Function>
 void check(const char* name, Function f, double at, const Expected& expected) {
   INFO(name);
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(at);
   const Variable<double> y = f(x), of_formula = f(-(-x) * 1.0);
   tape.reverse(y + of_formula);
@@ -59,8 +58,7 @@ TEST_CASE("functions of Boost.Math take variables and formulas of them", "[autod
 
 TEST_CASE("a controlled stepper of Boost.Odeint integrates variables", "[autodiff][boost]") {
   using State = std::vector<Variable<double>>;
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto rate = tape.input(0.7);
   State x{Variable<double>(2.0)};
   const auto decay = [&](const State& at, State& slope, const Variable<double>&) {

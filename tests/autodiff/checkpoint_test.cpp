@@ -3,11 +3,10 @@
 #include <tapestry/autodiff/checkpointed_scan.hpp>
 #include <tapestry/autodiff/derivatives.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::DomainError;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::DomainError, tapestry::Tape, tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 using Variables = std::span<const Variable<double>>;
@@ -28,8 +27,7 @@ std::vector<Variable<double>> hundred_steps(Variables state) {
 TEST_CASE("a checkpointed computation has the gradient of a recorded one and little tape",
           "[autodiff][segment]") {
   const auto run = [](bool checkpointed, std::vector<double>& gradient) {
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const std::vector<Variable<double>> start = {tape.input(1.0), tape.input(-0.5)};
     std::vector<Variable<double>> state = start;
     for (int i = 0; i < 20; ++i)
@@ -48,8 +46,7 @@ TEST_CASE("a checkpointed computation has the gradient of a recorded one and lit
 }
 
 TEST_CASE("results of a checkpoint that nothing depends on cost no work", "[autodiff][segment]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::vector<Variable<double>> x = {tape.input(2.0), 3.0};
   int calls = 0;
   const auto products = [&calls](Variables v) {
@@ -69,8 +66,7 @@ TEST_CASE("results of a checkpoint that nothing depends on cost no work", "[auto
 
 TEST_CASE("the first of a checkpoint's results may be the root, whatever was swept before",
           "[autodiff][segment]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::vector<Variable<double>> x = {tape.input(2.0), tape.input(3.0)};
   const auto swap = [](Variables v) { return std::vector<Variable<double>>{v[1] * 1.0, v[0] * 1.0}; };
   const auto results = tapestry::checkpoint<double>(swap, x);
@@ -81,8 +77,7 @@ TEST_CASE("the first of a checkpoint's results may be the root, whatever was swe
 }
 
 TEST_CASE("a preaccumulated part is one statement", "[autodiff][segment]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::vector<Variable<double>> x = {tape.input(0.5), 2.0, tape.input(0.25)};
   const auto before = tape.statement_count();
   const auto part = [](Variables v) {
@@ -150,8 +145,7 @@ TEST_CASE("second derivatives pass a checkpoint whose results have adjoint 0", "
 }
 
 TEST_CASE("a checkpoint whose function captures an active variable is refused", "[autodiff][segment]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::vector<Variable<double>> x = {tape.input(2.0)};
   const Variable<double> captured = tape.input(3.0);
   const auto product = [&](Variables v) { return std::vector<Variable<double>>{v[0] * captured}; };
@@ -163,8 +157,7 @@ TEST_CASE("a checkpoint whose function captures an active variable is refused", 
 
 TEST_CASE("a checkpoint whose function returns another number of variables later is refused",
           "[autodiff][segment]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::vector<Variable<double>> x = {tape.input(2.0)};
   std::size_t count = 2;
   const auto growing = [&count](Variables v) { return std::vector<Variable<double>>(count, v[0] * 2.0); };

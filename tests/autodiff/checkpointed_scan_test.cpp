@@ -2,12 +2,10 @@
 
 #include <tapestry/autodiff/functions.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::checkpointed_scan;
-using tapestry::ShapeError;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::checkpointed_scan, tapestry::ShapeError, tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 using Variables = std::vector<Variable<double>>;
@@ -30,8 +28,7 @@ Variables plain(std::size_t step_count, const Variables& initial, const Variable
 /// The gradient of a function of the last state, of the initial one and of the parameters.
 template <class Run>
 std::vector<double> gradient_of(const Run& run) {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variables initial = {tape.input(0.5), tape.input(-0.25), 0.0};
   const Variables parameters = {tape.input(1.5), tape.input(0.125)};
   const Variables last = run(initial, parameters);
@@ -50,8 +47,7 @@ std::size_t count_calls(std::size_t step_count, std::size_t most_states) {
     ++calls;
     return Variables{state[0] * 1.0};
   };
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variables initial = {tape.input(1.0)};
   tape.reverse(checkpointed_scan<double>(step, step_count, initial, Variables(), most_states)[0]);
   CHECK(initial[0].adjoint() == 1);
@@ -81,8 +77,7 @@ TEST_CASE("steps are computed again as often as the binomial bound says", "[auto
 }
 
 TEST_CASE("a scan leaves little on the tape and keeps few states", "[autodiff][scan]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variables initial = {tape.input(0.5), tape.input(-0.25), 0.0};
   const auto before = tape.statement_count();
   const auto last = checkpointed_scan<double>(pendulum, 10000, initial, Variables{1.5, 0.125});
@@ -93,8 +88,7 @@ TEST_CASE("a scan leaves little on the tape and keeps few states", "[autodiff][s
 
 TEST_CASE("a scan that keeps every one of many states needs no deep stack", "[autodiff][scan]") {
   const auto half = [](std::size_t, Inputs x, Inputs) { return Variables{x[0] * 0.5 + 1.0}; };
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(3.0);
   const std::size_t steps = 200000;
   const auto last = checkpointed_scan<double>(half, steps, Variables{x}, Variables(), steps);
@@ -104,8 +98,7 @@ TEST_CASE("a scan that keeps every one of many states needs no deep stack", "[au
 }
 
 TEST_CASE("a scan of constants records nothing, one of one variable twice adds both", "[autodiff][scan]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto frozen = checkpointed_scan<double>(pendulum, 5, Variables{0.5, 0.25, 0.0}, Variables{1.5, 0.5});
   CHECK_FALSE(frozen[0].is_active());
   CHECK(tape.statement_count() == 0);
@@ -117,8 +110,7 @@ TEST_CASE("a scan of constants records nothing, one of one variable twice adds b
 }
 
 TEST_CASE("the first number of a scan's last state may be the root", "[autodiff][scan]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variables x = {tape.input(2.0), tape.input(3.0)};
   const auto swap = [](std::size_t, Inputs v, Inputs) { return Variables{v[1] * 1.0, v[0] * 1.0}; };
   const auto last = checkpointed_scan<double>(swap, 3, x, Variables());
@@ -129,8 +121,7 @@ TEST_CASE("the first number of a scan's last state may be the root", "[autodiff]
 }
 
 TEST_CASE("a scan whose step changes the state's size is refused", "[autodiff][scan]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto growing = [](std::size_t, Inputs x, Inputs) { return Variables{x[0], x[0]}; };
   CHECK_THROWS_WITH(checkpointed_scan<double>(growing, 2, Variables{tape.input(1.0)}, Variables()),
                     "checkpointed_scan: step 0 makes 2 variables of 1");
@@ -139,8 +130,7 @@ TEST_CASE("a scan whose step changes the state's size is refused", "[autodiff][s
 
 TEST_CASE("a scan whose step captures an active variable is refused, and leaves nothing on the tape",
           "[autodiff][scan]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(2.0), captured = tape.input(3.0);
   const auto step = [&](std::size_t i, Inputs v, Inputs) {
     return Variables{i < 2 ? Variable<double>(v[0] * 2.0) : Variable<double>(v[0] * captured)};

@@ -1,11 +1,10 @@
 #include <complex>
 #include <tapestry/autodiff.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::Dual;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Dual, tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 /// Re and Im of a holomorphic function of std::complex<S>.
@@ -26,8 +25,7 @@ template <class S>
 // clang's libraries does, and costs nothing to have.
 TEST_CASE("complex numbers of variables have the derivatives of Cauchy and Riemann", "[autodiff][complex]") {
   const std::complex<double> at(0.7, -0.4), expected = slope(at);
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::complex<Variable<double>> z(tape.input(at.real()), tape.input(at.imag()));
   const auto w = f(z);
   CHECK(std::abs(w.real().value() - f(at).real()) <= 1e-14);
@@ -40,8 +38,7 @@ TEST_CASE("complex numbers of variables have the derivatives of Cauchy and Riema
 }
 
 TEST_CASE("length and square of a complex number of variables", "[autodiff][complex]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::complex<Variable<double>> z(tape.input(3.0), tape.input(-4.0));
   const Variable<double> length = abs(z), square = norm(z);
   CHECK(length.value() == 5);
@@ -70,8 +67,7 @@ TEST_CASE("complex variables and duals go with plain numbers", "[autodiff][compl
   };
   // 8 / (2 − x − i) = 8 (2 − x + i) / ((2 − x)² + 1); at x = 1: real ½ − ¼ + 4, imaginary ½ + 4. With n = 2:
   // d real = ½ + 8 (−n + 2) / n² = ½, d imaginary = 8 · 2 / n² = 4.
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(1.0);
   const Variable<double> y = rational(x);
   CHECK(y.value() == 4.25 + 45);

@@ -6,13 +6,11 @@
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::DomainError;
-using tapestry::JacobianPattern;
-using tapestry::JacobianPlan;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::DomainError, tapestry::JacobianPattern, tapestry::JacobianPlan, tapestry::Tape,
+    tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 using Variables = std::vector<Variable<double>>;
@@ -95,8 +93,7 @@ void check_against_dense(Tape<double>& tape, const Variables& roots, const Varia
 
 TEST_CASE("the pattern of a banded function is its band, and three directions suffice",
           "[autodiff][sparsity]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variables x = inputs_of(tape, 40);
   const Variables roots = banded(x);
   const auto pattern = tapestry::sparsity_pattern<double>(tape, roots, x);
@@ -112,8 +109,7 @@ TEST_CASE("the pattern of a banded function is its band, and three directions su
 
 TEST_CASE("a bundle adjustment's Jacobian goes forwards, in as many directions as a residual has inputs",
           "[autodiff][sparsity]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::size_t cameras = 6, points = 30;
   const Variables x = inputs_of(tape, 3 * cameras + 2 * points);
   const Variables roots = bundle(x, cameras, points);
@@ -126,8 +122,7 @@ TEST_CASE("a bundle adjustment's Jacobian goes forwards, in as many directions a
 }
 
 TEST_CASE("a rasteriser's Jacobian has four texels a pixel", "[autodiff][sparsity]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::size_t side = 9, pixels = 70;
   const Variables texture = inputs_of(tape, side * side);
   const Variables roots = shaded(texture, side, pixels);
@@ -139,8 +134,7 @@ TEST_CASE("a rasteriser's Jacobian has four texels a pixel", "[autodiff][sparsit
 }
 
 TEST_CASE("patterns of passive, repeated and trivial roots and variables", "[autodiff][sparsity]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   Variables x = inputs_of(tape, 3);
   const Variable<double> product = x[0] * x[1];
   x.push_back(product);  // no input
@@ -165,8 +159,7 @@ TEST_CASE("patterns of passive, repeated and trivial roots and variables", "[aut
 }
 
 TEST_CASE("a dense row makes rows of one colour few and columns many", "[autodiff][sparsity]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variables x = inputs_of(tape, 20);
   Variables roots;
   Variable<double> total = 0.0;
@@ -187,8 +180,7 @@ TEST_CASE("a pattern made by hand is sorted, and one entry too many does no harm
   CHECK(pattern.row(2)[0] == 0);
   CHECK(pattern.transposed().transposed() == pattern);
   CHECK(pattern.transposed() == JacobianPattern(4, 3, {{0, 2}, {1, 2}, {2, 1}, {3, 0}}));
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variables x = inputs_of(tape, 4);
   const Variables roots = {x[3] * x[3], 2 * x[2], x[1]};  // of what is named but (2, 0)
   std::vector<double> values(4);
@@ -197,8 +189,7 @@ TEST_CASE("a pattern made by hand is sorted, and one entry too many does no harm
 }
 
 TEST_CASE("tapes longer than one piece of memory are swept forwards, too", "[autodiff][sparsity]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variables x = inputs_of(tape, 2);
   Variables roots = {x[0], x[1]};
   for (int i = 0; i < 300000; ++i) roots[0] = 0.5 * roots[0] + 0.5 * x[0];
@@ -212,8 +203,7 @@ TEST_CASE("the compressed Jacobian of arrays, of a pattern made by hand", "[auto
   const std::size_t n = 30;
   tapestry::Array<double, 1> start(tapestry::Extents<1>{n});
   for (std::size_t i = 0; i < n; ++i) start(i) = 0.1 * static_cast<double>(i);
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(start);
   tapestry::Array<double, 1> value(tapestry::Extents<1>{n - 2});
   std::vector<JacobianPattern::Entry> entries;
@@ -244,8 +234,7 @@ TEST_CASE("the compressed Jacobian of arrays, of a pattern made by hand", "[auto
 }
 
 TEST_CASE("results of an operation with a pullback depend on all of its inputs", "[autodiff][sparsity]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variables x = inputs_of(tape, 12);
   Variables roots;
   const auto pair = [](std::span<const Variable<double>> s) { return Variables{s[0] * s[1], sin(s[1])}; };

@@ -2,17 +2,13 @@
 
 #include <tapestry/autodiff/checkpoint.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"
 #include "differential/scalar_program.hpp"
 
-using tapestry::Dual;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::input_count;
-using tapestry::test::Point;
-using tapestry::test::ScalarProgram;
-using tapestry::test::Wide;
+using tapestry::Dual, tapestry::Variable, tapestry::test::ActiveTape, tapestry::test::input_count,
+    tapestry::test::Point, tapestry::test::ScalarProgram, tapestry::test::Wide;
 
 // Random programs through every mode of the tape, against central differences in long double.
 
@@ -101,7 +97,7 @@ using Variables = std::vector<Variable<double>>;
 template <class Apart>
 double by_tape(const ScalarProgram& program, const Point& point, std::size_t split, Gradient& slopes,
                const Apart& apart) {
-  static Tape<double> tape;
+  static tapestry::Tape<double> tape;
   const auto scope = tape.activate();
   tape.clear();
   Variables inputs(input_count);
@@ -145,7 +141,7 @@ void check_duals(const ScalarProgram& program, const Reference& reference) {
   check_mode("dual", program, reference, result.value(), result.tangents());
 
   using Second = Dual<double>;
-  static Tape<Second> tape;
+  static tapestry::Tape<Second> tape;
   const auto scope = tape.activate();
   tape.clear();
   std::vector<Variable<Second>> variables;
@@ -188,8 +184,7 @@ TEST_CASE(
     "[autodiff][differential]") {
   using Second = Dual<double>;
   using Seconds = std::vector<Variable<Second>>;
-  Tape<Second> tape;
-  const auto scope = tape.activate();
+  ActiveTape<Second> tape;
   std::size_t curved = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     const ScalarProgram program(seed, points_around);

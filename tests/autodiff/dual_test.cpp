@@ -1,10 +1,9 @@
 #include <tapestry/autodiff/dual.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::Dual;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Dual, tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -33,8 +32,7 @@ concept Addable = requires(D d, E e) {
 
 TEST_CASE("duals and the tape agree on every function", "[autodiff][dual]") {
   for (const auto& [x0, y0] : {std::array{0.7, 1.9}, std::array{1.3, 0.4}, std::array{2.25, 3.5}}) {
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const Variable<double> x = tape.input(x0), y = tape.input(y0);
     const Variable<double> expected = of_all_functions(x, y);
     tape.reverse(expected);

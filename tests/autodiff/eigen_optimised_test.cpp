@@ -6,11 +6,10 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::Dual;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Dual, tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 template <class S>
@@ -42,8 +41,7 @@ std::vector<double> some_entries() {
 /// The gradient of f on the tape against Richardson-extrapolated central differences in double.
 template <class Function>
 void check_on_tape(const Function& f, const std::vector<double>& x0 = some_entries()) {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::vector<Variable<double>> x;
   for (const double entry : x0) x.push_back(tape.input(entry));
   const Variable<double> root = f(x);
@@ -108,8 +106,7 @@ TEST_CASE("an eigenvalue's slope is that of its vectors, by the lower triangle",
   for (Eigen::Index i = 0; i < 25; ++i) a(i / 5, i % 5) = 0.1 * static_cast<double>((i * 7) % 19) - 0.9;
   const Matrix5 symmetric = (a * a.transpose()).array() + 2;
   const Eigen::SelfAdjointEigenSolver<Matrix5> solver_of_numbers(symmetric);
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   Matrix3<Variable<double>> x(5, 5);
   for (Eigen::Index i = 0; i < 25; ++i) x(i / 5, i % 5) = tape.input(symmetric(i / 5, i % 5));
   const Eigen::SelfAdjointEigenSolver<Matrix3<Variable<double>>> solver(x);
@@ -168,8 +165,7 @@ TEST_CASE("least squares by QR of variables are differentiated at a column of th
           "[autodiff][eigen]") {
   // |A⁺ b|² of A = [1 0; 0 2; p q; 0 0]: at p = q = 0, x = (b₀, b₁ / 2), r = b₂, and by the normal equations
   // dx = (AᵀA)⁻¹ (dAᵀ r): 2 x₀ r by p, 2 x₁ r / 4 by q.
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> p = tape.input(0.0), q = tape.input(0.0);
   const auto check = [&](const auto& decompose) {
     Matrix3<Variable<double>> a = Matrix3<double>::Zero(4, 2).cast<Variable<double>>();
@@ -224,8 +220,7 @@ TEST_CASE("matrices of numbers and of variables are multiplied, of any size", "[
   for (const Eigen::Index n : {0, 1, 3, 40}) {
     const Numbers a = Numbers::Random(n + 1, n), b = Numbers::Random(n, n + 2),
                   c = Numbers::Random(n + 1, n + 2);
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const Variables x = a.unaryExpr([&](double value) { return tape.input(value); });
     const Variables y = b.unaryExpr([&](double value) { return tape.input(value); });
     Variables sum = x * b;
@@ -285,8 +280,7 @@ TEST_CASE("derivatives of functions of Eigen vectors have their shapes", "[autod
 }
 
 TEST_CASE("the Jacobian of recorded Eigen vectors is an Eigen matrix", "[autodiff][eigen]") {
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   Eigen::Matrix<tapestry::Variable<double>, 2, 1> x;
   x << tape.input(2), tape.input(3);
   const Eigen::Matrix<tapestry::Variable<double>, Eigen::Dynamic, 1> y = x * x[1];
@@ -356,8 +350,7 @@ TEST_CASE("the curvature of Eigen's stable norm is that of a sphere, also in dua
 TEST_CASE("Eigen's stable norm of variables takes infinities and NaN along", "[autodiff][eigen]") {
   const double infinity = std::numeric_limits<double>::infinity();
   const auto value = [](double first, double second) {
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     Vector3<Variable<double>> x(2);
     x << tape.input(first), tape.input(second);
     return x.stableNorm().value();

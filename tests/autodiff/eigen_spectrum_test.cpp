@@ -6,11 +6,10 @@
 
 #include <tapestry/autodiff/derivatives.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::Dual;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Dual, tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 template <class S>
@@ -135,8 +134,7 @@ TEST_CASE("roots of polynomials of variables have their slopes", "[autodiff][eig
   for (const Point& c : {Point{-1, 0, 0, 1}, Point{6, -5, 1}, Point{-6, 11, -6, 1}, Point{2, 0, -3, 0, 1},
                          Point{4, 1, 0, 2}}) {
     const auto n = static_cast<Eigen::Index>(c.size());
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     Eigen::Matrix<Variable<double>, Eigen::Dynamic, 1> coefficients(n);
     for (Eigen::Index i = 0; i < n; ++i) coefficients(i) = tape.input(c[static_cast<std::size_t>(i)]);
     const Eigen::PolynomialSolver<Variable<double>, Eigen::Dynamic> solver(coefficients);

@@ -1,13 +1,11 @@
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/array_functions.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 constexpr float epsilon = std::numeric_limits<float>::epsilon();
@@ -16,8 +14,7 @@ constexpr float epsilon = std::numeric_limits<float>::epsilon();
 TEST_CASE("a sum of 10^8 terms in float is right to the last bit or two, and so are its derivatives",
           "[autodiff][hard]") {
   const std::size_t n = 10000;
-  Tape<float> tape;
-  const auto scope = tape.activate();
+  ActiveTape<float> tape;
   const auto x = tape.input(tapestry::test::random_array<float>({n, 1}, 1, 0.5, 1));
   const auto y = tape.input(tapestry::test::random_array<float>({1, n}, 2, -0.25, 1));
   const Variable<float> total = sum(broadcast(x, {n, n}) * broadcast(y, {n, n}));  // Σ x · Σ y
@@ -41,8 +38,7 @@ TEST_CASE("a sum of 10^8 terms in float is right to the last bit or two, and so 
 
 TEST_CASE("where a running sum of floats stands still, sum() goes on", "[autodiff][hard]") {
   const std::size_t n = 100000000;
-  Tape<float> tape;
-  const auto scope = tape.activate();
+  ActiveTape<float> tape;
   const auto x = tape.input(Array<float, 1>{1});
   const Variable<float> total = sum(broadcast(x, {n}));
   tape.reverse(total);

@@ -1,11 +1,10 @@
 #include <tapestry/autodiff/functions.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "function_rows.hpp"
 
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::Wide;
+using tapestry::Variable, tapestry::test::ActiveTape, tapestry::test::Wide;
 
 namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -33,8 +32,7 @@ std::vector<double> points(double low, double high) {
 
 template <class Function>
 double slope_on_tape(const Function& f, double x) {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> input = tape.input(x);
   tape.reverse(Variable<double>(f(input)));
   return input.adjoint();

@@ -4,13 +4,13 @@
 #include <fstream>
 #include <set>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/paths.hpp"
 #include "function_rows.hpp"
 
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -18,8 +18,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// f(x) and f'(x) by the tape.
 template <class T, class Function>
 std::array<T, 2> on_tape(Function f, T x) {
-  Tape<T> tape;
-  const auto scope = tape.activate();
+  ActiveTape<T> tape;
   const Variable<T> input = tape.input(x);
   const Variable<T> result = f(input);
   tape.reverse(result);
@@ -29,8 +28,7 @@ std::array<T, 2> on_tape(Function f, T x) {
 /// f(x, y), ∂f/∂x and ∂f/∂y by the tape.
 template <class T, class Function>
 std::array<T, 3> on_tape(Function f, T x, T y) {
-  Tape<T> tape;
-  const auto scope = tape.activate();
+  ActiveTape<T> tape;
   const Variable<T> first = tape.input(x);
   const Variable<T> second = tape.input(y);
   const Variable<T> result = f(first, second);
@@ -223,8 +221,7 @@ TEST_CASE("functions built for extremes do not overflow or cancel", "[autodiff][
 }
 
 TEST_CASE("reductions of many variables are single statements", "[autodiff][functions]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto entries = [&](std::initializer_list<double> values) {
     std::vector<Variable<double>> variables;
     for (const double value : values) variables.push_back(tape.input(value));

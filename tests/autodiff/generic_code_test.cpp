@@ -4,13 +4,12 @@
 
 #include <sstream>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
 // Generic code written for numbers, run with variables, duals and formulas.
 
-using tapestry::Dual;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Dual, tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -24,8 +23,7 @@ struct Result {
 /// f(x, y) and its slopes, which the tape and duals must agree on.
 template <class Function>
 Result at(const Function& f, double x, double y) {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> a = tape.input(x), b = tape.input(y);
   const Variable<double> root = f(a, b);
   tape.reverse(root);
@@ -120,8 +118,7 @@ TEST_CASE("a gradient is taken at numbers in braces", "[autodiff][generic]") {
 
 TEST_CASE("a Jacobian and a recorded operation know their scalar type by the tape and the value",
           "[autodiff][generic]") {
-  Tape<float> tape;
-  const auto scope = tape.activate();
+  ActiveTape<float> tape;
   const std::vector<Variable<float>> x = {tape.input(2), tape.input(3)};
   const float product = x[0].value() * x[1].value();
   const std::array<Variable<float>, 2> y = {

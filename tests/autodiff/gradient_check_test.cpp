@@ -4,10 +4,7 @@
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Variable;
-using tapestry::test::random_array;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::Variable, tapestry::test::random_array;
 
 namespace {
 double product_of_waves(const Array<double, 1>& x) {

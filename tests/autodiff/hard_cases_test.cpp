@@ -3,11 +3,10 @@
 
 #include <random>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::Dual;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Dual, tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -17,8 +16,7 @@ using Values = std::vector<double>;
 /// The gradient of f, of a vector of variables, at x.
 template <class Function>
 Values gradient_of(const Function& f, const Values& x) {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::vector<Variable<double>> inputs;
   for (const double entry : x) inputs.push_back(tape.input(entry));
   tape.reverse(Variable<double>(f(inputs)));
@@ -143,8 +141,7 @@ TEST_CASE("where a zero meets an infinite slope, the tape, many roots and duals 
     const auto recorded = [&](std::span<const Variable<double>> x) { return Variable<double>(f(x[0])); };
     CHECK(tapestry::gradient(recorded, {0.0}).gradient == Values{expected});
     CHECK(tapestry::derivative([&](const auto& x) { return f(x); }, 0.0).derivative == expected);
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const std::vector<Variable<double>> x = {tape.input(0.0)};
     const std::vector<Variable<double>> roots = {f(x[0]), Variable<double>(2 * x[0]), f(x[0])};
     CHECK(tapestry::jacobian(tape, roots, x) == Values{expected, 2, expected});
@@ -173,8 +170,7 @@ TEST_CASE("a product of slopes is 0 with a zero among infinite ones, in every sw
   for (int again = 0; again < 2000; ++again) {
     std::array<double, 5> chain;
     for (double& slope : chain) slope = slopes[random() % slopes.size()];
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const Variable<double> input = tape.input(1.0);
     Variable<double> x = input;
     Dual<double> dual = Dual<double>::input(1.0);

@@ -1,10 +1,9 @@
 #include <tapestry/autodiff.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::Dual;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Dual, tapestry::Variable, tapestry::test::ActiveTape;
 
 // Derivatives of derivatives where a formula of the first one may have a branch, a kink or a 0 / 0 of its
 // own: at ties, at zeros, and where an implementation changes its formula.
@@ -29,8 +28,7 @@ Series in_forward_mode(const Function& f, double x) {
 
 template <class Function>
 Series in_reverse_mode(const Function& f, double x) {
-  Tape<Second> tape;
-  const auto scope = tape.activate();
+  ActiveTape<Second> tape;
   const Variable<Second> input = tape.input(Second::input(First::input(x)));
   const Variable<Second> y = f(input);
   tape.reverse(y);

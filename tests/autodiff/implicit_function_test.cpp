@@ -3,13 +3,11 @@
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::implicit_function;
-using tapestry::NumericError;
-using tapestry::ShapeError;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::implicit_function, tapestry::NumericError, tapestry::ShapeError, tapestry::Variable,
+    tapestry::test::ActiveTape;
 
 namespace {
 using Variables = std::vector<Variable<double>>;
@@ -20,8 +18,7 @@ Variables cubic(Inputs x, Inputs p) { return {x[0] * x[0] * x[0] + p[0] * x[0] -
 }  // namespace
 
 TEST_CASE("the root of a cubic has the slopes of its closed form", "[autodiff][implicit]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variables p = {tape.input(1.0), tape.input(2.0)};  // root 1
   const auto before = tape.record_count();
   const auto x = implicit_function<double>(cubic, std::array{1.0}, p);
@@ -40,8 +37,7 @@ TEST_CASE("a fixed point is a root of x − g(x, p)", "[autodiff][implicit]") {
     for (int i = 0; i < 50; ++i) x -= (x - std::cos(p * x)) / (1 + p * std::sin(p * x));
     return x;
   };
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> p = tape.input(0.8);
   const auto residual = [](Inputs x, Inputs q) { return Variables{x[0] - cos(q[0] * x[0])}; };
   const auto x = implicit_function<double>(
@@ -55,8 +51,7 @@ TEST_CASE("a fixed point is a root of x − g(x, p)", "[autodiff][implicit]") {
 
 TEST_CASE("linear equations as an implicit function have the gradient of solve", "[autodiff][implicit]") {
   using Matrix = Eigen::Matrix<Variable<double>, Eigen::Dynamic, Eigen::Dynamic>;
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   Variables p;
   for (int i = 0; i < 12; ++i) p.push_back(tape.input((i % 4 == 0 ? 4.0 : 0.0) + std::cos(i)));
   const auto matrix_of = [](Inputs q) {
@@ -82,8 +77,7 @@ TEST_CASE("linear equations as an implicit function have the gradient of solve",
 }
 
 TEST_CASE("a double root has no derivative, a missing equation no place", "[autodiff][implicit]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variables p = {tape.input(0.0), tape.input(0.0)};
   const auto x = implicit_function<double>(cubic, std::array{0.0}, p);
   CHECK_THROWS_AS(tape.reverse(x[0]), NumericError);
@@ -94,8 +88,7 @@ TEST_CASE("a double root has no derivative, a missing equation no place", "[auto
 }
 
 TEST_CASE("an implicit function of constants or of nothing records nothing", "[autodiff][implicit]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = implicit_function<double>(cubic, std::array{1.0}, Variables{1.0, 2.0});
   CHECK_FALSE(x[0].is_active());
   CHECK(implicit_function<double>(cubic, std::vector<double>(), Variables{tape.input(1.0)}).empty());
@@ -103,8 +96,7 @@ TEST_CASE("an implicit function of constants or of nothing records nothing", "[a
 }
 
 TEST_CASE("a passive parameter beside an active one is a constant", "[autodiff][implicit]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variables p = {1.0, tape.input(2.0)};
   tape.reverse(implicit_function<double>(cubic, std::array{1.0}, p)[0]);
   CHECK(p[1].adjoint() == 0.25);

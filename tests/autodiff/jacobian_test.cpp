@@ -3,12 +3,11 @@
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::AdjointVectors;
-using tapestry::DomainError;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::AdjointVectors, tapestry::DomainError, tapestry::Tape, tapestry::Variable,
+    tapestry::test::ActiveTape;
 
 namespace {
 /// roots[i] = x[i] · x[i + 1] − x[i] + exp(x[0]), i + 1 modulo the number of inputs.
@@ -39,8 +38,7 @@ TEMPLATE_TEST_CASE("a Jacobian of any number of roots equals the one worked out 
   for (const std::size_t n : {2U, 8U, 11U}) {
     std::vector<T> values(n);
     for (std::size_t i = 0; i < n; ++i) values[i] = static_cast<T>(i) / 4 + T(0.5);
-    Tape<T> tape;
-    const auto scope = tape.activate();
+    ActiveTape<T> tape;
     std::vector<Variable<T>> x(n);
     tape.input(values, x);
     const auto roots = roots_of(x);
@@ -55,8 +53,7 @@ TEMPLATE_TEST_CASE("a Jacobian of any number of roots equals the one worked out 
 
 TEST_CASE("a pullback is called once a root, and its inputs are in the lane of that root",
           "[autodiff][jacobian]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::vector<Variable<double>> x = {tape.input(2.0), tape.input(3.0)};
   int calls = 0, marks = 0;
   const auto cube = tapestry::record_scalar(
@@ -76,8 +73,7 @@ TEST_CASE("a pullback is called once a root, and its inputs are in the lane of t
 
 TEST_CASE("long tapes of statements and operations with many results have the Jacobian of one root a sweep",
           "[autodiff][jacobian]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::vector<Variable<double>> x;
   for (int i = 0; i < 5; ++i) x.push_back(tape.input(0.5 + 0.1 * i));
   std::vector<Variable<double>> state = x;
@@ -103,8 +99,7 @@ TEST_CASE("long tapes of statements and operations with many results have the Ja
 
 TEST_CASE("arrays have an adjoint for each root", "[autodiff][jacobian]") {
   using tapestry::Array;
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Array<double, 1> start = {1.0, 2.0, 3.0};
   const auto x = tape.input(start);
   const Variable<double> scale = tape.input(2.0);
@@ -142,8 +137,7 @@ TEST_CASE("arrays have an adjoint for each root", "[autodiff][jacobian]") {
 }
 
 TEST_CASE("a pullback that throws leaves a tape that can be swept", "[autodiff][jacobian]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(tapestry::Array<double, 1>{1.0});
   bool fails = true;
   const auto y = tapestry::record_scalar(
@@ -161,8 +155,7 @@ TEST_CASE("a pullback that throws leaves a tape that can be swept", "[autodiff][
 }
 
 TEST_CASE("adjoints of arrays are those of the last sweep of several roots", "[autodiff][jacobian]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto a = tape.input(tapestry::Array<double, 1>{1.0, 2.0});
   const Variable<double> x = tape.input(3.0);
   const auto sum_of_squares = tapestry::record_scalar(
@@ -186,8 +179,7 @@ TEST_CASE("adjoints of arrays are those of the last sweep of several roots", "[a
 }
 
 TEST_CASE("in a sweep of several roots each is alone", "[autodiff][jacobian]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(0.0);
   const Variable<double> root = sqrt(x);  // of infinite slope
   const std::vector<Variable<double>> roots = {root, x, 2 * x, Variable<double>(1.0)};

@@ -4,11 +4,10 @@
 
 #include <random>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::Dual;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Dual, tapestry::Tape, tapestry::Variable, tapestry::test::ActiveTape;
 
 // Second derivatives at kinks, ties and infinite slopes: right, or NaN and counted; never another number.
 
@@ -246,8 +245,7 @@ void check_nested(const Case& c) {
 /// f_xx, f_xy, f_yy on a tape of duals, or by duals of duals, without hessian().
 std::array<double, 3> on_tape(const Case& c) {
   using D = Dual<double, 2>;
-  Tape<D> tape;
-  const auto scope = tape.activate();
+  ActiveTape<D> tape;
   const std::array<Variable<D>, 2> x = {tape.input(D::input(c.x[0], 0)), tape.input(D::input(c.x[1], 1))};
   tape.reverse(Composite{c.number}(std::span<const Variable<D>>(x)));
   const D by_x = x[0].adjoint(), by_y = x[1].adjoint();
@@ -315,8 +313,7 @@ TEST_CASE("second derivatives by hand at a subgradient are right or NaN", "[auto
   const Third x = Third::input(Dual<Dual<double>>::input(Dual<double>::input(0.0)));
   for (const Third& f : {Third(abs(x) * abs(x)), Third(pow(abs(x), 2)), Third(cos(abs(x)))})
     CHECK(std::isnan(f.tangent().tangent().value()));
-  Tape<Dual<Dual<double>>> tape;
-  const auto scope = tape.activate();
+  ActiveTape<Dual<Dual<double>>> tape;
   const auto input = tape.input(x.value());
   tape.reverse(Variable<Dual<Dual<double>>>(square(abs(input))));
   CHECK(input.adjoint().value().value() == 0);
@@ -370,8 +367,7 @@ TEST_CASE("NaN times a zero slope is 0 in every sweep", "[autodiff][kinks]") {
   const auto f = [](const auto& x) { return std::remove_cvref_t<decltype(x)>(none * (0.0 * x)); };
   CHECK(tapestry::derivative(f, 2.0).derivative == 0);
   CHECK(tapestry::gradient([&](auto x) { return f(x[0]); }, {2.}).gradient == std::vector<double>{0});
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::vector<Variable<double>> x = {tape.input(2.0)};
   const Variable<double> inner = 0.0 * x[0], outer = none * inner;
   std::feclearexcept(FE_INVALID);

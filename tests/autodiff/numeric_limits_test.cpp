@@ -2,8 +2,7 @@
 
 #include "../support/catch.hpp"
 
-using tapestry::Dual;
-using tapestry::Variable;
+using tapestry::Dual, tapestry::Variable;
 
 TEST_CASE("limits of variables and duals are those of the numbers beneath", "[autodiff][limits]") {
   using V = std::numeric_limits<Variable<double>>;

@@ -4,15 +4,11 @@
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/sparse_hessian.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::dot;
-using tapestry::Dual;
-using tapestry::logsumexp;
-using tapestry::norm;
-using tapestry::softmax;
-using tapestry::sum;
-using tapestry::Variable;
+using tapestry::dot, tapestry::Dual, tapestry::logsumexp, tapestry::norm, tapestry::softmax, tapestry::sum,
+    tapestry::Variable, tapestry::test::ActiveTape;
 
 // sum, dot, norm, logsumexp and softmax of a vector of any scalar.
 
@@ -74,8 +70,7 @@ TEST_CASE("functions of a vector have one Jacobian, forwards and backwards", "[a
   const Values x = {0.5, -1.25, 2, 0.75};
   const Values expected = jacobian_by_hand(x);
   check_near(tapestry::forward_jacobian(Five(), x), expected);
-  tapestry::Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::vector<Variable<double>> inputs(4);
   tape.input(x, inputs);
   const auto results = Five()(std::span<const Variable<double>>(inputs));

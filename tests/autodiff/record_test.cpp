@@ -1,16 +1,13 @@
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/autodiff/record.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::DomainError;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::random_array;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::DomainError, tapestry::Tape, tapestry::Variable,
+    tapestry::test::ActiveTape, tapestry::test::random_array;
 
 namespace {
 /// A user's operations: scale · x, and Σ x².
@@ -51,8 +48,7 @@ TEMPLATE_TEST_CASE("user operations interleave with scalar statements", "[autodi
     const Variable<T> factor = first * s + 1;
     return Variable<T>(sum_of_squares(scaled(scaled(x, factor), Variable<T>(s * s))) / 8 + first);
   };
-  Tape<T> tape;
-  const auto scope = tape.activate();
+  ActiveTape<T> tape;
   const auto x = tape.input(x0);
   const Variable<T> s = tape.input(T(0.5));
   const Variable<T> root = loss(x, s);
@@ -119,15 +115,13 @@ TEST_CASE("an operation of passive inputs records nothing and needs no tape", "[
   const ArrayVariable<double, 1> x = random_array<double>({3}, 1);
   CHECK_FALSE(scaled(x, Variable<double>(2.0)).is_active());
   CHECK_FALSE(sum_of_squares(x).is_active());
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   CHECK_FALSE(scaled(x, Variable<double>(2.0)).is_active());
   CHECK(tape.statement_count() == 0);
 }
 
 TEST_CASE("a passive input has no adjoint to add to", "[autodiff][record]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Array<double, 1> values = {1, 2};
   const Variable<double> s = tape.input(3.0);
   const auto y = scaled<double>(values, s);
@@ -145,8 +139,7 @@ TEST_CASE("a passive input has no adjoint to add to", "[autodiff][record]") {
 }
 
 TEST_CASE("two inputs may be the same variable", "[autodiff][record]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(Array<double, 1>{1, 2});
   const auto product = tapestry::record_scalar(
       5.0,
@@ -162,8 +155,7 @@ TEST_CASE("two inputs may be the same variable", "[autodiff][record]") {
 }
 
 TEST_CASE("branches nobody asked about are not pulled back", "[autodiff][record]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(Array<double, 1>{1, 2});
   int calls = 0;
   const auto count_array = [&](const Array<double, 1>&, Array<double, 1>*) { ++calls; };
@@ -191,8 +183,7 @@ TEST_CASE("a record refuses inputs of another tape and a missing tape", "[autodi
 }
 
 TEST_CASE("a throwing pullback leaves the tape usable", "[autodiff][record]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(Array<double, 1>{1, 2});
   bool fails = true;
   const auto y = tapestry::record_scalar(
@@ -210,8 +201,7 @@ TEST_CASE("a throwing pullback leaves the tape usable", "[autodiff][record]") {
 }
 
 TEST_CASE("a pullback that changes the extents of an adjoint is refused", "[autodiff][record][error]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(Array<double, 1>{1, 2});
   bool replaces = true;
   const auto twice = [&](const Array<double, 1>& g, Array<double, 1>* by_x) {
@@ -234,8 +224,7 @@ TEST_CASE("a pullback that changes the extents of an adjoint is refused", "[auto
 }
 
 TEST_CASE("a pullback cannot record on the tape it runs on, but may use its own", "[autodiff][record]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(3.0);
   const auto greedy = tapestry::record_scalar(
       9.0, [&](double, double*) { static_cast<void>(tape.input(1.0)); }, x);
@@ -262,8 +251,7 @@ TEST_CASE("a pullback cannot record on the tape it runs on, but may use its own"
 }
 
 TEST_CASE("rewinding drops records and what they keep", "[autodiff][record]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(Array<double, 1>{1, 2});
   const auto position = tape.mark();
   auto kept = std::make_shared<int>(1);
@@ -280,8 +268,7 @@ TEST_CASE("rewinding drops records and what they keep", "[autodiff][record]") {
 }
 
 TEST_CASE("an operation may have several results", "[autodiff][record]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(Array<double, 1>{1, 2, 3});
   int calls = 0;
   const auto split = tapestry::record_arrays<double, 1>(
@@ -311,8 +298,7 @@ TEST_CASE("an operation may have several results", "[autodiff][record]") {
 }
 
 TEST_CASE("an operation may have a run-time number of inputs", "[autodiff][record]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::vector<ArrayVariable<double, 1>> parts;
   for (int i = 0; i < 3; ++i) parts.push_back(tape.input(Array<double, 1>{1.0 + i, 2.0}));
   parts.push_back(Array<double, 1>{5, 6});  // passive

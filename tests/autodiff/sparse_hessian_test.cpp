@@ -5,10 +5,7 @@
 
 #include "../support/catch.hpp"
 
-using tapestry::DomainError;
-using tapestry::HessianPlan;
-using tapestry::JacobianPattern;
-using tapestry::sparse_hessian;
+using tapestry::DomainError, tapestry::HessianPlan, tapestry::JacobianPattern, tapestry::sparse_hessian;
 
 namespace {
 using Entries = std::vector<JacobianPattern::Entry>;

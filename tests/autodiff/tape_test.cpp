@@ -3,15 +3,13 @@
 #include <memory>
 #include <thread>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::DomainError;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::DomainError, tapestry::Tape, tapestry::Variable, tapestry::test::ActiveTape;
 
 TEMPLATE_TEST_CASE("a tape differentiates x·x + x", "[autodiff][tape]", float, double) {
-  Tape<TestType> tape;
-  const auto scope = tape.activate();
+  ActiveTape<TestType> tape;
   const Variable<TestType> x = tape.input(2);
   const Variable<TestType> y = x * x + x;
   CHECK(y.value() == 6);
@@ -22,8 +20,7 @@ TEMPLATE_TEST_CASE("a tape differentiates x·x + x", "[autodiff][tape]", float, 
 }
 
 TEST_CASE("each statement is one record, passive ones are none", "[autodiff][tape]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(2.0);
   const Variable<double> frozen = 3.0;
   const Variable<double> passive_result = exp(frozen) * 2 + frozen / 7;
@@ -43,8 +40,7 @@ TEST_CASE("passive arithmetic needs no tape", "[autodiff][tape]") {
 }
 
 TEST_CASE("assignment may alias its operands", "[autodiff][tape]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> start = tape.input(3.0);
   Variable<double> x = start;
   x = x * x + x;
@@ -60,8 +56,7 @@ TEST_CASE("assignment may alias its operands", "[autodiff][tape]") {
 }
 
 TEST_CASE("swapped and moved-from variables keep their derivatives", "[autodiff][tape]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   Variable<double> x = tape.input(2.0);
   Variable<double> y = tape.input(5.0);
   std::swap(x, y);
@@ -73,8 +68,7 @@ TEST_CASE("swapped and moved-from variables keep their derivatives", "[autodiff]
 }
 
 TEST_CASE("reverse called twice gives the same gradient, not the sum", "[autodiff][tape]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(2.0);
   const Variable<double> y = x * x;
   tape.reverse(y);
@@ -92,8 +86,7 @@ TEST_CASE("reverse called twice gives the same gradient, not the sum", "[autodif
 }
 
 TEST_CASE("a passive root has gradient zero", "[autodiff][tape]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   tape.reverse(Variable<double>(1.0));  // of an empty tape
   const Variable<double> x = tape.input(2.0);
   const Variable<double> y = x * x;
@@ -246,8 +239,7 @@ TEST_CASE("a scope ended on another thread is an error there", "[autodiff][tape]
 }
 
 TEST_CASE("rewind forgets what followed the mark and nothing else", "[autodiff][tape]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(2.0);
   const Variable<double> before = x * x;
   const auto position = tape.mark();
@@ -292,8 +284,7 @@ TEST_CASE("a position that is no longer on the tape is refused", "[autodiff][tap
 
 TEST_CASE("variables are stale after clear and after the end of their tape", "[autodiff][tape]") {
   Variable<double> x;
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   x = tape.input(2.0);
   tape.clear();
   CHECK(tape.statement_count() == 0);
@@ -357,8 +348,7 @@ TEST_CASE("an exception amid recording leaves the tape usable", "[autodiff][tape
 }
 
 TEST_CASE("a graph a million deep needs no stack", "[autodiff][tape]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(1.0);
   Variable<double> y = x;
   for (int i = 0; i < 1'000'000; ++i) y = y + 1e-6 * x;
@@ -372,8 +362,7 @@ TEST_CASE("every thread has its own active tape", "[autodiff][tape]") {  // T17
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < slopes.size(); ++i)
     threads.emplace_back([&slopes, i] {
-      Tape<double> tape;
-      const auto scope = tape.activate();
+      ActiveTape<double> tape;
       const Variable<double> x = tape.input(static_cast<double>(i));
       Variable<double> y = 0;
       for (int k = 0; k < 1000; ++k) y += x * x;
@@ -398,8 +387,7 @@ TEST_CASE("tapes of float and double are active side by side", "[autodiff][tape]
 }
 
 TEST_CASE("a zero adjoint passes no infinite partial, a NaN goes on", "[autodiff][tape]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(0.0);
   const Variable<double> root = sqrt(x);
   tape.reverse(Variable<double>(0 * root + x));  // in two statements
@@ -415,8 +403,7 @@ TEST_CASE("a zero adjoint passes no infinite partial, a NaN goes on", "[autodiff
 }
 
 TEST_CASE("denormal adjoints survive", "[autodiff][tape]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(1.0);
   const double tiny = std::numeric_limits<double>::denorm_min();
   tape.reverse(Variable<double>(x * 3), tiny);
@@ -424,8 +411,7 @@ TEST_CASE("denormal adjoints survive", "[autodiff][tape]") {
 }
 
 TEST_CASE("a vector of numbers is a vector of inputs", "[autodiff][tape]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::vector<Variable<double>> x = tape.input(std::vector<double>{2, 3});
   tape.reverse(Variable<double>(x[0] * x[1]));
   CHECK(x[0].adjoint() == 3);

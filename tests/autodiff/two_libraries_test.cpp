@@ -2,10 +2,10 @@
 #include <thread>
 
 #include "../libraries/libraries.hpp"
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Tape, tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 void nothing() {}
@@ -22,8 +22,7 @@ void record_there() { CHECK_THROWS_AS(Variable<double>(*own_input * 2.0), tapest
 }  // namespace
 
 TEST_CASE("two libraries and the program record on their own tapes in turn", "[autodiff][tape]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(5.0);
   const Variable<double> square = x * x;
   quadratic_record(3, nothing);
@@ -40,8 +39,7 @@ TEST_CASE("two libraries and the program record on their own tapes in turn", "[a
 
 TEST_CASE("what the program and another library record in the middle of a library's recording stays theirs",
           "[autodiff][tape]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(5.0);
   own_tape = &tape;
   own_input = &x;

@@ -1,15 +1,14 @@
 #include <tapestry/autodiff/variable.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Variable, tapestry::test::ActiveTape;
 
 TEMPLATE_TEST_CASE("operators have the derivatives worked out by hand", "[autodiff][variable]", float,
                    double) {
   using T = TestType;
-  Tape<T> tape;
-  const auto scope = tape.activate();
+  ActiveTape<T> tape;
   const Variable<T> x = tape.input(3);
   const Variable<T> y = tape.input(4);
   const auto check = [&](const Variable<T>& f, T value, T by_x, T by_y) {
@@ -33,8 +32,7 @@ TEMPLATE_TEST_CASE("operators have the derivatives worked out by hand", "[autodi
 }
 
 TEST_CASE("comparisons look at values", "[autodiff][variable]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(2.0);
   const Variable<double> y = 3.0;
   CHECK(x < y);
@@ -47,8 +45,7 @@ TEST_CASE("comparisons look at values", "[autodiff][variable]") {
 }
 
 TEST_CASE("a formula kept by auto holds its operands by value", "[autodiff][variable]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(2.0);
   auto formula = [](const Variable<double>& a) {
     const Variable<double> local = a * 3;
@@ -61,16 +58,14 @@ TEST_CASE("a formula kept by auto holds its operands by value", "[autodiff][vari
 }
 
 TEST_CASE("passive() stops the gradient", "[autodiff][variable]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(2.0);
   tape.reverse(Variable<double>(passive(x * x) * x));
   CHECK(x.adjoint() == 4);
 }
 
 TEST_CASE("record_partials is one statement without the passive operands", "[autodiff][variable]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::array<Variable<double>, 3> x = {tape.input(1.0), Variable<double>(2.0), tape.input(3.0)};
   const std::array<double, 3> partials = {10, 20, 30};
   const auto y = tapestry::record_partials<double>(5, x, partials);

@@ -1,21 +1,17 @@
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/array.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
-using tapestry::Array;
-using tapestry::Dual;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Array, tapestry::Dual, tapestry::Variable, tapestry::test::ActiveTape;
 
 // xtensor's own reductions do not take variables, whose sums are formulas: sum(), dot(), norm(), logsumexp()
 // and softmax() of functions.hpp take arrays of variables as they take vectors. xtensor has a sum() that
 // would be found by the argument as well.
 TEST_CASE("xtensor's expressions of variables are differentiated", "[autodiff][xtensor]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> a = tape.input(2.0), b = tape.input(4.0);
   const Array<Variable<double>, 1> x = {a, b, a};
   const Array<Variable<double>, 1> y = {b, b, a};

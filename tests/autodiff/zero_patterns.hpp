@@ -1,8 +1,8 @@
 #pragma once
 #include <Eigen/LU>
 #include <tapestry/autodiff/eigen.hpp>
-#include <tapestry/autodiff/tape.hpp>
 
+#include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
 /// Solves of systems with every pattern of zeros, on the tape and in duals, against Gauss elimination in
@@ -80,8 +80,7 @@ int wrong_slopes(const System& system, const AnySize<Slopes>& expected, const So
     for (Eigen::Index j = 0; j < x.cols(); ++j)
       for (std::size_t k = 0; k < 12; ++k) compare(x(i, j).tangent(k), expected(i, j).tangent(k));
 
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::vector<Variable<double>> inputs;
   for (std::size_t k = 0; k < system.entries.size(); ++k)
     inputs.push_back(system.has_active_side || k < static_cast<std::size_t>(system.n * system.n)

@@ -2,21 +2,18 @@
 
 #include <tapestry/autodiff/detail/arrays/reduction.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Exponential;
-using tapestry::Tape;
-using tapestry::test::random_array;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::Exponential, tapestry::test::ActiveTape,
+    tapestry::test::random_array;
 
 namespace {
 /// The largest relative error of the values, and of the derivatives, against long double.
 template <Exponential Policy, class T>
 long double worst_error(double low, double high) {
-  Tape<T> tape;
-  const auto scope = tape.activate();
+  ActiveTape<T> tape;
   const auto x = tape.input(random_array<T>({20000}, 1, low, high));
   const ArrayVariable<T, 1> y = tapestry::exp<Policy>(x);
   tape.reverse(sum(y));
@@ -68,8 +65,7 @@ TEMPLATE_TEST_CASE("exp by vectors at its special points", "[autodiff][exponenti
 
 TEST_CASE("softmax and logsumexp by vectors stay beside those of the library", "[autodiff][exponential]") {
   for (const std::size_t axis : {0U, 1U}) {
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto start = random_array<double>({7, 300}, 3, -40, 40);
     const auto seed = random_array<double>({7, 300}, 4, -1, 1);
     const auto x = tape.input(start), z = tape.input(start);

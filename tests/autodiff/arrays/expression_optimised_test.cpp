@@ -1,16 +1,12 @@
 #include <tapestry/autodiff/array_functions.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/finite_difference.hpp"
 #include "../../support/random_array.hpp"
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::DomainError;
-using tapestry::ShapeError;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::random_array;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::DomainError, tapestry::ShapeError, tapestry::Tape,
+    tapestry::Variable, tapestry::test::ActiveTape, tapestry::test::random_array;
 
 namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -20,8 +16,7 @@ using Matrix = ArrayVariable<double, 2>;
 /// The gradient of a scalar function of an array by the tape against central differences, element by element.
 template <std::size_t Rank, class Function>
 void check_gradient(const char* name, const Array<double, Rank>& x0, Function f) {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(x0);
   const Variable<double> root = f(x);
   tape.reverse(root);
@@ -49,8 +44,7 @@ Variable<double> weighted(const Y& y) {
 
 TEST_CASE("a formula of arrays is one record, and what it is summed into no other",
           "[autodiff][array_expression]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Row x = tape.input(Array<double, 1>{1, 2, 3});
   const auto before = tape.statement_count();
   const Row y = exp(x) * x + sin(x) / 2 - 1;
@@ -163,8 +157,7 @@ TEST_CASE("gather and scatter are each other's transpose", "[autodiff][array_exp
 }
 
 TEST_CASE("the side that where() does not take cannot poison the gradient", "[autodiff][array_expression]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Row x = tape.input(Array<double, 1>{-1, 0, 4});
   tape.reverse(sum(where(x > 0, sqrt(x) + log(x), x * 0.5)));
   CHECK(x.adjoint() == Array<double, 1>{0.5, 0.5, 0.5});
@@ -175,8 +168,7 @@ TEST_CASE("the side that where() does not take cannot poison the gradient", "[au
 }
 
 TEST_CASE("what is constant is not pulled back", "[autodiff][array_expression]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Row x = tape.input(Array<double, 1>{1, 2});
   const Row y = tape.input(Array<double, 1>{3, 4});
   tape.reverse(sum(constant(x) * y));
@@ -189,8 +181,7 @@ TEST_CASE("what is constant is not pulled back", "[autodiff][array_expression]")
 }
 
 TEST_CASE("the same array may stand anywhere in a formula", "[autodiff][array_expression]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   Row x = tape.input(Array<double, 1>{2, 3});
   const Row first = x;
   x = x * x + x;
@@ -211,8 +202,7 @@ TEST_CASE("scalar and array statements interleave", "[autodiff][array_expression
 
 TEST_CASE("a second reverse repeats the first, whatever was released on the way",
           "[autodiff][array_expression]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Row x = tape.input(random_array<double>({5000}, 1, 0.5, 1.5));
   const auto root = [&] {
     const Row y = exp(x) * x;
@@ -252,8 +242,7 @@ TEST_CASE("memory of a cleared tape is used again, also after its values outlive
 }
 
 TEST_CASE("empty arrays and arrays of one element", "[autodiff][array_expression]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Row none = tape.input(tapestry::zeros<double, 1>({0}));
   const Row also_none = exp(none) * 2 + none;
   CHECK(also_none.size() == 0);

@@ -1,15 +1,13 @@
 #include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/autodiff/detail/arrays/extreme.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/finite_difference.hpp"
 #include "../../support/random_array.hpp"
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::random_array;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::Variable, tapestry::test::ActiveTape,
+    tapestry::test::random_array;
 
 TEMPLATE_TEST_CASE("extremes and means along an axis agree with central differences", "[autodiff][extreme]",
                    float, double) {
@@ -19,8 +17,7 @@ TEMPLATE_TEST_CASE("extremes and means along an axis agree with central differen
   const auto direction = tapestry::test::random_direction<T>({3, 4, 5}, 2);
   const auto check = [&](const auto& f) {
     const auto value = [&](const Array<T, 3>& at) { return Variable<T>(f(ArrayVariable<T, 3>(at))).value(); };
-    Tape<T> tape;
-    const auto scope = tape.activate();
+    ActiveTape<T> tape;
     const auto input = tape.input(x);
     tape.reverse(Variable<T>(f(input)));
     const T numeric = tapestry::test::central_difference(value, x, direction);
@@ -37,8 +34,7 @@ TEMPLATE_TEST_CASE("extremes and means along an axis agree with central differen
 TEST_CASE("extremes of ties, NaN and infinities along an axis", "[autodiff][extreme]") {
   const double nan = std::numeric_limits<double>::quiet_NaN(),
                infinity = std::numeric_limits<double>::infinity();
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(Array<double, 2>{{2, 2, 1}, {1, nan, 3}, {-infinity, 0, infinity}});
   const ArrayVariable<double, 1> top = largest_along(x, 1), bottom = smallest_along(x, 1);
   CHECK(top.value()(0) == 2);
@@ -62,8 +58,7 @@ TEST_CASE("extremes name what does not fit", "[autodiff][extreme]") {
 
 TEST_CASE("elements and extremes of an array of duals have second derivatives", "[autodiff][extreme]") {
   using D = tapestry::Dual<double>;
-  Tape<D> tape;
-  const auto scope = tape.activate();
+  ActiveTape<D> tape;
   const auto x = tape.input(Array<D, 1>{D(2, {1}), D(3, {0}), D(0.5, {0})});  // along the first
   const Variable<D> first = tapestry::element(x, {0}), top = tapestry::largest(x),
                     low = tapestry::smallest(tapestry::gather(x, {0, 2}));

@@ -2,20 +2,16 @@
 
 #include <tapestry/autodiff/detail/arrays/reduction.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::DomainError;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::random_array;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::DomainError, tapestry::Tape, tapestry::Variable,
+    tapestry::test::ActiveTape, tapestry::test::random_array;
 
 TEST_CASE("concatenate puts arrays side by side, and its pullback takes them apart", "[autodiff][join]") {
   for (const std::size_t axis : {0U, 1U, 2U}) {
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     std::size_t lengths[] = {2, 1, 3}, total = 6;
     std::vector<ArrayVariable<double, 3>> parts;
     for (std::size_t p = 0; p < 3; ++p) {
@@ -43,8 +39,7 @@ TEST_CASE("concatenate puts arrays side by side, and its pullback takes them apa
 }
 
 TEST_CASE("an array part may be passive or stand twice", "[autodiff][join]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const ArrayVariable<double, 1> x = tape.input(Array<double, 1>{1, 2});
   const ArrayVariable<double, 1> constant = Array<double, 1>{7};
   const auto joined = tapestry::concatenate<double, 1>(std::vector{x, constant, x}, 0);
@@ -57,8 +52,7 @@ TEST_CASE("an array part may be passive or stand twice", "[autodiff][join]") {
 }
 
 TEST_CASE("scalars become an array and elements become scalars", "[autodiff][join]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> a = tape.input(2.0), b = tape.input(3.0);
   const std::vector<Variable<double>> scalars = {a, b, 5.0, a * b};
   const ArrayVariable<double, 2> x = tapestry::array_of<double, 2>(scalars, {2, 2});

@@ -3,14 +3,12 @@
 #include <tapestry/autodiff/detail/arrays/reduction.hpp>
 #include <tapestry/autodiff/detail/arrays/view.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::InstructionSet;
-using tapestry::Tape;
-using tapestry::test::random_array;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::InstructionSet, tapestry::test::ActiveTape,
+    tapestry::test::random_array;
 
 namespace {
 /// Σ_k a(i, k) · b(k, j) + c(i, j) in long double, beside what `product` computes.
@@ -63,8 +61,7 @@ TEMPLATE_TEST_CASE("every instruction set multiplies matrices of any extents", "
 }
 
 TEST_CASE("a product of matrices on the tape satisfies the adjoint identity", "[autodiff][product]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const ArrayVariable<double, 2> a = tape.input(random_array<double>({5, 7}, 1, -1, 1));
   const ArrayVariable<double, 2> b = tape.input(random_array<double>({7, 19}, 2, -1, 1));
   const auto seed = random_array<double>({5, 19}, 3, -1, 1);

@@ -1,13 +1,11 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/functions.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 #include "../function_rows.hpp"
 
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::Variable, tapestry::test::ActiveTape;
 
 // Functions of arrays beside those of the same name of vectors of variables.
 
@@ -26,8 +24,7 @@ struct Slopes {
 /// \param f  of a vector of variables, returns one
 template <class T, class Function>
 Slopes<T> of_vector(const Function& f, const std::vector<T>& x) {
-  Tape<T> tape;
-  const auto scope = tape.activate();
+  ActiveTape<T> tape;
   std::vector<Variable<T>> inputs(x.size());
   tape.input(x, inputs);
   Slopes<T> result;
@@ -41,8 +38,7 @@ Slopes<T> of_vector(const Function& f, const std::vector<T>& x) {
 /// \param f  of an array, returns a vector of variables
 template <class T, class Function>
 Slopes<T> of_array(const Function& f, const std::vector<T>& x) {
-  Tape<T> tape;
-  const auto scope = tape.activate();
+  ActiveTape<T> tape;
   Array<T, 1> values(tapestry::Extents<1>{x.size()});
   for (std::size_t i = 0; i < x.size(); ++i) values.data()[i] = x[i];
   const ArrayVariable<T, 1> input = tape.input(values);

@@ -2,16 +2,14 @@
 
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"
 
-using tapestry::ArrayVariable;
-using tapestry::Tape;
-using tapestry::test::random_array;
+using tapestry::ArrayVariable, tapestry::test::ActiveTape, tapestry::test::random_array;
 
 TEST_CASE("a matrix put on its side is copied there and back", "[autodiff][view]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(random_array<double>({5, 7}, 1));
   const ArrayVariable<double, 2> turned = transpose(x);
   const ArrayVariable<double, 2> part = transpose(slice(x, {{{1, 5, 2}, {3, 7}}}));  // x[1 and 3, 3 to 6]

@@ -21,12 +21,7 @@ struct ScalarStep {
 
 namespace steps {
 using namespace tapestry::detail;  // the functions of <cmath> that it names
-using std::fdim;
-using std::floor;
-using std::ldexp;
-using std::lerp;
-using std::max;
-using std::min;
+using std::fdim, std::floor, std::ldexp, std::lerp, std::max, std::min;
 inline Wide square(Wide x) { return x * x; }
 
 inline bool any(Wide, Wide, Wide) { return true; }

@@ -1,9 +1,9 @@
 #pragma once
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/eigen.hpp>
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/random.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 
 namespace tapestry::test {
@@ -65,8 +65,7 @@ using Matrices = std::array<Eigen::MatrixXd, N>;
 /// The gradient with the matrices held by Eigen, each entry a variable; repeats, for reverse() may.
 template <class OnTape, std::size_t N>
 Matrices<N> gradient_by_entries(const OnTape& f, const Matrices<N>& at) {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::array<MatrixOf<Variable<double>>, N> x;
   for (std::size_t k = 0; k < N; ++k) x[k] = at[k].unaryExpr([&](double entry) { return tape.input(entry); });
   const Variable<double> root = std::apply([&](const auto&... each) { return weighted(f(each...)); }, x);
@@ -81,8 +80,7 @@ Matrices<N> gradient_by_entries(const OnTape& f, const Matrices<N>& at) {
 /// The same with array variables.
 template <class OnTape, std::size_t N>
 Matrices<N> gradient_by_arrays(const OnTape& f, const Matrices<N>& at) {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::array<ArrayVariable<double, 2>, N> x;
   for (std::size_t k = 0; k < N; ++k) x[k] = tape.input(array_of_matrix(at[k]));
   const Variable<double> root = std::apply([&](const auto&... each) { return weighted(f(each...)); }, x);

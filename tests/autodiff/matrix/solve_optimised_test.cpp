@@ -5,23 +5,14 @@
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "matrix_gradient.hpp"
 
 namespace matrix = tapestry::matrix;
-using Eigen::Lower;
-using Eigen::MatrixXd;
-using Eigen::Upper;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::NumericError;
-using tapestry::ShapeError;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::check_gradient_of;
-using tapestry::test::LongMatrix;
-using tapestry::test::MatrixOf;
-using tapestry::test::random_matrix;
-using tapestry::test::random_positive_definite;
+using Eigen::Lower, Eigen::MatrixXd, Eigen::Upper, tapestry::Array, tapestry::ArrayVariable,
+    tapestry::NumericError, tapestry::ShapeError, tapestry::Variable, tapestry::test::ActiveTape,
+    tapestry::test::check_gradient_of, tapestry::test::LongMatrix, tapestry::test::MatrixOf,
+    tapestry::test::random_matrix, tapestry::test::random_positive_definite;
 
 namespace {
 /// Every gradient here is of order one to ten and comes from at most 100 sums of 100 terms.
@@ -134,8 +125,7 @@ TEST_CASE("product takes rectangles, and has the gradient of both sides", "[auto
 }
 
 TEST_CASE("one record serves a whole matrix, and none a passive one", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto a = tape.input(tapestry::test::array_of_matrix(well_conditioned(9, 1)));
   const auto before = tape.record_count();
   const ArrayVariable<double, 1> x = matrix::solve(a, tapestry::zeros<double, 1>({9}));
@@ -148,8 +138,7 @@ TEST_CASE("one record serves a whole matrix, and none a passive one", "[autodiff
 }
 
 TEST_CASE("vectors, fixed extents, formulas and plain matrices mix", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> t = tape.input(2.0);
   Eigen::Matrix<Variable<double>, 2, 2> a;
   a << t, 0.0, 1.0, 4.0;
@@ -170,8 +159,7 @@ TEST_CASE("vectors, fixed extents, formulas and plain matrices mix", "[autodiff]
 }
 
 TEST_CASE("one entry of a result may be the root, whatever was swept before", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   Eigen::Matrix<Variable<double>, 2, 1> b(tape.input(2.0), tape.input(3.0));
   const auto x = matrix::solve(Eigen::Matrix2d::Identity(), b);
   tape.reverse(Variable<double>(5 * x(1)));
@@ -181,8 +169,7 @@ TEST_CASE("one entry of a result may be the root, whatever was swept before", "[
 }
 
 TEST_CASE("matrices of no extent have results of none, and the determinant 1", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto a = tape.input(tapestry::zeros<double, 2>({0, 0}));
   const auto b = tape.input(tapestry::zeros<double, 2>({0, 3}));
   const auto results = {matrix::solve(a, b), matrix::solve_positive_definite(a, b),
@@ -200,8 +187,7 @@ TEST_CASE("matrices of no extent have results of none, and the determinant 1", "
 }
 
 TEST_CASE("singular, indefinite and ill-fitting matrices are errors that say so", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto singular = tape.input(Array<double, 2>{{1, 2}, {2, 4}});
   const auto wide = tape.input(tapestry::zeros<double, 2>({2, 3}));
   const auto before = tape.record_count();
@@ -228,8 +214,7 @@ TEST_CASE("NaN passes through decompositions as NaN", "[autodiff][matrix]") {
 
 TEST_CASE("huge and tiny matrices keep their digits", "[autodiff][matrix]") {
   for (const double scale : {0x1p-500, 0x1p+500}) {
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto x = tape.input(tapestry::test::array_of_matrix(scale * random_positive_definite(5, 1)));
     const auto unscaled = tape.input(tapestry::test::array_of_matrix(random_positive_definite(5, 1)));
     const Variable<double> value = matrix::log_determinant(x);
@@ -246,8 +231,7 @@ TEST_CASE("a denormal matrix has an inverse without NaN, and so a log-determinan
           "[autodiff][matrix]") {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const auto gradient_of = [](const MatrixXd& a) {
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto x = tape.input(tapestry::test::array_of_matrix(a));
     const Variable<double> value = matrix::log_determinant(x);
     tape.reverse(value);
@@ -262,8 +246,7 @@ TEST_CASE("a denormal matrix has an inverse without NaN, and so a log-determinan
   // A⁻ᵀ = [[1/a, 0], [−b/(a d), 1/d]] of [[a, b], [0, d]] with a = 2⁻¹⁰²³, b = 2⁻¹⁰²², d = 1/2.
   const auto triangular = gradient_of((MatrixXd(2, 2) << 0x1p-1023, 0x1p-1022, 0, 0.5).finished()).second;
   CHECK(triangular == Array<double, 2>{{0x1p1023, 0}, {-4, 2}});
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const MatrixOf<Variable<double>> tiny = (1e-320 * MatrixXd::Identity(2, 2)).cast<Variable<double>>();
   CHECK(matrix::inverse(tiny)(0, 1).value() == 0);
   CHECK(matrix::inverse(tiny)(1, 1).value() == infinity);
@@ -292,8 +275,7 @@ TEST_CASE("a tape of duals has second derivatives of solve, log-determinant and 
 TEST_CASE("solutions have the Jacobian of the inverse, several rows a sweep",
           "[autodiff][matrix][jacobian]") {
   const MatrixXd a = well_conditioned(11, 41), b = random_matrix(11, 1, 42), inverse = a.inverse();
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   Eigen::Matrix<Variable<double>, Eigen::Dynamic, 1> side(11);
   for (Eigen::Index i = 0; i < 11; ++i) side(i) = tape.input(b(i, 0));
   const auto x = matrix::solve(a, side);

@@ -2,15 +2,12 @@
 
 #include <tapestry/autodiff/matrix/solve.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "matrix_gradient.hpp"
 
 namespace matrix = tapestry::matrix;
-using tapestry::NumericError;
-using tapestry::ShapeError;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::random_matrix;
-using tapestry::test::weighted;
+using tapestry::NumericError, tapestry::ShapeError, tapestry::Variable, tapestry::test::ActiveTape,
+    tapestry::test::random_matrix, tapestry::test::weighted;
 
 namespace {
 using Dense = tapestry::test::MatrixOf<Variable<double>>;
@@ -31,8 +28,7 @@ std::vector<Eigen::Triplet<double>> some_entries(int n) {
 
 TEST_CASE("a sparse solve has the value and the gradient of the dense one", "[autodiff][matrix]") {
   constexpr int n = 12;
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto places = some_entries(n);
   std::vector<Variable<double>> inputs;
   std::vector<Eigen::Triplet<Variable<double>>> triplets;
@@ -67,8 +63,7 @@ TEST_CASE("a sparse solve has the value and the gradient of the dense one", "[au
 }
 
 TEST_CASE("a sparse matrix of numbers solves for arrays and vectors of variables", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   Sparse<double> a(2, 2);
   a.insert(0, 0) = 2;
   a.insert(1, 1) = 4;
@@ -84,8 +79,7 @@ TEST_CASE("a sparse matrix of numbers solves for arrays and vectors of variables
 }
 
 TEST_CASE("singular, ill-fitting and empty sparse matrices", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Dense b = Dense::Constant(2, 1, tape.input(1.0));
   CHECK_THROWS_WITH(matrix::solve(Sparse<double>(2, 2), b), "solve: a is singular");
   Sparse<double> equal_rows(2, 2);

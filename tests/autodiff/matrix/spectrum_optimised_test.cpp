@@ -3,22 +3,14 @@
 #include <tapestry/autodiff/detail/matrix/singular_values.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "matrix_gradient.hpp"
 
 namespace matrix = tapestry::matrix;
-using Eigen::MatrixXd;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::NumericError;
-using tapestry::ShapeError;
-using tapestry::Tape;
-using tapestry::Variable;
-using tapestry::test::array_of_matrix;
-using tapestry::test::check_gradient_of;
-using tapestry::test::LongMatrix;
-using tapestry::test::MatrixOf;
-using tapestry::test::random_matrix;
-using tapestry::test::random_positive_definite;
+using Eigen::MatrixXd, tapestry::Array, tapestry::ArrayVariable, tapestry::NumericError, tapestry::ShapeError,
+    tapestry::Variable, tapestry::test::ActiveTape, tapestry::test::array_of_matrix,
+    tapestry::test::check_gradient_of, tapestry::test::LongMatrix, tapestry::test::MatrixOf,
+    tapestry::test::random_matrix, tapestry::test::random_positive_definite;
 
 namespace {
 constexpr double bound = 1e-12;
@@ -52,8 +44,7 @@ TEST_CASE("least_squares has the gradient of differences in long double", "[auto
 }
 
 TEST_CASE("least_squares refuses wide and dependent columns, and takes none", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto wide = tape.input(tapestry::zeros<double, 2>({2, 3}));
   const auto dependent = tape.input(Array<double, 2>{{1, 2}, {2, 4}, {3, 6}});
   const auto none = tape.input(tapestry::zeros<double, 2>({3, 0}));
@@ -83,8 +74,7 @@ TEST_CASE("eigenvalues and eigenvectors have the gradients of differences in lon
 }
 
 TEST_CASE("equal eigenvalues have a sum and a projector, but no vectors of their own", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto a = tape.input(array_of_matrix(with_eigenvalues(Eigen::Vector4d(1, 1, 1, 5))));
   const auto eigen = matrix::symmetric_eigen(a);
   tape.reverse(sum(eigen.values));  // the trace
@@ -122,8 +112,7 @@ TEST_CASE("singular values and vectors have the gradients of differences, of any
 }
 
 TEST_CASE("equal and zero singular values have norms, but no vectors", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto identity = tape.input(Array<double, 2>{{1, 0}, {0, 1}, {0, 0}});
   const auto svd = matrix::singular_values(identity);
   tape.reverse(sum(svd.values * svd.values));  // the squared Frobenius norm
@@ -143,8 +132,7 @@ TEST_CASE("equal and zero singular values have norms, but no vectors", "[autodif
 }
 
 TEST_CASE("spectra of nothing are empty, of NaN an error", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto none = tape.input(tapestry::zeros<double, 2>({0, 0}));
   const auto flat = tape.input(tapestry::zeros<double, 2>({0, 3}));
   const auto eigen = matrix::symmetric_eigen(none);
@@ -166,8 +154,7 @@ TEST_CASE("spectra of nothing are empty, of NaN an error", "[autodiff][matrix]")
 }
 
 TEST_CASE("norms of huge and tiny numbers neither overflow nor vanish", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   for (const double scale : {0x1p-1000, 0x1p+1000}) {
     const auto a = tape.input(Array<double, 2>{{3 * scale, 0}, {0, 4 * scale}});
     const Variable<double> norm = matrix::frobenius_norm(a);
@@ -181,8 +168,7 @@ TEST_CASE("norms of huge and tiny numbers neither overflow nor vanish", "[autodi
 TEST_CASE("singular vectors of tiny and huge matrices have the slopes of ordinary ones, by the scale",
           "[autodiff][matrix]") {
   const auto slopes = [](double scale) {
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     const auto a =
         tape.input(Array<double, 2>{{3 * scale, scale}, {scale / 2, 4 * scale}, {2 * scale, scale}});
     const auto svd = matrix::singular_values(a);
@@ -204,8 +190,7 @@ TEST_CASE("vectors of values that are not 0 have a derivative beside values that
     return MatrixOf<typename std::decay_t<decltype(a)>::Scalar>::Constant(1, 1, u(0, 0) * u(0, 0));
   };
   const MatrixXd rank_one = (MatrixXd(3, 2) << 1, 2, 2, 4, 3, 6).finished();
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const MatrixOf<Variable<double>> x = rank_one.unaryExpr([&](double value) { return tape.input(value); });
   tape.reverse(square_of_first(x)(0, 0));
   // u0 is the eigenvector of A Aᵀ: by differences of those of the nonzero value.
@@ -223,8 +208,7 @@ TEST_CASE("vectors of values that are not 0 have a derivative beside values that
 }
 
 TEST_CASE("an adjoint that is NaN passes through vectors of equal values as NaN", "[autodiff][matrix]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const auto x = tape.input(Array<double, 2>{{1, 0}, {0, 1}});
   const auto vectors = matrix::symmetric_eigen(x).vectors;
   tape.reverse(tapestry::sum(vectors * std::numeric_limits<double>::quiet_NaN()));

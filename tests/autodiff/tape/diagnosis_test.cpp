@@ -5,10 +5,7 @@
 
 #include "../../support/catch.hpp"
 
-using tapestry::DomainError;
-using tapestry::Error;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::DomainError, tapestry::Error, tapestry::Tape, tapestry::Variable;
 
 namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();

@@ -4,10 +4,10 @@
 
 #include <fstream>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 /// While it lives, the process can take `more` bytes of address space beyond what it has.
@@ -30,8 +30,7 @@ class ShortMemory {
 }  // namespace
 
 TEST_CASE("a tape without memory for more says how much it holds, and still answers", "[autodiff][memory]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(1);
   Variable<double> y = x;
   std::string message;

@@ -3,12 +3,11 @@
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 
-using tapestry::AdjointVectors;
-using tapestry::DomainError;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::AdjointVectors, tapestry::DomainError, tapestry::Tape, tapestry::Variable,
+    tapestry::test::ActiveTape;
 
 namespace {
 
@@ -142,8 +141,7 @@ TEMPLATE_TEST_CASE_SIG("adjoints of many roots are kept beyond the window of the
 
 TEST_CASE("roots that are inputs, and roots before others, have adjoints of many roots",
           "[autodiff][reverse_sweep]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::vector<Variable<double>> x(300);
   tape.input(std::vector<double>(300, 2.0), x);
   const Variable<double> y = x[7] * x[299];
@@ -160,8 +158,7 @@ TEST_CASE("roots that are inputs, and roots before others, have adjoints of many
 }
 
 TEST_CASE("adjoints that cancel far from where they began are zero", "[autodiff][reverse_sweep]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(2.0);
   const auto skip = [&](int count) {
     for (int i = 0; i < count; ++i) static_cast<void>(Variable<double>(x * 1.5));
@@ -207,8 +204,7 @@ TEST_CASE("zeros pass nothing in programs whose adjoints become infinite and NaN
   std::size_t nans = 0, zeros = 0;
   for (unsigned seed = 0; seed < 300; ++seed) {
     std::mt19937_64 random(seed);
-    Tape<double> tape;
-    const auto scope = tape.activate();
+    ActiveTape<double> tape;
     std::vector<Variable<double>> all = {tape.input(1.0), tape.input(1.0)};
     std::vector<std::vector<std::pair<std::size_t, double>>> operands(2);
     while (all.size() < 24) {
@@ -243,8 +239,7 @@ TEST_CASE("zeros pass nothing in programs whose adjoints become infinite and NaN
 TEST_CASE("a pullback is called again only where its tape's sweep has left NaN",
           "[autodiff][reverse_sweep]") {
   int calls = 0;
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(3.0);
   const Variable<double> y = tapestry::record_scalar(
       2.0,

@@ -5,8 +5,7 @@
 
 #include "../../support/catch.hpp"
 
-using tapestry::DomainError;
-using tapestry::Variable;
+using tapestry::DomainError, tapestry::Variable;
 
 namespace {
 using Words = const void*;

@@ -1,16 +1,14 @@
 #include <numeric>
 #include <tapestry/autodiff.hpp>
 
+#include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 
-using tapestry::DomainError;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::DomainError, tapestry::Variable, tapestry::test::ActiveTape;
 
 TEST_CASE("an operand of partial derivative 1 or -1 costs 4 bytes, any other 12, a statement 1",
           "[autodiff][tape_memory]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(2.0);
   const Variable<double> y = tape.input(3.0);
   const auto bytes_of = [&](const auto& formula) {
@@ -28,8 +26,7 @@ TEST_CASE("an operand of partial derivative 1 or -1 costs 4 bytes, any other 12,
 
 TEST_CASE("sums and differences of any number of terms have adjoints of 1 and -1",
           "[autodiff][tape_memory]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   std::vector<Variable<double>> x(12);
   tape.input(std::vector<double>(12, 0.5), x);
   const Variable<double> y =
@@ -40,8 +37,7 @@ TEST_CASE("sums and differences of any number of terms have adjoints of 1 and -1
 
 TEST_CASE("every mixture of active, passive and older operands has the derivatives worked out by hand",
           "[autodiff][tape_memory]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::array<double, 4> values = {2, 3, 5, 7};
   const std::array<double, 4> slopes = {1 + 5, -1, 2 - 7, -5};  // of a − b + a·c − c·d
   for (unsigned mixture = 0; mixture < 81;
@@ -63,8 +59,7 @@ TEST_CASE("every mixture of active, passive and older operands has the derivativ
 }
 
 TEST_CASE("recordings that fill many pieces of memory rewind to any place", "[autodiff][tape_memory]") {
-  Tape<float> tape;
-  const auto scope = tape.activate();
+  ActiveTape<float> tape;
   const Variable<float> x = tape.input(1.0F);
   const auto chain = [](const Variable<float>& start, int count) {
     Variable<float> y = start;
@@ -89,8 +84,7 @@ TEST_CASE("recordings that fill many pieces of memory rewind to any place", "[au
 }
 
 TEST_CASE("one statement may have more operands than a piece of memory", "[autodiff][tape_memory]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   constexpr std::size_t count = 300'000;
   std::vector<double> values(count);
   std::iota(values.begin(), values.end(), 0.0);
@@ -107,8 +101,7 @@ TEST_CASE("one statement may have more operands than a piece of memory", "[autod
 }
 
 TEST_CASE("many inputs at once are those made one by one", "[autodiff][tape_memory]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const std::vector<double> values = {1, 2, 3};
   std::vector<Variable<double>> x(3);
   tape.input(values, x);
@@ -138,8 +131,7 @@ struct Thrice {
 }  // namespace
 
 TEST_CASE("a foreign expression joins formulas", "[autodiff][tape_memory]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(2.0);
   const Variable<double> y = x - Thrice{x} * x + tapestry::exp(Thrice{Variable<double>(0.0)});
   CHECK(y.value() == 2 - 12 + 1);
@@ -149,8 +141,7 @@ TEST_CASE("a foreign expression joins formulas", "[autodiff][tape_memory]") {
 }
 
 TEST_CASE("an earlier root ignores statements and operations behind it", "[autodiff][tape_memory]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(2.0);
   const Variable<double> root = x * x;
   Variable<double> later = root;
@@ -162,8 +153,7 @@ TEST_CASE("an earlier root ignores statements and operations behind it", "[autod
 }
 
 TEST_CASE("max and abs at their kinks leave formulas active", "[autodiff][tape_memory]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> zero = tape.input(0.0);
   const Variable<double> y = abs(zero);
   CHECK(y.is_active());
@@ -176,8 +166,7 @@ TEST_CASE("max and abs at their kinks leave formulas active", "[autodiff][tape_m
 
 TEST_CASE("the bytes of statements are those of every piece of memory, and less after rewind",
           "[autodiff][tape_memory]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(1.0);
   const auto inputs = tape.statement_bytes();
   Variable<double> y = x;
@@ -196,8 +185,7 @@ TEST_CASE("the bytes of statements are those of every piece of memory, and less 
 
 TEST_CASE("a short tape takes pieces of 32 KiB and more, a long one of 2 and of 8 MiB",
           "[autodiff][tape_memory]") {
-  Tape<double> tape;
-  const auto scope = tape.activate();
+  ActiveTape<double> tape;
   const Variable<double> x = tape.input(1.0);
   Variable<double> y = x;
   const auto bytes_with = [&](std::size_t statements) {  // of six words each; a piece is four fifths words
