@@ -9,9 +9,8 @@ namespace tapestry::python {
 namespace {
 /// \throws DomainError for a name of no kind
 raster::TextureKind kind_by_name(const std::string& name) {
-  using enum raster::TextureKind;
-  for (const auto kind : {atlas, cube, vertex, solid})
-    if (name == raster::name_of(kind)) return kind;
+  const auto kind = std::ranges::find(raster::texture_traits, name, &raster::TextureTraits::name);
+  if (kind != raster::texture_traits.end()) return kind->kind;
   throw DomainError({"no kind of texture is called ", name, "; expected atlas, cube, vertex or solid"});
 }
 
