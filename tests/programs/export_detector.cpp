@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   constexpr std::size_t size = 64;
   auto normalised = test::yolox_like(size);
   test::normalise_first(normalised);
+  test::hide_constants(normalised);
   tapestry::io::write_onnx(folder + "/yolox.onnx", test::yolox_like(size));
   tapestry::io::write_onnx(folder + "/normalised.onnx", normalised);
   auto sharing = test::yolox_like(size);

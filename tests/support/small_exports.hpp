@@ -112,6 +112,15 @@ inline void normalise_first(nn::NetworkDescription& description) {
                            {"", "BatchNormalization", std::move(inputs), {output}, {}});
 }
 
+/// Puts all constants behind nodes Constant.
+inline void hide_constants(nn::NetworkDescription& description) {
+  std::vector<nn::Node> nodes;
+  for (const auto& [name, constant] : description.constants)
+    nodes.push_back({"", "Constant", {}, {name}, {{"value", constant}}});
+  description.nodes.insert(description.nodes.begin(), nodes.begin(), nodes.end());
+  description.constants.clear();
+}
+
 /// Bends the picture and the first convolution's output by one slope: where both are simplified, one is a
 /// weight and the other belongs to the convolution.
 inline void share_slope(nn::NetworkDescription& description) {

@@ -27,7 +27,14 @@ void check_values(const std::string& bytes, const std::string& name, const std::
 }  // namespace
 
 TEST_CASE("weights are replaced where they are, all other bytes stay", "[io][onnx][weight_replacement]") {
-  auto parts = onnx::small_model();  // weights in raw_data, the bias in a packed field
+  auto parts = onnx::small_model();  // weights in raw_data, the bias in a packed field, of a node Constant
+  parts.initialisers.pop_back();
+  parts.nodes.insert(
+      parts.nodes.begin(),
+      onnx::node("Constant", {}, {"bias"},
+                 {onnx::tensor_attribute(
+                     "value", onnx::tensor("elsewhere", onnx::float32, {1},
+                                           onnx::floats_field(4, {0.25F}, onnx::Packing::packed)))}));
   parts.more_of_model =
       onnx::bytes_field(14, onnx::bytes_field(1, "author") + onnx::bytes_field(2, "nobody"));
   const std::string bytes = onnx::model(parts);
@@ -48,13 +55,14 @@ TEST_CASE("weights that cannot be replaced are refused by name", "[io][onnx][wei
     (void)io::with_weights(bytes, "net.onnx", {{name, std::move(values)}});
   };
   const std::string sound = onnx::model(onnx::small_model());
-  check_refused(
-      ErrorKind::mismatch,
-      "weights 'other' cannot be replaced; expected an initialiser of the graph, found none of that", [&] {
-        replace(sound, {1, 2}, "other");
-      });
-  check_refused(ErrorKind::mismatch, "expected an initialiser of the graph",  // of a node Constant
+  check_refused(ErrorKind::mismatch,
+                "weights 'other' cannot be replaced; expected an initialiser or a node Constant with a "
+                "tensor, found none",
                 [&] {
+                  replace(sound, {1, 2}, "other");
+                });
+  check_refused(ErrorKind::mismatch,
+                "weights 'extents' cannot be replaced; expected elements of FLOAT, found INT64", [&] {
                   replace(sound, {1, 2}, "extents");
                 });
   check_refused(ErrorKind::mismatch, "weights 'weight' cannot be replaced; expected 3 elements, found 2",
@@ -68,7 +76,7 @@ TEST_CASE("weights that cannot be replaced are refused by name", "[io][onnx][wei
   });
   const auto elsewhere =
       onnx::tensor("weight", onnx::float32, {1, 2, 1, 1}, onnx::external({{"location", "w.bin"}}));
-  check_refused(ErrorKind::mismatch, "initialiser 'weight' has its elements in another file", [&] {
+  check_refused(ErrorKind::mismatch, "'weight' has its elements in another file", [&] {
     replace(bytes_with(elsewhere), {1, 2});
   });
   const auto scattered =

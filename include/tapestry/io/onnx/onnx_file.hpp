@@ -64,21 +64,21 @@ namespace detail {
 void write_onnx(const std::string& path, const nn::NetworkDescription& network,
                 const std::map<std::string, nn::Shape>& output_shapes = {});
 
-/// New elements of initialisers, by their names.
+/// New elements of initialisers and of nodes Constant, by the names of their values.
 using WeightValues = std::map<std::string, std::vector<float>>;
 
-/// The current weights of a network, as the file's initialisers have them.
+/// The current weights of a network, as the file's constants have them.
 /// \throws DomainError for initialisers of which the network uses a part
 [[nodiscard]] WeightValues weight_values(const nn::Network<float>& network);
 
-/// The bytes of an ONNX model with new elements in some of its initialisers. Everything else is kept byte for
-/// byte: names, versions, outputs, and texts for people.
+/// The bytes of an ONNX model with new elements in some of its initialisers and nodes Constant. Everything
+/// else is kept byte for byte: names, versions, outputs, and texts for people.
 ///
 /// \param bytes  of a model that parse_onnx() reads
 /// \param path   of its file, for messages
-/// \throws FileError  mismatch if an initialiser has its elements in another file; for weights that are no
-///                  initialiser; for an initialiser of another number of elements, of another type than
-///                  FLOAT, or with its elements in pieces; malformed as parse_onnx()
+/// \throws FileError  mismatch if a tensor has its elements in another file; for weights that are neither an
+///                  initialiser nor the tensor of a node Constant; for another number of elements, another
+///                  type than FLOAT, or elements in pieces; malformed as parse_onnx()
 [[nodiscard]] std::string with_weights(std::string_view bytes, const std::string& path,
                                        const WeightValues& weights);
 

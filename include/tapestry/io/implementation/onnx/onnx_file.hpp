@@ -144,7 +144,7 @@ std::string_view text_of(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// The elements of an initialiser within the bytes of its file.
+/// The elements of a tensor within the bytes of its file.
 struct ElementSpan {
   std::string name{};
   OnnxType type = OnnxType::undefined;
@@ -153,7 +153,7 @@ struct ElementSpan {
   std::string_view bytes{};  ///< of the last piece
 };
 
-[[nodiscard]] inline ElementSpan element_span(ProtobufMessage tensor) {
+[[nodiscard]] inline ElementSpan element_span(ProtobufMessage tensor, const std::string& name) {
   ElementSpan span;
   while (tensor.next()) {
     if (tensor.tag() == 2) {
@@ -171,7 +171,29 @@ struct ElementSpan {
       tensor.skip();
     }
   }
+  if (!name.empty()) span.name = name;
   return span;
+}
+
+/// Visits a message at its fields of this number.
+template <class Visit>
+void each_field(ProtobufMessage message, std::uint32_t tag, Visit visit) {
+  while (message.next())
+    if (message.tag() == tag)
+      visit(message);
+    else
+      message.skip();
+}
+
+/// Visits tensors within a node, with the name of its output: that of a node Constant is its value.
+template <class Visit>
+void visit_tensors(const ProtobufMessage& node, Visit visit) {
+  std::string name;
+  each_field(node, 2, [&](ProtobufMessage& at) { name = at.bytes("output"); });
+  each_field(node, 5, [&](ProtobufMessage& at) {
+    each_field(at.message("attribute", node.place()), 5,
+               [&](ProtobufMessage& attribute) { visit(attribute.message("value", node.place()), name); });
+  });
 }
 
 /// \throws FileError (mismatch) unless so many floats can replace the elements
@@ -236,12 +258,12 @@ std::string with_weights(std::string_view bytes, const std::string& path, const 
   const ProtobufFile file{path, bytes};
   std::string replaced(bytes);
   std::set<std::string> found;
-  const auto replace = [&](const ProtobufMessage& tensor) {
-    const detail::ElementSpan span = detail::element_span(tensor);
+  const auto replace = [&](const ProtobufMessage& tensor, const std::string& name) {
+    const detail::ElementSpan span = detail::element_span(tensor, name);
     if (span.is_outside)
-      tensor.fail_whole("weights cannot be replaced: initialiser " + in_quotes(span.name) +
-                            " has its elements in another file",
-                        "all elements within the file", "", ErrorKind::mismatch);
+      tensor.fail_whole(
+          "weights cannot be replaced: " + in_quotes(span.name) + " has its elements in another file",
+          "all elements within the file", "", ErrorKind::mismatch);
     const auto values = weights.find(span.name);
     if (values == weights.end()) return;
     detail::require_replaceable(tensor, span, values->second.size());
@@ -251,24 +273,18 @@ std::string with_weights(std::string_view bytes, const std::string& path, const 
       for (const std::byte byte : little_endian_bytes(std::bit_cast<std::uint32_t>(value)))
         *at++ = static_cast<char>(byte);
   };
-  ProtobufMessage model(file, "the model");
-  while (model.next()) {
-    if (model.tag() != 7) {
-      model.skip();
-      continue;
-    }
-    ProtobufMessage graph = model.message("graph", "the graph");
-    while (graph.next()) {
-      if (graph.tag() == 5)
-        replace(graph.message("initializer", "initialiser"));
-      else
-        graph.skip();
-    }
-  }
+  detail::each_field({file, "the model"}, 7, [&](ProtobufMessage& model) {
+    const ProtobufMessage graph = model.message("graph", "the graph");
+    detail::each_field(graph, 5,
+                       [&](ProtobufMessage& at) { replace(at.message("initializer", "initialiser"), ""); });
+    detail::each_field(
+        graph, 1, [&](ProtobufMessage& at) { detail::visit_tensors(at.message("node", "node"), replace); });
+  });
   for (const auto& [name, values] : weights)
     if (!found.contains(name))
-      throw FileError(ErrorKind::mismatch, {path, "", "weights " + in_quotes(name) + " cannot be replaced",
-                                            "an initialiser of the graph", "none of that name"});
+      throw FileError(ErrorKind::mismatch,
+                      {path, "", "weights " + in_quotes(name) + " cannot be replaced",
+                       "an initialiser or a node Constant with a tensor", "none of that name"});
   return replaced;
 }
 
