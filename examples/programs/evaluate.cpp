@@ -232,7 +232,7 @@ std::vector<ChangedInput> changed_since_runs(const Options& options, Inputs& inp
 /// \throws Error (usage) for options that do not go together
 void require_consistent(const CLI::App& app, const Options& options) {
   for (const char* option :
-       {"--images", "--dataset-names", "--most-detections", "--results", "--csv", "--json"})
+       {"--images", "--dataset-names", "--classes", "--most-detections", "--results", "--csv", "--json"})
     if (app.get_option(option)->count() > 0)
       throw Error(ErrorKind::usage, std::string(option) + " needs --dataset");
   if (!options.camouflage.is_given() && !options.clean_only)

@@ -4,7 +4,6 @@
 #include "shell/harden_options.hpp"
 #include "shell/hardening_run.hpp"
 #include "shell/inputs.hpp"
-#include "shell/learning_detector.hpp"
 #include "shell/program.hpp"
 #include "shell/run_folder.hpp"
 #include "shell/stop_signal.hpp"
@@ -17,31 +16,6 @@ void require_float(const HardenOptions& options) {
   if (options.detector.precision != "float")
     throw Error(ErrorKind::usage, "--precision " + options.detector.precision +
                                       " has no part in harden, whose weights learn in float");
-}
-
-/// Requires heads that loss::yolo_training() or loss::yolox_training() can train.
-void require_trainable_heads(const Inputs& inputs, const HardenOptions& options) {
-  const auto& heads = inputs.detector.heads();
-  loss::require_raw_logits("harden", heads);
-  for (const auto& head : heads)
-    if (head.decode == detect::DecodeFamily::decoded)
-      throw FileError(ErrorKind::mismatch,
-                      {options.detector.weights, "", "a head that cannot be trained",
-                       "heads of raw outputs, as darknet, ultralytics, yolov5, yolox, nanodet or yolov8",
-                       "boxes and scores that the network has decoded"});
-}
-
-/// A second copy of the detector, to train.
-std::unique_ptr<LearningDetector> learning_detector(const Inputs& inputs, const DetectorSettings& settings) {
-  if (io::is_onnx(settings.weights) && !io::is_of_darknet(io::read_onnx(settings.weights)))
-    return std::make_unique<LearningGraph>(settings.weights, inputs.detector, settings.size);
-  std::optional<detect::DecodeFamily> decode;
-  if (!settings.decode.empty()) decode = detect::decode_family_by_name(settings.decode);
-  const std::string cfg = trainable_cfg(settings.cfg, settings.weights);
-  return std::make_unique<LearningModel>(
-      io::read_darknet_model<float>(settings.cfg, settings.weights, settings.size, settings.size, decode)
-          .model,
-      cfg, inputs.detector.names());
 }
 
 int run(const CLI::App& app, const char* program, HardenOptions& options) {
@@ -59,8 +33,8 @@ int run(const CLI::App& app, const char* program, HardenOptions& options) {
   require_float(options);
   require_free_folder(options);
   Inputs inputs = load_inputs(options.scene, options.detector);
-  require_trainable_heads(inputs, options);
-  auto detector = learning_detector(inputs, options.detector);
+  require_trainable_heads("harden", inputs.detector, options.detector.weights);
+  auto detector = learning_detector(inputs.detector, options.detector);
   require_one_scale(inputs.frames);
   const bool is_new = options.output.empty() || !is_there(options.output, ErrorKind::write);
   if (options.output.empty()) options.output = make_next_folder("runs/harden");

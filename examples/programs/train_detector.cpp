@@ -1,25 +1,16 @@
-// Trains a small YOLO-V3-shaped detector on procedural street scenes, drawn as they are needed.
-#include <tapestry/core/parallel.hpp>
+// Trains a detector: any with raw heads on labelled pictures, or a small YOLO-V3-shaped one on procedural
+// street scenes, drawn as they are needed.
 #include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
-#include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/loss/yolo_training.hpp>
-#include <tapestry/optim/adam.hpp>
 
 #include "../scenes/labelled_scene.hpp"
-#include "shell/formatted.hpp"
+#include "shell/dataset_run.hpp"
 #include "shell/mesh_inputs.hpp"
-#include "shell/problem_list.hpp"
 #include "shell/program.hpp"
 #include "shell/scene_training.hpp"
 #include "shell/stop_signal.hpp"
-#include "shell/trained_network.hpp"
 
 namespace {
 using namespace tapestry;
@@ -27,46 +18,35 @@ using namespace tapestry::shell;
 using namespace tapestry::scenes;
 
 struct Options {
-  std::string cfg;
-  std::string weights;
-  std::string output;
-  std::size_t fresh = 6, pool = 3000, size = 0;
+  TuningOptions tuning;  ///< over own pictures; those of both that name files are there
+  std::string &cfg = tuning.detector.cfg, &weights = tuning.detector.weights, &output = tuning.output;
+  std::size_t& size = tuning.detector.size;
+  std::size_t fresh = 6, pool = 3000;
   SceneTraining training{2400, 16, 200, 600};
 };
 
 void describe(CLI::App& app, Options& o) {
-  app.add_option(
-      "--cfg", o.cfg,
-      "Darknet cfg file of the network; its heads need 3 classes (car, van, clutter); the bundled one when "
-      "left out");
-  app.add_option(
-      "--weights,--resume", o.weights,
-      "weights to start from, Darknet's or an .onnx model of convert_weights, whose own cfg is then taken "
-      "for --cfg; random ones when left out");
+  add_options(app, o.tuning.detector);
+  app.get_option("--cfg")->description(
+      "Darknet cfg file of the network; the bundled one when left out. Its heads need 3 classes (car, van, "
+      "clutter) for drawn scenes, and get those of own pictures for random weights");
+  app.get_option("--weights")
+      ->description(
+          "weights to start from, Darknet's or an .onnx model; random ones when left out. For drawn scenes "
+          "one "
+          "of convert_weights, whose own cfg is then taken for --cfg");
+  add_options(app, o.tuning.training, {"steps", "batch", "learning-rate", "validate-every", "seed"});
+  add_resume_options(app, o.tuning);
+  app.option_defaults()->group("Training");
   app.add_option(
       "--output", o.output,
       "file to write: Darknet weights, or, named .onnx, a model with its cfg, needed when the cfg is that of "
-      "converted --weights; detector.weights or detector.onnx when left out");
+      "converted --weights; detector.weights or detector.onnx when left out. Over own pictures the run "
+      "folder; runs/train-001, -002, ... when left out");
   app.add_option("--fresh", o.fresh,
                  "pictures of a batch that are drawn anew; the others are repeated from the pool");
   app.add_option("--pool", o.pool, "pictures kept for repetition, about 200 kB each");
-  app.add_option("--size", o.size, "width and height of the network's input, pixels; 0: the cfg's own");
   add_options(app, o.training, "P@0.5");
-}
-
-/// Sets the first weights, with objectness near 0.01, because most candidates of a picture are background.
-void initialise(detect::DarknetModel<float>& model, std::uint64_t seed) {
-  Random random(seed);
-  model.initialise(random);
-  const auto& layers = model.config().layers;
-  auto head = model.heads().begin();
-  for (std::size_t i = 1; i < layers.size(); ++i) {
-    if (!detect::is_head(layers[i].kind)) continue;
-    for (std::size_t anchor = 0; anchor < head->anchor_count(); ++anchor)
-      model.parameters()[model.layout().layers[i - 1].bias + anchor * head->candidate_channel_count() +
-                         head->objectness_channel().value()] = -4.6F;
-    ++head;
-  }
 }
 
 /// The model to train, and its cfg: a file's text, or the one within a converted detector.
@@ -83,6 +63,11 @@ Start starting_model(const Options& options) {
     return {std::move(model), io::read_text_file(options.cfg)};
   }
   const std::string cfg = trainable_cfg(options.cfg, options.weights);
+  if (io::is_onnx(options.weights) &&
+      io::parse_detector_metadata(io::read_onnx(options.weights).metadata, options.weights).is_folded)
+    throw FileError(ErrorKind::mismatch,
+                    {options.weights, "", "batch normalisation is folded into the weights",
+                     "a detector to train, as convert_weights writes without --fold"});
   auto loaded = io::read_darknet_model<float>(options.cfg, options.weights, options.size, options.size);
   print_warnings(loaded.warnings);
   return {std::move(loaded.model), cfg};
@@ -139,58 +124,6 @@ void print_validation(const detect::Detector<float>& detector, const HeldOutScen
   std::fflush(stdout);
 }
 
-/// The model and the memory for a step, kept from step to step.
-class Trainer {
- public:
-  Trainer(detect::DarknetModel<float>& model, const Options& options)
-      : model_(model),
-        detector_(model.learning_detector()),
-        weights_(detector_.weights()),
-        options_(options),
-        pool_(options.training.seed, model.input_width(), std::max(options.pool, options.training.batch)),
-        adam_(weights_.size(), {options.training.learning_rate}),
-        batch_(Extents<4>{options.training.batch, model.input_height(), model.input_width(), 3}) {}
-
-  loss::YoloTrainingTerms step(std::size_t index) {
-    pool_.fill(index, std::min(options_.fresh, options_.training.batch), batch_, truths_);
-    tape_.clear();
-    const auto scope = tape_.activate();
-    const ArrayVariable<float, 4> images = batch_;
-    const auto weights = tape_.input(weights_);
-    const auto logits = detect::forward(detector_, images, weights, pass_);
-    const auto terms = loss::yolo_training(detector_, logits, truths_);
-    if (!std::isfinite(terms.total.value()))
-      throw NumericError("train_detector: the loss of step " + std::to_string(index + 1) + " is not finite");
-    tape_.reverse(terms.total);
-    model_.update_running_statistics(*pass_, 0.03);
-    adam_.set_learning_rate(
-        warm_cosine_rate(options_.training.learning_rate, index, options_.training.steps, 200));
-    adam_.step(weights_, weights.adjoint());
-    model_.set_images_seen(model_.images_seen() + options_.training.batch);
-    return {static_cast<double>(terms.box.value()), static_cast<double>(terms.objectness.value()),
-            static_cast<double>(terms.classification.value()), static_cast<double>(terms.total.value())};
-  }
-
-  /// The model with the weights of the last step.
-  [[nodiscard]] const detect::DarknetModel<float>& model() {
-    detector_.set_weights(weights_);
-    model_.take_weights(detector_);
-    return model_;
-  }
-
- private:
-  detect::DarknetModel<float>& model_;
-  detect::Detector<float> detector_;  ///< with the weights that are trained
-  Array<float, 1> weights_;
-  const Options& options_;
-  ScenePool pool_;
-  optim::Adam<float> adam_;
-  Array<float, 4> batch_;
-  loss::Truths truths_;
-  std::shared_ptr<detect::Pass<float>> pass_ = std::make_shared<detect::Pass<float>>();
-  Tape<float> tape_;
-};
-
 /// The command that continues: the remaining steps, from the saved weights.
 std::string command_to_go_on(const CLI::App& app, const char* program, const Options& options,
                              std::size_t done) {
@@ -218,23 +151,57 @@ int train(const CLI::App& app, const char* program, const Options& options) {
   const HeldOutScenes sets = held_out_sets(
       0x5EED0FF5E7ULL, options.training.validate,
       [=](const Random& random, const SceneOptions& scene) { return draw_labelled(random, scene, size); });
-  Trainer trainer(model, options);
+  const SceneTraining& t = options.training;
+  ScenePool pool(t.seed, size, std::max(options.pool, t.batch));
+  LearningModel learning(std::move(model), start.cfg, {}, {}, true);
+  Learner learner(learning, "train_detector");
+  Array<float, 4> batch(Extents<4>{t.batch, size, size, 3});
+  loss::Truths truths;
   const auto step = [&](std::size_t index) {
-    const auto terms = trainer.step(index);
+    pool.fill(index, std::min(options.fresh, t.batch), batch, truths);
+    const double rate = warm_cosine_rate(t.learning_rate, index, t.steps, 200);
+    const LossTerms terms = learner.step(batch, truths, rate, index + 1);
+    learning.set_pictures_seen((index + 1) * t.batch);
     return StepLoss{terms.total, formatted(" (box %.3f, objectness %.3f, class %.3f)", terms.box,
                                            terms.objectness, terms.classification)};
   };
   const std::size_t done = train_on_scenes(
-      options.training, step, [&] { save_model(trainer.model(), start.cfg, options.output); },
-      [&] { print_validation(trainer.model().detector(), sets); });
+      t, step, [&] { learning.save(options.output); }, [&] { print_validation(learning.detector(), sets); });
   if (done == options.training.steps) return 0;
   std::fprintf(stderr, "\nstopped; weights saved after step %zu. Go on with\n  %s\n", done,
                command_to_go_on(app, program, options, done).c_str());
   return StopSignal::exit_code();
 }
 
-void require_sound(const Options& o) {
+/// Training over own pictures, with the options that it shares with that over drawn scenes.
+int run_tuning(const CLI::App& app, const char* program, const Options& o) {
+  TuningOptions tuning = o.tuning;
+  DatasetTraining& s = tuning.training;
+  const auto take = [&](const char* option, auto& value, const auto& given) {
+    if (app.get_option(option)->count() > 0) value = given;
+  };
   ProblemList list;
+  require_sound(o.training, list);
+  list.throw_first();
+  take("--steps", s.steps, o.training.steps);
+  take("--batch", s.batch, o.training.batch);
+  take("--validate-every", s.validate_every, o.training.validate_every);
+  take("--seed", s.seed, o.training.seed);
+  s.learning_rate = tuning.detector.weights.empty() ? 0.002 : 0.0005;
+  take("--learning-rate", s.learning_rate, o.training.learning_rate);
+  tuning.threads = o.training.threads;
+  tuning.checkpoint_steps = o.training.save_every;
+  return tune(app, program, std::move(tuning));
+}
+
+/// \throws Error (usage) for options that do not go together, or have no part in drawn scenes
+void require_sound(const CLI::App& app, const Options& o) {
+  ProblemList list;
+  for (const auto* option : app.get_options([](const CLI::Option* one) { return one->count() > 0; }))
+    list.require(option->get_group() != DatasetTraining::group && option->get_group() != "Run" &&
+                     (option->get_group() != DetectorSettings::group || option->check_lname("cfg") ||
+                      option->check_lname("weights") || option->check_lname("size")),
+                 option->get_name() + " needs --dataset");
   require_sound(o.training, list);
   list.require(o.size <= 4096, "--size must be at most 4096 pixels");
   list.throw_first();
@@ -252,7 +219,9 @@ void fill_in_files(Options& o) {
 }
 
 int run(const CLI::App& app, const char* program, Options& options) {
-  require_sound(options);
+  if (options.tuning.resume || !options.tuning.training.dataset.empty())
+    return run_tuning(app, program, options);
+  require_sound(app, options);
   fill_in_files(options);
   return run_training(options.training, options.output, [&] { return train(app, program, options); });
 }
@@ -260,10 +229,15 @@ int run(const CLI::App& app, const char* program, Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  auto app = command_line("Trains a small detector on procedural street scenes and writes Darknet weights.");
+  keep_freed_memory();
+  auto app = command_line(
+      "Trains a detector on labelled pictures (--dataset), and writes it as it was best on held-out ones, "
+      "with a report; or trains a small one on procedural street scenes, and writes Darknet weights.");
   Options options;
   describe(app, options);
   app.footer(
+      "  train_detector --dataset labels/instances.json --weights yolox_nano.onnx --classes vehicle=car\n"
+      "  train_detector --resume --output runs/train-001\n"
       "  train_detector --output own.weights\n"
       "  train_detector --steps 0 --weights own.weights");
   return run_program(app, argc, argv, [&] { return run(app, argv[0], options); });

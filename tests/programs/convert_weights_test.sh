@@ -162,7 +162,7 @@ expect_error_line '^error: --cfg is missing'
 
 train="$programs/train_detector --steps 0 --validate 1"
 expect_exit 0 "training from a converted file" $train --weights kept.onnx
-expect_exit 4 "training from a folded one" $train --weights folded.onnx
+expect_exit 4 "training from a folded one" $train --weights folded.onnx  # W21
 expect_error_line 'folded.onnx: batch normalisation is folded'
 expect_exit 2 "training a scaled one" $train --weights scaled.onnx
 expect_error_line 'heads of the decode family scaled'

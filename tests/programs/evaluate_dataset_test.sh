@@ -55,6 +55,8 @@ for format in yolo coco voc; do sorted $format.csv >$format.sorted; done
 expect_same yolo.sorted coco.sorted
 expect_same yolo.sorted voc.sorted
 grep -q '"category_id":90' coco.results.json && pass || fail "the results have other categories than the data set"
+expect_exit 0 "a class left out" "$evaluate" --dataset coco.json --images yolo/images --classes van= --csv few.csv
+grep -q '^"van",' coco.csv && ! grep -q '^"van",' few.csv && pass || fail "a class that is left out is measured"
 expect_exit 0 "two detections a picture" "$evaluate" --dataset yolo --most-detections 2 --results two.json
 [ "$(grep -c '"image_id":1,' two.json)" -eq 2 ] && pass || fail "more or less than two detections of the first picture"
 grep -q ' van ' command.out && pass || fail "a class that has objects has no row"

@@ -94,11 +94,6 @@ cp stopped/checkpoint.npz torn/checkpoint.npz
 expect_exit 7 "the checkpoint of another run" "$harden" --resume --output torn
 expect_error_line 'torn/checkpoint.npz: belongs to a run with other settings'
 
-# Weights that cannot learn here. (W21)
-expect_exit 0 "folded weights" "$programs/convert_weights" --fold --cfg "$assets/detector.cfg" \
-  --weights "$assets/detector.weights" --output folded.onnx
-expect_exit 4 "hardening folded weights" "$harden" "${tiny[@]}" --weights folded.onnx --class 0 --output none
-expect_error_line 'folded.onnx: batch normalisation is folded into the weights'
 expect_exit 2 "hardening in bfloat16" "$harden" "${tiny[@]}" --precision bfloat16 --output none
 expect_error_line '--precision bfloat16 has no part in harden'
 

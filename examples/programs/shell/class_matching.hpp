@@ -50,17 +50,23 @@ inline std::optional<std::size_t> detector_class(const std::string& name,
   return std::nullopt;
 }
 
-/// Says what is unmatched.
-inline void warn_of_unmatched(const std::string& dataset_path, const evaluate::Dataset& dataset,
-                              const detect::Detector<float>& detector, ClassMatching& matching) {
+/// Says what is unmatched, and refuses a data set without a class in common or, where all are needed, with
+/// one that the detector does not know.
+inline void judge_unmatched(const std::string& dataset_path, const evaluate::Dataset& dataset,
+                            const detect::Detector<float>& detector, bool needs_all,
+                            ClassMatching& matching) {
   std::vector<std::string> left_out, unasked;
   for (std::size_t k = 0; k < dataset.class_names.size(); ++k)
     if (!matching.of_dataset[k]) left_out.push_back(dataset.class_names[k]);
   for (std::size_t i = 0; i < detector.names().size(); ++i)
     if (!matching.of_detector[i]) unasked.push_back(detector.names()[i]);
-  if (matching.names.empty())
-    throw FileError(ErrorKind::mismatch, {dataset_path, "", "no class has a name that the detector knows",
-                                          listed(detector.names()), listed(left_out)});
+  if (matching.names.empty() || (needs_all && !left_out.empty()))
+    throw FileError(ErrorKind::mismatch,
+                    {dataset_path, "",
+                     std::string(matching.names.empty() ? "no class has a name that the detector knows"
+                                                        : "classes that the detector does not know") +
+                         "; --classes names or leaves out classes",
+                     listed(detector.names()), listed(left_out)});
   if (!left_out.empty())
     matching.warnings.push_back(dataset_path +
                                 ": the detector does not know these classes, left out: " + listed(left_out));
@@ -73,9 +79,11 @@ inline void warn_of_unmatched(const std::string& dataset_path, const evaluate::D
 
 /// Matches classes by their names. Classes of a data set without names are the detector's numbers. Pascal VOC
 /// and Darknet's lists have other names for six of COCO's classes; both names are accepted.
-/// \throws Error (usage) if only the data set names its classes, FileError (mismatch) if they share none
+/// \param needs_all  whether the detector must know all of them
+/// \throws Error (usage) if only the data set names its classes, FileError (mismatch) if they share none, or
+///         not all that are needed
 inline ClassMatching match_classes(const std::string& dataset_path, const evaluate::Dataset& dataset,
-                                   const detect::Detector<float>& detector) {
+                                   const detect::Detector<float>& detector, bool needs_all = false) {
   const std::size_t count = detector.heads().front().classes;
   ClassMatching matching;
   matching.of_detector.resize(count);
@@ -99,7 +107,7 @@ inline ClassMatching match_classes(const std::string& dataset_path, const evalua
     matching.names.push_back(dataset.class_names[k]);
     matching.ids.push_back(dataset.class_ids[k]);
   }
-  detail::warn_of_unmatched(dataset_path, dataset, detector, matching);
+  detail::judge_unmatched(dataset_path, dataset, detector, needs_all, matching);
   return matching;
 }
 

@@ -18,11 +18,27 @@
 
 namespace tapestry::shell {
 
-/// The labelled pictures, and the output files; an empty path writes nothing.
-struct DatasetSettings {
+/// Where the labelled pictures are, and the detector's names of their classes.
+struct LabelSettings {
   std::string dataset;
   std::string images;
   std::string class_names;
+  std::vector<std::string> classes;
+};
+
+/// What the options of LabelSettings take, for their help.
+inline constexpr const char* dataset_help =
+    "COCO's instances (.json), a list of pictures (.txt), a folder of Pascal VOC's labels (.xml), or one of "
+    "pictures with YOLO's labels";
+inline constexpr const char* images_help =
+    "folder of a COCO or VOC data set's pictures; left out, that of the .json, or JPEGImages";
+inline constexpr const char* dataset_names_help =
+    "names of the classes in YOLO's labels, one a line; left out, they are the detector's";
+inline constexpr const char* classes_help =
+    "the detector's names of classes that the data set calls otherwise, vehicle=car, or leaves out, sign=";
+
+/// The labelled pictures, and the output files; an empty path writes nothing.
+struct DatasetSettings : LabelSettings {
   std::string results;
   std::string csv;
   std::string json;
@@ -35,13 +51,12 @@ inline void add_options(CLI::App& app, DatasetSettings& s) {
   app.option_defaults()->group("Data set instead of a camouflage");
   app.add_option(
       "--dataset", s.dataset,
-      "labelled pictures on which average precision is measured as COCO does, instead of a camouflage: "
-      "COCO's instances (.json), a list of pictures (.txt), a folder of Pascal VOC's labels (.xml), or one "
-      "of pictures with YOLO's labels; --confidence is then 0.001 unless given");
-  app.add_option("--images", s.images,
-                 "folder of a COCO or VOC data set's pictures; left out, that of the .json, or JPEGImages");
-  app.add_option("--dataset-names", s.class_names,
-                 "names of the classes in YOLO's labels, one a line; left out, they are the detector's");
+      std::string("labelled pictures on which average precision is measured as COCO does, instead of a "
+                  "camouflage: ") +
+          dataset_help + "; --confidence is then 0.001 unless given");
+  app.add_option("--images", s.images, images_help);
+  app.add_option("--dataset-names", s.class_names, dataset_names_help);
+  app.add_option("--classes", s.classes, classes_help);
   app.add_option("--most-detections", s.most_detections,
                  "of a picture, the most confident of all classes that the data set has; COCO allows 100");
   app.add_option("--results", s.results, "file for the detections as COCO's results (.json)");
@@ -51,10 +66,10 @@ inline void add_options(CLI::App& app, DatasetSettings& s) {
 
 namespace detail {
 
-/// Refuses options of other measurements, which would be ignored.
-inline void require_dataset_options(const CLI::App& app, const DatasetSettings& s, ProblemList& list) {
-  std::vector<std::string> known{"--dataset", "--images", "--dataset-names", "--most-detections",
-                                 "--results", "--csv",    "--json",          "--threads"};
+/// Refuses options that would be ignored.
+/// \param known  those that are not, beside the detector's
+inline void require_known_options(const CLI::App& app, std::vector<std::string> known, ProblemList& list) {
+  known.insert(known.end(), {"--quiet", "--verbose"});
   DetectorSettings detector;
   visit_settings(detector, [&](const std::string& name, auto&, const std::string&) {
     if (name != "class") known.push_back("--" + name);
@@ -63,12 +78,19 @@ inline void require_dataset_options(const CLI::App& app, const DatasetSettings& 
     list.require(option->count() == 0 || !option->get_configurable() ||  // --help, --version, --config
                      std::ranges::find(known, option->get_name()) != known.end(),
                  option->get_name() + " has no part in --dataset");
+}
+
+inline void require_dataset_options(const CLI::App& app, const DatasetSettings& s, ProblemList& list) {
+  require_known_options(app,
+                        {"--dataset", "--images", "--dataset-names", "--classes", "--most-detections",
+                         "--results", "--csv", "--json", "--threads"},
+                        list);
   list.require(s.most_detections >= 1 && s.most_detections <= 10000, "--most-detections must be 1 to 10000");
   for (const auto& [name, path] : {std::pair("--results", s.results), {"--csv", s.csv}, {"--json", s.json}})
     list.require_kept(name, path, {s.dataset, s.class_names});
 }
 
-inline evaluate::Dataset read_labels(const DatasetSettings& s, std::size_t class_count) {
+inline evaluate::Dataset read_labels(const LabelSettings& s, std::size_t class_count) {
   const auto refuse = [&](const std::string& option, const std::string& value) {
     if (!value.empty()) throw Error(ErrorKind::usage, option + " has no part in the data set " + s.dataset);
   };
@@ -91,13 +113,46 @@ inline evaluate::Dataset read_labels(const DatasetSettings& s, std::size_t class
                              : evaluate::read_darknet_list(s.dataset, class_count);
 }
 
-inline evaluate::Dataset read_dataset(const DatasetSettings& s, const detect::Detector<float>& detector) {
+/// Gives classes the names that --classes states, and takes off those that it leaves out, with their objects.
+inline void rename_classes(const std::vector<std::string>& pairs, evaluate::Dataset& dataset) {
+  auto& names = dataset.class_names;
+  const auto own = names;
+  for (const auto& pair : pairs) {
+    const std::size_t cut = pair.rfind('=');
+    if (cut == std::string::npos || cut == 0)
+      throw Error(ErrorKind::usage, "--classes " + pair + ": expected a pair, such as vehicle=car");
+    const auto found = std::ranges::find(own, pair.substr(0, cut));
+    if (found == own.end())
+      throw Error(ErrorKind::usage,
+                  "--classes " + pair + ": the data set has no such class; expected one of " + listed(own));
+    names[static_cast<std::size_t>(found - own.begin())] = pair.substr(cut + 1);
+  }
+  evaluate::Dataset kept;
+  std::vector<std::optional<std::size_t>> place(names.size());  // of equal names the first
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    if (names[k].empty()) continue;
+    const auto same = std::ranges::find(kept.class_names, names[k]);
+    place[k] = static_cast<std::size_t>(same - kept.class_names.begin());
+    if (same != kept.class_names.end()) continue;
+    kept.class_names.push_back(names[k]);
+    kept.class_ids.push_back(dataset.class_ids[k]);
+  }
+  for (auto& picture : dataset.pictures) {
+    std::erase_if(picture.objects, [&](const auto& object) { return !place[object.class_index]; });
+    for (auto& object : picture.objects) object.class_index = *place[object.class_index];
+  }
+  names = std::move(kept.class_names);
+  dataset.class_ids = std::move(kept.class_ids);
+}
+
+/// \param class_count  of labels that number their classes, where no names are given
+inline evaluate::Dataset read_dataset(const LabelSettings& s, std::size_t class_count) {
   std::vector<std::string> names;
   if (!s.class_names.empty()) names = io::read_class_names(s.class_names);
-  const std::size_t count = names.empty() ? detector.heads().front().classes : names.size();
-  evaluate::Dataset dataset = read_labels(s, count);
+  evaluate::Dataset dataset = read_labels(s, names.empty() ? class_count : names.size());
   for (std::size_t k = 0; k < names.size(); ++k) dataset.class_ids.push_back(k);
   if (!names.empty()) dataset.class_names = std::move(names);
+  if (!s.classes.empty()) rename_classes(s.classes, dataset);
   return dataset;
 }
 
@@ -126,6 +181,25 @@ inline DatasetFindings findings_in(const evaluate::LabelledPicture& labelled, st
     if (findings.detections.size() == most) break;
     findings.detections.push_back({index, *k, detect::clipped(found.box, frame), found.confidence});
   }
+  return findings;
+}
+
+/// findings_in() of all pictures, in their order.
+/// \param each  called on this thread after each picture
+template <class Each>
+DatasetFindings all_findings(const evaluate::Dataset& dataset, std::size_t most,
+                             const DetectorSettings& settings, const detect::Detector<float>& detector,
+                             const ClassMatching& matching, Each each) {
+  DatasetFindings findings;
+  detect::PassPool<float> passes;
+  const auto find = [&](std::size_t i) {
+    return findings_in(dataset.pictures[i], i, most, settings, detector, matching, passes);
+  };
+  for_each_in_order(dataset.pictures.size(), find, [&](std::size_t, const DatasetFindings& found) {
+    findings.truths.insert(findings.truths.end(), found.truths.begin(), found.truths.end());
+    findings.detections.insert(findings.detections.end(), found.detections.begin(), found.detections.end());
+    each(found);
+  });
   return findings;
 }
 
@@ -162,26 +236,19 @@ inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, Detec
   fill_in_bundled(settings);
   std::vector<std::string> remarks;
   const auto detector = load_detector(settings, remarks);
-  const evaluate::Dataset dataset = detail::read_dataset(s, detector);
+  const evaluate::Dataset dataset = detail::read_dataset(s, detector.heads().front().classes);
   const ClassMatching matching = match_classes(s.dataset, dataset, detector);
   for (const auto* warnings : {&std::as_const(remarks), &dataset.warnings, &matching.warnings})
     print_warnings(*warnings);
   for (const auto& path : {s.results, s.csv, s.json})
     if (!path.empty()) require_writable_file(path);
   const auto claims = claimed_files({s.results, s.csv, s.json});
-  detail::DatasetFindings findings;
-  detect::PassPool<float> passes;
   MeasuringProgress progress(dataset.pictures.size());
-  const auto find = [&](std::size_t i) {
-    return detail::findings_in(dataset.pictures[i], i, s.most_detections, settings, detector, matching,
-                               passes);
-  };
-  for_each_in_order(dataset.pictures.size(), find, [&](std::size_t, const detail::DatasetFindings& found) {
-    findings.truths.insert(findings.truths.end(), found.truths.begin(), found.truths.end());
-    findings.detections.insert(findings.detections.end(), found.detections.begin(), found.detections.end());
-    print_warnings(found.warnings);
-    progress.count("data set");
-  });
+  const auto findings = detail::all_findings(dataset, s.most_detections, settings, detector, matching,
+                                             [&](const detail::DatasetFindings& found) {
+                                               print_warnings(found.warnings);
+                                               progress.count("data set");
+                                             });
   const auto precision =
       evaluate::average_precision(findings.truths, findings.detections, matching.names.size());
   std::printf("pictures: %zu, fit %s, confidence above %g, suppression at IoU %g\n%s",

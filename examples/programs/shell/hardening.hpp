@@ -1,17 +1,12 @@
 #pragma once
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/training.hpp>
-#include <tapestry/core/finite.hpp>
-#include <tapestry/loss/yolo_training.hpp>
-#include <tapestry/loss/yolox_training.hpp>
-#include <tapestry/optim/adam.hpp>
 
 #include "formatted.hpp"
 #include "harden_options.hpp"
 #include "hardening_pictures.hpp"
 #include "hardening_state.hpp"
-#include "learning_detector.hpp"
+#include "learner.hpp"
 
 namespace tapestry::shell {
 
@@ -39,7 +34,7 @@ struct HardeningScene {
 /// recognition", CVPR 2020). The detector that learns would then differ from the one that is attacked and
 /// used, which has the running statistics.
 ///
-/// The weights learn by loss::yolo_training(), or for heads without anchors by loss::yolox_training().
+/// The weights learn as Learner says.
 class Hardening {
  public:
   /// \param detector is changed; the other arguments must outlive the hardening
@@ -48,12 +43,12 @@ class Hardening {
         settings_(settings),
         scene_(scene),
         objective_(detector.detector(), objective_options(settings, scene.class_index)),
-        adam_(detector.weights().size(), {settings.weight_rate}),
+        learner_(detector, "harden"),
         batch_(scene.store, scene.usable, scene.clean, settings.pictures, settings.painted) {
     pool_.is_ordinary = settings.paint == "none";
     if (pool_.is_ordinary) settings_.attack_steps = 0;
     state_.parameters = detector.weights();
-    state_.adam = adam_.state();
+    state_.adam = learner_.state();
     begin_round();
   }
 
@@ -68,7 +63,7 @@ class Hardening {
   [[nodiscard]] HardeningState state() const {
     HardeningState state = state_;
     state.parameters = detector_.weights();
-    state.adam = adam_.state();
+    state.adam = learner_.state();
     auto training = training_->state();
     state.paint = std::move(training.parameter);
     state.attack = std::move(training.adam);
@@ -87,7 +82,7 @@ class Hardening {
     detail::require_size(path, "history", round * settings_.steps + learnt, state.history.size());
     detail::require_size(path, "adam_step", state.history.size(), state.adam.step);
     detector_.set_weights(state.parameters);
-    adam_.restore(state.adam);
+    learner_.restore(state.adam);
     for (const auto& paint : state.paints) pool_.add(scene_.car, paint, settings_.seed);
     state_ = std::move(state);
     count_images();
@@ -149,40 +144,11 @@ class Hardening {
     const std::size_t index = state_.history.size();
     batch_.fill(Random(settings_.seed).fork(0x6C6561726EULL).fork(index),
                 camouflage::texture_colours(training_->parameter()), pool_);
-    tape_.clear();
-    const auto scope = tape_.activate();
-    const ArrayVariable<float, 4> images = batch_.images();
-    auto values = detector_.weights();
-    const auto weights = tape_.input(values);
-    const auto terms = terms_of(detector_.forward(images, weights));
-    if (!std::isfinite(terms.total.value()))
-      throw NumericError("harden: the detector's loss in step " + std::to_string(state_.done + 1) +
-                         " is not finite");
-    tape_.reverse(terms.total);
-    adam_.set_learning_rate(
-        warm_cosine_rate(settings_.weight_rate, index, settings_.rounds * settings_.steps, 50));
-    const auto gradient = weights.adjoint();
-    if (!are_finite({gradient.data(), gradient.size()}))
-      throw NumericError("harden: the gradient of the weights in step " + std::to_string(state_.done + 1) +
-                         " is not finite");
-    adam_.step(values, gradient);
-    detector_.set_weights(values);
-    const auto number = [](const Variable<float>& term) { return static_cast<double>(term.value()); };
-    state_.history.push_back({number(terms.box), number(terms.objectness), number(terms.classification),
-                              number(terms.total), paint_loss()});
+    const double rate =
+        warm_cosine_rate(settings_.weight_rate, index, settings_.rounds * settings_.steps, 50);
+    const LossTerms terms = learner_.step(batch_.images(), batch_.truths(), rate, state_.done + 1);
+    state_.history.push_back({terms, paint_loss()});
     count_images();
-  }
-
-  /// \throws NumericError naming the step, for logits that are not finite
-  [[nodiscard]] loss::YoloTrainingVariables<float> terms_of(
-      const std::vector<ArrayVariable<float, 4>>& logits) const try {
-    const auto& detector = detector_.detector();
-    if (detect::has_anchors(detector.heads().front().decode))
-      return loss::yolo_training(detector, logits, batch_.truths());
-    return loss::yolox_training(detector, logits, batch_.truths());
-  } catch (const NumericError& error) {
-    throw NumericError("harden: the detector's loss in step " + std::to_string(state_.done + 1) + ": " +
-                       error.what());
   }
 
   void count_images() { detector_.set_pictures_seen(state_.history.size() * settings_.pictures); }
@@ -191,12 +157,11 @@ class Hardening {
   HardenSettings settings_;
   HardeningScene scene_;
   camouflage::Objective<float> objective_;
-  optim::Adam<float> adam_;
+  Learner learner_;
   MixedBatch batch_;
   PaintPool pool_;
   HardeningState state_;  ///< without the parts in detector_, adam_ and training_
   std::optional<camouflage::Training<float>> training_;
-  Tape<float> tape_;
 };
 
 }  // namespace tapestry::shell

@@ -69,7 +69,8 @@ class HardeningRun {
     if (usable_train_.empty() || usable_test_.empty()) throw no_car_shown(options_.scene.frames, inputs_.car);
     if (options_.harden.epochs == 0)
       options_.harden.epochs = default_epochs(usable_train_.size(), inputs_.frames.drawn > 0);
-    open_folder();
+    identity_ = open_run(options_, "harden", settings_json(options_), options_.harden.seed,
+                         inputs_.frames.held_out, "hardened.onnx");
     harden();
     if (options_.harden.attacks == "none") return report(std::nullopt, start);
     Random seeds = Random(options_.harden.seed).fork(0x61747461636BULL);
@@ -95,17 +96,6 @@ class HardeningRun {
   [[nodiscard]] std::string path(const std::string& name) const { return options_.output + "/" + name; }
   [[nodiscard]] std::string hardened_path() const { return path("hardened.onnx"); }
 
-  /// Writes the manifest to a new folder; checks that a folder to resume holds one that agrees.
-  void open_folder() {
-    Json manifest =
-        make_manifest("harden", settings_json(options_), options_.harden.seed, inputs_.frames.held_out);
-    identity_ = identity_text(manifest);
-    if (options_.resume) require_same_inputs(manifest, options_.output);
-    if (!options_.resume && is_there(hardened_path(), ErrorKind::write))
-      throw Error(ErrorKind::in_use, hardened_path() + " is there already; give another --output");
-    open_manifest(std::move(manifest), options_.output, options_.resume);
-  }
-
   /// Whether the detector has the classes that drawn scenes are labelled with, and no others.
   [[nodiscard]] bool knows_scenes() const {
     return inputs_.detector.names() == std::vector<std::string>{"car", "van", "clutter"};
@@ -130,32 +120,11 @@ class HardeningRun {
     if (options_.resume && is_there(checkpoint, ErrorKind::malformed))
       hardening.restore(checkpoint, read_hardening(checkpoint, identity_, hardening.state()));
     const auto save = [&] { write_hardening(checkpoint, hardening.state(), identity_); };
-    take_steps(hardening, save, [&] { return "hardening: " + hardening.progress_text(); });
+    take_steps(hardening, options_.checkpoint_steps, save,
+               [&] { return "hardening: " + hardening.progress_text(); });
     history_ = hardening.history();
     write_text(path("history.csv"), history_csv(history_));
     hardened_->save(hardened_path());
-  }
-
-  /// Takes the remaining steps. Saves at intervals, at the end and when a signal arrives.
-  /// \param work  a camouflage::Training or a Hardening
-  /// \throws Stopped after saving
-  template <class Work, class Save, class Text>
-  void take_steps(Work& work, Save save, Text text) {
-    ProgressLine progress;
-    const auto start = Clock::now();
-    const auto first = static_cast<double>(work.steps_taken());
-    while (!work.finished()) {
-      work.step();
-      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-      const auto done = static_cast<double>(work.steps_taken());
-      const double left = static_cast<double>(work.step_count()) - done;
-      progress.show(text() + ", " + duration_text(seconds / (done - first) * left) + " left",
-                    work.finished());
-      const bool is_due =
-          work.finished() || StopSignal::arrived() || work.steps_taken() % options_.checkpoint_steps == 0;
-      if (is_due) save();
-      StopSignal::throw_if_arrived();
-    }
   }
 
   /// Optimises a paint against a detector with the budget of --epochs.
@@ -174,7 +143,8 @@ class HardeningRun {
     const std::string checkpoint = path(name + ".npz");
     if (options_.resume) restore_training(checkpoint, identity_, training);
     take_steps(
-        training, [&] { camouflage::write_checkpoint(checkpoint, training.state(), identity_); },
+        training, options_.checkpoint_steps,
+        [&] { camouflage::write_checkpoint(checkpoint, training.state(), identity_); },
         [&] {
           return formatted("attacking the %s detector (%s): step %llu of %zu, loss %.3f",
                            detector_name.c_str(), name.c_str(),

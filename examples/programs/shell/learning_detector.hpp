@@ -10,7 +10,7 @@
 namespace tapestry::shell {
 
 /// A detector whose weights are trained, and the file it is written to. Batch normalisation keeps its running
-/// statistics; its shifts and scales are trained.
+/// statistics unless a LearningModel is made to follow those of batches; its shifts and scales are trained.
 class LearningDetector {
  public:
   virtual ~LearningDetector() = default;
@@ -21,6 +21,11 @@ class LearningDetector {
   [[nodiscard]] virtual const detect::Detector<float>& detector() const { return learning_; }
   [[nodiscard]] Array<float, 1> weights() const { return learning_.weights(); }
   virtual void set_weights(const Array<float, 1>& weights) { learning_.set_weights(weights); }
+  /// The weights behind a step of forward(), with what else a step changes.
+  virtual void take_step(const Array<float, 1>& weights) { set_weights(weights); }
+  /// All that learning changes.
+  [[nodiscard]] virtual Array<float, 1> state() const { return weights(); }
+  virtual void restore(const Array<float, 1>& state) { set_weights(state); }
   /// Logits on the active tape; the weights must be those of the detector.
   [[nodiscard]] std::vector<ArrayVariable<float, 4>> forward(const ArrayVariable<float, 4>& images,
                                                              const ArrayVariable<float, 1>& weights) {
@@ -35,8 +40,6 @@ class LearningDetector {
  protected:
   explicit LearningDetector(detect::Detector<float> learning) : learning_(std::move(learning)) {}
   detect::Detector<float> learning_;
-
- private:
   std::shared_ptr<detect::Pass<float>> pass_ = std::make_shared<detect::Pass<float>>();
 };
 
@@ -45,31 +48,54 @@ class LearningModel final : public LearningDetector {
  public:
   /// \param cfg    text of the cfg to write
   /// \param names  of the classes
-  LearningModel(detect::DarknetModel<float> start, std::string cfg, std::vector<std::string> names)
-      : LearningDetector(start.learning_detector(false)),
+  /// \param fit    of photographs; left out, the cfg's
+  /// \param batch_statistics  batch normalisation learns from the batches' statistics, as random weights need
+  LearningModel(detect::DarknetModel<float> start, std::string cfg, std::vector<std::string> names,
+                const std::optional<image::Fit>& fit = {}, bool batch_statistics = false)
+      : LearningDetector(start.learning_detector(batch_statistics)),
         model_(std::move(start)),
         detector_(model_.detector()),
         cfg_(std::move(cfg)),
-        seen_before_(model_.images_seen()) {
+        seen_before_(model_.images_seen()),
+        batch_statistics_(batch_statistics) {
     detector_.set_names(std::move(names));
+    if (fit) detector_.set_fit(*fit);
   }
 
   [[nodiscard]] const detect::Detector<float>& detector() const override { return detector_; }
   void set_weights(const Array<float, 1>& weights) override {
     learning_.set_weights(weights);
     model_.take_weights(learning_);
-    auto names = detector_.names();
-    detector_ = model_.detector();
-    detector_.set_names(std::move(names));
+    renew();
+  }
+  void take_step(const Array<float, 1>& weights) override {
+    if (batch_statistics_) model_.update_running_statistics(*pass_, 0.03);
+    set_weights(weights);
+  }
+  [[nodiscard]] Array<float, 1> state() const override { return model_.parameters(); }
+  void restore(const Array<float, 1>& state) override {
+    model_.parameters() = state;
+    learning_ = model_.learning_detector(batch_statistics_);
+    renew();
   }
   void set_pictures_seen(std::uint64_t count) override { model_.set_images_seen(seen_before_ + count); }
   void save(const std::string& path) const override { save_model(model_, cfg_, path); }
 
  private:
+  /// Makes the detector of the model's parameters.
+  void renew() {
+    auto names = detector_.names();
+    const auto fit = detector_.fit();
+    detector_ = model_.detector();
+    detector_.set_names(std::move(names));
+    detector_.set_fit(fit);
+  }
+
   detect::DarknetModel<float> model_;
   detect::Detector<float> detector_;
   std::string cfg_;
   std::uint64_t seen_before_;
+  bool batch_statistics_;
 };
 
 /// An ONNX model, written as its original file with new numbers in its initialisers. If possible it runs
@@ -105,7 +131,7 @@ class LearningGraph final : public LearningDetector {
       if (!is_own || extents(weight.constant_shape) != extents(network.constants.at(weight.name).shape))
         throw FileError(ErrorKind::mismatch,
                         {path_, "", "weights " + in_quotes(weight.name) + " cannot learn",
-                         "an initialiser, its elements in the order of the file",
+                         "a constant, its elements in the order of the file",
                          is_own ? "another order" : "what nodes compute"});
     }
     require_same_when_read(size, may_simplify(network, start));

@@ -5,6 +5,7 @@
 #include "file_status.hpp"
 #include "problem_list.hpp"
 #include "program.hpp"
+#include "progress.hpp"
 #include "run_manifest.hpp"
 #include "run_origin.hpp"
 #include "settings.hpp"
@@ -23,6 +24,15 @@ struct RunOptions {
   bool accepts_other_build = false;
 };
 
+inline void add_resume_options(CLI::App& app, RunOptions& options) {
+  app.option_defaults()->group("Run");
+  app.add_flag("--resume", options.resume,
+               "continue the run in --output; settings not given are taken from it");
+  app.add_flag("--accept-other-build", options.accepts_other_build,
+               "resume although version, compiler or instruction set differ from the run's, which is refused "
+               "otherwise; the bits are then other ones, and the manifest states both");
+}
+
 /// \param folder prefix of the names of run folders if no folder is given
 inline void add_run_options(CLI::App& app, RunOptions& options, const std::string& folder) {
   app.option_defaults()->group("Run");
@@ -31,11 +41,7 @@ inline void add_run_options(CLI::App& app, RunOptions& options, const std::strin
   app.add_option("--checkpoint-steps", options.checkpoint_steps, "steps between checkpoints");
   app.add_option("--keep-mib", options.keep_mib,
                  "memory for prepared views, MiB; those beyond are prepared anew");
-  app.add_flag("--resume", options.resume,
-               "continue the run in --output; settings not given are taken from it");
-  app.add_flag("--accept-other-build", options.accepts_other_build,
-               "resume although version, compiler or instruction set differ from the run's, which is refused "
-               "otherwise; the bits are then other ones, and the manifest states both");
+  add_resume_options(app, options);
 }
 
 inline void require_sound_run(const RunOptions& options, ProblemList& list) {
@@ -98,6 +104,21 @@ inline void open_manifest(Json manifest, const std::string& run, bool resumed) {
   write_text(manifest_path(run), exact_text(manifest) + "\n");
 }
 
+/// Writes the manifest of a run to its new folder; checks that a folder to resume holds one that agrees.
+/// \param output  file of the run that must not be there before
+/// \returns the run's identity_text()
+inline std::string open_run(const RunOptions& options, const std::string& program, const Json& settings,
+                            std::uint64_t seed, bool held_out, const std::string& output) {
+  const std::string path = options.output + "/" + output;
+  Json manifest = make_manifest(program, settings, seed, held_out);
+  if (options.resume) require_same_inputs(manifest, options.output);
+  if (!options.resume && is_there(path, ErrorKind::write))
+    throw Error(ErrorKind::in_use, path + " is there already; give another --output");
+  std::string identity = identity_text(manifest);
+  open_manifest(std::move(manifest), options.output, options.resume);
+  return identity;
+}
+
 /// The command that resumes a run; settings come from the manifest, including those in `adopted`.
 inline std::string resume_line(const CLI::App& app, const char* program, const RunOptions& options,
                                const Json& settings, std::vector<std::string> adopted = {}) {
@@ -106,6 +127,34 @@ inline std::string resume_line(const CLI::App& app, const char* program, const R
   for (const auto& setting : settings.items()) adopted.push_back(setting.key());
   for (auto& word : given_options(app, adopted)) words.push_back(std::move(word));
   return shell_line(words);
+}
+
+/// Takes the remaining steps of a work. Saves at intervals, at the end and when a signal arrives.
+/// \param work  has step(), finished(), steps_taken() and step_count(), as camouflage::Training
+/// \throws Stopped after saving
+template <class Work, class Save, class Text>
+void take_steps(Work& work, std::size_t checkpoint_steps, Save save, Text text) {
+  using Clock = std::chrono::steady_clock;
+  ProgressLine progress;
+  const auto start = Clock::now();
+  const auto first = static_cast<double>(work.steps_taken());
+  while (!work.finished()) {
+    try {
+      work.step();
+    } catch (const Stopped&) {
+      save();
+      throw;
+    }
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const auto done = static_cast<double>(work.steps_taken());
+    const double left = static_cast<double>(work.step_count()) - done;
+    progress.show(text() + ", " + duration_text(seconds / std::max(1.0, done - first) * left) + " left",
+                  work.finished());
+    const bool is_due =
+        work.finished() || StopSignal::arrived() || work.steps_taken() % checkpoint_steps == 0;
+    if (is_due) save();
+    StopSignal::throw_if_arrived();
+  }
 }
 
 /// Runs `body`, and prints the command that resumes it if a signal stops it.

@@ -14,9 +14,9 @@ namespace fs = std::filesystem;
 constexpr const char* set_variable = "TAPESTRY_INSTRUCTION_SET";
 
 /// Options that name files or folders, or may.
-constexpr std::string_view path_options[] = {"mesh",    "faces",   "frames",  "segmenter",
-                                             "cfg",     "weights", "names",   "detector",
-                                             "palette", "start",   "ensemble"};
+constexpr std::string_view path_options[] = {"mesh",     "faces",   "frames",   "segmenter",    "cfg",
+                                             "weights",  "names",   "detector", "palette",      "start",
+                                             "ensemble", "dataset", "images",   "dataset-names"};
 
 std::string text_in(const Json& json, const char* name) {
   const Json found = json.is_object() ? json.value(name, Json()) : Json();

@@ -9,17 +9,9 @@ namespace tapestry::shell {
 
 /// The text of the cfg for the weights to train: that of the file `cfg` or, if none is named, the one within
 /// a converted detector.
-/// \throws FileError (mismatch) if batch normalisation is folded into the weights
 inline std::string trainable_cfg(const std::string& cfg, const std::string& weights) {
-  std::string own_cfg;
-  if (io::is_onnx(weights)) {
-    const auto metadata = io::parse_detector_metadata(io::read_onnx(weights).metadata, weights);
-    if (metadata.is_folded)
-      throw FileError(ErrorKind::mismatch, {weights, "", "batch normalisation is folded into the weights",
-                                            "a detector to train, as convert_weights writes without --fold"});
-    own_cfg = metadata.cfg;
-  }
-  return cfg.empty() ? own_cfg : io::read_text_file(cfg);
+  if (!cfg.empty()) return io::read_text_file(cfg);
+  return io::parse_detector_metadata(io::read_onnx(weights).metadata, weights).cfg;
 }
 
 /// Writes the model in the format of the file's ending: an ONNX model with its cfg, or Darknet weights.

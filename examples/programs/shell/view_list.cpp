@@ -129,6 +129,7 @@ Json list_json(const ViewList& list) {
 
 std::string list_html(const ViewList& list, const std::string& remarks) {
   constexpr std::size_t most_on_paper = 200;
+  if (list.views.empty()) return {};
   return "<h2>Views</h2>\n<p>Best confidence of each view; a heading sorts" + remarks +
          ". Azimuth of the camera: 0 in front of the car, 90 at its left. Distance: from the middle of the "
          "car, in halves of its length. Hidden: of the car's silhouette, by what stands before it.</p>\n<p "
