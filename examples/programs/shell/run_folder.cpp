@@ -85,7 +85,7 @@ Json computed_by_json() {
 }
 
 Json read_json_file(const std::string& path) {
-  return io::read_json(io::read_text_file(path, std::uint64_t(16) << 20U), path).value;
+  return io::read_json(io::read_text_file(path, std::uint64_t(128) << 20U), path).value;
 }
 
 Json recorded_inputs() {

@@ -43,7 +43,7 @@ class RunFolder {
 /// The facts of computed_by(), as JSON.
 [[nodiscard]] Json computed_by_json();
 
-/// Reads a JSON file of at most 16 MiB, as io::read_json() does.
+/// Reads a JSON file of at most 128 MiB, as io::read_json() does: a manifest of half a million inputs.
 [[nodiscard]] Json read_json_file(const std::string& path);
 
 /// Every file that the program's ledger has recorded so far, in the order of the paths, with size, SHA-256
