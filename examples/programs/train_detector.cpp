@@ -1,9 +1,6 @@
 // Trains a detector: any with raw heads on labelled pictures, or a small YOLO-V3-shaped one on procedural
 // street scenes, drawn as they are needed.
-#include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
-#include <tapestry/io/file_source.hpp>
 
 #include "../scenes/labelled_scene.hpp"
 #include "shell/dataset_run.hpp"
@@ -49,14 +46,9 @@ void describe(CLI::App& app, Options& o) {
   add_options(app, o.training, "P@0.5");
 }
 
-/// The model to train, and its cfg: a file's text, or the one within a converted detector.
-struct Start {
-  detect::DarknetModel<float> model;
-  std::string cfg;
-};
-
-/// The model with random weights, or with the weights to start from, possibly those of a converted detector.
-Start starting_model(const Options& options) {
+/// The model with random weights, or with the weights to start from, possibly those of a converted detector;
+/// and its cfg: a file's text, or the one within a converted detector.
+std::pair<detect::DarknetModel<float>, std::string> starting_model(const Options& options) {
   if (options.weights.empty()) {
     detect::DarknetModel<float> model(io::read_network_config(options.cfg), options.size, options.size);
     initialise(model, options.training.seed);
@@ -134,8 +126,7 @@ std::string command_to_go_on(const CLI::App& app, const char* program, const Opt
 }
 
 int train(const CLI::App& app, const char* program, const Options& options) {
-  Start start = starting_model(options);
-  detect::DarknetModel<float>& model = start.model;
+  auto [model, cfg] = starting_model(options);
   const std::string& cfg_name = model.config().name;
   if (model.input_height() != model.input_width())
     throw Error(ErrorKind::mismatch, cfg_name + ": the input must be square, or --size given");
@@ -153,7 +144,7 @@ int train(const CLI::App& app, const char* program, const Options& options) {
       [=](const Random& random, const SceneOptions& scene) { return draw_labelled(random, scene, size); });
   const SceneTraining& t = options.training;
   ScenePool pool(t.seed, size, std::max(options.pool, t.batch));
-  LearningModel learning(std::move(model), start.cfg, {}, {}, true);
+  LearningModel learning(std::move(model), cfg, {}, {}, true);
   Learner learner(learning, "train_detector");
   Array<float, 4> batch(Extents<4>{t.batch, size, size, 3});
   loss::Truths truths;

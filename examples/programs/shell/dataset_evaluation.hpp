@@ -114,7 +114,9 @@ inline evaluate::Dataset read_labels(const LabelSettings& s, std::size_t class_c
 }
 
 /// Gives classes the names that --classes states, and takes off those that it leaves out, with their objects.
-inline void rename_classes(const std::vector<std::string>& pairs, evaluate::Dataset& dataset) {
+/// \param needs_all  whether it must have all of them
+inline void rename_classes(const std::vector<std::string>& pairs, evaluate::Dataset& dataset,
+                           bool needs_all = true) {
   auto& names = dataset.class_names;
   const auto own = names;
   for (const auto& pair : pairs) {
@@ -122,6 +124,7 @@ inline void rename_classes(const std::vector<std::string>& pairs, evaluate::Data
     if (cut == std::string::npos || cut == 0)
       throw Error(ErrorKind::usage, "--classes " + pair + ": expected a pair, such as vehicle=car");
     const auto found = std::ranges::find(own, pair.substr(0, cut));
+    if (found == own.end() && !needs_all) continue;
     if (found == own.end())
       throw Error(ErrorKind::usage,
                   "--classes " + pair + ": the data set has no such class; expected one of " + listed(own));

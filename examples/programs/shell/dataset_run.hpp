@@ -28,14 +28,11 @@ struct MatchedDataset {
 };
 
 /// Moves a share of the pictures, drawn by the seed, into a data set of their own.
-/// \throws FileError (mismatch) if there are fewer than two
 inline evaluate::Dataset held_out_of(evaluate::Dataset& dataset, const DatasetTraining& s) {
   auto& pictures = dataset.pictures;
-  if (pictures.size() < 2)
-    throw FileError(ErrorKind::mismatch, {s.dataset, "", "too few pictures to hold some out", "2", "1"});
   Random(s.seed).fork(0x68656C64ULL).shuffle(pictures);
   const auto share = std::llround(s.held_out * static_cast<double>(pictures.size()));
-  const auto count = std::clamp<std::ptrdiff_t>(share, 1, std::ssize(pictures) - 1);
+  const auto count = std::min<std::ptrdiff_t>(std::max(share, 1LL), std::ssize(pictures) - 1);
   evaluate::Dataset held{
       dataset.class_names, dataset.class_ids, {pictures.end() - count, pictures.end()}, {}};
   pictures.erase(pictures.end() - count, pictures.end());
@@ -74,11 +71,7 @@ inline TuningInputs read_tuning_inputs(TuningOptions& options) {
     held = held_out_of(dataset, s);
   } else {
     held = detail::read_dataset({s.validation, "", s.class_names, {}}, detector.heads().front().classes);
-    auto pairs = s.classes;  // those of classes that it has
-    std::erase_if(pairs, [&](const std::string& pair) {
-      return std::ranges::count(held.class_names, pair.substr(0, pair.rfind('='))) == 0;
-    });
-    detail::rename_classes(pairs, held);
+    detail::rename_classes(s.classes, held, false);
   }
   for (const auto* warnings : {&dataset.warnings, &held.warnings})
     inputs.warnings.insert(inputs.warnings.end(), warnings->begin(), warnings->end());

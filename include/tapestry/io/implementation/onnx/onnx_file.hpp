@@ -10,6 +10,16 @@
 namespace tapestry::io {
 namespace detail {
 
+/// Visits a message at its fields of this number.
+template <class Visit>
+void each_field(ProtobufMessage message, std::uint32_t tag, Visit visit) {
+  while (message.next())
+    if (message.tag() == tag)
+      visit(message);
+    else
+      message.skip();
+}
+
 /// Reads a ModelProto: its graph and the fields beside it.
 class ModelReader {
  public:
@@ -76,29 +86,15 @@ class ModelReader {
   void read_opset(ProtobufMessage message) {
     std::string_view domain;
     std::int64_t version = 0;
-    while (message.next()) {
-      if (message.tag() == 1) {
-        domain = message.bytes("domain");
-      } else if (message.tag() == 2) {
-        version = message.integer("version");
-      } else {
-        message.skip();
-      }
-    }
+    each_field(message, 1, [&](ProtobufMessage& at) { domain = at.bytes("domain"); });
+    each_field(message, 2, [&](ProtobufMessage& at) { version = at.integer("version"); });
     if (is_default_domain(domain) && (!opset_ || version > *opset_)) opset_ = version;
   }
 
   void read_metadata(ProtobufMessage message) {
     std::string key, value;
-    while (message.next()) {
-      if (message.tag() == 1) {
-        key = message.bytes("key");
-      } else if (message.tag() == 2) {
-        value = message.bytes("value");
-      } else {
-        message.skip();
-      }
-    }
+    each_field(message, 1, [&](ProtobufMessage& at) { key = at.bytes("key"); });
+    each_field(message, 2, [&](ProtobufMessage& at) { value = at.bytes("value"); });
     if (!metadata_.emplace(key, std::move(value)).second)
       message.fail_whole("two values of the metadata " + in_quotes(key));
   }
@@ -108,15 +104,8 @@ class ModelReader {
   void check_function(ProtobufMessage message) {
     std::string_view name;
     std::string_view domain;
-    while (message.next()) {
-      if (message.tag() == 1) {
-        name = message.bytes("name");
-      } else if (message.tag() == 10) {
-        domain = message.bytes("domain");
-      } else {
-        message.skip();
-      }
-    }
+    each_field(message, 1, [&](ProtobufMessage& at) { name = at.bytes("name"); });
+    each_field(message, 10, [&](ProtobufMessage& at) { domain = at.bytes("domain"); });
     if (is_default_domain(domain))
       message.fail_whole("function " + in_quotes(name) + " replaces an operator, which is not supported");
   }
@@ -173,16 +162,6 @@ struct ElementSpan {
   }
   if (!name.empty()) span.name = name;
   return span;
-}
-
-/// Visits a message at its fields of this number.
-template <class Visit>
-void each_field(ProtobufMessage message, std::uint32_t tag, Visit visit) {
-  while (message.next())
-    if (message.tag() == tag)
-      visit(message);
-    else
-      message.skip();
 }
 
 /// Visits tensors within a node, with the name of its output: that of a node Constant is its value.
