@@ -1,15 +1,7 @@
 // The main program: optimises a camouflage for a car against a detector, and measures its effect.
-#include <tapestry/core/parallel.hpp>
 
-#include "shell/camouflage_options.hpp"
 #include "shell/camouflage_run.hpp"
 #include "shell/clean_views.hpp"
-#include "shell/inputs.hpp"
-#include "shell/program.hpp"
-#include "shell/ranks.hpp"
-#include "shell/run_folder.hpp"
-#include "shell/stop_signal.hpp"
-#include "shell/texture_training.hpp"
 
 namespace {
 using namespace tapestry;

@@ -1,13 +1,8 @@
 // Converts a Darknet detector, cfg and weights, to a single file that other tools can read, an ONNX model.
-#include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/read_detector.hpp>
 
 #include "shell/old_detector.hpp"
 #include "shell/output_claim.hpp"
-#include "shell/problem_list.hpp"
 #include "shell/program.hpp"
 #include "shell/settings.hpp"
 

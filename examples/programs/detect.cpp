@@ -1,23 +1,12 @@
 // Finds objects in pictures with a Darknet or ONNX detector.
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/pass.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/image/letterbox.hpp>
-#include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/image_file.hpp>
-#include <tapestry/nn/network/program.hpp>
 
-#include "shell/drawn_boxes.hpp"
-#include "shell/file_status.hpp"
 #include "shell/heat_map_picture.hpp"
 #include "shell/inputs.hpp"
 #include "shell/network_profile.hpp"
-#include "shell/output_claim.hpp"
 #include "shell/picture_detections.hpp"
 #include "shell/picture_list.hpp"
 #include "shell/picture_sheet.hpp"
 #include "shell/program.hpp"
-#include "shell/run_folder.hpp"
 #include "shell/wild_boxes.hpp"
 
 namespace {

@@ -1,28 +1,10 @@
 // Measures a finished camouflage, with its own detector or another one, or a detector on labelled pictures.
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/mesh_writers.hpp>
 
-#include "shell/camouflage_source.hpp"
 #include "shell/dataset_evaluation.hpp"
-#include "shell/exported_pictures.hpp"
 #include "shell/foreign_detections.hpp"
-#include "shell/inputs.hpp"
-#include "shell/program.hpp"
 #include "shell/protocol/run.hpp"
-#include "shell/ranks.hpp"
-#include "shell/report.hpp"
 #include "shell/reshaped_views.hpp"
-#include "shell/run_folder.hpp"
-#include "shell/run_inputs.hpp"
-#include "shell/run_manifest.hpp"
-#include "shell/run_origin.hpp"
-#include "shell/run_page.hpp"
-#include "shell/settings.hpp"
 #include "shell/side_by_side.hpp"
-#include "shell/survey_watch.hpp"
 
 namespace {
 using namespace tapestry;

@@ -1,12 +1,6 @@
 // Fine-tunes a detector against optimised car paint, and measures the gain.
-#include <tapestry/core/parallel.hpp>
 
-#include "shell/harden_options.hpp"
 #include "shell/hardening_run.hpp"
-#include "shell/inputs.hpp"
-#include "shell/program.hpp"
-#include "shell/run_folder.hpp"
-#include "shell/stop_signal.hpp"
 
 namespace {
 using namespace tapestry;

@@ -1,8 +1,4 @@
 // Makes the bundled default: car meshes, and frames of the sedan in street scenes to paint it in.
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/io/file_source.hpp>
-#include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 
 #include "../scenes/car.hpp"

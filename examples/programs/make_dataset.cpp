@@ -1,25 +1,14 @@
 // Puts any car into street scenes or photographs: frames to optimise on and frames held out.
 #include <sstream>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/io/file_source.hpp>
-#include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 
 #include "../scenes/drawn_frames.hpp"
-#include "../scenes/photograph.hpp"
-#include "../scenes/vehicle.hpp"
-#include "shell/command_line.hpp"
 #include "shell/dataset_preview.hpp"
 #include "shell/mesh_axes.hpp"
 #include "shell/mesh_inputs.hpp"
 #include "shell/own_texture.hpp"
 #include "shell/photographs.hpp"
 #include "shell/program.hpp"
-#include "shell/run_folder.hpp"
-#include "shell/run_manifest.hpp"
 #include "shell/run_origin.hpp"
 
 namespace {

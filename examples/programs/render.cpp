@@ -1,27 +1,16 @@
 // Draws a mesh, painted or in its own colours: one picture, or a turntable.
 #include <sstream>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/pose.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/crop.hpp>
-#include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/frame_file.hpp>
-#include <tapestry/io/image_file.hpp>
-#include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/painted.hpp>
-#include <tapestry/raster/used_texels.hpp>
 
 #include "../scenes/dark_parts.hpp"
-#include "shell/contact_sheet.hpp"
-#include "shell/file_status.hpp"
 #include "shell/mesh_axes.hpp"
 #include "shell/mesh_inputs.hpp"
-#include "shell/mesh_views.hpp"
 #include "shell/own_texture.hpp"
 #include "shell/panel_sheets.hpp"
-#include "shell/problem_list.hpp"
 #include "shell/program.hpp"
 #include "shell/texture_description.hpp"
 

@@ -1,11 +1,6 @@
 // Puts measurements of several camouflages beside each other, in one table.
 
-#include "shell/comparison/comparison.hpp"
 #include "shell/comparison/comparison_page.hpp"
-#include "shell/comparison/comparison_report.hpp"
-#include "shell/comparison/measured_folder.hpp"
-#include "shell/program.hpp"
-#include "shell/run_folder.hpp"
 
 namespace {
 using namespace tapestry;

@@ -1,13 +1,8 @@
 // Trains a detector: any with raw heads on labelled pictures, or a small YOLO-V3-shaped one on procedural
 // street scenes, drawn as they are needed.
-#include <tapestry/evaluate/detection_rate.hpp>
 
-#include "../scenes/labelled_scene.hpp"
 #include "shell/dataset_run.hpp"
-#include "shell/mesh_inputs.hpp"
-#include "shell/program.hpp"
 #include "shell/scene_training.hpp"
-#include "shell/stop_signal.hpp"
 
 namespace {
 using namespace tapestry;

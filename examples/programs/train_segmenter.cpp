@@ -1,21 +1,15 @@
 // Trains a small network of the U²-Net family to find the car in procedural street scenes, drawn as they are
 // needed.
-#include <tapestry/autodiff/tape.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/loss/cross_entropy.hpp>
 #include <tapestry/nn/network_variable.hpp>
 #include <tapestry/optim/adam.hpp>
-#include <tapestry/segment/car_component.hpp>
 #include <tapestry/segment/u2_net.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
 
 #include "../scenes/segmented_scene.hpp"
-#include "shell/problem_list.hpp"
 #include "shell/program.hpp"
 #include "shell/scene_training.hpp"
-#include "shell/stop_signal.hpp"
 #include "shell/trained_network.hpp"
 
 namespace {

@@ -3,9 +3,6 @@
 #include <pybind11/stl.h>
 
 #include <tapestry/camouflage/objective_terms.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 

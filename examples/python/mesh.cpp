@@ -1,5 +1,4 @@
 #include <tapestry/camouflage/paint.hpp>
-#include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/painted.hpp>
 

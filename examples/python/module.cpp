@@ -1,7 +1,6 @@
 // The Python module tapestry._tapestry: detectors, meshes, compositing, losses and camouflage as functions of
 // NumPy arrays, each with the product of its transposed Jacobian, which is what a training framework calls
 // backward.
-#include <tapestry/version.hpp>
 
 #include "bindings.hpp"
 

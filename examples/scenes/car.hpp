@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/geometry/mesh.hpp>
 
 #include "car_shape.hpp"
 #include "mesh_builder.hpp"

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 
 namespace tapestry::scenes {

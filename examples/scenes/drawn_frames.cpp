@@ -1,10 +1,5 @@
 #include "drawn_frames.hpp"
 
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/raster/visibility.hpp>
-
 #include "car.hpp"
 #include "make_scene.hpp"
 #include "picture.hpp"

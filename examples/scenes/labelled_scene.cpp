@@ -1,9 +1,5 @@
 #include "labelled_scene.hpp"
 
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/image/colour_space.hpp>
-
 #include "make_scene.hpp"
 #include "picture.hpp"
 

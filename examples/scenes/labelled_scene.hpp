@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/loss/prediction.hpp>
 

@@ -1,11 +1,6 @@
 #include "make_scene.hpp"
 
-#include <tapestry/core/random.hpp>
-
 #include "car.hpp"
-#include "paint.hpp"
-#include "props.hpp"
-#include "scene_builder.hpp"
 #include "scene_parts.hpp"
 #include "shadow.hpp"
 #include "street.hpp"

@@ -1,9 +1,6 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/mesh.hpp>
 
-#include "mesh_builder.hpp"
 #include "scene.hpp"
 
 namespace tapestry::scenes {

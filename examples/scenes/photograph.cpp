@@ -2,7 +2,6 @@
 
 #include <tapestry/image/resize.hpp>
 
-#include "scene_builder.hpp"
 #include "scene_parts.hpp"
 
 namespace tapestry::scenes {

@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/camera.hpp>
 
 #include "scene.hpp"
 

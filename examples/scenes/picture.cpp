@@ -1,11 +1,7 @@
 #include "picture.hpp"
 
-#include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/raster/light.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 #include "lattice_noise.hpp"
 #include "shadow.hpp"

@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/core/random.hpp>
-#include <tapestry/geometry/mesh.hpp>
 
-#include "mesh_builder.hpp"
 #include "paint.hpp"
 
 namespace tapestry::scenes {

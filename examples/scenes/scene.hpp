@@ -1,11 +1,6 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/light.hpp>
 
 #include "car_shape.hpp"
-#include "mesh_builder.hpp"
 #include "vehicle.hpp"
 
 namespace tapestry::scenes {

@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
 
-#include "mesh_builder.hpp"
 #include "scene.hpp"
 
 namespace tapestry::scenes {

@@ -1,9 +1,6 @@
 #pragma once
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/light.hpp>
 
-#include "scene.hpp"
 #include "scene_builder.hpp"
 
 namespace tapestry::scenes {

@@ -1,7 +1,5 @@
 #include "segmented_scene.hpp"
 
-#include <tapestry/image/colour_space.hpp>
-
 #include "labelled_scene.hpp"
 #include "make_scene.hpp"
 #include "picture.hpp"

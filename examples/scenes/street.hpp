@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/core/random.hpp>
 
-#include "mesh_builder.hpp"
-#include "paint.hpp"
 #include "props.hpp"
 #include "scene_builder.hpp"
 

@@ -1,10 +1,5 @@
 #include "vehicle.hpp"
 
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/raster/mesh_pictures.hpp>
-
 #include "dark_parts.hpp"
 
 namespace tapestry::scenes {

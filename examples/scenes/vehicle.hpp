@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/mesh_pictures.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 
 #include "mesh_builder.hpp"
 

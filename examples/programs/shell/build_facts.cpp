@@ -6,7 +6,6 @@
 #include <array>
 #include <cstring>
 #include <tapestry/core/instruction_set.hpp>
-#include <tapestry/version.hpp>
 #if defined(__x86_64__)
 #include <cpuid.h>
 #endif

@@ -1,32 +1,12 @@
 #pragma once
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/run_state.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/image_file.hpp>
-#include <tapestry/io/mesh_writers.hpp>
-#include <tapestry/raster/used_texels.hpp>
 
 #include "camouflage_options.hpp"
-#include "contact_sheet.hpp"
-#include "export_check.hpp"
-#include "inputs.hpp"
 #include "measured_controls.hpp"
 #include "photo_light_report.hpp"
-#include "program.hpp"
-#include "progress.hpp"
-#include "ranks.hpp"
-#include "report.hpp"
 #include "reshaped_views.hpp"
-#include "run_folder.hpp"
-#include "run_manifest.hpp"
 #include "run_page.hpp"
 #include "side_by_side.hpp"
 #include "step_log.hpp"
-#include "stop_signal.hpp"
-#include "survey_watch.hpp"
-#include "texture_description.hpp"
 #include "texture_training.hpp"
 #include "validation.hpp"
 

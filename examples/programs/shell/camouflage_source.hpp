@@ -1,16 +1,9 @@
 #pragma once
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/io/image_file.hpp>
-#include <tapestry/io/input_ledger.hpp>
 #include <tapestry/raster/bake.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 
 #include "inputs.hpp"
 #include "own_texture.hpp"
 #include "program.hpp"
-#include "texture_description.hpp"
 
 namespace tapestry::shell {
 

@@ -1,7 +1,5 @@
 #pragma once
 #include <cmath>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/optim/adam.hpp>
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/dataset/dataset.hpp>
 
 #include "detector_inputs.hpp"

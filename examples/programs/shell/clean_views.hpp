@@ -1,12 +1,6 @@
 #pragma once
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/evaluate/measurement.hpp>
 
-#include "class_name.hpp"
-#include "inputs.hpp"
 #include "survey_watch.hpp"
-#include "verbosity.hpp"
 #include "wild_boxes.hpp"
 
 namespace tapestry::shell {

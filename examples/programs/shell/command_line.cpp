@@ -4,11 +4,8 @@
 
 #include <cmath>
 #include <memory>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <tapestry/version.hpp>
 
 #include "config_file.hpp"
 #include "formatted.hpp"

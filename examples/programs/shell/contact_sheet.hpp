@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 
 #include "drawn_boxes.hpp"
 

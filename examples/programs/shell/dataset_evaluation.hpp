@@ -1,20 +1,12 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/pass.hpp>
-#include <tapestry/evaluate/average_precision.hpp>
 #include <tapestry/evaluate/dataset/readers.hpp>
-#include <tapestry/io/image_file.hpp>
-#include <tapestry/io/text_lists.hpp>
 
 #include "class_matching.hpp"
-#include "detector_inputs.hpp"
 #include "inputs.hpp"
 #include "picture_detections.hpp"
 #include "precision_report.hpp"
 #include "program.hpp"
 #include "progress.hpp"
-#include "run_folder.hpp"
-#include "settings.hpp"
 
 namespace tapestry::shell {
 

@@ -1,8 +1,4 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/image/letterbox.hpp>
 
 #include "../../scenes/labelled_scene.hpp"
 #include "dataset_evaluation.hpp"

@@ -1,11 +1,7 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/camera.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/image_file.hpp>
 
-#include "contact_sheet.hpp"
-#include "drawn_boxes.hpp"
 #include "picture_sheet.hpp"
 
 namespace tapestry::shell {

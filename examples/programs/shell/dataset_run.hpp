@@ -2,7 +2,6 @@
 #include "base64.hpp"
 #include "dataset_training.hpp"
 #include "fresh_detector.hpp"
-#include "inputs.hpp"
 #include "picture_sheet.hpp"
 #include "protocol/drawing.hpp"
 #include "report_page.hpp"

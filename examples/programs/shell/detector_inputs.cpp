@@ -1,8 +1,6 @@
 #include "detector_inputs.hpp"
 
 #include <cctype>
-#include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/file_source.hpp>
 
 #include "formatted.hpp"
 #include "ranks.hpp"

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/detect/detector.hpp>
 #include <tapestry/io/read_detector.hpp>
 
 #include "settings.hpp"

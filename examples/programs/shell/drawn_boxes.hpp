@@ -1,8 +1,6 @@
 #pragma once
 #include <numbers>
-#include <tapestry/core/array.hpp>
 #include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 
 #include "formatted.hpp"
 #include "pixel_font.hpp"

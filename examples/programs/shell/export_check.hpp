@@ -1,10 +1,5 @@
 #pragma once
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/raster/mip_pyramid.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 
 #include "own_texture.hpp"
 #include "report.hpp"

@@ -1,11 +1,7 @@
 #pragma once
-#include <tapestry/evaluate/measurement.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/image_file.hpp>
 
 #include "formatted.hpp"
-#include "run_folder.hpp"
 #include "run_manifest.hpp"
 #include "view_list.hpp"
 

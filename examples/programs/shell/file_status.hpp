@@ -1,6 +1,5 @@
 #pragma once
 #include <new>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
 

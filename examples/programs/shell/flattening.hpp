@@ -5,7 +5,6 @@
 #include <map>
 #include <numeric>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tuple>
 
 /// \file

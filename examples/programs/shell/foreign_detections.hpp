@@ -1,12 +1,7 @@
 #pragma once
 #include <iostream>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/evaluate/measurement.hpp>
 
 #include "exported_pictures.hpp"
-#include "formatted.hpp"
-#include "report.hpp"
 #include "run_page.hpp"
 
 namespace tapestry::shell {

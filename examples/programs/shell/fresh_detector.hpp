@@ -1,6 +1,5 @@
 #pragma once
 #include <sstream>
-#include <tapestry/io/text_lines.hpp>
 
 #include "learner.hpp"
 

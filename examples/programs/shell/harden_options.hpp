@@ -1,11 +1,7 @@
 #pragma once
 #include <tapestry/camouflage/objective.hpp>
-#include <tapestry/loss/adversarial.hpp>
 
-#include "problem_list.hpp"
-#include "run_manifest.hpp"
 #include "run_options.hpp"
-#include "settings.hpp"
 
 namespace tapestry::shell {
 

@@ -1,12 +1,7 @@
 #pragma once
-#include <tapestry/camouflage/objective.hpp>
-#include <tapestry/camouflage/training.hpp>
 
-#include "formatted.hpp"
 #include "harden_options.hpp"
-#include "hardening_pictures.hpp"
 #include "hardening_state.hpp"
-#include "learner.hpp"
 
 namespace tapestry::shell {
 

@@ -1,11 +1,6 @@
 #pragma once
-#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/image/batch.hpp>
 

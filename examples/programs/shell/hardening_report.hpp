@@ -1,8 +1,6 @@
 #pragma once
-#include <tapestry/evaluate/measurement.hpp>
 
 #include "csv.hpp"
-#include "formatted.hpp"
 #include "hardening_state.hpp"
 #include "report.hpp"
 #include "report_page.hpp"

@@ -1,26 +1,10 @@
 #pragma once
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/run_state.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/io/mesh_writers.hpp>
 
-#include "formatted.hpp"
-#include "harden_options.hpp"
 #include "hardening.hpp"
 #include "hardening_report.hpp"
-#include "inputs.hpp"
-#include "learning_detector.hpp"
-#include "program.hpp"
-#include "progress.hpp"
-#include "report_page.hpp"
-#include "run_folder.hpp"
-#include "run_manifest.hpp"
 #include "run_page.hpp"
-#include "scene_precision.hpp"
 #include "step_log.hpp"
-#include "stop_signal.hpp"
 #include "survey_watch.hpp"
-#include "texture_description.hpp"
 #include "texture_training.hpp"
 
 namespace tapestry::shell {

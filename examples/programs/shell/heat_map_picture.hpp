@@ -1,11 +1,6 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 #include <tapestry/detect/heat_map.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/image/crop.hpp>
-#include <tapestry/image/letterbox.hpp>
-#include <tapestry/image/resize.hpp>
 
 #include "contact_sheet.hpp"
 #include "detector_inputs.hpp"

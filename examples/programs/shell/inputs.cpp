@@ -1,20 +1,11 @@
 #include "inputs.hpp"
 
 #include <tapestry/evaluate/meter.hpp>
-#include <tapestry/geometry/pose.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/file_source.hpp>
-#include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/loss/prediction.hpp>
-#include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/painted.hpp>
-#include <tapestry/raster/used_texels.hpp>
 
 #include "../../scenes/dark_parts.hpp"
 #include "../../scenes/drawn_frames.hpp"
-#include "file_status.hpp"
-#include "formatted.hpp"
 #include "own_texture.hpp"
 #include "run_manifest.hpp"
 

@@ -1,12 +1,9 @@
 #pragma once
 #include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/io/frame_file.hpp>
 
 #include "detector_inputs.hpp"
 #include "mask_rule.hpp"
 #include "mesh_inputs.hpp"
-#include "problem_list.hpp"
-#include "settings.hpp"
 #include "texture_description.hpp"
 
 namespace tapestry::shell {

@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/finite.hpp>
-#include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/loss/yolox_training.hpp>
 #include <tapestry/optim/adam.hpp>
 

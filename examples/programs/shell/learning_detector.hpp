@@ -1,9 +1,6 @@
 #pragma once
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/onnx/onnx_file.hpp>
 
 #include "trained_network.hpp"
 

@@ -1,13 +1,8 @@
 #include "mask_rule.hpp"
 
-#include <tapestry/core/error.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/image/resize.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/nn/network/description.hpp>
 #include <tapestry/segment/car_component.hpp>
 
 namespace tapestry::shell {

@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 
 #include "problem_list.hpp"
 

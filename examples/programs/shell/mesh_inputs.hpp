@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/text_lists.hpp>
 

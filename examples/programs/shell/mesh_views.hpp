@@ -1,16 +1,9 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/over.hpp>
 #include <tapestry/raster/clear_coat.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
-#include <tapestry/raster/lighting.hpp>
-#include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/scene.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::shell {
 

@@ -1,8 +1,6 @@
 #pragma once
 #include <cstdio>
-#include <tapestry/core/array.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/nn/network/program.hpp>
 
 namespace tapestry::shell {
 

@@ -4,8 +4,6 @@
 #include <csignal>
 #include <list>
 #include <set>
-#include <tapestry/core/error.hpp>
-#include <tapestry/io/atomic_file.hpp>
 
 #include "file_status.hpp"
 

@@ -1,8 +1,5 @@
 #pragma once
 #include <map>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/raster/mesh_pictures.hpp>
 

@@ -1,8 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/raster/texture_layout.hpp>
-#include <tapestry/raster/used_texels.hpp>
 
 #include "mesh_views.hpp"
 #include "paint_panels.hpp"

@@ -1,10 +1,6 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 
-#include "mesh_views.hpp"
-#include "paint_panels.hpp"
 #include "panel_drawing.hpp"
-#include "pdf_file.hpp"
 #include "print_sheet.hpp"
 
 /// \file

@@ -1,11 +1,6 @@
 #pragma once
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 
 #include "export_check.hpp"
-#include "report.hpp"
-#include "run_folder.hpp"
 
 namespace tapestry::shell {
 

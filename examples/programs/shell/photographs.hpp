@@ -1,8 +1,5 @@
 #pragma once
 #include <cctype>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/jpeg_file.hpp>
 
 #include "../../scenes/photograph.hpp"

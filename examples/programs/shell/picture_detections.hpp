@@ -1,14 +1,8 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/detect/detector.hpp>
-#include <tapestry/image/colour_space.hpp>
 
 #include "class_name.hpp"
 #include "detector_inputs.hpp"
 #include "drawn_boxes.hpp"
-#include "settings.hpp"
 
 namespace tapestry::shell {
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
 

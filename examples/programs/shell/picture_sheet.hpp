@@ -1,10 +1,8 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/resize.hpp>
 
 #include "contact_sheet.hpp"
-#include "drawn_boxes.hpp"
 
 namespace tapestry::shell {
 

@@ -3,7 +3,6 @@
 #include <tapestry/evaluate/average_precision.hpp>
 
 #include "csv.hpp"
-#include "formatted.hpp"
 #include "run_folder.hpp"
 
 namespace tapestry::shell {

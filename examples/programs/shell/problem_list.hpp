@@ -1,7 +1,6 @@
 #pragma once
 #include <filesystem>
 #include <system_error>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <vector>

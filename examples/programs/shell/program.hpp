@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <limits>
 #include <new>
-#include <tapestry/core/error.hpp>
 #if defined(__GLIBC__)
 #include <malloc.h>
 #endif

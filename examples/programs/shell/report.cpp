@@ -1,8 +1,6 @@
 #include "report.hpp"
 
-#include "class_name.hpp"
 #include "csv.hpp"
-#include "formatted.hpp"
 #include "verbosity.hpp"
 
 namespace tapestry::shell {

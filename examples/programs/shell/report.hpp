@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/camouflage/objective.hpp>
-#include <tapestry/evaluate/measurement.hpp>
 
 #include "run_folder.hpp"
 #include "verdict.hpp"

@@ -1,14 +1,10 @@
 #include "report_page.hpp"
 
-#include <tapestry/core/parallel.hpp>
-
 #include "base64.hpp"
 #include "build_facts.hpp"
 #include "command_line.hpp"
-#include "formatted.hpp"
 #include "inputs_table.hpp"
 #include "page.hpp"
-#include "protocol/drawing.hpp"
 #include "report_script.hpp"
 
 namespace tapestry::shell {

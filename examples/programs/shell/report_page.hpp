@@ -1,9 +1,7 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 #include <tapestry/io/image_file.hpp>
 
 #include "contact_sheet.hpp"
-#include "run_folder.hpp"
 #include "view_list.hpp"
 
 namespace tapestry::shell {

@@ -1,7 +1,4 @@
 #pragma once
-#include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/core/array.hpp>
 
 #include "survey_watch.hpp"
 

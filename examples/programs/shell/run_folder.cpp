@@ -1,13 +1,8 @@
 #include "run_folder.hpp"
 
-#include <tapestry/core/error.hpp>
-#include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/file_source.hpp>
-#include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/text_lines.hpp>
 
 #include "build_facts.hpp"
-#include "file_status.hpp"
 #include "formatted.hpp"
 
 namespace tapestry::shell {

@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/io/file_source.hpp>
 
 #include "inputs.hpp"
 #include "run_manifest.hpp"

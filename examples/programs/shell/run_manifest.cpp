@@ -1,6 +1,5 @@
 #include "run_manifest.hpp"
 
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 
 namespace tapestry::shell {

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/version.hpp>
 
 #include "run_folder.hpp"
 

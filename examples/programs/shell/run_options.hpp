@@ -1,16 +1,10 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 
-#include "command_line.hpp"
-#include "file_status.hpp"
-#include "problem_list.hpp"
 #include "program.hpp"
 #include "progress.hpp"
-#include "run_manifest.hpp"
 #include "run_origin.hpp"
 #include "settings.hpp"
 #include "stop_signal.hpp"
-#include "verbosity.hpp"
 
 namespace tapestry::shell {
 

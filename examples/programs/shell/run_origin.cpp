@@ -1,11 +1,7 @@
 #include "run_origin.hpp"
 
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/instruction_set.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
-
-#include "file_status.hpp"
 
 namespace tapestry::shell {
 namespace {

@@ -1,7 +1,5 @@
 #include "run_page.hpp"
 
-#include <tapestry/camouflage/objective_terms.hpp>
-
 #include "verbosity.hpp"
 #include "word_table.hpp"
 

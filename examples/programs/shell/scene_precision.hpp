@@ -1,10 +1,5 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
 
 #include "../../scenes/labelled_scene.hpp"

@@ -1,12 +1,6 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/io/atomic_file.hpp>
 
 #include "../../scenes/scene.hpp"
-#include "file_status.hpp"
-#include "formatted.hpp"
-#include "problem_list.hpp"
 #include "progress.hpp"
 #include "settings.hpp"
 #include "stop_signal.hpp"

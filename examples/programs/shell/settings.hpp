@@ -3,17 +3,9 @@
 #include <nlohmann/json.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/camouflage/objective_terms.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/head.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/transform/chain.hpp>
-#include <tapestry/io/text_lines.hpp>
-#include <tapestry/loss/adversarial.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 
 #include "mesh_axes.hpp"
-#include "problem_list.hpp"
 
 namespace tapestry::shell {
 

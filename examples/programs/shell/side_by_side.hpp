@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/evaluate/controls.hpp>
 
 #include "picture_sheet.hpp"
 #include "report_page.hpp"

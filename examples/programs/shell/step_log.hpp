@@ -1,13 +1,7 @@
 #pragma once
-#include <tapestry/camouflage/ensemble.hpp>
-#include <tapestry/camouflage/objective.hpp>
-#include <tapestry/camouflage/profile.hpp>
 #include <tapestry/camouflage/training.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/core/scoped_timer.hpp>
 
 #include "csv.hpp"
-#include "formatted.hpp"
 #include "progress.hpp"
 
 namespace tapestry::shell {

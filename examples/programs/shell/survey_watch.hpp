@@ -1,12 +1,6 @@
 #pragma once
-#include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/evaluate/measurement.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/image/crop.hpp>
-#include <tapestry/image/letterbox.hpp>
 
 #include "contact_sheet.hpp"
-#include "formatted.hpp"
 #include "inputs.hpp"
 #include "picture_detections.hpp"
 #include "program.hpp"

@@ -1,15 +1,8 @@
 #pragma once
 #include <tapestry/camouflage/paint.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/raster/face_charts.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 
 #include "formatted.hpp"
 #include "run_folder.hpp"

@@ -1,13 +1,9 @@
 #pragma once
-#include <tapestry/camouflage/method/methods.hpp>
-#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/io/text_lists.hpp>
 #include <tapestry/loss/printability.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
-#include "file_status.hpp"
 #include "settings.hpp"
 #include "texture_description.hpp"
 

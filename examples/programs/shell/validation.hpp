@@ -1,13 +1,7 @@
 #pragma once
-#include <tapestry/camouflage/objective.hpp>
 #include <tapestry/camouflage/training.hpp>
-#include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/io/npy.hpp>
 
-#include "file_status.hpp"
 #include "run_folder.hpp"
 
 namespace tapestry::shell {

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/camouflage/view.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 
 #include "run_folder.hpp"

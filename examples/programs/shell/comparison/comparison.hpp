@@ -1,8 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/evaluate/protocol_cells.hpp>
-#include <tapestry/evaluate/two_level_difference.hpp>
 
 #include "measured_folder.hpp"
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "../protocol/drawing.hpp"
 #include "../report.hpp"
 #include "comparison.hpp"
 

@@ -1,11 +1,6 @@
 #pragma once
-#include <tapestry/io/text_lines.hpp>
 
-#include "../page.hpp"
 #include "../protocol/report.hpp"
-#include "../run_folder.hpp"
-#include "../word_table.hpp"
-#include "comparison.hpp"
 #include "comparison_figure.hpp"
 #include "comparison_report.hpp"
 

@@ -2,9 +2,6 @@
 
 #include "../csv.hpp"
 #include "../protocol/tables.hpp"
-#include "../report.hpp"
-#include "../run_folder.hpp"
-#include "../word_table.hpp"
 #include "comparison.hpp"
 
 namespace tapestry::shell {

@@ -1,14 +1,7 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/evaluate/controls.hpp>
-#include <tapestry/evaluate/protocol_outcomes.hpp>
 
 #include "../protocol/inputs.hpp"
-#include "../protocol/measurement.hpp"
-#include "../protocol/protocols.hpp"
 #include "../protocol/result.hpp"
-#include "../run_folder.hpp"
-#include "../run_manifest.hpp"
 #include "../run_origin.hpp"
 #include "same_content.hpp"
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 
 #include "../run_folder.hpp"
 

@@ -1,17 +1,9 @@
 #pragma once
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/detect/heat_map.hpp>
-#include <tapestry/evaluate/controls.hpp>
-#include <tapestry/evaluate/protocol_cells.hpp>
 
-#include "../contact_sheet.hpp"
 #include "../heat_map_picture.hpp"
 #include "../inputs.hpp"
 #include "digital.hpp"
 #include "measurement.hpp"
-#include "protocol.hpp"
-#include "settings.hpp"
 
 namespace tapestry::shell {
 

@@ -1,19 +1,9 @@
 #pragma once
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/evaluate/controls.hpp>
-#include <tapestry/geometry/pose.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 #include <unordered_set>
 
 #include "../camouflage_source.hpp"
-#include "../inputs.hpp"
 #include "../measured_controls.hpp"
-#include "../program.hpp"
-#include "../run_folder.hpp"
 #include "../run_inputs.hpp"
-#include "../run_manifest.hpp"
-#include "../settings.hpp"
 #include "protocols.hpp"
 
 namespace tapestry::shell {

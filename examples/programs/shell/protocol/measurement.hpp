@@ -1,12 +1,4 @@
 #pragma once
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/evaluate/controls.hpp>
-#include <tapestry/evaluate/measurement.hpp>
-#include <tapestry/evaluate/meter.hpp>
-#include <tapestry/evaluate/protocol_cells.hpp>
 #include <tapestry/io/npy.hpp>
 
 #include "../progress.hpp"

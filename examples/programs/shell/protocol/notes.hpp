@@ -1,10 +1,7 @@
 #pragma once
-#include <tapestry/evaluate/paired_bootstrap.hpp>
-#include <tapestry/evaluate/views.hpp>
 
 #include "../build_facts.hpp"
 #include "inputs.hpp"
-#include "protocol.hpp"
 
 namespace tapestry::shell {
 

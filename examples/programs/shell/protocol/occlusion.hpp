@@ -1,9 +1,6 @@
 #pragma once
-#include <tapestry/core/random.hpp>
-#include <tapestry/evaluate/views.hpp>
 
 #include "bars.hpp"
-#include "protocol.hpp"
 #include "settings.hpp"
 
 namespace tapestry::shell {

@@ -1,13 +1,8 @@
 #pragma once
-#include <tapestry/core/random.hpp>
-#include <tapestry/evaluate/measurement.hpp>
-#include <tapestry/evaluate/meter.hpp>
-#include <tapestry/image/transform/chain.hpp>
 
 #include "../../../scenes/drawn_frames.hpp"
 #include "../../../scenes/make_scene.hpp"
 #include "bars.hpp"
-#include "protocol.hpp"
 #include "settings.hpp"
 #include "street.hpp"
 

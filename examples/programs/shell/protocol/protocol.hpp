@@ -1,13 +1,5 @@
 #pragma once
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/evaluate/detection_rate.hpp>
-#include <tapestry/evaluate/measurement.hpp>
-#include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
-#include <tapestry/evaluate/views.hpp>
-#include <tapestry/io/frame.hpp>
 
 #include "../../../scenes/vehicle.hpp"
 #include "drawing.hpp"

@@ -1,11 +1,7 @@
 #pragma once
 
 #include "attention.hpp"
-#include "digital.hpp"
-#include "occlusion.hpp"
 #include "physical.hpp"
-#include "protocol.hpp"
-#include "settings.hpp"
 #include "traffic.hpp"
 #include "views.hpp"
 

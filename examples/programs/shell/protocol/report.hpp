@@ -1,16 +1,11 @@
 #pragma once
-#include <tapestry/evaluate/protocol_cells.hpp>
 
 #include "../base64.hpp"
 #include "../csv.hpp"
 #include "../inputs_table.hpp"
 #include "../page.hpp"
-#include "../report.hpp"
 #include "../report_script.hpp"
-#include "../run_folder.hpp"
 #include "../view_list.hpp"
-#include "drawing.hpp"
-#include "protocol.hpp"
 #include "tables.hpp"
 
 namespace tapestry::shell {

@@ -1,7 +1,4 @@
 #pragma once
-#include <tapestry/evaluate/controls.hpp>
-#include <tapestry/evaluate/measurement.hpp>
-#include <tapestry/evaluate/protocol_cells.hpp>
 
 #include "../view_list.hpp"
 #include "protocol.hpp"

@@ -1,20 +1,7 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/evaluate/controls.hpp>
-#include <tapestry/evaluate/protocol_cells.hpp>
-#include <tapestry/io/image_file.hpp>
 
-#include "../csv.hpp"
-#include "../ranks.hpp"
-#include "../run_folder.hpp"
-#include "../run_manifest.hpp"
 #include "../run_origin.hpp"
-#include "../settings.hpp"
-#include "../verbosity.hpp"
-#include "inputs.hpp"
-#include "measurement.hpp"
 #include "notes.hpp"
-#include "protocols.hpp"
 #include "report.hpp"
 #include "result.hpp"
 #include "source.hpp"

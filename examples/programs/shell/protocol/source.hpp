@@ -1,17 +1,6 @@
 #pragma once
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/evaluate/meter.hpp>
-#include <tapestry/evaluate/views.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 
-#include "../../../scenes/vehicle.hpp"
-#include "../heat_map_picture.hpp"
-#include "../inputs.hpp"
-#include "attention.hpp"
 #include "inputs.hpp"
-#include "measurement.hpp"
-#include "physical.hpp"
-#include "protocol.hpp"
 
 namespace tapestry::shell {
 

@@ -1,9 +1,7 @@
 #pragma once
-#include <tapestry/evaluate/protocol_cells.hpp>
 
 #include "../report.hpp"
 #include "../word_table.hpp"
-#include "drawing.hpp"
 #include "protocol.hpp"
 
 namespace tapestry::shell {

@@ -1,12 +1,8 @@
 #pragma once
-#include <tapestry/core/random.hpp>
-#include <tapestry/evaluate/views.hpp>
 
 #include "../../../scenes/drawn_frames.hpp"
 #include "../../../scenes/make_scene.hpp"
 #include "occlusion.hpp"
-#include "protocol.hpp"
-#include "settings.hpp"
 #include "street.hpp"
 
 namespace tapestry::shell {

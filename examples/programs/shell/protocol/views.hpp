@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/evaluate/views.hpp>
 
 #include "protocol.hpp"
 #include "settings.hpp"
