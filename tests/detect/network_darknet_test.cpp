@@ -7,7 +7,6 @@
 
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"
-#include "../support/paths.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_cfg.hpp"
 #include "../support/random_model.hpp"

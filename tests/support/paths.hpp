@@ -7,7 +7,4 @@ std::string in_sources(const std::string& name);
 
 /// Path of a file of the real data, which may be absent; `name` begins with a folder of TAPESTRY_SHARED.
 std::string in_shared(const std::string& name);
-
-/// Whether there is no such file or folder. Warns that the test is then skipped.
-[[nodiscard]] bool is_absent(const std::string& path);
 }  // namespace tapestry::test
