@@ -6,6 +6,7 @@ python=/usr/bin/python3
   echo "skipped: it needs python3-venv, python3-dev, python3-numpy and pybind11-dev"
   exit 77
 }
+export CMAKE_CXX_COMPILER_LAUNCHER="sh;$sources/cmake/ccache.sh;$PWD"
 alone=(unshare --map-root-user --net)
 "${alone[@]}" true 2>/dev/null || alone=(env)
 version=$(sed -n 's/.*TAPESTRY_VERSION_TEXT "\(.*\)"/\1/p' "$sources/include/tapestry/version.hpp")
