@@ -569,6 +569,7 @@ CarView car_view(const PaintedScene& scene, const std::vector<std::int32_t>& pan
     if (const auto panel = panel_of_face[static_cast<std::size_t>(fragment.face)]; panel >= 0)
       pixels[panel].push_back(fragment.pixel);
   }
+  if (low[0] >= high[0]) low = {}, high = {picture.height, picture.width};  // edge-on: nothing shows
   const image::PixelWindow car{low[0], low[1], high[0] - low[0], high[1] - low[1]};
   CarView view{image::to_bytes(image::crop(mesh_view("colour", scene, camera, picture), car))};
   for (auto& [panel, seen] : pixels) {
