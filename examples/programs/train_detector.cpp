@@ -222,7 +222,7 @@ int main(int argc, char** argv) {
   Options options;
   describe(app, options);
   app.footer(
-      "  train_detector --dataset labels.json --weights yolox.onnx --classes vehicle=car\n"
+      "  train_detector --dataset labels.json --weights net.onnx --classes vehicle=car\n"
       "  train_detector --resume --output runs/train-001\n"
       "  train_detector --output own.weights\n"
       "  train_detector --steps 0 --weights own.weights");
