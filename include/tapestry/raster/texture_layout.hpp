@@ -102,8 +102,10 @@ struct TextureLayout {
   return {TextureKind::cube, 0, 0, 1, texels_per_edge};
 }
 
-/// Layouts without numbers.
-inline constexpr TextureLayout vertex_layout{TextureKind::vertex}, solid_layout{TextureKind::solid};
+/// The layout of a colour for every position.
+inline constexpr TextureLayout vertex_layout{TextureKind::vertex};
+/// The layout of one colour.
+inline constexpr TextureLayout solid_layout{TextureKind::solid};
 
 /// One texel and its weight in a lookup.
 struct Tap {
