@@ -79,12 +79,8 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   require_free_folder(options);
   Inputs inputs = load_all(options);
   require_one_scale(inputs.frames);
-  const bool is_new = options.output.empty() || !is_there(options.output, ErrorKind::write);
   if (!Ranks::all().is_first()) return CamouflageRun(std::move(options), std::move(inputs), "").execute();
-  if (options.output.empty()) options.output = make_next_folder("runs/camouflage");
-  ledger.leave_out(options.output);
-  const RunFolder folder(options.output, is_new);
-  require_free_folder(options);  // another process may have begun and ended a run there meanwhile
+  const auto folder = claim_folder(options, "runs/camouflage", ledger);
   const auto& ranks = Ranks::all();
   const std::string resume =
       (ranks.count() > 1 ? "mpirun -n " + std::to_string(ranks.count()) + " " : std::string()) +

@@ -30,11 +30,7 @@ int run(const CLI::App& app, const char* program, HardenOptions& options) {
   require_trainable_heads("harden", inputs.detector, options.detector.weights);
   auto detector = learning_detector(inputs.detector, options.detector);
   require_one_scale(inputs.frames);
-  const bool is_new = options.output.empty() || !is_there(options.output, ErrorKind::write);
-  if (options.output.empty()) options.output = make_next_folder("runs/harden");
-  ledger.leave_out(options.output);
-  const RunFolder folder(options.output, is_new);
-  require_free_folder(options);  // another process may have begun and ended a run there meanwhile
+  const auto folder = claim_folder(options, "runs/harden", ledger);
   const std::string resume = resume_line(app, program, options, settings_json(options), {"quick"});
   return HardeningRun(std::move(options), std::move(inputs), std::move(detector), resume).execute();
 }

@@ -264,11 +264,7 @@ inline int tune(const CLI::App& app, const char* program, TuningOptions options)
   if (options.resume) adopt_run_settings(app, options, "train_detector", options.detector, options.training);
   require_free_folder(options);
   auto inputs = read_tuning_inputs(options);
-  const bool is_new = options.output.empty() || !is_there(options.output, ErrorKind::write);
-  if (options.output.empty()) options.output = make_next_folder("runs/train");
-  ledger.leave_out(options.output);
-  const RunFolder folder(options.output, is_new);
-  require_free_folder(options);
+  const auto folder = claim_folder(options, "runs/train", ledger);
   const std::string output = options.output,
                     resume = resume_line(app, program, options, settings_json(options));
   return run_resumable(

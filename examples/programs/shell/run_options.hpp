@@ -52,6 +52,18 @@ inline void require_free_folder(const RunOptions& options) {
                 options.output + " already holds a run; give --resume to go on with it, or another --output");
 }
 
+/// Claims a run's folder, which no ledger counts as an input: without --output the next new one of `base`.
+/// \throws as RunFolder and require_free_folder()
+[[nodiscard]] inline std::unique_ptr<RunFolder> claim_folder(RunOptions& options, const std::string& base,
+                                                             io::InputLedger& ledger) {
+  const bool is_new = options.output.empty() || !is_there(options.output, ErrorKind::write);
+  if (options.output.empty()) options.output = make_next_folder(base);
+  ledger.leave_out(options.output);
+  auto folder = std::make_unique<RunFolder>(options.output, is_new);
+  require_free_folder(options);  // another process may have begun and ended a run there meanwhile
+  return folder;
+}
+
 /// Takes over where a run to resume began and its instruction set, see run_origin.hpp. Must be called before
 /// anything is recorded or computed.
 inline void take_over_run(RunOptions& options, const std::string& program) {
