@@ -56,7 +56,7 @@ std::size_t count_calls(std::size_t step_count, std::size_t most_states) {
 }  // namespace
 
 TEST_CASE("a checkpointed scan has the bits of the plain tape, however few states it keeps",
-          "[autodiff][scan]") {
+          "[autodiff][scan][repeated]") {
   for (const std::size_t step_count : {0U, 1U, 2U, 3U, 7U, 100U, 641U}) {
     const auto expected =
         gradient_of([&](const Variables& x, const Variables& p) { return plain(step_count, x, p); });

@@ -88,7 +88,7 @@ TEST_CASE("the distance of centres is taken off the overlap", "[detect][suppress
     CHECK_THROWS_AS(suppress({best}, 0.3, true, {exponent}), tapestry::DomainError);
 }
 
-TEST_CASE("suppression equals its definition on boxes of every kind", "[detect][suppression]") {
+TEST_CASE("suppression equals its definition on boxes of every kind", "[detect][suppression][repeated]") {
   using tapestry::Random;
   const std::pair<const char*, Box (*)(Random&)> kinds[] = {
       {"small",

@@ -228,7 +228,7 @@ TEST_CASE("truths and detections belong to ranges of area", "[evaluate][average_
 }
 
 TEST_CASE("average precision agrees with a slow evaluation of its definition",
-          "[evaluate][average_precision]") {
+          "[evaluate][average_precision][repeated]") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     INFO("seed " << seed);
     const BruteForce slow = random_case(seed);

@@ -23,7 +23,7 @@ struct Fixture {
 };
 }  // namespace
 
-TEST_CASE("a meter's sweep finds what a detector with each threshold finds", "[evaluate][meter]") {
+TEST_CASE("a meter's sweep finds what a detector with each threshold finds", "[evaluate][meter][repeated]") {
   Fixture fixture;
   const std::vector<double> sweep{0.05, 0.2, 0.3, 0.9};
   evaluate::Meter meter(fixture.network, 1, {0.25, 0.45, sweep});

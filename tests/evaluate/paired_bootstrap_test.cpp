@@ -88,7 +88,7 @@ TEST_CASE("a paired bootstrap agrees with SciPy's BCa interval", "[evaluate][pai
 }
 
 TEST_CASE("the interval of a paired bootstrap covers the true mean about as often as it says",
-          "[evaluate][paired_bootstrap]") {
+          "[evaluate][paired_bootstrap][repeated]") {
   // Best confidences of 60 views that a noise leaves at u^(1/4) and an attack at u⁴, with u and v that have
   // half of their share in common: bounded, skewed, paired. Their means are 4/5 and 1/5.
   const double truth = 0.6;
@@ -199,7 +199,7 @@ TEST_CASE("what pairs have in common does not widen the interval of their ratio"
 }
 
 TEST_CASE("a ratio's interval covers the true ratio about as often as it says",
-          "[evaluate][paired_bootstrap]") {
+          "[evaluate][paired_bootstrap][repeated]") {
   // 60 views; the second numbers have an effect of u², the first half of it and noise: means ⅓ and ⅙.
   const std::size_t trials = 600;
   std::size_t covered = 0;
@@ -290,7 +290,7 @@ TEST_CASE("the difference of two rates has Newcombe's interval", "[evaluate][pai
 }
 
 TEST_CASE("the interval of two rates' difference holds the truth as often as it says",
-          "[evaluate][paired_bootstrap]") {
+          "[evaluate][paired_bootstrap][repeated]") {
   const std::size_t trials = 3000;
   for (const std::size_t views : {20U, 80U, 400U})
     for (const auto& [both, first_alone, second_alone] :

@@ -40,7 +40,7 @@ TEST_CASE("plain controls are noise that follows from the seed, and six solid co
 }
 
 TEST_CASE("the controls of a camouflage are matched noise and shuffled patches of it, then plain ones",
-          "[evaluate][controls]") {
+          "[evaluate][controls][repeated]") {
   const auto kind = GENERATE(raster::TextureKind::atlas, raster::TextureKind::cube);
   const auto car = test::tiny_car(12, kind);
   const std::size_t texels = car.layout.texel_count(car.mesh);

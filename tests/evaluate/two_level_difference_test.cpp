@@ -164,7 +164,8 @@ TEST_CASE("a two-level difference of one view or none knows no interval", "[eval
   CHECK(none.interval == std::array{-infinity, infinity});
 }
 
-TEST_CASE("a two-level interval holds the true mean about as often as it states", "[evaluate][two_level]") {
+TEST_CASE("a two-level interval holds the true mean about as often as it states",
+          "[evaluate][two_level][repeated]") {
   struct Layout {
     std::size_t draws, views;
     double draw_scale;
@@ -217,7 +218,7 @@ struct FoundPictures {
 }  // namespace
 
 TEST_CASE("intervals of shares over draws hold the truth about as often as they state",
-          "[evaluate][two_level]") {
+          "[evaluate][two_level][repeated]") {
   struct Layout {
     std::size_t draws, views;
     double draw_sd, most_width;  // twice what a normal interval of the true variance has, or less
@@ -282,7 +283,7 @@ TEST_CASE("a two-level ratio of ones is a two-level difference, and of one draw 
 }
 
 TEST_CASE("a two-level ratio holds the share that seeds keep about as often as it states",
-          "[evaluate][two_level]") {
+          "[evaluate][two_level][repeated]") {
   std::size_t covered = 0, covered_by_views = 0;
   const std::size_t trials = 300;
   for (std::size_t trial = 0; trial < trials; ++trial) {

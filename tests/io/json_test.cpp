@@ -50,7 +50,7 @@ TEST_CASE("utf8_prefix ends where the text is no longer well-formed", "[io][json
   for (const auto& fault : faulty) CHECK(io::utf8_prefix("ab" + fault) == 2);
 }
 
-TEST_CASE("read_json takes 64 levels and 131,072 members, and no more", "[io][json][bad_input]") {
+TEST_CASE("read_json takes 64 levels and 131,072 members, and no more", "[io][json][bad_input][repeated]") {
   CHECK(value_of(nested(64)).size() == 1);
   std::string crowded = "{";
   for (int i = 0; i < 131072; ++i) crowded += "\"" + std::to_string(i) + "\":[],";

@@ -23,7 +23,7 @@ void check_views(const geometry::Mesh& mesh, const std::vector<double>& heights,
 
 // Sampled alone, the errors of the box were .15 to .82, of the truck up to .96, of the van up to 1.08.
 TEST_CASE("a box's bottom nearly edge-on moves as the exact picture does at 256 pixels",
-          "[raster][vertex_gradient][gradient][hard_case][long]") {
+          "[raster][vertex_gradient][gradient][hard_case][long][repeated]") {
   check_views(tapestry::test::edge_on_box(), {-0.001, -0.005, -0.02, -0.05, -0.1, -0.2}, 16);
 }
 

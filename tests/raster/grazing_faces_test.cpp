@@ -93,7 +93,7 @@ TEST_CASE("the faces of large planes that are nearly edge-on are found, and no o
 }
 
 TEST_CASE("a box's bottom nearly edge-on moves as the exact picture does, with any samples",
-          "[raster][vertex_gradient][gradient][hard_case]") {
+          "[raster][vertex_gradient][gradient][hard_case][repeated]") {
   const EdgeOnScene scene(test::edge_on_box(), 128);
   for (const double height : {-0.005, -0.02}) {
     CAPTURE(height);
@@ -138,7 +138,7 @@ TEST_CASE("a light turns planes nearly edge-on as it turns others", "[raster][ve
 }
 
 TEST_CASE("positions shown on a plane nearly edge-on move as the exact picture does",
-          "[raster][geometry_picture][gradient][hard_case]") {
+          "[raster][geometry_picture][gradient][hard_case][repeated]") {
   const EdgeOnScene scene(test::edge_on_box(), 128, EdgeOnScene::Shown::positions);
   for (const double error : scene.errors(-0.005, std::numbers::pi / 2, 16)) CHECK(error <= 0.03);
 }

@@ -139,7 +139,7 @@ TEST_CASE("a uniform sky lights a sphere and a plane evenly, half a sky by (1 + 
   }
 }
 
-TEST_CASE("a wall takes from the ground the sky that its form factor says", "[raster][light]") {
+TEST_CASE("a wall takes from the ground the sky that its form factor says", "[raster][light][repeated]") {
   const double reach = 2, height = 1;  // the wall over x = -2, |y| ≤ 2
   const auto ground = geometry::plane(16, 16, reach);
   const auto mesh = with_rectangle(ground, {-reach, -reach, 0}, {0, 2 * reach, 0}, {0, 0, height});

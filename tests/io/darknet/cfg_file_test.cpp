@@ -316,7 +316,7 @@ TEST_CASE("a shortcut keeps the shape of the layer before it", "[io][darknet]") 
   CHECK(detect::infer_shapes(config, 64, 64).back().channels == 8);
 }
 
-TEST_CASE("any number of unknown options takes a time in proportion", "[io][darknet][bad_input]") {
+TEST_CASE("any number of unknown options takes a time in proportion", "[io][darknet][bad_input][repeated]") {
   std::string options;  // comparing each with each would take minutes
   for (int i = 0; i < 300'000; ++i) options += "k" + std::to_string(i) + "=1\n";
   CHECK(io::parse_network_config(replaced(good, "width=64\n", "width=64\n" + options), "some.cfg")

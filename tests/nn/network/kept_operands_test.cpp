@@ -76,7 +76,7 @@ std::vector<std::uint64_t> computed_sets(const VocabularyCase& given) {
 }  // namespace
 
 TEST_CASE("The input gradient of every operator is right whichever of its operands are computed",
-          "[nn][network][gradient]") {
+          "[nn][network][gradient][repeated]") {
   for (const VocabularyCase& given : vocabulary_cases())
     for (const std::uint64_t computed : computed_sets(given)) {
       CAPTURE(given.operation, given.operands.front().shape, given.opset, computed);

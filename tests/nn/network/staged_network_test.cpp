@@ -124,7 +124,8 @@ TEST_CASE("Loop takes as many rounds as its condition allows, and stacks what th
   CHECK(counted({1, 0, 0.5, 0.5}, 1) == Numbers{4, 8});
 }
 
-TEST_CASE("a loop that does not end, and one without extents, are refused", "[nn][network][staged]") {
+TEST_CASE("a loop that does not end, and one without extents, are refused",
+          "[nn][network][staged][repeated]") {
   Run endless(doubled(1e18));
   CHECK_THROWS_WITH(endless({-1, 0, 0, 0}), contains("a loop of more than 1000 rounds"));
   CHECK_THROWS_WITH(Run(doubled(0)), contains("a loop of no rounds has no extents to scan"));

@@ -14,7 +14,8 @@ const std::vector<std::string> reductions = {"ReduceSum",       "ReduceMean",   
 constexpr double infinity = std::numeric_limits<double>::infinity();
 }  // namespace
 
-TEST_CASE("adjoints of reductions agree with central differences", "[nn][network][reduction][gradient]") {
+TEST_CASE("adjoints of reductions agree with central differences",
+          "[nn][network][reduction][gradient][repeated]") {
   for (const std::string& name : reductions)
     for (const std::int64_t keepdims : {0, 1}) {
       const auto check = [&](nn::Shape shape, const Integers& axes) {

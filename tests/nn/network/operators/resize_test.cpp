@@ -61,7 +61,7 @@ TEST_CASE("Resize reads the nearest value", "[nn][network][resize]") {
         {1, 1, 2, 2, 1, 1, 2, 2, 3, 3, 4, 4});
 }
 
-TEST_CASE("the nearest value is exact where two are equally near", "[nn][network][resize]") {
+TEST_CASE("the nearest value is exact where two are equally near", "[nn][network][resize][repeated]") {
   // Coordinates as fractions n / d of whole numbers: ties are seen as they are.
   struct Fraction {
     std::int64_t n, d;
