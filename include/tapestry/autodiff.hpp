@@ -1,9 +1,9 @@
 #pragma once
 /// Scalar differentiation, without an array library: a tape, variables, the functions of <cmath>, dual
-/// numbers, and derivatives of whole functions. Related headers:
+/// numbers, operations of your own, and derivatives of whole functions. Related headers:
 ///
 ///   autodiff/array_functions.hpp      array operations on the same tape
-///   autodiff/record.hpp               operations of your own
+///   autodiff/record.hpp               operations of your own on arrays
 ///   autodiff/gradient_check.hpp       a check of any gradient
 ///   autodiff/eigen.hpp                Eigen matrices of variables
 ///   autodiff/matrix.hpp               linear algebra, one record an operation
@@ -18,4 +18,5 @@
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/functions.hpp>
+#include <tapestry/autodiff/record_scalar.hpp>
 #include <tapestry/autodiff/variable.hpp>

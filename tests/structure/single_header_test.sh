@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # single_header_test.sh COMPILER: a program of two source files uses the scalar tape as one header, which nothing else
-# of ours stands beside.
+# of ours stands beside, with an operation of its own.
 set -euo pipefail
 sources=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 folder=$(mktemp -d)
@@ -13,13 +13,13 @@ cat >main.cpp <<'END'
 #include <cmath>
 #include <cstdio>
 
-tapestry::Variable<double> squared_distance(const tapestry::Variable<double>& x, const tapestry::Variable<double>& y);
+tapestry::Variable<double> squared(const tapestry::Variable<double>& x);
 
 int main() {
   tapestry::Tape<double> tape;
   const auto scope = tape.activate();
   const auto x = tape.input(3.0), y = tape.input(4.0);
-  tape.reverse(sqrt(squared_distance(x, y)));
+  tape.reverse(sqrt(squared(x) + squared(y)));
   std::printf("%.3f %.3f, Tapestry %s\n", x.adjoint(), y.adjoint(), TAPESTRY_VERSION_TEXT);
   return std::abs(x.adjoint() - 0.6) + std::abs(y.adjoint() - 0.8) < 1e-15 ? 0 : 1;
 }
@@ -28,8 +28,9 @@ cat >other.cpp <<'END'
 #include "tapestry_autodiff.hpp"
 #include "tapestry_autodiff.hpp"
 
-tapestry::Variable<double> squared_distance(const tapestry::Variable<double>& x, const tapestry::Variable<double>& y) {
-  return x * x + y * y;
+tapestry::Variable<double> squared(const tapestry::Variable<double>& x) {
+  const auto pullback = [x = x.value()](double value_adjoint, double* x_adjoint) { *x_adjoint += value_adjoint * 2 * x; };
+  return record_scalar(x.value() * x.value(), pullback, x);
 }
 END
 "$1" -std=c++20 -Wall -Wextra -Werror main.cpp other.cpp -o program

@@ -1,8 +1,8 @@
 #pragma once
 #include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/autodiff/detail/tape/input_slot.hpp>
-#include <tapestry/autodiff/variable.hpp>
+#include <tapestry/autodiff/record_scalar.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {
@@ -10,28 +10,32 @@ namespace detail {
 /// \throws DomainError unless a record of inputs with these links could be made now
 template <class T, class... Links>
 void require_recordable(const Links&... links) {
-  if (!(links.is_active() || ...)) return;
-  const TapeState<T>& state = TapeState<T>::require_active();
-  (state.require_own_if_active(links), ...);
+  static_cast<void>(tape_of<T>(InputSlot<T>{links}...));
 }
 
-/// Passes a result's adjoint on to the slots of an operation.
-/// \throws ShapeError, see ArraySlot::require_shape()
-template <class Pullback, class Adjoint, class T, class... Slots>
-void pull_back_slots(Pullback& pullback, const Adjoint& adjoint, const std::tuple<Slots...>& all,
-                     T* adjoints) {
-  std::apply(
-      [&](const auto&... slot) {
-        pullback(adjoint, slot.adjoint(adjoints)...);
-        (slot.require_shape(), ...);
-      },
-      all);
-}
+/// An array input of a record. Its adjoint belongs to an earlier record, which the tape forgets later.
+template <class T, std::size_t Rank>
+struct ArraySlot : InputSlot<T> {
+  ArrayAdjoint<T, Rank>* array_adjoint = nullptr;
+  [[nodiscard]] Array<T, Rank>* adjoint(T*) const {
+    return !this->is_active() ? nullptr : &array_adjoint->touch();
+  }
+  /// \throws ShapeError if a pullback has put an array of other extents there
+  void require_shape() const {
+    if (this->is_active() && !array_adjoint->keeps_shape())
+      throw ShapeError({"pullback: has changed the extents of the adjoint of an input ",
+                        array_adjoint->extents(), "; it must add to it"});
+  }
+};
 
-/// Appends the statements of the active inputs among the slots of an operation.
-template <class... Slots>
-void list_slots(const std::tuple<Slots...>& all, std::vector<std::uint32_t>& statements) {
-  std::apply([&](const auto&... slot) { (slot.list(statements), ...); }, all);
+template <class T, std::size_t Rank>
+[[nodiscard]] ArraySlot<T, Rank> slot_of(SlotFor<T>, const ArrayVariable<T, Rank>& input) {
+  if (!input.is_active()) return {};
+  return {{input.link()}, input.shared_adjoint().get()};
+}
+template <class T, std::size_t Rank>
+[[nodiscard]] ArraySlot<T, Rank> slot_of(SlotFor<T>, const Array<T, Rank>&) {
+  return {};
 }
 
 /// An operation whose result is an array; it owns the result's adjoint.
@@ -57,50 +61,24 @@ class ArrayResultRecord : public TapeRecord<T> {
 
 /// An operation with a fixed number of inputs of any kinds.
 template <class T, std::size_t Rank, class Pullback, class... Slots>
-class ArrayRecord final : public ArrayResultRecord<T, Rank> {
+class ArrayRecord final : public CallableRecord<T, ArrayResultRecord<T, Rank>, Pullback, Slots...> {
  public:
-  ArrayRecord(std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint, Pullback pullback, Slots... slot)
-      : ArrayResultRecord<T, Rank>(std::move(adjoint)),
-        pullback_(std::move(pullback)),
-        slots_(std::move(slot)...) {}
-  void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
-  [[nodiscard]] const char* operation() const noexcept override { return detail::type_name<Pullback>(); }
+  using CallableRecord<T, ArrayResultRecord<T, Rank>, Pullback, Slots...>::CallableRecord;
 
  private:
   void pull_back_array(const Array<T, Rank>& adjoint, T* scalar_adjoints) override {
-    pull_back_slots(pullback_, adjoint, slots_, scalar_adjoints);
+    this->call_pullback(adjoint, scalar_adjoints);
   }
-
-  Pullback pullback_;
-  std::tuple<Slots...> slots_;
-};
-
-/// An operation whose result is a scalar.
-template <class T, class Pullback, class... Slots>
-class ScalarRecord final : public TapeRecord<T> {
- public:
-  explicit ScalarRecord(Pullback pullback, Slots... slot)
-      : pullback_(std::move(pullback)), slots_(std::move(slot)...) {}
-  void pull_back(T* adjoints, std::size_t statement) override {
-    const T adjoint = adjoints[statement];
-    if (is_zero(adjoint)) return;
-    pull_back_slots(pullback_, adjoint, slots_, adjoints);
-  }
-  void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
-  [[nodiscard]] const char* operation() const noexcept override { return detail::type_name<Pullback>(); }
-
- private:
-  Pullback pullback_;
-  std::tuple<Slots...> slots_;
 };
 
 /// An operation whose results are several arrays.
 template <class T, std::size_t Rank, class Pullback, class... Slots>
-class ArraysRecord final : public TapeRecord<T> {
+class ArraysRecord final : public CallableRecord<T, TapeRecord<T>, Pullback, Slots...> {
  public:
   using Adjoints = std::vector<std::shared_ptr<ArrayAdjoint<T, Rank>>>;
-  ArraysRecord(Adjoints adjoints, Pullback pullback, Slots... slot)
-      : adjoints_(std::move(adjoints)), pullback_(std::move(pullback)), slots_(std::move(slot)...) {}
+  ArraysRecord(Pullback pullback, std::tuple<Slots...> slots, Adjoints adjoints)
+      : CallableRecord<T, TapeRecord<T>, Pullback, Slots...>(std::move(pullback), std::move(slots)),
+        adjoints_(std::move(adjoints)) {}
   ~ArraysRecord() override {
     for (const auto& adjoint : adjoints_) adjoint->detach();
   }
@@ -111,19 +89,14 @@ class ArraysRecord final : public TapeRecord<T> {
       touched.push_back(adjoint->is_touched() ? &adjoint->read() : nullptr);
       any = any || touched.back() != nullptr;
     }
-    if (!any) return;
-    pull_back_slots(pullback_, touched, slots_, scalar_adjoints);
+    if (any) this->call_pullback(touched, scalar_adjoints);
   }
-  void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
-  [[nodiscard]] const char* operation() const noexcept override { return detail::type_name<Pullback>(); }
   void forget_adjoint() noexcept override {
     for (const auto& adjoint : adjoints_) adjoint->forget();
   }
 
  private:
   Adjoints adjoints_;
-  Pullback pullback_;
-  std::tuple<Slots...> slots_;
 };
 
 /// Not an operation: a place where the sweep calls a function.
@@ -146,8 +119,8 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
   if (state == nullptr) return {std::move(value), nullptr, Link{}};
   auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value->shape(), memory_of(*state));
   using Record = ArrayRecord<T, Rank, Pullback, Slots...>;
-  const Link link =
-      state->append_record(std::make_unique<Record>(adjoint, std::move(pullback), std::move(slot)...));
+  const Link link = state->append_record(
+      std::make_unique<Record>(std::move(pullback), std::tuple<Slots...>(std::move(slot)...), adjoint));
   return {std::move(value), std::move(adjoint), link};
 }
 
@@ -162,80 +135,30 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
   typename Record::Adjoints adjoints;
   for (const auto& result : results)
     adjoints.push_back(std::make_shared<ArrayAdjoint<T, Rank>>(result.shape(), memory_of(*state)));
-  const Link link =
-      state->append_record(std::make_unique<Record>(adjoints, std::move(pullback), std::move(slot)...));
+  const Link link = state->append_record(
+      std::make_unique<Record>(std::move(pullback), std::tuple<Slots...>(std::move(slot)...), adjoints));
   for (std::size_t i = 0; i < results.size(); ++i)
     results[i] = ArrayVariable<T, Rank>(results[i].shared_value(), adjoints[i], link);
   return results;
 }
 
-template <class T, class Pullback, class... Slots>
-[[nodiscard]] Variable<T> record_scalar_slots(T value, Pullback pullback, Slots... slot) {
-  TapeState<T>* const state = tape_of<T>(slot...);
-  if (state == nullptr) return value;
-  using Record = ScalarRecord<T, Pullback, Slots...>;
-  return {value, state->append_record(std::make_unique<Record>(std::move(pullback), std::move(slot)...))};
-}
 }  // namespace detail
 
-/// States that a pullback is written for duals: it computes in the scalar of its tape throughout, and
-/// captures values with their tangents, or is linear. check_hessian() tests that.
-template <class Pullback>
-struct CarriesTangents {
-  Pullback pullback;
-};
-template <class Pullback>
-CarriesTangents(Pullback) -> CarriesTangents<Pullback>;
-
-namespace detail {
-/// The pullback of a user's operation on a tape of T. Refuses plain numbers on a tape of duals, where they
-/// would be constants, so that second derivatives would silently lack a part. Captures cannot be seen from
-/// outside; without any, slopes can only be constants.
-template <class T, class Pullback>
-[[nodiscard]] Pullback accepted(Pullback pullback) {
-  static_assert(!DualNumber<T> || std::is_empty_v<Pullback>,
-                "on a tape of duals, plain numbers in a pullback are constants and give wrong second "
-                "derivatives: compute in the tape's scalar and pass CarriesTangents{pullback}");
-  return pullback;
-}
-template <class T, class Pullback>
-[[nodiscard]] Pullback accepted(CarriesTangents<Pullback> stated) {
-  return std::move(stated.pullback);
-}
-}  // namespace detail
-
-/// Records an operation with an array result and its pullback on the active tape.
-///
-/// The inputs are those that the result depends on: ArrayVariable<T, R>, Variable<T> or a formula of these.
-/// Plain arrays and numbers are allowed, and passive. A std::vector or std::span of inputs is one input, the
-/// number of whose parts is known at run time. In the reverse sweep the tape calls
-///
-///  pullback(const Array<T, Rank>& value_adjoint, input_adjoint*...)
-///
-/// with one pointer an input, in order: Array<T, R>* of the input's extents, or T* for a scalar; null for a
-/// passive input; and a std::vector of these pointers for a vector of inputs. The pullback ADDS value_adjoint
-/// · d value / d input to each that is not null. Two of them may point to the same adjoint. It is not called
-/// when nothing depends on the result. Another reverse() may call it again, so it must keep what it captured;
-/// capture values of inputs cheaply as input.shared_value(). On a tape of duals a pullback that captures
-/// anything is a CarriesTangents, or does not compile.
-///
-/// \returns the result; passive, with nothing recorded, when all inputs are passive
-/// \throws ShapeError in the reverse sweep if the pullback changes the extents of an input's adjoint
-/// \throws DomainError if an input is active but no tape is, or is not on the active tape
-template <class T, std::size_t Rank, class Pullback, class... Inputs>
-[[nodiscard]] ArrayVariable<T, Rank> record_array(Array<T, Rank> value, Pullback pullback,
-                                                  const Inputs&... inputs) {
-  return detail::record_array_slots<T, Rank>(std::make_shared<const Array<T, Rank>>(std::move(value)),
-                                             detail::accepted<T>(std::move(pullback)),
-                                             detail::slot_of<T>(inputs)...);
-}
-
-/// The same for a result that the pullback reads, too, and therefore shares.
+/// Records an operation with an array result and its pullback on the active tape. Like record_scalar(), but
+/// the tape calls pullback(const Array<T, Rank>& value_adjoint, input_adjoint*...).
 template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] ArrayVariable<T, Rank> record_array(std::shared_ptr<const Array<T, Rank>> value,
                                                   Pullback pullback, const Inputs&... inputs) {
   return detail::record_array_slots<T, Rank>(std::move(value), detail::accepted<T>(std::move(pullback)),
-                                             detail::slot_of<T>(inputs)...);
+                                             slot_of(detail::SlotFor<T>(), inputs)...);
+}
+
+/// The same for a result that the pullback does not share.
+template <class T, std::size_t Rank, class Pullback, class... Inputs>
+[[nodiscard]] ArrayVariable<T, Rank> record_array(Array<T, Rank> value, Pullback pullback,
+                                                  const Inputs&... inputs) {
+  return record_array<T, Rank>(std::make_shared<const Array<T, Rank>>(std::move(value)), std::move(pullback),
+                               inputs...);
 }
 
 /// The same for several results of one operation, such as the heads of a network. The tape calls
@@ -245,7 +168,7 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
 [[nodiscard]] std::vector<ArrayVariable<T, Rank>> record_shared_arrays(
     std::vector<std::shared_ptr<const Array<T, Rank>>> values, Pullback pullback, const Inputs&... inputs) {
   return detail::record_arrays_slots<T, Rank>(std::move(values), detail::accepted<T>(std::move(pullback)),
-                                              detail::slot_of<T>(inputs)...);
+                                              slot_of(detail::SlotFor<T>(), inputs)...);
 }
 
 /// The same for results without other owners.
@@ -255,25 +178,6 @@ template <class T, std::size_t Rank, class Pullback, class... Inputs>
   std::vector<std::shared_ptr<const Array<T, Rank>>> shared;
   for (auto& value : values) shared.push_back(std::make_shared<const Array<T, Rank>>(std::move(value)));
   return record_shared_arrays<T, Rank>(std::move(shared), std::move(pullback), inputs...);
-}
-
-/// Records an operation with a scalar result and its pullback on the active tape. Like record_array(), but
-/// the tape calls pullback(T value_adjoint, input_adjoint*...), and does not call it when value_adjoint is
-/// zero.
-template <class T, class Pullback, class... Inputs>
-[[nodiscard]] Variable<T> record_scalar(T value, Pullback pullback, const Inputs&... inputs) {
-  return detail::record_scalar_slots<T>(value, detail::accepted<T>(std::move(pullback)),
-                                        detail::slot_of<T>(inputs)...);
-}
-
-/// Refuses a value that would be a constant on a tape of duals.
-template <DualNumber T, std::convertible_to<T> Value, class Pullback, class... Inputs>
-requires(!std::same_as<Value, T>) Variable<T> record_scalar(const Value& value, const Pullback&,
-                                                            const Inputs&...) {
-  static_assert(DualNumber<Value> && std::same_as<Value, T>,
-                "on a tape of duals, record_scalar() takes the value as a dual, with its tangents; a plain "
-                "number is a constant");
-  return T(value);
 }
 
 /// Puts a mark on the active tape, if there is one: every reverse sweep calls passed() when it reaches the

@@ -1,8 +1,8 @@
 #pragma once
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
-#include <tapestry/autodiff/detail/tape/input_slot.hpp>
 #include <tapestry/autodiff/detail/tape/tape_state.hpp>
 #include <tapestry/autodiff/eigen.hpp>
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
@@ -127,7 +127,7 @@ template <class T, EigenMatrix X>
 
 template <class T, std::size_t Rank>
 [[nodiscard]] auto matrix_input(const ArrayVariable<T, Rank>& x) {
-  return MatrixInput<T, ArraySlot<T, Rank>>{eigen_map(x.value()), slot_of<T>(x)};
+  return MatrixInput<T, ArraySlot<T, Rank>>{eigen_map(x.value()), slot_of(SlotFor<T>(), x)};
 }
 template <class T, ArrayExpression X>
 [[nodiscard]] auto matrix_input(const X& x) {

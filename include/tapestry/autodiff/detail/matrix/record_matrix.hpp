@@ -62,24 +62,22 @@ struct MatrixPullback {
 /// An operation whose result is an Eigen matrix of variables, which are the statements behind it, column by
 /// column.
 template <class T, class Pullback, class... Slots>
-class EntriesRecord final : public TapeRecord<T> {
+class EntriesRecord final : public CallableRecord<T, TapeRecord<T>, Pullback, Slots...> {
  public:
-  EntriesRecord(Eigen::Index rows, Eigen::Index columns, Pullback pullback, Slots... slot)
-      : rows_(rows), columns_(columns), pullback_(std::move(pullback)), slots_(std::move(slot)...) {}
+  EntriesRecord(Pullback pullback, std::tuple<Slots...> slots, Eigen::Index rows, Eigen::Index columns)
+      : CallableRecord<T, TapeRecord<T>, Pullback, Slots...>(std::move(pullback), std::move(slots)),
+        rows_(rows),
+        columns_(columns) {}
   void pull_back(T* adjoints, std::size_t statement) override {
     const T* const first = adjoints + statement + 1;
     if (std::all_of(first, first + rows_ * columns_, [](const T& adjoint) { return is_zero(adjoint); }))
       return;
     const DenseMatrix<T> value_adjoint = Eigen::Map<const DenseMatrix<T>>(first, rows_, columns_);
-    pull_back_slots(pullback_, value_adjoint, slots_, adjoints);
+    this->call_pullback(value_adjoint, adjoints);
   }
-  void list_inputs(std::vector<std::uint32_t>& statements) const override { list_slots(slots_, statements); }
-  [[nodiscard]] const char* operation() const noexcept override { return detail::type_name<Pullback>(); }
 
  private:
   Eigen::Index rows_, columns_;
-  Pullback pullback_;
-  std::tuple<Slots...> slots_;
 };
 
 template <class T>
@@ -109,7 +107,9 @@ template <int Columns, class T, class Pullback, class... Slots>
   using Record = EntriesRecord<T, Pullback, Slots...>;
   const auto size = static_cast<std::size_t>(value.size());
   static_cast<void>(state->append_record(
-      std::make_unique<Record>(value.rows(), value.cols(), std::move(pullback), std::move(slot)...), size));
+      std::make_unique<Record>(std::move(pullback), std::tuple<Slots...>(std::move(slot)...), value.rows(),
+                               value.cols()),
+      size));
   for (std::size_t i = 0; i < size;) {
     std::size_t count = size - i;
     Link link = state->append_inputs(count);
