@@ -36,8 +36,7 @@ sed 's/darknet/scaled!/' kept.onnx >unknown.onnx
 expect_exit 4 "an unknown decode family" "$detect" "${cfg[@]}" --weights unknown.onnx "$frame"
 expect_error_line "decode' is not supported; expected darknet, ultralytics or scaled, found 'scaled!'"
 head -c 50000 kept.onnx >cut.onnx
-expect_exit 3 "a cut file" "$detect" "${cfg[@]}" --weights cut.onnx "$frame"
-expect_error_line 'cut.onnx'
+expect_refusal 3 'cut.onnx' "a cut file" "$detect" "${cfg[@]}" --weights cut.onnx "$frame"
 
 # The decode family goes with the file; asking for another is one error, and so it is where a cfg says it.
 expect_exit 0 "an ultralytics detector" "$convert_weights" "${cfg[@]}" "${weights[@]}" --decode ultralytics --output ultralytics.onnx
@@ -108,10 +107,8 @@ expect_exit 0 "another cfg beside it" "$detect" --json --cfg another.cfg --weigh
 grep -q '^warning: another.cfg: differs from the cfg inside kept.onnx' command.err && pass || fail "no warning"
 expect_exit 2 "Darknet weights alone" "$detect" --weights "$assets/detector.weights" "$frame"
 expect_error_line '^error: --cfg is missing, which .*detector.weights needs'
-expect_exit 2 "a cfg alone" "$detect" --cfg "$assets/detector.cfg" "$frame"
-expect_error_line '^error: --cfg and --weights go together; --weights is missing'
-expect_exit 3 "a file that is not there" "$detect" --weights absent.onnx "$frame"
-expect_error_line 'absent.onnx: cannot open'
+expect_refusal 2 '^error: --cfg and --weights go together; --weights is missing' "a cfg alone" "$detect" --cfg "$assets/detector.cfg" "$frame"
+expect_refusal 3 'absent.onnx: cannot open' "a file that is not there" "$detect" --weights absent.onnx "$frame"
 
 evaluate=$programs/evaluate
 mkdir frames && cp "$frame" frames
@@ -120,8 +117,7 @@ expect_exit 0 "measuring the Darknet detector" "$evaluate" --clean-only --sweep 
 cp command.out darknet.rows
 expect_exit 0 "measuring the converted one" "$evaluate" --clean-only --sweep 0.25 "${with[@]}" --weights kept.onnx
 expect_same darknet.rows command.out
-expect_exit 2 "measuring with Darknet weights alone" "$evaluate" --clean-only "${with[@]}" "${weights[@]}"
-expect_error_line '^error: --cfg is missing'
+expect_refusal 2 '^error: --cfg is missing' "measuring with Darknet weights alone" "$evaluate" --clean-only "${with[@]}" "${weights[@]}"
 
 expect_exit 0 "measuring a scaled detector" "$evaluate" --clean-only "${with[@]}" --weights scaled.onnx
 
@@ -139,13 +135,10 @@ expect_exit 0 "resuming a run that is over" "$camouflage" --resume --output conv
 cp folded.onnx kept.copy && cp kept.onnx mine.onnx
 expect_exit 0 "a run of one's own" "$camouflage" "${brief[@]}" --weights mine.onnx --output own
 cp kept.copy mine.onnx
-expect_exit 7 "resuming with another detector" "$camouflage" --resume --output own
-expect_error_line 'inputs have changed: mine.onnx'
+expect_refusal 7 'inputs have changed: mine.onnx' "resuming with another detector" "$camouflage" --resume --output own
 expect_exit 0 "checking a converted detector" "$camouflage" --check "${brief[@]}" --weights kept.onnx
-expect_exit 2 "checking Darknet weights alone" "$camouflage" --check "${brief[@]}" "${weights[@]}"
-expect_error_line '^error: --cfg is missing'
-expect_exit 3 "checking weights that are not there" "$camouflage" --check "${brief[@]}" --weights absent.onnx
-expect_error_line 'absent.onnx'
+expect_refusal 2 '^error: --cfg is missing' "checking Darknet weights alone" "$camouflage" --check "${brief[@]}" "${weights[@]}"
+expect_refusal 3 'absent.onnx' "checking weights that are not there" "$camouflage" --check "${brief[@]}" --weights absent.onnx
 expect_exit 2 "painting against a scaled detector" "$camouflage" "${brief[@]}" --weights scaled.onnx --output no
 expect_error_line 'camouflage: heads of the decode family scaled .* losses need raw logits'
 expect_exit 2 "checking a scaled detector" "$camouflage" --check "${brief[@]}" --weights scaled.onnx
@@ -157,15 +150,12 @@ expect_exit 7 "resuming with another decode family" "$camouflage" --resume --dec
 expect_error_line 'decode .was .ultralytics., now .darknet'
 expect_exit 0 "measuring that run" "$evaluate" --run other
 grep -q '"decode"' darknet/manifest.json && fail "a choice that was not made" || pass
-expect_exit 2 "painting against Darknet weights alone" "$camouflage" "${brief[@]}" "${weights[@]}" --output no
-expect_error_line '^error: --cfg is missing'
+expect_refusal 2 '^error: --cfg is missing' "painting against Darknet weights alone" "$camouflage" "${brief[@]}" "${weights[@]}" --output no
 
 train="$programs/train_detector --steps 0 --validate 1"
 expect_exit 0 "training from a converted file" $train --weights kept.onnx
-expect_exit 4 "training from a folded one" $train --weights folded.onnx  # W21
-expect_error_line 'folded.onnx: batch normalisation is folded'
-expect_exit 2 "training a scaled one" $train --weights scaled.onnx
-expect_error_line 'heads of the decode family scaled'
+expect_refusal 4 'folded.onnx: batch normalisation is folded' "training from a folded one" $train --weights folded.onnx  # W21
+expect_refusal 2 'heads of the decode family scaled' "training a scaled one" $train --weights scaled.onnx
 expect_exit 2 "a form that would lose the decode family" $train "${cfg[@]}" --weights ultralytics.onnx --output no
 expect_error_line '^error: --output no would lose the decode family ultralytics'
 
@@ -216,15 +206,13 @@ expect_exit 2 "no epsilon" "$convert_weights" "${cfg[@]}" "${weights[@]}" --batc
 cp "$assets/detector.weights" mine.weights
 expect_exit 2 "overwriting the input" "$convert_weights" "${cfg[@]}" --weights mine.weights --output ./mine.weights
 expect_same "$assets/detector.weights" mine.weights
-expect_exit 3 "missing weights" "$convert_weights" "${cfg[@]}" --weights absent.weights --output no.onnx
-expect_error_line 'absent.weights'
+expect_refusal 3 'absent.weights' "missing weights" "$convert_weights" "${cfg[@]}" --weights absent.weights --output no.onnx
 head -c 5000 mine.weights >cut.weights
 expect_exit 3 "cut weights" "$convert_weights" "${cfg[@]}" --weights cut.weights --output no.onnx
 expect_exit 3 "converted already" "$convert_weights" "${cfg[@]}" --weights kept.onnx --output no.onnx
 expect_error_line 'kept.onnx:@0: not Darknet weights; .* an ONNX model'
 head -c 4096 /dev/zero | cat mine.weights - >longer.weights
 expect_exit 4 "weights of another cfg" "$convert_weights" "${cfg[@]}" --weights longer.weights --output no.onnx
-expect_exit 5 "a missing folder" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output absent/x.onnx
-expect_error_line 'absent/x.onnx'
+expect_refusal 5 'absent/x.onnx' "a missing folder" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output absent/x.onnx
 [ -e no ] || [ -e no.onnx ] && fail "a refused conversion left a file" || pass
 finish

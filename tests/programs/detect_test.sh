@@ -20,18 +20,14 @@ grep -q '"precision": "bfloat16"' command.out && pass || fail "the precision is 
 cmp -s <(grep confidence command.out) <(grep confidence float.json) && fail "--precision bfloat16 changes nothing" || pass
 awk -v a="$(confidence_of float.json)" -v b="$(confidence_of command.out)" 'BEGIN { exit !(a > 0.5 && a - b < 0.05 && b - a < 0.05) }' &&
   pass || fail "the confidence is $(confidence_of command.out), $(confidence_of float.json) in float"
-expect_exit 2 "an unknown precision" "$detect" --precision half "$frame"
-expect_error_line '--precision .*half'
-expect_exit 3 "a missing picture" "$detect" absent.png
-expect_error_line 'absent.png'
+expect_refusal 2 '--precision .*half' "an unknown precision" "$detect" --precision half "$frame"
+expect_refusal 3 'absent.png' "a missing picture" "$detect" absent.png
 expect_exit 2 "no picture" "$detect"
 expect_exit 2 "weights without cfg" "$detect" --weights "$assets/detector.weights" "$frame"
 head -c 5000 "$assets/detector.weights" >cut.weights
-expect_exit 3 "cut weights" "$detect" --cfg "$assets/detector.cfg" --weights cut.weights "$frame"
-expect_error_line 'cut.weights'
+expect_refusal 3 'cut.weights' "cut weights" "$detect" --cfg "$assets/detector.cfg" --weights cut.weights "$frame"
 printf '<html>not found</html>' >page.weights
-expect_exit 3 "a page instead of weights" "$detect" --cfg "$assets/detector.cfg" --weights page.weights "$frame"
-expect_error_line 'page.weights.*HTML'
+expect_refusal 3 'page.weights.*HTML' "a page instead of weights" "$detect" --cfg "$assets/detector.cfg" --weights page.weights "$frame"
 
 
 # Boxes with labels in the colours of their classes, cut at the edge of the picture; several pictures on one sheet.
@@ -52,10 +48,8 @@ done
 expect_same by-1.png by-3.png
 expect_exit 3 "a sheet without a broken picture" "$detect" --sheet of-sound.png absent.png "$assets"/frames/test/00[0-3].npz
 expect_same of-sound.png sheet.png
-expect_exit 2 "a sheet that is no PNG" "$detect" --sheet sheet.jpg "$frame"
-expect_error_line '--sheet takes a name that ends with .png'
-expect_exit 2 "a sheet over a picture" "$detect" --sheet "./$copy" "$copy"
-expect_error_line '^error: --sheet: ./drawn/.* is one of the pictures'
+expect_refusal 2 '--sheet takes a name that ends with .png' "a sheet that is no PNG" "$detect" --sheet sheet.jpg "$frame"
+expect_refusal 2 '^error: --sheet: ./drawn/.* is one of the pictures' "a sheet over a picture" "$detect" --sheet "./$copy" "$copy"
 expect_exit 5 "a sheet that cannot be written" "$detect" --sheet nowhere/sheet.png "$frame"
 
 # A network of 80 classes without names has COCO's, and that is said; else classes are numbers.
@@ -101,16 +95,14 @@ expect_same command.out stretch.json
 expect_exit 0 "--fit above letter_box=0" "$detect" --json --cfg box0.cfg "${weights[@]}" \
   --names "$assets/detector.names" --fit letterbox "$wide"
 expect_same command.out usual.json
-expect_exit 2 "an unknown fit" "$detect" --fit crop "$frame"
-expect_error_line '^error: --fit'
+expect_refusal 2 '^error: --fit' "an unknown fit" "$detect" --fit crop "$frame"
 
 # Several pictures of which one is broken: it is told, the others are there. (F29)
 head -c 900 "drawn/$(basename "$frame" .npz)-detections.png" >cut.png
 mkfifo pipe.png
 : >empty.png
 for broken in cut.png pipe.png empty.png /dev/zero; do
-  expect_exit 3 "$broken before a sound one" "$detect" --json --annotate beside "$broken" "$frame"
-  expect_error_line "^error: $broken:"
+  expect_refusal 3 "^error: $broken:" "$broken before a sound one" "$detect" --json --annotate beside "$broken" "$frame"
   grep -q '^1 of 2 pictures failed$' command.err && pass || fail "no count of failures"
   [ "$(grep -c '"image"' command.out)" = 1 ] && pass || fail "the sound picture is missing"
   expect_file "beside/$(basename "$frame" .npz)-detections.png"
@@ -151,13 +143,10 @@ expect_exit 0 "heat maps of an early layer" "$detect" --heat-map early --layer 1
 map="$(basename "$frame" .npz)-heat_map.png"
 expect_file "last/$map"
 cmp -s "last/$map" "early/$map" && fail "all layers are one" || pass
-expect_exit 4 "a layer that is not there" "$detect" --heat-map maps --layer 999 "$frame"
-expect_error_line 'layer 999 cannot be observed'
-expect_exit 2 "a layer by name" "$detect" --heat-map maps --layer conv1 "$frame"
-expect_error_line "layers of Darknet networks are numbers"
+expect_refusal 4 'layer 999 cannot be observed' "a layer that is not there" "$detect" --heat-map maps --layer 999 "$frame"
+expect_refusal 2 "layers of Darknet networks are numbers" "a layer by name" "$detect" --heat-map maps --layer conv1 "$frame"
 expect_exit 2 "a layer of nothing" "$detect" --layer conv1 "$frame"
-expect_exit 2 "a kind of nothing" "$detect" --heat-map-kind grad_cam "$frame"
-expect_error_line '--heat-map-kind needs --heat-map'
+expect_refusal 2 '--heat-map-kind needs --heat-map' "a kind of nothing" "$detect" --heat-map-kind grad_cam "$frame"
 expect_exit 2 "a heat map of no kind" "$detect" --heat-map maps --heat-map-kind warm "$frame"
 expect_error_line "expected one of layer_cam, grad_cam, grad_cam_plus_plus"
 [ -e maps ] && fail "a refused command left a folder behind" || pass
@@ -185,10 +174,8 @@ grep -o 'absent-.' mixed-3.err | tr -d '\n' | grep -qx 'absent-1absent-2absent-3
   fail "errors are not in the order of the list"
 grep -q '^6 of 18 pictures failed$' mixed-3.err && pass || fail "no count of failures in a list"
 mkdir none && : >none.txt
-expect_exit 3 "a folder without pictures" "$detect" none
-expect_error_line '^error: none: no pictures in the folder'
-expect_exit 3 "a list of nothing" "$detect" none.txt
-expect_error_line '^error: none.txt.*no pictures in the list'
+expect_refusal 3 '^error: none: no pictures in the folder' "a folder without pictures" "$detect" none
+expect_refusal 3 '^error: none.txt.*no pictures in the list' "a list of nothing" "$detect" none.txt
 expect_exit 3 "a list that is not there" "$detect" absent.txt
 mkdir other && cp "$frame" other
 expect_exit 2 "two pictures of one name" "$detect" --annotate untouched "$frame" "other/$(basename "$frame")"
@@ -207,8 +194,7 @@ for _ in $(seq 5000); do echo "$frame"; done >many.txt
 "$detect" --annotate claimed many.txt >/dev/null 2>&1 &
 process=$!
 wait_for 10 [ -s claimed/.lock ]
-expect_exit 7 "two at once in one folder" "$detect" --annotate claimed "$frame"
-expect_error_line "^error: claimed: folder is in use by process $process on "
+expect_refusal 7 "^error: claimed: folder is in use by process $process on " "two at once in one folder" "$detect" --annotate claimed "$frame"
 kill -KILL "$process"
 wait "$process" 2>/dev/null
 picture=$'not utf-8 \xff.png'
@@ -216,12 +202,10 @@ cp "drawn/$(basename "$frame" .npz)-detections.png" "$picture"
 expect_exit 0 "a name that is not UTF-8" "$detect" --json "$picture"  # F21
 for words in "--confidence nan" "--nms 2" "--size -32" "--size 0x40" "--threads -1" "--threads 1000000"; do
   # shellcheck disable=SC2086  # several words on purpose
-  expect_exit 2 "$words" "$detect" $words "$frame"
-  expect_error_line "^error: ${words% *}"
+  expect_refusal 2 "^error: ${words% *}" "$words" "$detect" $words "$frame"
 done
 expect_exit 4 "a size that does not divide" "$detect" --size 33 "$frame"
-expect_exit 2 "a misspelt option and no picture" "$detect" --jsn
-expect_error_line 'did you mean --json'
+expect_refusal 2 'did you mean --json' "a misspelt option and no picture" "$detect" --jsn
 printf 'car\nvan\n' >two.names
 expect_exit 4 "too few names" "$detect" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" \
   --names two.names "$frame"
@@ -233,8 +217,7 @@ expect_error_line 'two.names.*expected 3, found 2'
 expect_exit 6 "a step far too long" "$programs/train_detector" --steps 1 --batch 2 --validate 2 --learning-rate 1e30 \
   --output far.weights
 far=(--cfg "$assets/detector.cfg" --weights far.weights)
-expect_exit 6 "outputs that are not finite" "$detect" "${far[@]}" "$frame"
-expect_error_line 'expected a finite number'
+expect_refusal 6 'expected a finite number' "outputs that are not finite" "$detect" "${far[@]}" "$frame"
 
 evaluate=$programs/evaluate
 expect_exit 6 "evaluate with such outputs" "$evaluate" --clean-only "${far[@]}" --names "$assets/detector.names"

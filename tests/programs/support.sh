@@ -40,6 +40,11 @@ expect_error_line() {
     cat command.err
   fi
 }
+# expect_refusal CODE PATTERN WHAT COMMAND...: the two in one.
+expect_refusal() {
+  expect_exit "$1" "${@:3}"
+  expect_error_line "$2"
+}
 expect_same() {
   if cmp -s "$1" "$2"; then pass; else fail "$1 and $2 differ"; fi
 }
