@@ -48,6 +48,11 @@ expect_error_line '^error: run-1 is a run that is not measured yet: evaluate --r
 # A measurement knows its run from any folder.
 mkdir away && (cd away && "$tabulate" --output ../from_away row=../measured-1,../measured-2 other=../third-measured >/dev/null) && pass || fail "from elsewhere"
 grep -q "\"name\": \"../run-1\"" from_away/table.json && pass || fail "the run is not found from elsewhere: $(grep -A 3 '"runs"' from_away/table.json)"
+# One row alone: two tables, of its textures and of its effects, with the figures that the CSV has.
+expect_exit 0 "one row" "$tabulate" --output one row=measured-1,measured-2
+[ "$(grep -c '^\*\*' one/table.md)" = 2 ] && ! grep -q '| - |' one/table.md && pass || fail "tables of one row: $(cat one/table.md)"
+awk -F , '$3 == "matched noise" { printf "| row, matched noise | %.1f [", 100 * $8 }' one/table.csv >expected
+grep -qF "$(cat expected)" one/table.md && pass || fail "not $(cat expected) in $(cat one/table.md)"
 expect_exit 0 "a row with a detector more" "$tabulate" --output more row=both-1 other=third-measured
 # Colours that are no camouflage's stand in every table where one of its measurements has them; noise drawn in each picture has
 # its effect.
@@ -86,8 +91,7 @@ sed -i "s/\"commit\": \"$commit\"/\"commit\": \"another\"/" third/manifest.json
 expect_exit 0 "a run by another commit" "$tabulate" --output all row=all-1,measured-2 other=third-measured
 grep -q "Made by commits $commit, another\.$\|Made by commits another, $commit\.$" all/table.md && pass || fail "two commits: $(grep Made all/table.md)"
 refused() { # WHAT PATTERN ROW...
-  expect_exit 4 "$1" "$tabulate" --output none "${@:3}"
-  expect_error_line "$2"
+  expect_refusal 4 "$2" "$1" "$tabulate" --output none "${@:3}"
   [ -e none ] && fail "$1: a refused table left a folder" || pass
 }
 sha='\(SHA-256 [0-9a-f]{16}\)'
@@ -130,8 +134,7 @@ expect_exit 0 "a row of its own" "$tabulate" --output tables row=by-own-1 other=
 # A folder that is given twice, by whatever name.
 ln -s measured-1 link
 for twice in measured-1 ./measured-1/ "$PWD/measured-1" link others/../measured-1; do
-  expect_exit 2 "$twice as a second seed" "$tabulate" --output none "row=measured-1,$twice"
-  expect_error_line 'a folder is given twice: .*measured-1'
+  expect_refusal 2 'a folder is given twice: .*measured-1' "$twice as a second seed" "$tabulate" --output none "row=measured-1,$twice"
   expect_exit 2 "$twice as a second row" "$tabulate" --output none row=measured-1 "other=$twice"
 done
 

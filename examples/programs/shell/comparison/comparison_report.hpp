@@ -31,131 +31,150 @@ inline std::string effect_text(const evaluate::PairedDifference& difference) {
   return fixed(difference.mean, 3) + " " + interval_text(difference.interval, 1, 3);
 }
 
-/// A table of rows by columns.
-/// \param of_plain  returns the words for pictures without a camouflage; null: no rows of these
-inline WordTable comparison_table(const Comparison& comparison, const std::string& title,
-                                  const std::function<std::string(const ComparedTexture&)>& of_plain,
-                                  const std::function<std::string(const ComparedCell&)>& of_cell) {
-  WordTable table{title, {""}};
-  table.header.insert(table.header.end(), comparison.columns.begin(), comparison.columns.end());
-  const auto add = [&](const std::string& name, const auto& cells, const auto& words_of) {
-    std::vector<std::string> words{name};
-    for (std::size_t i = 0; i < comparison.columns.size(); ++i)
-      words.push_back(i < cells.size() && cells[i] ? words_of(*cells[i]) : "-");
-    table.rows.push_back(words);
+/// A figure of a texture, with its title, and a shorter one where it is a column.
+struct TextureFigure {
+  std::string title, column;
+  std::string (*words_of)(const ComparedTexture&);
+};
+
+inline std::vector<TextureFigure> texture_figures(const Comparison& comparison) {
+  std::vector<TextureFigure> figures{
+      {"pictures in which the car is found, % (P@0.5), 95 %", "found, %, 95 %",
+       [](const auto& texture) { return rate_text(texture.rate); }},
+      {"mean best confidence", "mean best confidence",
+       [](const auto& texture) { return fixed(texture.mean_best_confidence, 3); }},
+      {"found at a confidence above .05, %", "found above .05, %",
+       [](const auto& texture) { return fixed(100 * texture.sweep.front().p_at_50, 1); }},
+      {"pictures, %: found / related / renamed / misplaced / lost",
+       "found / related / renamed / misplaced / lost, %",
+       [](const auto& texture) { return fates_text(texture.fates); }}};
+  if (comparison.maps_attention)
+    figures.insert(figures.begin(), {"attention on the car, % of the heat map", "attention on the car, %",
+                                     [](const auto& texture) { return fixed(100 * texture.attention, 1); }});
+  return figures;
+}
+
+/// A figure of what a camouflage does; "-" where it was not measured.
+struct EffectFigure {
+  std::string title;
+  std::string (*words_of)(const ComparedCell&);
+};
+
+inline std::vector<EffectFigure> effect_figures(const Comparison& comparison) {
+  return {
+      {"effect beyond matched noise, mean best confidence, 95 %",
+       [](const auto& cell) { return effect_text(cell.effect.best_confidence); }},
+      {"effect beyond matched noise, P@0.5 in points, 95 %",
+       [](const auto& cell) { return percent_text(cell.effect.p_at_50.mean, cell.effect.p_at_50.interval); }},
+      {"odds of being found, matched noise over camouflage, times, 95 %",
+       [](const auto& cell) { return odds_text(cell.effect.odds_ratio); }},
+      {"effect beyond noise drawn in each picture, P@0.5 in points, 95 %",
+       [](const auto& cell) {
+         const auto& noise = cell.picture_noise;
+         return noise ? percent_text(noise->p_at_50.mean, noise->p_at_50.interval) : std::string("-");
+       }},
+      {"effect kept when photographed, %, 95 %",
+       [](const auto& cell) {
+         return cell.kept ? percent_text(cell.kept->ratio, cell.kept->interval) : std::string("-");
+       }},
+      {"mean best confidence of " + comparison.rows.front().name + " minus that of the row, 95 %",
+       [](const auto& cell) {
+         return cell.beyond_first ? effect_text(*cell.beyond_first) : std::string("-");
+       }},
+      {"attack success, % of the pictures found in clean, 95 %", [](const auto& cell) {
+         return cell.success.views == 0 ? std::string("-")
+                                        : percent_text(cell.success.rate, cell.success.interval);
+       }}};
+}
+
+/// A texture with its results by column; null where it was not measured.
+using TextureLine = std::pair<std::string, std::vector<const ComparedTexture*>>;
+
+/// Every measured texture: those of no camouflage, then each row's, its matched noise, and the noise drawn in
+/// each picture.
+inline std::vector<TextureLine> texture_lines(const Comparison& comparison) {
+  std::vector<TextureLine> lines;
+  const auto add = [&](const std::string& name, const auto& cells, auto texture_of) {
+    TextureLine line{name, std::vector<const ComparedTexture*>(comparison.columns.size(), nullptr)};
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      if (cells[i]) line.second[i] = texture_of(*cells[i]);
+    if (std::ranges::any_of(line.second, [](const auto* texture) { return texture != nullptr; }))
+      lines.push_back(std::move(line));
   };
-  if (of_plain)
-    for (const auto& [name, cells] : comparison.plain) add(name, cells, of_plain);
-  for (const auto& row : comparison.rows) add(row.name, row.cells, of_cell);
+  for (const auto& [name, cells] : comparison.plain)
+    add(name, cells, [](const auto& found) { return &found; });
+  for (const auto& row : comparison.rows) {
+    add(row.name, row.cells, [](const auto& cell) { return &cell.camouflage; });
+    add(row.name + ", matched noise", row.cells, [](const auto& cell) { return &cell.noise; });
+    add(row.name + ", noise in each picture", row.cells,
+        [](const auto& cell) { return cell.picture_noise ? &cell.picture_noise->texture : nullptr; });
+  }
+  return lines;
+}
+
+/// A table with a column for each of the comparison's.
+inline WordTable table_by_column(const Comparison& comparison, const std::string& title) {
+  WordTable table{title, comparison.columns};
+  table.header.insert(table.header.begin(), "");
   return table;
 }
 
-/// A table of one figure: of pictures without a camouflage, and of each row with and without its design.
-/// \param words_of  returns the figure of a texture
+/// Adds a line by column, unless no words are there. \param words_of  returns those of a column
 template <class WordsOf>
-WordTable camouflage_and_noise(const Comparison& comparison, const std::string& title, WordsOf words_of) {
-  return comparison_table(
-      comparison, title + ": camouflage / matched noise", words_of,
-      [=](const auto& cell) { return words_of(cell.camouflage) + " / " + words_of(cell.noise); });
+void add_line(WordTable& table, const std::string& name, WordsOf words_of) {
+  std::vector<std::string> words{name};
+  for (std::size_t column = 0; column + 1 < table.header.size(); ++column) words.push_back(words_of(column));
+  if (std::ranges::count(words, std::string("-")) + 1 < static_cast<long>(words.size()))
+    table.rows.push_back(std::move(words));
 }
 
-/// The same as two tables, for longer words.
-template <class WordsOf>
-std::vector<WordTable> camouflage_then_noise(const Comparison& comparison, const std::string& title,
-                                             WordsOf words_of) {
-  return {comparison_table(comparison, title, words_of,
-                           [=](const auto& cell) { return words_of(cell.camouflage); }),
-          comparison_table(comparison, "with matched noise: " + title, {},
-                           [=](const auto& cell) { return words_of(cell.noise); })};
-}
-
-/// Rate at which the car is found under noise drawn in each picture, and the effect beyond that noise.
-inline std::vector<WordTable> picture_noise_tables(const Comparison& comparison) {
-  const auto table = [&](const std::string& title, auto words_of) {
-    return comparison_table(comparison, title, {}, [=](const ComparedCell& cell) {
-      return cell.picture_noise ? words_of(*cell.picture_noise) : std::string("-");
+/// Adds the words of each row of a comparison, or of its only one under the name of the figure.
+inline void add_effects(WordTable& table, const Comparison& comparison, const EffectFigure& figure) {
+  for (const auto& row : comparison.rows)
+    add_line(table, comparison.rows.size() == 1 ? figure.title : row.name, [&](std::size_t column) {
+      return column < row.cells.size() && row.cells[column] ? figure.words_of(*row.cells[column])
+                                                            : std::string("-");
     });
-  };
-  return {table("found with noise drawn in each picture, % (P@0.5), 95 %",
-                [](const ComparedPictureNoise& noise) { return rate_text(noise.texture.rate); }),
-          table("effect beyond noise drawn in each picture, P@0.5 in points, 95 %",
-                [](const ComparedPictureNoise& noise) {
-                  return percent_text(noise.p_at_50.mean, noise.p_at_50.interval);
-                })};
 }
 
-inline std::vector<WordTable> effect_tables(const Comparison& comparison) {
-  std::vector<WordTable> tables{
-      comparison_table(comparison, "effect beyond matched noise, mean best confidence, 95 %", {},
-                       [](const auto& cell) { return effect_text(cell.effect.best_confidence); }),
-      comparison_table(comparison, "effect beyond matched noise, P@0.5 in points, 95 %", {},
-                       [](const auto& cell) {
-                         return percent_text(cell.effect.p_at_50.mean, cell.effect.p_at_50.interval);
-                       }),
-      comparison_table(comparison, "odds of being found, matched noise over camouflage, times, 95 %", {},
-                       [](const auto& cell) { return odds_text(cell.effect.odds_ratio); })};
-  if (has_picture_noise(comparison)) append(tables, picture_noise_tables(comparison));
-  const auto has_kept = [](const ComparedRow& row) {
-    return std::ranges::any_of(row.cells, [](const auto& cell) { return cell && cell->kept; });
-  };
-  if (std::ranges::any_of(comparison.rows, has_kept))
-    tables.push_back(
-        comparison_table(comparison, "effect kept when photographed, %, 95 %", {}, [](const auto& cell) {
-          return cell.kept ? percent_text(cell.kept->ratio, cell.kept->interval) : std::string("-");
-        }));
-  return tables;
-}
-
-/// How often the car is found, and how surely.
-inline std::vector<WordTable> rate_tables(const Comparison& comparison) {
-  auto tables = camouflage_then_noise(comparison, "pictures in which the car is found, % (P@0.5), 95 %",
-                                      [](const auto& texture) { return rate_text(texture.rate); });
-  tables.push_back(camouflage_and_noise(comparison, "mean best confidence", [](const auto& texture) {
-    return fixed(texture.mean_best_confidence, 3);
-  }));
-  return tables;
-}
-
-/// Class that the detector gives the car.
-inline std::vector<WordTable> fate_tables(const Comparison& comparison) {
-  std::vector<WordTable> tables{comparison_table(
-      comparison, "attack success, % of the pictures found in clean, 95 %", {}, [](const auto& cell) {
-        return cell.success.views == 0 ? std::string("-")
-                                       : percent_text(cell.success.rate, cell.success.interval);
-      })};
-  append(tables,
-         camouflage_then_noise(comparison, "pictures, %: found / related / renamed / misplaced / lost",
-                               [](const auto& texture) { return fates_text(texture.fates); }));
-  tables.push_back(camouflage_and_noise(
-      comparison, "found at a confidence above .05, %",
-      [](const auto& texture) { return fixed(100 * texture.sweep.front().p_at_50, 1); }));
-  return tables;
+/// The tables of a comparison of one row: its textures, and its effects.
+inline std::vector<WordTable> tables_of_row(const Comparison& comparison) {
+  const std::string& name = comparison.rows.front().name;
+  WordTable textures{name + ": by the car's paint", {""}},
+      effects = table_by_column(comparison, name + ": effects");
+  const auto figures = texture_figures(comparison);
+  for (const auto& column : comparison.columns)
+    for (const auto& figure : figures)
+      textures.header.push_back((comparison.columns.size() == 1 ? "" : column + ": ") + figure.column);
+  for (const auto& line : texture_lines(comparison))
+    add_line(textures, line.first, [&](std::size_t i) {
+      const auto* texture = line.second[i / figures.size()];
+      return texture == nullptr ? std::string("-") : figures[i % figures.size()].words_of(*texture);
+    });
+  for (const auto& figure : effect_figures(comparison)) add_effects(effects, comparison, figure);
+  return {std::move(textures), std::move(effects)};
 }
 
 }  // namespace detail
 
-/// The tables of a comparison, one figure each, without those that have none.
+/// The tables of a comparison, one figure each, or two of one row alone; without those that have no words.
 inline std::vector<WordTable> comparison_tables(const Comparison& comparison) {
+  if (comparison.rows.size() == 1) return detail::tables_of_row(comparison);
   std::vector<WordTable> tables;
-  if (comparison.maps_attention)
-    tables.push_back(
-        detail::camouflage_and_noise(comparison, "attention on the car, % of the heat map",
-                                     [](const auto& texture) { return fixed(100 * texture.attention, 1); }));
-  detail::append(tables, detail::rate_tables(comparison));
-  detail::append(tables, detail::effect_tables(comparison));
-  if (comparison.rows.size() > 1)
-    tables.push_back(detail::comparison_table(
-        comparison,
-        "mean best confidence of " + comparison.rows.front().name + " minus that of the row, 95 %", {},
-        [](const auto& cell) {
-          return cell.beyond_first ? detail::effect_text(*cell.beyond_first) : std::string("-");
-        }));
-  detail::append(tables, detail::fate_tables(comparison));
-  std::erase_if(tables, [](const WordTable& table) {
-    return std::ranges::all_of(table.rows, [](const auto& row) {
-      return std::ranges::count(row, std::string("-")) + 1 == static_cast<long>(row.size());
-    });
-  });
+  const auto lines = detail::texture_lines(comparison);
+  for (const auto& figure : detail::texture_figures(comparison)) {
+    tables.push_back(detail::table_by_column(comparison, figure.title));
+    for (const auto& line : lines)
+      detail::add_line(tables.back(), line.first, [&](std::size_t column) {
+        const auto* texture = line.second[column];
+        return texture == nullptr ? std::string("-") : figure.words_of(*texture);
+      });
+  }
+  for (const auto& figure : detail::effect_figures(comparison)) {
+    tables.push_back(detail::table_by_column(comparison, figure.title));
+    detail::add_effects(tables.back(), comparison, figure);
+  }
+  std::erase_if(tables, [](const WordTable& table) { return table.rows.empty(); });
   return tables;
 }
 
