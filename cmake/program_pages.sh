@@ -1,23 +1,14 @@
 #!/usr/bin/env bash
-# program_pages.sh PROGRAM SHARE: writes the manual page, compressed, and the bash completion of a program from what its --help prints
-# (form_help() of examples/programs/shell/command_line.cpp) into SHARE/man/man1 and SHARE/bash-completion/completions.
+# program_pages.sh PROGRAM SHARE: writes the manual page of a program, compressed, from what its --help prints (form_help() of
+# examples/programs/shell/command_line.cpp) into SHARE/man/man1, and its completions, see completions.sh.
 set -euo pipefail
 program=$1
 man=$2/man/man1
-completions=$2/bash-completion/completions
 name=$(basename "$program")
 help=$("$program" --help)
 version=$("$program" --version)
-mkdir -p "$man" "$completions"
-
-words=$(grep -oE '^  [^ ].{0,23}' <<<"$help" | grep -oE -- '--[a-z][a-z-]*' | sort -u | tr '\n' ' ')
-cat >"$completions/$name" <<END
-# Options of $version; where none is begun, file names.
-_tapestry_$name() {
-  if [[ \$2 == -* ]]; then COMPREPLY=(\$(compgen -W "$words" -- "\$2")); fi
-}
-complete -o default -F _tapestry_$name $name
-END
+mkdir -p "$man"
+bash "$(dirname "$0")/completions.sh" "$@"
 
 # What stands before the usage is the description, and up to its first colon or full stop the line that `whatis` shows. A
 # heading stands alone with a colon; an option's name begins in column 3 and its text in column 27.

@@ -34,9 +34,10 @@ void describe(CLI::App& app, Options& options) {
                "no longer be trained with it");
   app.add_option("--batch-norm-epsilon", options.epsilon,
                  "added to variances inside the root: 1e-5 in Darknet on GPUs, 1e-6 in OpenCV");
-  app.add_option("--decode", options.decode,
-                 "how logits become boxes: darknet, ultralytics or scaled; the output file states it from "
-                 "now on. Left out, the cfg decides: scaled for new_coords=1, else darknet");
+  app.add_option(
+      "--decode", options.decode,
+      "how logits become boxes: {darknet}, {ultralytics} or {scaled}; the output file states it from "
+      "now on. Left out, the cfg decides: scaled for new_coords=1, else darknet");
 }
 
 void require_sound(const CLI::App& app, const Options& options) {

@@ -47,7 +47,7 @@ void describe(CLI::App& app, Options& options) {
                  "layer of --heat-map: the name of a value of an .onnx model, or the number of a layer of a "
                  "Darknet network, from 0; left out, the last one that all outputs depend on");
   app.add_option("--heat-map-kind", options.heat_map_kind,
-                 "layer_cam, or grad_cam or grad_cam_plus_plus, which weigh whole channels");
+                 "{layer_cam}, or {grad_cam} or {grad_cam_plus_plus}, which weigh whole channels");
   app.add_flag("--profile", options.profile,
                "print where the time of the network went, by operator, forward and backward to the picture; "
                "with --json on the standard error");

@@ -74,7 +74,7 @@ void describe_scene(CLI::App& app, Options& o) {
       "left out");
   app.add_option("--colour", o.colour, "one colour for painted faces, three numbers from 0 to 1")
       ->expected(3);
-  app.add_option("--filter", o.filter, "of the texture: bilinear, trilinear or anisotropic");
+  app.add_option("--filter", o.filter, "of the texture: {bilinear}, {trilinear} or {anisotropic}");
   app.add_option("--u-extent", o.u_extent,
                  "the texture's width in u; 0: as its description says (x.json beside x.png), else 1");
   app.add_flag(
@@ -84,12 +84,12 @@ void describe_scene(CLI::App& app, Options& o) {
 
 void describe_light(CLI::App& app, Options& o) {
   app.add_option("--light", o.lighting,
-                 "none, flat, smooth, sky or sun: sky and sun are shaded by the mesh itself");
+                 "{none}, {flat}, {smooth}, {sky} or {sun}: sky and sun are shaded by the mesh itself");
   app.add_flag("--ground", o.ground, "with --light sky or sun: the mesh's shadow on level ground below it");
   app.add_option(
       "--colour-space", o.colour_space,
-      "how colours are lit, filtered and blended: linear, in proportion to light as a camera and a "
-      "glTF viewer do, or encoded, by the numbers of the picture");
+      "how colours are lit, filtered and blended: {linear}, in proportion to light as a camera and a "
+      "glTF viewer do, or {encoded}, by the numbers of the picture");
   app.add_option("--ambient", o.ambient, "light from everywhere");
   app.add_option("--directional", o.directional, "light from one direction");
   app.add_option("--light-direction", o.light_direction, "towards the light, z up")->expected(3);
@@ -103,7 +103,7 @@ void describe(CLI::App& app, Options& o) {
   describe_scene(app, o);
   describe_light(app, o);
   app.option_defaults()->group("Camera and picture");
-  app.add_option("--view", o.view, "colour, normal, uv, face, depth, position or coverage");
+  app.add_option("--view", o.view, "{colour}, {normal}, {uv}, {face}, {depth}, {position} or {coverage}");
   app.add_option("--azimuth", o.azimuth, "degrees around the mesh; 0: in front of a car, 90: at its left");
   app.add_option("--elevation", o.elevation, "degrees above the horizon");
   app.add_option(
@@ -140,7 +140,7 @@ void describe_panels(CLI::App& app, Options& o) {
       "cut out and put on the car");
   app.add_option("--length", o.length, "metres of the longest side of the mesh; 0: its units are metres");
   app.add_option("--panel-scale", o.panel_scale, "1: full size, 0.0556: a model of 1:18");
-  app.add_option("--paper", o.paper, "a4, a3, a0 or letter; larger panels are cut into tiles");
+  app.add_option("--paper", o.paper, "{a4}, {a3}, {a0} or {letter}; larger panels are cut into tiles");
 }
 
 void require_colour(const char* option, const std::vector<double>& colour, ProblemList& list) {

@@ -22,13 +22,10 @@ for name in $names make_assets; do
   for word in $(sed -n '/^Examples:$/,/^$/p' help | grep -oE -- ' --[a-z-]+'); do
     grep -qE "^  (.*,)?$word( |,|$)" help && pass || fail "an example of $name has $word"
   done
-  expect_exit 2 "$name with an option that is like no other" "$programs/$name" --bogusly
-  expect_error_line 'unknown option --bogusly$'
+  expect_refusal 2 'unknown option --bogusly$' "$name with an option that is like no other" "$programs/$name" --bogusly
 done
-expect_exit 2 "a near miss" "$programs/render" --azimtuh 3
-expect_error_line 'unknown option --azimtuh; did you mean --azimuth\?$'
-expect_exit 2 "neighbours exchanged in a short word" "$programs/convert_weights" --cgf x
-expect_error_line 'did you mean --cfg'
+expect_refusal 2 'unknown option --azimtuh; did you mean --azimuth\?$' "a near miss" "$programs/render" --azimtuh 3
+expect_refusal 2 'did you mean --cfg' "neighbours exchanged in a short word" "$programs/convert_weights" --cgf x
 
 # Options from a file are those of the command line, which wins.
 convert=$programs/convert_weights
@@ -86,15 +83,12 @@ refused 2 "azimuth.*expected a finite number, found 'east'" 'azimuth = east'
 refused 2 'threads.*expected a whole number' 'threads = 1.5'
 refused 2 'background' 'background = [1, 0]'
 [ -e refused.png ] && fail "a refused file drew a picture" || pass
-expect_exit 3 "a file that is not there" "$programs/render" --config absent.toml
-expect_error_line '^error: absent.toml: cannot open: No such file or directory$'
+expect_refusal 3 '^error: absent.toml: cannot open: No such file or directory$' "a file that is not there" "$programs/render" --config absent.toml
 expect_exit 3 "a folder" "$programs/render" --config /
-expect_exit 3 "a file without end" "$programs/render" --config /dev/zero
-expect_error_line '^error: /dev/zero: not a regular file$'
+expect_refusal 3 '^error: /dev/zero: not a regular file$' "a file without end" "$programs/render" --config /dev/zero
 mkfifo pipe
 mkdir one && cp "$frame" one
-expect_exit 3 "a FIFO that nobody writes to" timeout 20 "$programs/render" --config pipe
-expect_error_line '^error: pipe: not a regular file$'
+expect_refusal 3 '^error: pipe: not a regular file$' "a FIFO that nobody writes to" timeout 20 "$programs/render" --config pipe
 for option in mesh frames cfg weights names faces palette detector; do
   given=("--$option" pipe)
   [ "$option" = frames ] || given+=(--frames one)
@@ -141,8 +135,7 @@ expect_same file/manifest.json line/manifest.json
 expect_exit 0 "resuming it with the file" "$camouflage" --config run.toml --resume --output file
 expect_exit 0 "resuming it without" "$camouflage" --resume --output file
 sed 's/epochs = 3/epochs = 4/' run.toml >other.toml
-expect_exit 7 "resuming with another file" "$camouflage" --config other.toml --resume --output file
-expect_error_line '\-\-epochs \(was 3, now 4\)'
+expect_refusal 7 '\-\-epochs \(was 3, now 4\)' "resuming with another file" "$camouflage" --config other.toml --resume --output file
 "$camouflage" --config run.toml --epochs 100000 --output stopped >/dev/null 2>stopped.err &
 process=$!
 wait_for 30 [ -e stopped/manifest.json ]
@@ -165,12 +158,39 @@ for name in $names; do
     grep -q -- "[ \"]$option " "prefix/share/bash-completion/completions/$name" && pass || fail "$option is not completed"
   done
 done
-# shellcheck disable=SC1091
-source prefix/share/bash-completion/completions/render
-COMPREPLY=()
-_tapestry_render render --az render
-[ "${COMPREPLY[*]}" = --azimuth ] && pass || fail "render --az is completed to '${COMPREPLY[*]}'"
-_tapestry_render render "" render
+# Completed are options, the words that a refusal lists, and folders: by bash, and by fish and zsh where they are installed.
+completed() { # WORD...: what the last one is completed to, in order
+  COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)) COMPREPLY=()
+  "_tapestry_$1" "$1" "${!#}" "${COMP_WORDS[COMP_CWORD - 1]}"
+  printf '%s\n' "${COMPREPLY[@]}" | sort | paste -s -d ' '
+}
+expect_completed() { # RESULT WORD...
+  [ "$(completed "${@:2}")" = "$1" ] && pass || fail "${*:2} is completed to '$(completed "${@:2}")', not '$1'"
+}
+mkdir -p runs/first && touch runs.txt
+# shellcheck disable=SC1090
+for name in render camouflage evaluate; do source "prefix/share/bash-completion/completions/$name"; done
+expect_completed --azimuth render --az
+expect_completed silhouette camouflage --mask = sil
+expect_completed "blur" camouflage --conditions camera bl
+expect_completed "" camouflage --batch ""
+expect_completed runs evaluate --run ru
+for option in camouflage:{mask,texture,filter,light,unpainted,colour-space,fit,decode,precision,method,controls,smooth-over,start,up,forward,object} \
+  render:{filter,light,view,paper} evaluate:protocol; do
+  program=${option%:*} option=${option#*:}
+  words=$("$programs/$program" --"$option" wrong 2>&1 | sed -n 's/.*expected one of \([^;]*\).*/\1/p' | tr -d ,)
+  expect_completed "$(printf '%s\n' $words | sort | paste -s -d ' ')" "$program" --"$option" ""
+  [ -n "$words" ] && grep -q -- "-l $option -[xr].* -a '.*${words%% *}" "prefix/share/fish/vendor_completions.d/$program.fish" &&
+    grep -q -- "--$option=.*[( ]${words%% *}[) ]" "prefix/share/zsh/site-functions/_$program" && pass || fail "no words of $program --$option: $words"
+done
+if command -v fish >/dev/null; then
+  found=$(fish -c "source prefix/share/fish/vendor_completions.d/camouflage.fish; complete -C 'camouflage --mask s'")
+  [ "$found" = silhouette ] && pass || fail "fish completes camouflage --mask s to '$found'"
+else echo "fish is not installed: its completions are not tried"; fi
+if command -v zsh >/dev/null; then
+  found=$(zsh -f -c '_arguments() { print -rl -- "$@" }; source prefix/share/zsh/site-functions/_camouflage' | grep -- '^--mask=')
+  [[ $found == *':mask:(auto silhouette file u2net)' ]] && pass || fail "zsh completes --mask by '$found'"
+else echo "zsh is not installed: its completions are not tried"; fi
 expect_exit 0 "drawing what is bundled" prefix/bin/render --size 32 --output bundled.png
 mv prefix moved
 expect_exit 0 "installed and moved" moved/bin/detect --json moved/share/tapestry/assets/frames/test/000.npz

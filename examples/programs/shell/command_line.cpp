@@ -99,6 +99,13 @@ std::string wrapped(const std::string& text, std::size_t columns) {
   return lines;
 }
 
+/// A help text without the braces around words that an option takes, unless a script for completions asks.
+std::string without_marks(std::string text) {
+  if (std::getenv("TAPESTRY_MARKED_HELP") == nullptr)
+    std::erase_if(text, [](char c) { return c == '{' || c == '}'; });
+  return text;
+}
+
 /// The form of --help, at most 80 columns wide. The script for manual pages reads it: names from column 3,
 /// texts from column 27.
 void form_help(CLI::App& app) {
@@ -108,7 +115,7 @@ void form_help(CLI::App& app) {
   app.description(wrapped(app.get_description(), most_columns) + '\n');
   app.footer("Examples:\n" + app.get_footer() + "\n\n" + exit_status_text);
   for (auto* option : app.get_options()) {
-    option->description(wrapped(option->get_description(), most_columns - text_column));
+    option->description(wrapped(without_marks(option->get_description()), most_columns - text_column));
     if (const auto& value = option->get_default_str(); value == "[]" || value == "\"\"")
       option->default_str("");
   }

@@ -29,12 +29,13 @@ struct HardenSettings {
 template <class Visit>
 void visit_settings(HardenSettings& s, Visit visit) {
   visit("paint", s.paint,
-        "what the painted pictures show: optimised, paints against the detector itself and noise made from "
-        "them; none, the car in ordinary colours: fine-tuning without an attack, the control of hardening, "
+        "what the painted pictures show: {optimised}, paints against the detector itself and noise made from "
+        "them; {none}, the car in ordinary colours: fine-tuning without an attack, the control of hardening, "
         "and a way to a sound detector");
-  visit("attacks", s.attacks,
-        "measured: both detectors under a paint made for the undefended one and a fresh one on each; none: "
-        "only without attacks");
+  visit(
+      "attacks", s.attacks,
+      "{measured}: both detectors under a paint made for the undefended one and a fresh one on each; {none}: "
+      "only without attacks");
   visit("rounds", s.rounds, "rounds, each with a paint of its own");
   visit("attack-steps", s.attack_steps,
         "steps of a round's paint before the weights move; later it takes one with each of theirs");

@@ -5,8 +5,9 @@
 
 namespace tapestry::shell {
 
-inline constexpr const char* up_help = "axis of the mesh that points up: x, y, z, -x, -y or -z";
-inline constexpr const char* forward_help = "axis of the mesh that points to its front; the same choice";
+inline constexpr const char* up_help = "axis of the mesh that points up: {x}, {y}, {z}, {-x}, {-y} or {-z}";
+inline constexpr const char* forward_help =
+    "axis of the mesh that points to its front: {x}, {y}, {z}, {-x}, {-y} or {-z}";
 
 inline void require_axes(const geometry::MeshAxes& axes, const std::string& object, ProblemList& list) {
   list.require_choice("--object", object, {"car", "any"});
@@ -17,7 +18,7 @@ inline void require_axes(const geometry::MeshAxes& axes, const std::string& obje
 }
 
 inline constexpr const char* object_help =
-    "what the mesh shows: car, which must stand on its wheels and be longest to its front, or any";
+    "what the mesh shows: {car}, which must stand on its wheels and be longest to its front, or {any}";
 
 /// A car's mesh with z up and its front at +x; any other object's without a check.
 /// \param object  car or any

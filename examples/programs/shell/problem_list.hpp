@@ -19,12 +19,13 @@ std::vector<std::string> names_of(const Values& values) {
   return names;
 }
 
-/// Choices of an option for its help: name and sentence of each row of a table.
+/// Choices of an option for its help: name, in the braces of completions, and sentence of each row of a
+/// table.
 template <class Rows>
 std::string help_of(const Rows& rows) {
   std::string text;
   for (const auto& row : rows)
-    text += (text.empty() ? "" : "; ") + std::string(row.name) + " (" + row.sentence + ")";
+    text += (text.empty() ? "{" : "; {") + std::string(row.name) + "} (" + row.sentence + ")";
   return text;
 }
 

@@ -89,29 +89,32 @@ void visit_settings(SceneSettings& s, Visit visit) {
   visit("scenes", s.scenes,
         "street scenes of the bundled car that are drawn to optimise on, instead of frames; 0: 800 when "
         "--frames is left out, else none");
-  visit("mask", s.mask,
-        "auto: the frame's own mask, else the rendered silhouette; silhouette; file: masks/dataN.png or "
-        "maskN.png beside dataN.npz; u2net: the mask that --segmenter finds in the frame's picture. Drawn "
-        "scenes keep their own");
+  visit(
+      "mask", s.mask,
+      "{auto}: the frame's own mask, else the rendered silhouette; {silhouette}; {file}: masks/dataN.png or "
+      "maskN.png beside dataN.npz; {u2net}: the mask that --segmenter finds in the frame's picture. Drawn "
+      "scenes keep their own");
   visit("segmenter", s.segmenter,
         "ONNX model of the U2-Net family for --mask u2net; a small one that is bundled when left out");
-  visit("texture", s.texture, "atlas: one uv picture, twice as wide as high; cube: texels on every face");
+  visit("texture", s.texture, "{atlas}: one uv picture, twice as wide as high; {cube}: texels on every face");
   visit("texels", s.texels, "rows of the atlas, or texels along a cube's edge; 0: 64 or 6");
   visit("filter", s.filter,
-        "filter of the atlas: anisotropic or trilinear, as fine as pixels see it, or bilinear, at one place "
+        "filter of the atlas: {anisotropic} or {trilinear}, as fine as pixels see it, or {bilinear}, at one "
+        "place "
         "for each face and pixel");
-  visit("samples", s.samples, "samples a pixel along each axis: 1, 2, 4 or 8");
+  visit("samples", s.samples, "samples a pixel along each axis: {1}, {2}, {4} or {8}");
   visit("colour-space", s.colour_space,
-        "how colours are lit, filtered and blended: linear, in proportion to light as a camera sees it, or "
-        "encoded, by the numbers of the picture as in the paper");
+        "how colours are lit, filtered and blended: {linear}, in proportion to light as a camera sees it, or "
+        "{encoded}, by the numbers of the picture as in the paper");
   visit("light", s.light,
-        "light on the car: frame, the light that the frame states, or photo, sun and sky estimated from the "
+        "light on the car: {frame}, the light that the frame states, or {photo}, sun and sky estimated from "
+        "the "
         "car in each frame's picture, which is taken to be of one colour and well exposed");
   visit(
       "unpainted", s.unpainted,
-      "what glass, tyres and other faces without paint show: photo, the frame's own pixels, where its mask "
+      "what glass, tyres and other faces without paint show: {photo}, the frame's own pixels, where its mask "
       "is the car's silhouette (by an IoU of .9), or with --light photo and no mask where the detector finds "
-      "the car, else their materials; or materials everywhere");
+      "the car, else their materials; or {materials} everywhere");
 }
 
 template <class Visit>
@@ -121,16 +124,19 @@ void visit_settings(DetectorSettings& s, Visit visit) {
   visit("weights", s.weights,
         "Darknet weights that belong to --cfg, or an .onnx model, such as convert_weights makes; the "
         "bundled one's when both are left out");
-  visit(
-      "detector", s.detector,
-      "JSON file that describes input and outputs of an .onnx detector, or the family that it is of: yolox, "
-      "nanodet, picodet, yolov5, yolov8, end_to_end, torchvision, detr or rt_detr; left out, those are "
-      "recognised that can be");
+  visit("detector", s.detector,
+        "JSON file that describes input and outputs of an .onnx detector, or the family that it is of: "
+        "{yolox}, "
+        "{nanodet}, {picodet}, {yolov5}, {yolov8}, {end_to_end}, {torchvision}, {detr} or {rt_detr}; left "
+        "out, those are "
+        "recognised that can be");
   visit("decode", s.decode,
-        "how logits become boxes: darknet, ultralytics or scaled; left out, converted --weights decide, or "
+        "how logits become boxes: {darknet}, {ultralytics} or {scaled}; left out, converted --weights "
+        "decide, or "
         "for Darknet weights the cfg: scaled for new_coords=1, else darknet");
   visit("fit", s.fit,
-        "how a picture goes into the network's input: letterbox, letterbox_top_left or stretch; left out, as "
+        "how a picture goes into the network's input: {letterbox}, {letterbox_top_left} or {stretch}; left "
+        "out, as "
         "letter_box of the cfg or the detector's description states, else letterbox");
   visit("names", s.names,
         "class names, one a line; left out, those of the bundled detector, for others of 80 classes COCO's, "
@@ -143,9 +149,14 @@ void visit_settings(DetectorSettings& s, Visit visit) {
         "overlap (IoU, or as nms_kind of the cfg has it) above which the weaker of two boxes of one class is "
         "dropped, 0 to 1");
   visit("precision", s.precision,
-        "precision of products in convolutions: float, or bfloat16, which is faster on processors that have "
+        "precision of products in convolutions: {float}, or {bfloat16}, which is faster on processors that "
+        "have "
         "it and less accurate everywhere");
 }
+
+/// image::condition_names, as words that an option takes.
+inline const std::string conditions_help =
+    "{camera}, {light}, {blur}, {noise}, {contrast}, {jpeg}, {print}, or {physical} for all";
 
 template <class Visit>
 void visit_settings(OptimisationSettings& s, Visit visit) {
@@ -156,9 +167,10 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("palette", s.palette,
         "text file of printable colours, red, green and blue from 0 to 1 a line; left out, mixtures of four "
         "levels of a printer's three channels");
-  visit("smooth-over", s.smooth_over, "smoothness counts steps in the picture or in the texture");
+  visit("smooth-over", s.smooth_over, "smoothness counts steps in the {picture} or in the {texture}");
   visit("start", s.start,
-        "first texture: random, zero (mid grey), own (the mesh's colours), or the texture.npz of a run of "
+        "first texture: {random}, {zero} (mid grey), {own} (the mesh's colours), or the texture.npz of a run "
+        "of "
         "this car");
   visit("epochs", s.epochs,
         "passes over the training views; 0: 20 over drawn scenes; over frames, as many as give 2400 views, "
@@ -174,8 +186,8 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
         "further detectors to optimise against, .onnx models of the same input "
         "size and --class: the loss is the mean over all; only the first, --weights, is measured");
   visit("conditions", s.conditions,
-        "conditions under which every step photographs its views, drawn anew: " +
-            std::string(image::condition_names) + "; none when left out");
+        "conditions under which every step photographs its views, drawn anew: " + conditions_help +
+            "; none when left out");
   visit("seed", s.seed,
         "seed of the start texture, the views' order, --conditions and the draws of --method");
 }
@@ -183,7 +195,8 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
 template <class Visit>
 void visit_settings(SurveySettings& s, Visit visit) {
   visit("controls", s.controls,
-        "what is measured beside the paint: all, or matched, without random and plain colours, which are the "
+        "what is measured beside the paint: {all}, or {matched}, without random and plain colours, which are "
+        "the "
         "same for every paint");
 }
 

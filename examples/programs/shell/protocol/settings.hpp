@@ -24,7 +24,7 @@ inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& p
   app.add_option("--protocol", s.protocol, "measure a table of the FCA paper: " + protocols);
   app.add_option(
       "--controls", s.controls,
-      "of --protocol: all, or matched for noise and shuffled patches alone, without plain colours");
+      "of --protocol: {all}, or {matched} for noise and shuffled patches alone, without plain colours");
   app.add_option("--noise-draws", s.noise_draws,
                  "of --protocol: draws of matched noise, whose spread widens the intervals of effects");
   app.add_option("--background", s.background,
@@ -34,7 +34,7 @@ inline void add_options(CLI::App& app, ProtocolSettings& s, const std::string& p
                  "of protocols on photographs: further detectors, a column each, .onnx models, with the same "
                  "--class for the car");
   app.add_option("--heat-map-kind", s.heat_map_kind,
-                 "of --protocol attention: layer_cam, grad_cam or grad_cam_plus_plus");
+                 "of --protocol attention: {layer_cam}, {grad_cam} or {grad_cam_plus_plus}");
   app.add_flag("--quick", s.quick, "of --protocol: fewer views, for a first look");
 }
 
