@@ -4,7 +4,6 @@
 #include "shell/foreign_detections.hpp"
 #include "shell/protocol/run.hpp"
 #include "shell/reshaped_views.hpp"
-#include "shell/side_by_side.hpp"
 
 namespace {
 using namespace tapestry;
@@ -69,7 +68,7 @@ void describe(CLI::App& app, Options& options) {
   app.option_defaults()->group("Measurement");
   app.add_option("--sweep", options.sweep, "confidence thresholds, 0 to 1, at which P@0.5 is listed as well");
   app.add_option("--conditions", options.conditions,
-                 "conditions under which the views are photographed: " + std::string(image::condition_names) +
+                 "conditions under which the views are photographed: " + conditions_help +
                      "; left out, they are measured as they are");
   app.add_option("--draws", options.draws, "photographs of each view under --conditions");
   describe_other_detectors(app, options);
@@ -227,14 +226,7 @@ void require_consistent(const CLI::App& app, const Options& options) {
 struct MeasuredViews {
   MeasuredViews(const Options& options, Inputs& inputs)
       : car(inputs.car.painted),
-        settings{inputs.detector.input_height(),
-                 inputs.detector.input_width(),
-                 options.scene.samples,
-                 std::size_t(4) << 30U,
-                 inputs.detector.fit(),
-                 witnessed(inputs.photo_light, inputs.detector, inputs.class_index, options.detector),
-                 false,
-                 inputs.keeps_photograph},
+        settings(store_settings(inputs, options.scene, options.detector, 4096)),
         loaders(frame_loaders(inputs.frames.test, inputs.mask, inputs.frames.posed)),
         store(car, settings, loaders),
         usable(views_with_car(store, options.scene.mesh, inputs.car, inputs.warnings,
@@ -417,6 +409,7 @@ int survey_detections(const CLI::App& app, const Options& options) {
   require_no_run(options);
   auto page = page_of(report, "Evaluation of another program's detections", options.command,
                       list_of(exported, report));
+  page.pictures = pictures_of(exported, options.pictures, options.detector.confidence);
   page.files = {"metrics.csv", "views.csv", "metrics.json"};
   write_results(options, report, metrics, page);
   return 0;

@@ -40,8 +40,7 @@ expect_exit 0 "without it" "$evaluate" --paint run/painted.png --mesh twin/paint
 grep -q '^warning: run/painted.png: its 32 rows are averaged to the 16 of the atlas; --texels 32 keeps them$' command.err && pass ||
   fail "averaged in silence"
 expect_exit 2 "two camouflages" "$evaluate" --paint run/texture.png --run run
-expect_exit 2 "a picture on a cube" "$evaluate" --paint run/texture.png --texture cube --frames frames
-expect_error_line '^error: --paint needs --texture atlas'
+expect_refusal 2 '^error: --paint needs --texture atlas' "a picture on a cube" "$evaluate" --paint run/texture.png --texture cube --frames frames
 expect_exit 3 "no picture" "$evaluate" --paint nothing.png --frames frames
 
 # Pictures out, detections of the same detector in: the same table, but for what suppression takes from mean confidences.
@@ -55,10 +54,14 @@ awk -F , 'NR == FNR { line[FNR] = $1 FS $2 FS $3 FS $4 FS $5 FS $6 FS $8 FS $9 F
   fail "the same detections give another table"
 cut -d , -f 1-9 exported/views.csv >own_views && cut -d , -f 1-9 foreign/views.csv >foreign_views
 expect_same own_views foreign_views
-expect_file foreign/report.html
+# The page shows the same views as ours does, with the boxes of the other program.
+shown() { grep -o '<figure><img alt="[^"]*"' "$1/report.html" | grep -v adversarial; }
+[ "$(shown foreign)" = "$(shown exported)" ] && [ "$(shown foreign | wc -l)" = 4 ] && pass || fail "the page shows $(shown foreign)"
 expect_exit 7 "a folder that holds pictures" "$evaluate" --run run --pictures pictures
 echo '[]' >none.json
-expect_exit 0 "a blind detector" "$evaluate" --pictures pictures --detections none.json
+expect_exit 0 "a blind detector" "$evaluate" --pictures pictures --detections none.json --output blind
+pictures_of() { grep -o '"pictures":\[\[.*\]\]' "$1/report.html" | sha256sum; }
+[ "$(pictures_of blind)" != "$(pictures_of foreign)" ] && grep -q '"pictures":\[\["/9j' blind/report.html && pass || fail "no boxes in the pictures"
 grep -q 'clean *found in *0 of *8 ' command.out && pass || fail "found without a detection"
 for entry in '{"image_id": 97, "category_id": 1, "bbox": [1, 2, 3, 4], "score": 0.5}' \
   '{"image_id": 1, "category_id": 4, "bbox": [1, 2, 3, 4], "score": 0.5}'; do
@@ -71,8 +74,7 @@ expect_exit 3 "a box of three numbers" "$evaluate" --pictures pictures --detecti
 expect_error_line '^error: wrong.json:entry 1: a value of another kind, or too few of them$'
 for fault in '"score": "x"|expected number, found string' "\"sure\": 1|no member 'score'"; do
   echo "[{\"image_id\": 1, \"category_id\": 1, \"bbox\": [1, 2, 3, 4], ${fault%|*}}]" >wrong.json
-  expect_exit 3 "a member of another kind" "$evaluate" --pictures pictures --detections wrong.json
-  expect_error_line "^error: wrong.json:entry 1: ${fault#*|}\$"
+  expect_refusal 3 "^error: wrong.json:entry 1: ${fault#*|}\$" "a member of another kind" "$evaluate" --pictures pictures --detections wrong.json
 done
 sed 's/"image_id": 3,/"image_id": 4,/' pictures/instances.json >moved && mkdir moved_pictures && mv moved moved_pictures/instances.json
 expect_exit 3 "labels in another order" "$evaluate" --pictures moved_pictures --detections results.json
@@ -94,13 +96,11 @@ cp pictures/000030.png kept.png && cp pictures/000031.png pictures/000030.png
 expect_exit 4 "an exchanged picture" "${again[@]}"
 expect_error_line '^error: pictures/000030.png: not as evaluate --pictures wrote it; expected SHA-256 [0-9a-f]{64}, found SHA-256 [0-9a-f]{64}$'
 rm pictures/000030.png
-expect_exit 3 "a picture that is gone" "${again[@]}"
-expect_error_line '^error: pictures/000030.png: cannot open'
+expect_refusal 3 '^error: pictures/000030.png: cannot open' "a picture that is gone" "${again[@]}"
 cp kept.png pictures/000030.png
 cp pictures/instances.json kept.json
 sed -i 's/"name": "van"/"name": "bus"/' pictures/instances.json
-expect_exit 4 "edited labels" "${again[@]}"
-expect_error_line '^error: pictures/instances.json: not as evaluate --pictures wrote it; expected SHA-256 '
+expect_refusal 4 '^error: pictures/instances.json: not as evaluate --pictures wrote it; expected SHA-256 ' "edited labels" "${again[@]}"
 tr -d '\n' <kept.json >pictures/instances.json
 expect_exit 0 "labels laid out in another way" "${again[@]}"
 # Corners in the place of sides.

@@ -107,14 +107,9 @@ class CamouflageRun {
   }
 
   [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
-    return {inputs_.detector.input_height(),
-            inputs_.detector.input_width(),
-            options_.scene.samples,
-            options_.keep_mib << 20U,
-            inputs_.detector.fit(),
-            witnessed(inputs_.photo_light, inputs_.detector, inputs_.class_index, options_.detector),
-            camouflage::method_row<float>(options_.optimisation.method).traits.moves_shape,
-            inputs_.keeps_photograph};
+    auto settings = shell::store_settings(inputs_, options_.scene, options_.detector, options_.keep_mib);
+    settings.redrawn = camouflage::method_row<float>(options_.optimisation.method).traits.moves_shape;
+    return settings;
   }
 
   [[nodiscard]] camouflage::ViewStore<float>& test_store() {

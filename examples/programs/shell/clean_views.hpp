@@ -22,12 +22,8 @@ inline CleanViews examine_clean_views(const Inputs& inputs, const SceneSettings&
   for (std::size_t i = 0; i < std::min(most, all.size()); ++i)
     paths.push_back(all[i * all.size() / std::min(most, all.size())]);
   const auto& detector = inputs.detector;
-  const std::size_t height = detector.input_height(), width = detector.input_width();
-  camouflage::ViewStore<float> store(
-      inputs.car.painted,
-      {height, width, scene.samples, std::size_t(1) << 30U, detector.fit(),
-       witnessed(inputs.photo_light, detector, inputs.class_index, settings), false, inputs.keeps_photograph},
-      frame_loaders(paths, inputs.mask, inputs.frames.posed));
+  camouflage::ViewStore<float> store(inputs.car.painted, store_settings(inputs, scene, settings, 1024),
+                                     frame_loaders(paths, inputs.mask, inputs.frames.posed));
   std::vector<std::string> warnings;  // a run repeats them
   const auto usable = views_with_car(store, scene.mesh, inputs.car, warnings);
   if (usable.empty()) throw no_car_shown(scene.frames, inputs.car);
@@ -40,7 +36,7 @@ inline CleanViews examine_clean_views(const Inputs& inputs, const SceneSettings&
     if (outcome.fate == Fate::found) ++seen.found;
     if (outcome.fate == Fate::related || outcome.fate == Fate::renamed)
       ++seen.others[class_name(outcome.class_index, detector.names(), "class ")];
-    seen.boxes.add(measured.result.detections, height, width);
+    seen.boxes.add(measured.result.detections, detector.input_height(), detector.input_width());
   }));
   return seen;
 }

@@ -1,6 +1,7 @@
 #include "detector_inputs.hpp"
 
 #include <cctype>
+#include <sstream>
 
 #include "formatted.hpp"
 #include "ranks.hpp"
@@ -10,33 +11,19 @@ namespace tapestry::shell {
 namespace {
 
 /// The classes of COCO 2017, in the order of the categories of its annotations.
-constexpr std::array<const char*, 80> coco_names{"person",        "bicycle",      "car",
-                                                 "motorcycle",    "airplane",     "bus",
-                                                 "train",         "truck",        "boat",
-                                                 "traffic light", "fire hydrant", "stop sign",
-                                                 "parking meter", "bench",        "bird",
-                                                 "cat",           "dog",          "horse",
-                                                 "sheep",         "cow",          "elephant",
-                                                 "bear",          "zebra",        "giraffe",
-                                                 "backpack",      "umbrella",     "handbag",
-                                                 "tie",           "suitcase",     "frisbee",
-                                                 "skis",          "snowboard",    "sports ball",
-                                                 "kite",          "baseball bat", "baseball glove",
-                                                 "skateboard",    "surfboard",    "tennis racket",
-                                                 "bottle",        "wine glass",   "cup",
-                                                 "fork",          "knife",        "spoon",
-                                                 "bowl",          "banana",       "apple",
-                                                 "sandwich",      "orange",       "broccoli",
-                                                 "carrot",        "hot dog",      "pizza",
-                                                 "donut",         "cake",         "chair",
-                                                 "couch",         "potted plant", "bed",
-                                                 "dining table",  "toilet",       "tv",
-                                                 "laptop",        "mouse",        "remote",
-                                                 "keyboard",      "cell phone",   "microwave",
-                                                 "oven",          "toaster",      "sink",
-                                                 "refrigerator",  "book",         "clock",
-                                                 "vase",          "scissors",     "teddy bear",
-                                                 "hair drier",    "toothbrush"};
+std::vector<std::string> coco_names() {
+  std::istringstream list(
+      "person,bicycle,car,motorcycle,airplane,bus,train,truck,boat,traffic light,fire hydrant,"
+      "stop sign,parking meter,bench,bird,cat,dog,horse,sheep,cow,elephant,bear,zebra,giraffe,backpack,"
+      "umbrella,handbag,tie,suitcase,frisbee,skis,snowboard,sports ball,kite,baseball bat,"
+      "baseball glove,skateboard,surfboard,tennis racket,bottle,wine glass,cup,fork,knife,spoon,bowl,"
+      "banana,apple,sandwich,orange,broccoli,carrot,hot dog,pizza,donut,cake,chair,couch,potted plant,"
+      "bed,dining table,toilet,tv,laptop,mouse,remote,keyboard,cell phone,microwave,oven,toaster,sink,"
+      "refrigerator,book,clock,vase,scissors,teddy bear,hair drier,toothbrush");
+  std::vector<std::string> names;
+  for (std::string name; std::getline(list, name, ',');) names.push_back(name);
+  return names;
+}
 
 /// Refuses weights without the name of an ONNX file whose content is of another known kind.
 /// \throws FileError (malformed) with the kind
@@ -46,8 +33,10 @@ void require_detector_format(const std::string& weights) {
   file.read_at(0, beginning);
   const std::string_view format = io::recognised_format(beginning);
   if (!format.empty())
-    throw FileError(ErrorKind::malformed, {weights, "@0", "not a detector",
-                                           "an .onnx model or Darknet weights", std::string(format)});
+    throw FileError(
+        ErrorKind::malformed,
+        {weights, "@0", "not a detector",
+         "an .onnx model, such as torch.onnx.export writes, or Darknet weights", std::string(format)});
 }
 
 /// Takes 80 classes without names for COCO's, unless --class is a number.
@@ -57,9 +46,9 @@ void name_coco_classes(const DetectorSettings& settings, detect::Detector<float>
       !settings.class_name.empty() &&
       std::ranges::all_of(settings.class_name, [](unsigned char c) { return std::isdigit(c); });
   if (!detector.names().empty() || is_counted || detector.heads().empty() ||
-      detector.heads().front().classes != coco_names.size())
+      detector.heads().front().classes != coco_names().size())
     return;
-  detector.set_names({coco_names.begin(), coco_names.end()});
+  detector.set_names(coco_names());
   warnings.push_back(settings.weights +
                      ": 80 classes and no --names; they are taken for those of COCO, in its order");
 }

@@ -3,12 +3,13 @@
 
 #include "exported_pictures.hpp"
 #include "run_page.hpp"
+#include "side_by_side.hpp"
 
 namespace tapestry::shell {
 
 /// A picture that PictureExport has written.
 struct ExportedPicture {
-  std::string texture;
+  std::string file, texture;
   ViewFacts view;
   detect::Box target;
   std::vector<detect::Detection> detections{};  ///< of another program, most confident first
@@ -52,7 +53,8 @@ inline ExportedPictures exported_pictures(const Json& json) {
       throw DomainError("image " + std::to_string(i + 1) + " in another place");
     const std::string texture = image.at("texture");
     if (all.textures.empty() || all.textures.back() != texture) all.textures.push_back(texture);
-    all.pictures.push_back({texture, view_facts(image.at("view")), box_of(annotations.at(i).at("bbox"))});
+    all.pictures.push_back(
+        {image.at("file_name"), texture, view_facts(image.at("view")), box_of(annotations.at(i).at("bbox"))});
   }
   const std::size_t views = all.pictures.size() / std::max<std::size_t>(1, all.textures.size());
   if (views * all.textures.size() != all.pictures.size()) throw DomainError("textures of other views");
@@ -102,6 +104,7 @@ inline void require_pictures_of(const std::string& run, const Json& about, const
 /// Reads what PictureExport has written to a folder, and compares it with its hashes.
 /// \throws FileError: unreadable, malformed, or mismatch
 inline ExportedPictures read_exported_pictures(const std::string& folder) {
+  require_file_of(folder, "instances.json", "evaluate --pictures");
   const std::string path = instances_path(folder);
   const auto refuse = [&](const std::string& what) -> FileError {
     return FileError(ErrorKind::malformed, {path, "", "not the pictures of evaluate --pictures: " + what});
@@ -185,7 +188,7 @@ inline evaluate::Survey survey_of(const ExportedPictures& all, const evaluate::M
     measurement.class_names = all.class_names;
     std::vector<std::vector<bool>> found_in_sweep(settings.sweep.size());
     for (std::size_t i = place * views; i < (place + 1) * views; ++i) {
-      const auto& [texture, view, box, detections] = all.pictures[i];
+      const auto& [file, texture, view, box, detections] = all.pictures[i];
       const loss::Target target{all.class_index, box};
       const auto surest = std::ranges::find_if(
           detections, [&](const auto& one) { return evaluate::is_found({one}, target); });
@@ -209,6 +212,28 @@ inline RunReport report_of(const ExportedPictures& all, const evaluate::MeterSet
     report.noise_in_place = share.get<double>();
   report.options = all.about.value("options", Json::object());
   return report;
+}
+
+/// Some views as SideBySide shows them, with the detections of another program above a confidence.
+/// \throws FileError for a picture that is no longer readable
+inline ViewPictures pictures_of(const ExportedPictures& all, const std::string& folder, double confidence) {
+  const std::size_t views = all.pictures.size() / all.textures.size();
+  ViewPictures shown{shown_places(most_large_views, views)};
+  for (const auto& [texture, words] : shown_textures()) {
+    const auto found = std::ranges::find(all.textures, texture);
+    if (found == all.textures.end()) continue;
+    auto& pictures = shown.ways.emplace_back(words, std::vector<MarkedPicture>()).second;
+    for (const std::size_t place : shown.places) {
+      const auto& picture =
+          all.pictures[static_cast<std::size_t>(found - all.textures.begin()) * views + place];
+      auto& marked = pictures.emplace_back(MarkedPicture{io::read_image(folder + "/" + picture.file)});
+      for (const auto& one : picture.detections)
+        if (one.confidence >= confidence)
+          marked.boxes.push_back(labelled_box(one, all.class_names,
+                                              evaluate::is_found({one}, {all.class_index, picture.target})));
+    }
+  }
+  return shown;
 }
 
 /// The views of exported pictures with their measurements, for views.csv and the page.

@@ -6,6 +6,7 @@
 #include "report_page.hpp"
 #include "scene_precision.hpp"
 #include "verbosity.hpp"
+#include "verdict.hpp"
 #include "word_table.hpp"
 
 namespace tapestry::shell {
@@ -23,6 +24,7 @@ struct HardeningReport {
   std::size_t views = 0;
   std::size_t test_scenes = 0;
   bool held_out = false;
+  std::size_t attacked_views = 0;  ///< that each measured attack was optimised on, repeats counted
   double seconds = 0;
   Json options;
 };
@@ -98,31 +100,54 @@ inline std::string views_text(const HardeningReport& report) {
          (report.held_out ? " held-out views" : " views, the same that were trained on");
 }
 
-/// The table as it is printed.
-inline std::string hardening_text(const HardeningReport& report) {
-  std::string text = views_text(report) + "; P@0.5 (95 %), mean best confidence\n";
-  const char* const line = "  %-15s %-32s %s\n";
-  text += formatted(line, "", "undefended", "hardened");
-  for (const auto& named : rows_of(report)) {
-    const auto cell = [&](const DetectorFindings& detector) {
-      const auto& row = row_of(detector, named.first);
-      return formatted("%5.1f %% (%.1f to %.1f)  %.3f", 100 * row.rate.p_at_50, 100 * row.rate.interval[0],
-                       100 * row.rate.interval[1], row.mean_best_confidence);
-    };
-    text +=
-        formatted(line, named.first.c_str(), cell(report.undefended).c_str(), cell(report.hardened).c_str());
-  }
-  text += "  " + gain_text(report) + "\n";
-  if (const auto precision = precision_text(report); !precision.empty()) text += "  " + precision + "\n";
-  return text;
+/// Views that an attack should be optimised on, repeats counted: those of the default budget over frames.
+inline constexpr std::size_t enough_attacked_views = 2400;
+
+/// One sentence: in how many views each detector finds the car under the attack made for it, and plain, and
+/// what that shows.
+inline std::string hardening_verdict(const HardeningReport& report) {
+  const auto count = [&](const DetectorFindings& detector, const char* row) {
+    return std::to_string(row_of(detector, row).rate.detected);
+  };
+  const auto& [undefended, hardened] = std::tie(report.undefended, report.hardened);
+  const HardeningGain gain = gain_of(report);
+  const std::string plain =
+      count(undefended, "clean") + " undefended and " + count(hardened, "clean") + " hardened";
+  if (!gain.adaptive) return "Of " + views_text(report) + ", the plain car is found in " + plain + ".";
+  const auto& [low, high] = gain.adaptive->p_at_50.interval;
+  const bool hides = detail::is_below(row_of(undefended, "adaptive").rate, row_of(undefended, "clean").rate);
+  return "Under an attack on each, the undefended detector finds the car in " +
+         count(undefended, "adaptive") + " of " + views_text(report) + ", the hardened one in " +
+         count(hardened, "adaptive") + "; plain " + plain + ": " +
+         (!hides     ? "no verdict, for the attack does not hide the car from the undefended one"
+          : low > 0  ? "hardening withstands it better"
+          : high < 0 ? "hardening withstands it worse"
+                     : "no gain is shown") +
+         (gain.clean.p_at_50.interval[1] < 0 ? ", and the plain car is found less often." : ".");
 }
 
-/// The table for Markdown and the page.
-inline WordTable hardening_table(const HardeningReport& report) {
+/// Sentences on what a small budget leaves open; none for a large one.
+inline std::vector<std::string> words_on_budget(const HardeningReport& report) {
+  std::vector<std::string> sentences;
+  const std::size_t views = report.attacked_views;
+  if (views > 0 && views < enough_attacked_views)
+    sentences.push_back("The attacks are too short to show an effect: " + std::to_string(views) +
+                        " views each, where the default takes " + std::to_string(enough_attacked_views) +
+                        " or more; leave out --quick, or raise --epochs.");
+  const auto &before = report.undefended.precision, &after = report.hardened.precision;
+  if (before && after && before->ap50 && after->ap50 && *after->ap50 < *before->ap50)
+    sentences.push_back(
+        "AP falls where the first steps move the weights off what they had learnt and too few follow to "
+        "settle them again: --rounds and --steps give more of these, --clean-scenes more to learn from.");
+  return sentences;
+}
+
+/// The table for Markdown and the page, or with the names of its rows alone.
+inline WordTable hardening_table(const HardeningReport& report, bool is_explained = true) {
   WordTable table{"P@0.5 with its 95 % interval (Wilson), and the mean best confidence",
                   {"picture", "undefended", "confidence", "hardened", "confidence"}};
   for (const auto& [name, what] : rows_of(report)) {
-    std::vector<std::string> words{name + ": " + what};
+    std::vector<std::string> words{is_explained ? name + ": " + what : name};
     for (const auto* detector : {&report.undefended, &report.hardened}) {
       const auto& row = row_of(*detector, name);
       words.push_back(percent_text(row.rate.p_at_50) + " " + interval_text(row.rate.interval));
@@ -137,12 +162,21 @@ inline WordTable hardening_table(const HardeningReport& report) {
 inline std::vector<std::string> hardening_findings(const HardeningReport& report) {
   std::vector<std::string> sentences{gain_text(report) + " (Newcombe's interval over the views)."};
   if (const auto precision = precision_text(report); !precision.empty()) sentences.push_back(precision + ".");
+  for (const auto& sentence : words_on_budget(report)) sentences.push_back(sentence);
   return sentences;
 }
 
+/// The verdict, the table and the sentences as they are printed.
+inline std::string hardening_text(const HardeningReport& report) {
+  std::string text =
+      hardening_verdict(report) + "\n" + views_text(report) + "; " + text_of(hardening_table(report, false));
+  for (const auto& sentence : hardening_findings(report)) text += "  " + sentence + "\n";
+  return text;
+}
+
 inline std::string hardening_markdown(const HardeningReport& report) {
-  std::string text = "# Hardening a detector\n\nMeasured on " + views_text(report) + ".\n\n" +
-                     markdown_of(hardening_table(report));
+  std::string text = "# Hardening a detector\n\n**" + hardening_verdict(report) + "**\n\nMeasured on " +
+                     views_text(report) + ".\n\n" + markdown_of(hardening_table(report));
   for (const auto& sentence : hardening_findings(report)) text += sentence + "\n\n";
   text.pop_back();
   return text;
@@ -164,6 +198,7 @@ inline ReportPage page_of(const HardeningReport& report, std::string command, Vi
                           const std::vector<HardeningStep>& history) {
   ReportPage page{"Hardening a detector", std::move(command), report.options.value("seed", std::uint64_t(0)),
                   report.seconds};
+  page.verdict = hardening_verdict(report);
   page.findings = "<p>Measured on " + views_text(report) + ".</p>\n" + html_of(hardening_table(report));
   for (const auto& sentence : hardening_findings(report))
     page.findings += "<p>" + escaped(sentence) + "</p>\n";
@@ -206,6 +241,7 @@ inline Json hardening_json(const HardeningReport& report) {
     return differences;
   };
   return {
+      {"verdict", hardening_verdict(report)},
       {"undefended", json_of(report.undefended)},
       {"hardened", json_of(report.hardened)},
       {"gain", {{"adaptive", gain.adaptive ? json(*gain.adaptive) : Json()}, {"clean", json(gain.clean)}}},

@@ -67,14 +67,7 @@ class HardeningRun {
   }
 
   [[nodiscard]] camouflage::ViewStore<float>::Settings store_settings() const {
-    return {undefended_.input_height(),
-            undefended_.input_width(),
-            options_.scene.samples,
-            options_.keep_mib << 20U,
-            inputs_.detector.fit(),
-            witnessed(inputs_.photo_light, inputs_.detector, inputs_.class_index, options_.detector),
-            false,
-            inputs_.keeps_photograph};
+    return shell::store_settings(inputs_, options_.scene, options_.detector, options_.keep_mib);
   }
 
   [[nodiscard]] std::string path(const std::string& name) const { return options_.output + "/" + name; }
@@ -213,6 +206,7 @@ class HardeningRun {
     report.views = usable_test_.size();
     report.test_scenes = test_scenes.size();
     report.held_out = inputs_.frames.held_out;
+    report.attacked_views = attacks ? options_.harden.epochs * usable_train_.size() : 0;
     report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     report.options = settings_json(options_);
     const std::string text = hardening_text(report);
@@ -223,14 +217,8 @@ class HardeningRun {
     auto page = page_of(report, repeating_line("harden", report.options, settings_json(HardenOptions{})),
                         std::move(list), history_);
     remark_on_photographs(page);
-    page.files = {hardened_path().substr(options_.output.size() + 1),
-                  "report.md",
-                  "report.txt",
-                  "metrics.csv",
-                  "views.csv",
-                  "metrics.json",
-                  "history.csv",
-                  "manifest.json"};
+    page.files = {"hardened.onnx", "report.md",    "report.txt",  "metrics.csv",
+                  "views.csv",     "metrics.json", "history.csv", "manifest.json"};
     if (attacks) add_attacks(page, *attacks, std::move(before.attacked), std::move(after.attacked));
     write_text(path("report.html"), page_html(page));
     write_text(path("metrics.csv"), hardening_csv(report));

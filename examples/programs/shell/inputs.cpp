@@ -264,6 +264,19 @@ std::optional<camouflage::PhotoLight> witnessed(std::optional<camouflage::PhotoL
   return rule;
 }
 
+camouflage::ViewStore<float>::Settings store_settings(const Inputs& inputs, const SceneSettings& scene,
+                                                      const DetectorSettings& detector,
+                                                      std::size_t keep_mib) {
+  return {inputs.detector.input_height(),
+          inputs.detector.input_width(),
+          scene.samples,
+          keep_mib << 20U,
+          inputs.detector.fit(),
+          witnessed(inputs.photo_light, inputs.detector, inputs.class_index, detector),
+          false,
+          inputs.keeps_photograph};
+}
+
 FurtherDetector load_further_detector(const std::string& option, const std::string& path,
                                       DetectorSettings settings, std::vector<std::string>& warnings,
                                       const std::vector<std::string>& layers) {

@@ -84,6 +84,10 @@ std::optional<camouflage::PhotoLight> witnessed(std::optional<camouflage::PhotoL
                                                 const detect::Detector<float>& detector,
                                                 std::size_t class_index, const DetectorSettings& settings);
 
+/// Settings of a store of views in the input of the inputs' detector; both must outlive the store.
+camouflage::ViewStore<float>::Settings store_settings(const Inputs& inputs, const SceneSettings& scene,
+                                                      const DetectorSettings& detector, std::size_t keep_mib);
+
 /// Roles of inputs in ledgers, see io::InputLedger::Role.
 inline constexpr const char *frame_role = "frame", *mesh_role = "mesh", *camouflage_role = "camouflage";
 

@@ -79,6 +79,17 @@ Json computed_by_json() {
   return facts;
 }
 
+void require_file_of(const std::string& folder, const std::string& file, const std::string& maker) {
+  if (is_there(folder + "/" + file, ErrorKind::malformed)) return;
+  std::string within;
+  std::error_code no_folder;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, no_folder))
+    if (within.empty() && std::filesystem::exists(entry.path() / file, no_folder))
+      within = ", such as " + entry.path().string();
+  throw FileError(ErrorKind::malformed, {folder, "", "no " + file + " in it",
+                                         "a folder that " + maker + " has written" + within, ""});
+}
+
 Json read_json_file(const std::string& path) {
   return io::read_json(io::read_text_file(path, std::uint64_t(128) << 20U), path).value;
 }

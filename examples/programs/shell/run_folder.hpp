@@ -43,6 +43,11 @@ class RunFolder {
 /// The facts of computed_by(), as JSON.
 [[nodiscard]] Json computed_by_json();
 
+/// Requires a file in a folder that others have written.
+/// \param maker  program, with its options, that writes such a folder
+/// \throws FileError (malformed) if it lacks; names a folder within that has one
+void require_file_of(const std::string& folder, const std::string& file, const std::string& maker);
+
 /// Reads a JSON file of at most 128 MiB, as io::read_json() does: a manifest of half a million inputs.
 [[nodiscard]] Json read_json_file(const std::string& path);
 

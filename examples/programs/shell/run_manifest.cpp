@@ -34,6 +34,7 @@ void require_same_program(const std::string& program, const Json& manifest, cons
 }
 
 Json read_manifest(const std::string& folder, const std::string& program) {
+  require_file_of(folder, "manifest.json", program);
   const Json manifest = read_json_file(manifest_path(folder));
   const auto is_input = [](const Json& input) {
     return input.is_object() && input.contains("path") && input["path"].is_string();

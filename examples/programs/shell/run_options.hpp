@@ -83,8 +83,6 @@ void adopt_run_settings(const CLI::App& app, const RunOptions& options, const st
                         Settings&... settings) {
   if (options.output.empty()) throw Error(ErrorKind::usage, "--resume needs --output, the folder of the run");
   const std::string path = manifest_path(options.output);
-  if (!is_there(path, ErrorKind::malformed))
-    throw FileError(ErrorKind::malformed, {path, "", "no run to resume: the file is missing"});
   const Json saved = read_manifest(options.output, program);
   std::vector<std::string> differing;
   (adopt_saved(app, saved["options"], path, settings, differing), ...);

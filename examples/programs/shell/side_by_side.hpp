@@ -6,6 +6,16 @@
 
 namespace tapestry::shell {
 
+/// Textures whose pictures a page shows side by side, each with its words.
+inline const std::array<std::pair<std::string, std::string>, 4>& shown_textures() {
+  static const std::array<std::pair<std::string, std::string>, 4> textures{
+      {{"photo", "the photograph"},
+       {"clean", "plain: the car in its own colours"},
+       {evaluate::matched_noise_name, "noise of the paint's colours"},
+       {"adversarial", "the paint"}}};
+  return textures;
+}
+
 /// Some views, evenly spread, each with the photograph, the clean car, the noise matched to the camouflage,
 /// and this, as far as they are measured.
 class SideBySide {
@@ -13,8 +23,8 @@ class SideBySide {
   /// \param watch     of the survey; collects into this, which must stay where it is
   /// \param pictures  of each texture
   SideBySide(SurveyWatch& watch, std::size_t pictures) {
-    for (Way& way : ways_)
-      places_ = shown_places(watch.collect(way.texture, way.pictures, pictures, most_large_views), pictures);
+    for (std::size_t i = 0; i < ways_.size(); ++i)
+      places_ = shown_places(watch.collect(texture(i), ways_[i], pictures, most_large_views), pictures);
   }
   SideBySide(const SideBySide&) = delete;
   SideBySide& operator=(const SideBySide&) = delete;
@@ -24,35 +34,29 @@ class SideBySide {
   [[nodiscard]] Bitmap sheet(const std::vector<ViewFacts>& views) const {
     constexpr std::size_t most_rows = 3, most_pixels = 416;  // of a picture's longer side
     const auto rows = shown_places(most_rows, places_.size());
-    const auto columns = static_cast<std::size_t>(std::ranges::count_if(ways_, &SideBySide::is_measured));
+    const auto columns =
+        static_cast<std::size_t>(std::ranges::count_if(ways_, [](const auto& way) { return !way.empty(); }));
     PictureSheet sheet(rows.size() * columns, columns);
     for (const std::size_t row : rows)
-      for (const Way& way : ways_)
-        if (is_measured(way))
-          sheet.add(views.at(places_[row]).name + ": " + way.texture,
-                    fitted_within(way.pictures[row], most_pixels));
+      for (std::size_t i = 0; i < ways_.size(); ++i)
+        if (!ways_[i].empty())
+          sheet.add(views.at(places_[row]).name + ": " + texture(i),
+                    fitted_within(ways_[i][row], most_pixels));
     return sheet.bitmap();
   }
 
   /// All of them, for a page.
   [[nodiscard]] ViewPictures pictures() const {
     ViewPictures all{places_};
-    for (const Way& way : ways_)
-      if (is_measured(way)) all.ways.emplace_back(way.words, way.pictures);
+    for (std::size_t i = 0; i < ways_.size(); ++i)
+      if (!ways_[i].empty()) all.ways.emplace_back(shown_textures()[i].second, ways_[i]);
     return all;
   }
 
  private:
-  struct Way {
-    std::string texture, words;
-    std::vector<MarkedPicture> pictures{};
-  };
-  static bool is_measured(const Way& way) { return !way.pictures.empty(); }
+  [[nodiscard]] static const std::string& texture(std::size_t i) { return shown_textures()[i].first; }
 
-  std::array<Way, 4> ways_{{{"photo", "the photograph"},
-                            {"clean", "plain: the car in its own colours"},
-                            {evaluate::matched_noise_name, "noise of the paint's colours"},
-                            {"adversarial", "the paint"}}};
+  std::array<std::vector<MarkedPicture>, 4> ways_;  ///< of shown_textures(); empty where not measured
   std::vector<std::size_t> places_;
 };
 

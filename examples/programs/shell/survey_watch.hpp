@@ -70,6 +70,14 @@ inline std::vector<std::size_t> views_with_car(camouflage::ViewStore<float>& sto
   return std::move(usable.indices);
 }
 
+/// A detection as it is drawn, with its class and score.
+/// \param is_car  whether it is the car where it should be
+inline LabelledBox labelled_box(const detect::Detection& one, const std::vector<std::string>& names,
+                                bool is_car) {
+  return {one.box, label_of(class_name(one.class_index, names), one.confidence),
+          is_car ? found_colour : class_colour(one.class_index)};
+}
+
 /// A picture in the photograph's own shape, without what a network's input has beside it, and its detections,
 /// each with its class and score: in found_colour the car where it should be, others in the colours of their
 /// classes.
@@ -90,11 +98,11 @@ inline MarkedPicture annotated(const evaluate::MeasuredPicture& measured, const 
   const auto from =
       image::picture_from_canvas(shown.shape(0), shown.shape(1), input.shape(0), input.shape(1), kind);
   const auto& names = meter.detector().names();
-  for (const auto& one : measured.result.detections)
-    marked.boxes.push_back(
-        {{from.x(one.box.cx), from.y(one.box.cy), from.width(one.box.w), from.height(one.box.h)},
-         label_of(class_name(one.class_index, names), one.confidence),
-         meter.shows_car({one}, measured.target) ? found_colour : class_colour(one.class_index)});
+  for (const auto& one : measured.result.detections) {
+    marked.boxes.push_back(labelled_box(one, names, meter.shows_car({one}, measured.target)));
+    marked.boxes.back().box = {from.x(one.box.cx), from.y(one.box.cy), from.width(one.box.w),
+                               from.height(one.box.h)};
+  }
   return marked;
 }
 

@@ -172,6 +172,7 @@ inline void require_paint_of_run(const Json& settings, const std::string& run, c
 /// Reads the folder of a finished measurement.
 /// \throws FileError: unreadable, malformed, or mismatch if its files do not belong together
 inline MeasuredFolder read_measured_folder(const std::string& folder) {
+  require_file_of(folder, "settings.json", "evaluate --protocol");
   const std::string path = folder + "/settings.json";
   const auto saved = detail::read_saved_measurement(path);
   MeasuredFolder measured{folder, {}, {}, {}, saved.run};
