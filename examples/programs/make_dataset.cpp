@@ -57,7 +57,7 @@ void describe_car(CLI::App& app, Options& options) {
   app.add_option("--train", options.train, "frames to optimise on")->check(CLI::Range(0, 9999));
   app.add_option("--test", options.test, "frames held out")->check(CLI::Range(1, 9999));
   app.add_option("--format", options.format,
-                 "of the frames: npz, or png: a picture with its mask and a JSON file of its camera");
+                 "of the frames: {npz}, or {png}: a picture with its mask and a JSON file of its camera");
   app.add_option("--size", options.size, "side of a frame, pixels")->check(CLI::Range(32, 2048));
 }
 
@@ -187,6 +187,7 @@ scenes::PhotographOptions camera_of_photograph(const Options& options, const Pho
 void require_usable(const Options& options, const scenes::Vehicle& vehicle, const Photograph& source,
                     std::vector<std::string>& warnings) {
   const auto picture = io::read_image(source.path, &warnings);
+  if (const auto word = word_on_kind(picture); !word.empty()) warnings.push_back(source.path + ": " + word);
   const auto scene = camera_of_photograph(options, source, options.fov.first);
   constexpr std::size_t least = 64;
   if (std::min(picture.shape(0), picture.shape(1)) < least)

@@ -3,6 +3,7 @@
 #include <tapestry/io/jpeg_file.hpp>
 
 #include "../../scenes/photograph.hpp"
+#include "formatted.hpp"
 
 namespace tapestry::shell {
 
@@ -37,6 +38,22 @@ inline std::string word_on_unread(const std::string& folder) {
          " are left out: this format is not read; convert them to PNG or JPEG";
 }
 
+/// A word on a picture that is no photograph in colour; empty if nothing shows that. A painting passes.
+inline std::string word_on_kind(const Array<std::uint8_t, 3>& picture) {
+  std::size_t equal = 0, grey = 0;
+  const std::size_t pixels = picture.shape(0) * (picture.shape(1) - 1);
+  for (std::size_t y = 0; y < picture.shape(0); ++y)
+    for (std::size_t x = 0; x + 1 < picture.shape(1); ++x) {
+      const std::uint8_t* const rgb = &picture(y, x, 0);
+      equal += std::equal(rgb, rgb + 3, rgb + 3) ? 1U : 0U;
+      grey += rgb[0] == rgb[1] && rgb[1] == rgb[2] ? 1U : 0U;
+    }
+  if (10 * equal > 7 * pixels)
+    return formatted("%.0f %% of neighbouring pixels are equal, as in drawings, not in photographs",
+                     100 * static_cast<double>(equal) / static_cast<double>(pixels));
+  return grey == pixels ? "it has no colour, unlike what detectors mostly see" : "";
+}
+
 /// The usable photographs of a folder, sorted by name; none for an empty name.
 /// \param require_usable  called in parallel as require_usable(photograph, warnings); throws an Error for a
 ///                        photograph to be left out
@@ -47,7 +64,6 @@ std::vector<Photograph> photographs(const std::string& folder, RequireUsable req
                                     std::vector<std::string>& warnings) {
   if (folder.empty()) return {};
   constexpr std::size_t enough = 10;
-  const std::size_t warnings_before = warnings.size();
   const auto paths = io::listed_paths(folder, io::has_picture_name);
   struct Examined {
     std::optional<Photograph> usable{};
@@ -64,14 +80,15 @@ std::vector<Photograph> photographs(const std::string& folder, RequireUsable req
     }
   });
   std::vector<Photograph> found;
+  std::string example;  // of one left out
   for (const Examined& one : all) {
     if (one.usable) found.push_back(*one.usable);
+    if (!one.usable && example.empty()) example = one.warnings.back();
     warnings.insert(warnings.end(), one.warnings.begin(), one.warnings.end());
   }
   const std::size_t left_out = paths.size() - found.size();
   const std::string left =
-      left_out == 0 ? std::string()
-                    : ", and " + std::to_string(left_out) + " left out, such as " + warnings[warnings_before];
+      left_out == 0 ? std::string() : ", and " + std::to_string(left_out) + " left out, such as " + example;
   const auto unread = word_on_unread(folder);
   if (!unread.empty()) warnings.push_back(unread);
   if (found.size() < 2)

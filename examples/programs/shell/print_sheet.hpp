@@ -76,25 +76,16 @@ inline void draw_ruler(PdfPage& page) {
 
 /// Colours of known sRGB values, which a measurement of the print compares with.
 inline void draw_colours(PdfPage& page) {
-  constexpr std::array<std::array<int, 3>, 11> bytes{{{0, 255, 255},
-                                                      {255, 0, 255},
-                                                      {255, 255, 0},
-                                                      {255, 0, 0},
-                                                      {0, 255, 0},
-                                                      {0, 0, 255},
-                                                      {0, 0, 0},
-                                                      {64, 64, 64},
-                                                      {128, 128, 128},
-                                                      {192, 192, 192},
-                                                      {255, 255, 255}}};
+  constexpr std::array colours{0x00FFFF, 0xFF00FF, 0xFFFF00, 0xFF0000, 0x00FF00, 0x0000FF,
+                               0x000000, 0x404040, 0x808080, 0xC0C0C0, 0xFFFFFF};
   constexpr double left = 7.6, bottom = 1.25, width = 1.05, height = 0.55;
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    const auto& [r, g, b] = bytes[i];
+  for (std::size_t i = 0; i < colours.size(); ++i) {
+    const int r = colours[i] / 0x10000, g = colours[i] / 0x100 % 0x100, b = colours[i] % 0x100;
     const double x = left + width * static_cast<double>(i);
     page.area({x, bottom, width, height}, {r / 255.0, g / 255.0, b / 255.0});
     page.text({x + 0.05, 1.0}, 5, formatted("%d %d %d", r, g, b));
   }
-  const double right = left + width * static_cast<double>(bytes.size());
+  const double right = left + width * static_cast<double>(colours.size());
   page.line({left, bottom}, {right, bottom}, 0.3);
   page.line({left, bottom + height}, {right, bottom + height}, 0.3);
   page.line({right, bottom}, {right, bottom + height}, 0.3);
