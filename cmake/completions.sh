@@ -24,7 +24,8 @@ TAPESTRY_MARKED_HELP=1 "$program" --help | awk -v name="$name" -v version="$vers
     about[n] = text
   }
   /^Usage: / { takes_files = /\.\.\.\]?$/; next }
-  /^(Examples|Exit status):$/ { exit }
+  /^(Examples|Exit status):$/ { ended = 1 }  # awk reads on, so that the program can write all of it
+  ended { next }
   /^  -/ { wide = substr($0, 26, 1) != " "; begin(wide ? $0 : substr($0, 1, 26), wide ? "" : substr($0, 27)); next }
   /^ *[^ ]/ && n && !/^[A-Z]/ && !/^  [^ ]/ { sub(/^ +/, ""); about[n] = about[n] (about[n] == "" ? "" : " ") $0 }
   function words_of(text,    list) {

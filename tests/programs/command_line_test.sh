@@ -176,16 +176,18 @@ expect_completed "blur" camouflage --conditions camera bl
 expect_completed "" camouflage --batch ""
 expect_completed runs evaluate --run ru
 for option in camouflage:{mask,texture,filter,light,unpainted,colour-space,fit,decode,precision,method,controls,smooth-over,start,up,forward,object} \
-  render:{filter,light,view,paper} evaluate:protocol; do
+  render:{filter,light,view,paper} "evaluate --clean-only:protocol"; do
   program=${option%:*} option=${option#*:}
-  words=$("$programs/$program" --"$option" wrong 2>&1 | sed -n 's/.*expected one of \([^;]*\).*/\1/p' | tr -d ,)
+  # shellcheck disable=SC2086  # several words on purpose
+  words=$("$programs/"$program --"$option" wrong 2>&1 | sed -n 's/.*expected one of \([^;]*\).*/\1/p' | tr -d ,)
+  program=${program% *}
   expect_completed "$(printf '%s\n' $words | sort | paste -s -d ' ')" "$program" --"$option" ""
   [ -n "$words" ] && grep -q -- "-l $option -[xr].* -a '.*${words%% *}" "prefix/share/fish/vendor_completions.d/$program.fish" &&
     grep -q -- "--$option=.*[( ]${words%% *}[) ]" "prefix/share/zsh/site-functions/_$program" && pass || fail "no words of $program --$option: $words"
 done
 if command -v fish >/dev/null; then
   found=$(fish -c "source prefix/share/fish/vendor_completions.d/camouflage.fish; complete -C 'camouflage --mask s'")
-  [ "$found" = silhouette ] && pass || fail "fish completes camouflage --mask s to '$found'"
+  [ "${found%%$'\t'*}" = silhouette ] && pass || fail "fish completes camouflage --mask s to '$found'"
 else echo "fish is not installed: its completions are not tried"; fi
 if command -v zsh >/dev/null; then
   found=$(zsh -f -c '_arguments() { print -rl -- "$@" }; source prefix/share/zsh/site-functions/_camouflage' | grep -- '^--mask=')
