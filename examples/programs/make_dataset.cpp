@@ -81,8 +81,7 @@ void describe_views(CLI::App& app, Options& options) {
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--backgrounds", options.backgrounds,
                  "folder of photographs (PNG, JPEG, BMP, PPM) on whose ground the car is put, instead of "
-                 "streets; those of "
-                 "held-out frames are others than those of the rest")
+                 "streets; those of held-out frames are others than those of the rest")
       ->excludes("--elevation")
       ->excludes("--occluded");
   app.add_option("--camera-height", options.camera_height,

@@ -16,7 +16,7 @@
 #include <tapestry/autodiff/tape.hpp>
 
 #include <tapestry/autodiff/derivatives.hpp>
+#include <tapestry/autodiff/detail/tape/record_scalar.hpp>
 #include <tapestry/autodiff/dual.hpp>
 #include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/record_scalar.hpp>
 #include <tapestry/autodiff/variable.hpp>

@@ -100,16 +100,14 @@ void visit_settings(SceneSettings& s, Visit visit) {
   visit("texels", s.texels, "rows of the atlas, or texels along a cube's edge; 0: 64 or 6");
   visit("filter", s.filter,
         "filter of the atlas: {anisotropic} or {trilinear}, as fine as pixels see it, or {bilinear}, at one "
-        "place "
-        "for each face and pixel");
+        "place for each face and pixel");
   visit("samples", s.samples, "samples a pixel along each axis: {1}, {2}, {4} or {8}");
   visit("colour-space", s.colour_space,
         "how colours are lit, filtered and blended: {linear}, in proportion to light as a camera sees it, or "
         "{encoded}, by the numbers of the picture as in the paper");
   visit("light", s.light,
         "light on the car: {frame}, the light that the frame states, or {photo}, sun and sky estimated from "
-        "the "
-        "car in each frame's picture, which is taken to be of one colour and well exposed");
+        "the car in each frame's picture, which is taken to be of one colour and well exposed");
   visit(
       "unpainted", s.unpainted,
       "what glass, tyres and other faces without paint show: {photo}, the frame's own pixels, where its mask "
@@ -126,18 +124,14 @@ void visit_settings(DetectorSettings& s, Visit visit) {
         "bundled one's when both are left out");
   visit("detector", s.detector,
         "JSON file that describes input and outputs of an .onnx detector, or the family that it is of: "
-        "{yolox}, "
-        "{nanodet}, {picodet}, {yolov5}, {yolov8}, {end_to_end}, {torchvision}, {detr} or {rt_detr}; left "
-        "out, those are "
-        "recognised that can be");
+        "{yolox}, {nanodet}, {picodet}, {yolov5}, {yolov8}, {end_to_end}, {torchvision}, {detr} or "
+        "{rt_detr}; left out, those are recognised that can be");
   visit("decode", s.decode,
         "how logits become boxes: {darknet}, {ultralytics} or {scaled}; left out, converted --weights "
-        "decide, or "
-        "for Darknet weights the cfg: scaled for new_coords=1, else darknet");
+        "decide, or for Darknet weights the cfg: scaled for new_coords=1, else darknet");
   visit("fit", s.fit,
         "how a picture goes into the network's input: {letterbox}, {letterbox_top_left} or {stretch}; left "
-        "out, as "
-        "letter_box of the cfg or the detector's description states, else letterbox");
+        "out, as letter_box of the cfg or the detector's description states, else letterbox");
   visit("names", s.names,
         "class names, one a line; left out, those of the bundled detector, for others of 80 classes COCO's, "
         "else none");
@@ -150,8 +144,7 @@ void visit_settings(DetectorSettings& s, Visit visit) {
         "dropped, 0 to 1");
   visit("precision", s.precision,
         "precision of products in convolutions: {float}, or {bfloat16}, which is faster on processors that "
-        "have "
-        "it and less accurate everywhere");
+        "have it and less accurate everywhere");
 }
 
 /// image::condition_names, as words that an option takes.
@@ -170,8 +163,7 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
   visit("smooth-over", s.smooth_over, "smoothness counts steps in the {picture} or in the {texture}");
   visit("start", s.start,
         "first texture: {random}, {zero} (mid grey), {own} (the mesh's colours), or the texture.npz of a run "
-        "of "
-        "this car");
+        "of this car");
   visit("epochs", s.epochs,
         "passes over the training views; 0: 20 over drawn scenes; over frames, as many as give 2400 views, "
         "at least 5");
@@ -196,8 +188,7 @@ template <class Visit>
 void visit_settings(SurveySettings& s, Visit visit) {
   visit("controls", s.controls,
         "what is measured beside the paint: {all}, or {matched}, without random and plain colours, which are "
-        "the "
-        "same for every paint");
+        "the same for every paint");
 }
 
 /// Adds one option for each setting, in the group of these settings, except those named in `except`.
