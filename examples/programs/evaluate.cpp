@@ -108,18 +108,12 @@ void adopt_run(const CLI::App& app, Options& options) {
 /// computed.
 void take_over_run(Options& options) {
   auto& [run, picture] = options.camouflage;
-  std::vector<std::string*> paths{&run,
-                                  &picture,
-                                  &options.against,
-                                  &options.scene.mesh,
-                                  &options.scene.faces,
-                                  &options.scene.frames,
-                                  &options.scene.segmenter,
-                                  &options.detector.cfg,
-                                  &options.detector.weights,
-                                  &options.detector.names,
-                                  &options.output,
-                                  &options.pictures};
+  SceneSettings& scene = options.scene;
+  DetectorSettings& detector = options.detector;
+  std::vector<std::string*> paths{&run, &picture, &options.against, &options.output, &options.pictures};
+  for (auto* path : {&scene.mesh, &scene.faces, &scene.frames, &scene.segmenter, &detector.cfg,
+                     &detector.weights, &detector.names})
+    paths.push_back(path);
   for (auto& weights : options.protocol.further_weights) paths.push_back(&weights);
   if (options.detector.detector.find_first_of("./") != std::string::npos)  // else the word of a family
     paths.push_back(&options.detector.detector);
@@ -129,6 +123,7 @@ void take_over_run(Options& options) {
     adopt_instruction_set(options.output + "/settings.json");
   for (const std::string& measured : {run, options.against}) {
     if (measured.empty()) continue;
+    require_file_of(measured, "manifest.json", "camouflage");
     adopt_instruction_set(manifest_path(measured));
     if (!options.clean_only) print_warnings(warnings_about_outputs(measured, "texture.npz"));
     const auto build = other_facts(read_manifest(measured), facts_of_bits);

@@ -80,7 +80,9 @@ sed 's/"image_id": 3,/"image_id": 4,/' pictures/instances.json >moved && mkdir m
 expect_exit 3 "labels in another order" "$evaluate" --pictures moved_pictures --detections results.json
 expect_error_line 'not the pictures of evaluate --pictures: image 3 in another place'
 expect_exit 2 "a threshold of 7" "$evaluate" --pictures pictures --detections results.json --sweep 7
-expect_exit 3 "no pictures" "$evaluate" --pictures frames --detections results.json
+expect_refusal 3 '^error: frames: no instances.json in it; expected a folder that evaluate --pictures has written$' "no pictures" "$evaluate" \
+  --pictures frames --detections results.json
+expect_refusal 3 '^error: .: no manifest.json in it; expected a folder that camouflage has written, such as ./run$' "no run" "$evaluate" --run .
 expect_exit 2 "detections with a seed" "$evaluate" --seed 2 --pictures pictures --detections results.json
 expect_error_line '^error: --seed has no part in --detections'
 
