@@ -43,7 +43,7 @@ install_packages() {
   [ "$all" = ON ] || return 0
   local version
   version=$(clang++-14 -dumpversion 2>/dev/null || clang++ -dumpversion) || return
-  .ci/packages sanitizers "${version%%.*}" && .ci/packages python
+  .ci/packages sanitizers "${version%%.*}" && .ci/packages python && .ci/packages packing
 }
 
 built=()

@@ -40,5 +40,22 @@ if(TAPESTRY_INSTALL)
                          PASS_REGULAR_EXPRESSION "-isystem /opt/x/include .*-L/opt/x/lib "
                          ENVIRONMENT "PKG_CONFIG_PATH=${consumer_dir}/absolute/pkgconfig/prefix")
   endif()
+  add_test(NAME "consumer: the SBOM has what SPDX 2.3 demands"
+           COMMAND ${CMAKE_COMMAND} -DSBOM=${consumer_dir}/prefix/${CMAKE_INSTALL_DOCDIR}/tapestry.spdx.json
+                   -DPKG_CONFIG=${PKG_CONFIG} -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/check_sbom.cmake)
+  list(APPEND installed_tests "consumer: the SBOM has what SPDX 2.3 demands")
   set_tests_properties(${installed_tests} PROPERTIES FIXTURES_REQUIRED installed_tapestry)
 endif()
+
+# The recipes of package managers that are not installed run here by stand-ins; a project is built on what they install.
+add_test(NAME "consumer: vcpkg port"
+         COMMAND ${CMAKE_COMMAND} -DSOURCE_DIR=${PROJECT_SOURCE_DIR} -DWORK_DIR=${consumer_dir}/vcpkg
+                 -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/try_vcpkg_port.cmake)
+add_consumer_test("find_package behind the vcpkg port" consumer -DCMAKE_PREFIX_PATH=${consumer_dir}/vcpkg/packages)
+add_test(NAME "consumer: Conan recipe"
+         COMMAND python3 ${CMAKE_CURRENT_SOURCE_DIR}/consumer/try_conan_recipe.py ${PROJECT_SOURCE_DIR} ${consumer_dir}/conan)
+add_consumer_test("find_package behind the Conan recipe" consumer -DCMAKE_PREFIX_PATH=${consumer_dir}/conan/package)
+foreach(recipe IN ITEMS "vcpkg port" "Conan recipe")
+  set_tests_properties("consumer: ${recipe}" PROPERTIES FIXTURES_SETUP ${recipe} TIMEOUT 900 COST 200)
+  set_tests_properties("consumer: find_package behind the ${recipe}" PROPERTIES FIXTURES_REQUIRED ${recipe})
+endforeach()

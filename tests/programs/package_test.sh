@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The .deb that cpack makes of the build folder: what is in it, and that it is of use where it is unpacked.
+# The Debian packages that cpack makes of the build folder: their bytes, what is in them, what lintian finds, and that they are
+# of use where they are unpacked.
 source "$(dirname "$0")/support.sh"
 build=$programs/..
 command -v cpack dpkg-deb objdump pkg-config >/dev/null && [ -e "$build/CPackConfig.cmake" ] || exit 77
@@ -9,18 +10,24 @@ done
 version=$(sed -n 's/.*TAPESTRY_VERSION_TEXT "\(.*\)"/\1/p' "$sources/include/tapestry/version.hpp")
 
 expect_exit 0 "packing" cpack --config "$build/CPackConfig.cmake" -B "$PWD/packed"
-package=$(ls packed/*.deb)
-expect_exit 0 "unpacking" dpkg-deb -x "$package" root
-dpkg-deb --info "$package" >fields
-grep -q "^ Package: tapestry$" fields && grep -q "^ Version: $version$" fields && pass || fail "$(cat fields)"
+(umask 077 && TZ=Asia/Tokyo LC_ALL=C.UTF-8 cpack --config "$build/CPackConfig.cmake" -B "$PWD/again" >/dev/null)
+for package in libtapestry-dev tapestry-tools python3-tapestry; do
+  [ $package != python3-tapestry ] || ls "$programs"/python/tapestry/_tapestry*.so >/dev/null 2>&1 || continue
+  file=${package}_$version-1_$(dpkg --print-architecture).deb
+  expect_same "packed/$file" "again/$file"
+  expect_exit 0 "unpacking" dpkg-deb -x "packed/$file" root
+  for name in copyright changelog.gz changelog.Debian.gz tapestry.spdx.json; do expect_file "root/usr/share/doc/$package/$name"; done
+  dpkg-deb --ctrl-tarfile "packed/$file" | tar -xO ./md5sums | (cd root && md5sum --check --quiet) && pass || fail "$package: sums"
+done
+! command -v lintian >/dev/null || expect_exit 0 "lintian" lintian --allow-root --fail-on error,warning packed/*.deb
+dpkg-deb --info packed/tapestry-tools_*.deb >fields
+grep -q "^ Version: $version-1$" fields && pass || fail "$(cat fields)"
 for name in camouflage convert_weights detect evaluate harden make_dataset render train_detector train_segmenter; do
   [ "$(root/usr/bin/$name --version)" = "$name (Tapestry) $version" ] && pass || fail "the packed $name does not start"
   gzip -t "root/usr/share/man/man1/$name.1.gz" && pass || fail "no page of $name"
   expect_file "root/usr/share/bash-completion/completions/$name"
 done
-for name in copyright changelog.gz; do expect_file "root/usr/share/doc/tapestry/$name"; done
-grep -q 'MIT' root/usr/share/doc/tapestry/copyright && pass || fail "the copyright names no licence"
-gzip -dc root/usr/share/doc/tapestry/changelog.gz | head -n 1 | grep -q "^tapestry ($version) " && pass || fail "the changelog is not of $version"
+grep -q 'MIT' root/usr/share/doc/tapestry-tools/copyright && pass || fail "the copyright names no licence"
 grep -Eq '^ Maintainer: .+ <[^ @]+@[^ @]+>$' fields && pass || fail "nobody can be written to: $(grep Maintainer fields)"
 # It depends on MPI where a program in it does, and there alone.
 depends=$(sed -n 's/^ Depends: //p' fields)
@@ -37,7 +44,11 @@ fi
 [ -e root/usr/bin/make_assets ] && fail "make_assets is packed" || pass
 expect_exit 0 "what is bundled" root/usr/bin/detect root/usr/share/tapestry/assets/frames/test/000.npz
 grep -q '^  car ' command.out && pass || fail "the packed detector finds no car"
-grep -rlF "$sources" root/usr/include root/usr/share >paths && fail "these name the folder of the sources: $(cat paths)" || pass
+if [ -d root/usr/lib/python3 ]; then
+  expect_exit 0 "the Python package" env PYTHONPATH=root/usr/lib/python3/dist-packages /usr/bin/python3 -Bc \
+    'import tapestry, importlib.metadata as m; assert tapestry.__version__ == m.version("tapestry") and tapestry.Adam'
+fi
+grep -rlF "$sources" root >paths && fail "these name the folder of the sources: $(cat paths)" || pass
 
 cat >main.cpp <<'END'
 #include <cstdio>
