@@ -26,7 +26,8 @@ class Tapestry(ConanFile):
         self.version = re.search('TAPESTRY_VERSION_TEXT "(.+)"', header)[1]
 
     def export_sources(self):
-        for pattern in ("*.md", "CMakeLists.txt", "LICENSE", "cmake/*", "docs/*", "examples/tour/*", "include/*"):
+        for pattern in ("CHANGELOG.md", "CMakeLists.txt", "LICENSE", "README.md", "cmake/*", "docs/*", "examples/tour/*",
+                        "include/*"):
             copy(self, pattern, self._root(), self.export_sources_folder)
 
     def layout(self):

@@ -51,10 +51,10 @@ endif()
 add_test(NAME "consumer: vcpkg port"
          COMMAND ${CMAKE_COMMAND} -DSOURCE_DIR=${PROJECT_SOURCE_DIR} -DWORK_DIR=${consumer_dir}/vcpkg
                  -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/try_vcpkg_port.cmake)
-add_consumer_test("find_package behind the vcpkg port" consumer -DCMAKE_PREFIX_PATH=${consumer_dir}/vcpkg/packages)
+add_consumer_test("find_package behind the vcpkg port" consumer/linked -DCMAKE_PREFIX_PATH=${consumer_dir}/vcpkg/packages)
 add_test(NAME "consumer: Conan recipe"
          COMMAND python3 ${CMAKE_CURRENT_SOURCE_DIR}/consumer/try_conan_recipe.py ${PROJECT_SOURCE_DIR} ${consumer_dir}/conan)
-add_consumer_test("find_package behind the Conan recipe" consumer -DCMAKE_PREFIX_PATH=${consumer_dir}/conan/package)
+add_consumer_test("find_package behind the Conan recipe" consumer/linked -DCMAKE_PREFIX_PATH=${consumer_dir}/conan/package)
 foreach(recipe IN ITEMS "vcpkg port" "Conan recipe")
   set_tests_properties("consumer: ${recipe}" PROPERTIES FIXTURES_SETUP ${recipe} TIMEOUT 900 COST 200)
   set_tests_properties("consumer: find_package behind the ${recipe}" PROPERTIES FIXTURES_REQUIRED ${recipe})

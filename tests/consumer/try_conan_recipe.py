@@ -47,13 +47,13 @@ class CMake:
     def configure(self):
         values = [f"-D{name}={'ON' if value is True else 'OFF' if value is False else value}" for name, value in variables.items()]
         self.run("-S", self.source, "-B", self.build_folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DTAPESTRY_CCACHE=ON",
-                 "-DCMAKE_INSTALL_PREFIX=/", *values)
+                 f"-DCMAKE_INSTALL_PREFIX={work / 'package'}", *values)
 
     def build(self):
         self.run("--build", self.build_folder)
 
     def install(self):
-        self.run("--install", self.build_folder, "--prefix", work / "package")
+        self.run("--install", self.build_folder)
 
 
 def copy(recipe, pattern, src, dst):
