@@ -2,6 +2,7 @@
 
 #include "shell/dataset_evaluation.hpp"
 #include "shell/foreign_detections.hpp"
+#include "shell/moving_picture.hpp"
 #include "shell/protocol/run.hpp"
 #include "shell/reshaped_views.hpp"
 
@@ -22,6 +23,8 @@ struct Options {
   std::string pictures;
   std::string detections;
   std::string output;
+  std::string film;
+  double seconds = 0.5;
   std::uint64_t seed = 1;
   int threads = 0;
   bool clean_only = false;
@@ -76,6 +79,13 @@ void describe(CLI::App& app, Options& options) {
       "--output", options.output,
       "folder for report.html, metrics.json, metrics.csv, views.csv and a contact sheet, or for the files of "
       "--protocol, which goes on there when it was interrupted; nothing is written when left out");
+  auto* const film = app.add_option(
+      "--film", options.film,
+      "animated PNG (APNG) to write: plain car, noise and paint side by side with the detector's boxes, "
+      "one view after the other; of more than 24 views, evenly spread ones");
+  app.add_option("--seconds", options.seconds, "that --film shows a view")
+      ->needs(film)
+      ->check(CLI::Range(0.01, 60.0));
   app.add_option("--seed", options.seed,
                  "seed of the random controls; use the run's seed to get the run's own controls again");
   app.add_option("--threads", options.threads, "threads; 0: all cores");
@@ -110,7 +120,8 @@ void take_over_run(Options& options) {
   auto& [run, picture] = options.camouflage;
   SceneSettings& scene = options.scene;
   DetectorSettings& detector = options.detector;
-  std::vector<std::string*> paths{&run, &picture, &options.against, &options.output, &options.pictures};
+  std::vector<std::string*> paths{&run,          &picture,         &options.against, &options.output,
+                                  &options.film, &options.pictures};
   for (auto* path : {&scene.mesh, &scene.faces, &scene.frames, &scene.segmenter, &detector.cfg,
                      &detector.weights, &detector.names})
     paths.push_back(path);
@@ -161,6 +172,9 @@ void require_sound(const CLI::App& app, const Options& options) {
   require_sound_sweep(options, list);
   list.require(options.pictures.empty() || options.pictures != options.output,
                "--pictures and --output are the same folder");
+  list.require(options.film.empty() || options.film.ends_with(".png"),
+               "--film takes a name that ends with .png");
+  list.require(options.film.empty() || options.protocol.protocol.empty(), "--film is of no --protocol");
   list.throw_first();
   require_no_run(options);
 }
@@ -369,6 +383,8 @@ int survey_frames(Options& options) {
   if (!options.output.empty())
     write_folder(options, {report, metrics, changed, textures, views.reshaped ? views.reshaped->car() : car},
                  car, shown, side_by_side, list_of(report, watch.views()));
+  if (!options.film.empty())
+    io::write_file_atomically(options.film, moving_png(options.film, side_by_side.film(), options.seconds));
   return 0;
 }
 

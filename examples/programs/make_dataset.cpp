@@ -31,6 +31,7 @@ struct Options {
   std::pair<double, double> fov{50, 60};
   bool is_fov_given = false;
   double occluded = 0.25;
+  bool one_street = false;
   std::string backgrounds;
   std::string format = "npz";
   double camera_height = 1.5;
@@ -79,11 +80,16 @@ void describe_views(CLI::App& app, Options& options) {
          "--occluded", options.occluded,
          "share of frames with an object in front of the car; none in front of what is shorter than 1 m")
       ->check(CLI::Range(0.0, 1.0));
+  auto* const one_street = app.add_flag(
+      "--one-street", options.one_street,
+      "one street, light and camera in all frames of a part, in which the car turns once around; nothing "
+      "stands in front of it");
   app.add_option("--backgrounds", options.backgrounds,
                  "folder of photographs (PNG, JPEG, BMP, PPM) on whose ground the car is put, instead of "
                  "streets; those of held-out frames are others than those of the rest")
       ->excludes("--elevation")
-      ->excludes("--occluded");
+      ->excludes("--occluded")
+      ->excludes(one_street);
   app.add_option("--camera-height", options.camera_height,
                  "of the photographs' camera above the ground, metres")
       ->check(CLI::Range(0.1, 100.0))
@@ -157,9 +163,15 @@ scenes::SceneOptions scene_options(const Options& options, const scenes::Vehicle
     scene.nearest_m = std::min(scene.nearest_m, std::max(2 * bounds.half_length(), 0.3));
     scene.aim_height_m = std::min(scene.aim_height_m, bounds.middle()[2]);
   }
-  const bool is_occluded = random.chance(options.occluded);
+  const bool is_occluded = random.chance(options.occluded) && !options.one_street;
   scene.occluder_chance = is_occluded && scene.nearest_m >= 1 ? 1 : 0;
   scene.sensor_noise = 0;
+  if (options.one_street) {
+    scene.heading_rad = scene.azimuth_rad.first;
+    scene.azimuth_rad.first = scene.azimuth_rad.second = std::numbers::pi / 2;  // at its left, if not turned
+    scene.fill = {0.5, 0.6};
+    scene.ground_contrast = 0.03;  // as weak as in the bundled frames, so that a moving picture stays small
+  }
   return scene;
 }
 
@@ -287,7 +299,7 @@ class FrameDrawing {
   [[nodiscard]] io::Frame operator()(const FramePlace& place) const {
     const auto [held_out, index] = place;
     const std::size_t count = held_out ? options_.test : options_.train;
-    Random random = Random(options_.seed).fork(held_out ? 12 : 11).fork(index);
+    Random random = Random(options_.seed).fork(held_out ? 12 : 11).fork(options_.one_street ? 0 : index);
     const auto& pictures = held_out ? test_ : train_;
     io::Frame frame =
         pictures.empty() ? scenes::make_frame(random, scene_options(options_, vehicle_, index, count, random),

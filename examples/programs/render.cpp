@@ -1,5 +1,4 @@
 // Draws a mesh, painted or in its own colours: one picture, or a turntable.
-#include <sstream>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/npy.hpp>
@@ -9,6 +8,7 @@
 #include "../scenes/dark_parts.hpp"
 #include "shell/mesh_axes.hpp"
 #include "shell/mesh_inputs.hpp"
+#include "shell/moving_picture.hpp"
 #include "shell/own_texture.hpp"
 #include "shell/panel_sheets.hpp"
 #include "shell/program.hpp"
@@ -39,9 +39,11 @@ struct Options {
   std::vector<double> pose;
   bool normalise = false;
   std::size_t turntable = 0;
+  double seconds = 0;
   std::vector<std::size_t> size{512};
   std::size_t samples = 4;
   std::vector<double> background{1, 1, 1};
+  bool transparent = false;
   std::string lighting = "flat";
   std::string colour_space = "linear";
   bool ground = false;
@@ -119,11 +121,17 @@ void describe(CLI::App& app, Options& o) {
                  "12 numbers: the rows of view_from_world [R | t], x to the right, y down, z forward")
       ->expected(12);
   app.add_option("--turntable", o.turntable, "views all around, on one sheet, instead of one picture");
+  app.add_option(
+      "--seconds", o.seconds,
+      "of a turn: --turntable writes a moving picture (an animated PNG) instead of a sheet; its first "
+      "view is the picture of programs that know none");
   app.add_option("--size", o.size, "pixels a side, or width and height")->expected(1, 2);
   app.add_option("--samples", o.samples,
                  "samples a pixel along each axis: 1, 2, 4 or 8; 0: by the length of the mesh's edges");
   app.add_option("--background", o.background, "colour behind the mesh, three numbers from 0 to 1")
       ->expected(3);
+  app.add_flag("--transparent", o.transparent,
+               "no background: the mesh's coverage as straight opacity (an RGBA PNG)");
   app.add_option("--threads", o.threads, "threads; 0: all cores");
   app.add_option("--output", o.output,
                  "PNG to write; an older one is replaced. NAME.npy holds a depth, position or normal in the "
@@ -154,6 +162,12 @@ void require_sound_camera(const Options& o, ProblemList& list) {
   for (const double distance : o.distance) list.require(distance > 0, "--distance must be above 0");
   list.require(o.distance.size() < 2 || o.turntable > 0, "several --distance need --turntable");
   list.require(o.turntable <= 360, "--turntable must be at most 360");
+  list.require(o.seconds == 0 || o.turntable > 0, "--seconds needs --turntable");
+  const double shown = o.seconds / static_cast<double>(std::max<std::size_t>(o.turntable, 1));
+  list.require(o.seconds == 0 || (shown >= 0.01 && shown <= 60),
+               "--seconds gives each view " + formatted("%g", shown) + " s; expected 0.01 to 60");
+  list.require(!o.transparent || o.turntable == 0 || o.seconds > 0,
+               "--transparent with --turntable needs --seconds");
   const bool is_posed = !o.frame.empty() || !o.pose.empty();
   list.require(o.frame.empty() || o.pose.empty(), "--frame and --pose cannot be given together");
   list.require(!is_posed || (o.turntable == 0 && o.distance.empty() && o.target.empty()),
@@ -177,6 +191,8 @@ void require_sound_files(const Options& o, ProblemList& list) {
   list.require(o.output.ends_with(".png") || (o.output.ends_with(".npy") && is_measured),
                "--output takes a name that ends with .png, or with .npy for one --view depth, position or "
                "normal");
+  list.require(!o.transparent || o.output.ends_with(".png"),
+               "--transparent needs an --output that ends with .png");
   list.require_kept("--output", o.output, inputs);
   if (o.exported.empty()) return;
   const bool is_obj = o.exported.ends_with(".obj");
@@ -472,12 +488,6 @@ std::size_t turntable_columns(std::size_t views) {
   return std::min(best, views);
 }
 
-std::string label_of(double azimuth, double elevation) {
-  std::ostringstream text;
-  text << "azimuth " << std::fmod(azimuth + 360, 360) << ", elevation " << elevation;
-  return text.str();
-}
-
 Shots shots_of(const Options& o, const PaintedScene& scene, const io::Frame& frame,
                const PictureSettings& picture) {
   if (!o.frame.empty()) return {{io::camera_of(frame)}};
@@ -490,7 +500,8 @@ Shots shots_of(const Options& o, const PaintedScene& scene, const io::Frame& fra
     for (std::size_t i = 0; i < o.turntable; ++i) {
       const double turn = 360 * static_cast<double>(i) / static_cast<double>(o.turntable);
       shots.cameras.push_back(orbit.camera(o.azimuth + turn, o.elevation, distance));
-      shots.labels.push_back(label_of(o.azimuth + turn, o.elevation));
+      shots.labels.push_back(
+          formatted("azimuth %g, elevation %g", std::fmod(o.azimuth + turn + 360, 360), o.elevation));
     }
   }
   return shots;
@@ -626,12 +637,19 @@ std::string write_view(const Options& o, const PaintedScene& scene, const Shots&
     return std::to_string(picture.width) + " x " + std::to_string(picture.height) + " pixels, " + o.view;
   }
   std::vector<Bitmap> bitmaps;
+  const bool is_sheet = o.turntable > 0 && o.seconds == 0;
   for (std::size_t i = 0; i < shots.cameras.size(); ++i) {
-    bitmaps.push_back(image::to_bytes(mesh_view(o.view, scene, shots.cameras[i], picture)));
-    if (!shots.labels.empty()) write_label(shots.labels[i], bitmaps.back());
+    const auto& camera = shots.cameras[i];
+    bitmaps.push_back(o.transparent ? transparent_view(o.view, scene, camera, picture)
+                                    : image::to_bytes(mesh_view(o.view, scene, camera, picture)));
+    if (is_sheet) write_label(shots.labels[i], bitmaps.back());
   }
-  const Bitmap bitmap = o.turntable > 0 ? contact_sheet(bitmaps, shots.columns) : bitmaps.front();
-  io::write_image(o.output, bitmap);
+  const Bitmap bitmap = is_sheet ? contact_sheet(bitmaps, shots.columns) : bitmaps.front();
+  if (o.seconds > 0)
+    io::write_file_atomically(o.output,
+                              moving_png(o.output, bitmaps, o.seconds / static_cast<double>(o.turntable)));
+  else
+    io::write_image(o.output, bitmap);
   return std::to_string(bitmap.shape(1)) + " x " + std::to_string(bitmap.shape(0)) + " pixels, " +
          std::to_string(bitmaps.size()) + (bitmaps.size() == 1 ? " view" : " views");
 }
@@ -670,6 +688,7 @@ int main(int argc, char** argv) {
   app.footer(
       "  render --azimuth 30 --output car.png\n"
       "  render --mesh car.obj --turntable 8 --output sheet.png\n"
+      "  render --turntable 48 --seconds 4 --transparent --output turning.png\n"
       "  render --mesh car.obj --texture run/texture.png --panels panels.pdf");
   return run_program(app, argc, argv, [&] {
     options.is_filter_given = app.count("--filter") > 0;

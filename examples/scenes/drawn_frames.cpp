@@ -41,9 +41,10 @@ double share_in_view(const Scene& scene, const Picture& picture, const Array<flo
 
 io::Frame frame_of(const Scene& scene, const Picture& picture, const Array<float, 2>& alone) {
   io::Frame frame;
+  const CarView seen(scene);
   frame.image = image::to_bytes(picture.image);
-  frame.camera = scene.camera;
-  frame.light = scene.light;
+  frame.camera = seen.camera;
+  frame.light = seen.light;
   auto& mask = frame.mask.emplace(alone.shape());
   for (std::size_t i = 0; i < alone.size(); ++i) {
     const float visible = picture.car_mask.data()[i];  // of a pixel half hidden, the larger half decides
@@ -70,7 +71,8 @@ std::optional<io::Frame> find_frame(Random& random, const std::function<Scene(Ra
   for (std::size_t attempt = 0; attempt < attempts; ++attempt) {
     const Scene scene = make(random);
     const Picture picture = draw_scene(scene, height, width);
-    const auto alone = raster::coverage_of(raster::visibility(scene.car, scene.camera, height, width, 2));
+    const auto alone =
+        raster::coverage_of(raster::visibility(scene.car, CarView(scene).camera, height, width, 2));
     const double share = share_in_view(scene, picture, alone);
     if (share < least || share >= most) continue;
     io::Frame frame = frame_of(scene, picture, alone);

@@ -79,8 +79,9 @@ void add_main_car(SceneBuilder& builder, Scene& scene, const SceneOptions& optio
                    raster::atlas_layout(height, 2 * height, 2), random_texels(random, height, 2 * height)});
   }
   scene.car_object = scene.objects.size();
-  builder.label(car.style == BodyStyle::van ? class_van : class_car, builder.add(scene.car, colours, {}));
-  cast_shadows(builder, shadow_solid(car_shape(car.style), car.stretch), {}, 0.6);
+  builder.label(car.style == BodyStyle::van ? class_van : class_car,
+                builder.add(scene.car, colours, {0, 0, scene.heading_rad}));
+  cast_shadows(builder, shadow_solid(car_shape(car.style), car.stretch), {0, 0, scene.heading_rad}, 0.6);
 }
 
 void place_vehicle(SceneBuilder& builder, const Pose& pose, Random& random) {
@@ -203,6 +204,7 @@ Scene make_scene(Random& random, const SceneOptions& options) {
   scene.car = options.vehicle != nullptr ? options.vehicle->mesh : make_car(car);
   scene.light = any_light(random);
   scene.camera = any_camera(random, options, scene.car);
+  scene.heading_rad = options.heading_rad;
   scene.ground_contrast = options.ground_contrast * random.uniform(0.3, 1);
   scene.sensor_noise = options.sensor_noise;
   scene.grain_seed = static_cast<std::uint32_t>(random.bits());

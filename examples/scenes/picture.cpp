@@ -106,7 +106,8 @@ class Shader {
       body.layout = texture->layout;
       texels = texture->texels;
     }
-    const auto map = raster::texture_operator<float>(body, scene_.camera, height_, width_, scene_.light);
+    const CarView seen(scene_);
+    const auto map = raster::texture_operator<float>(body, seen.camera, height_, width_, seen.light);
     texture_ = raster::render(map, texels);
     texture_coverage_ = map.coverage;
     textured_faces_ = scene_.car.faces.size();  // the main car comes first

@@ -1,4 +1,5 @@
 #pragma once
+#include <tuple>
 
 #include "car_shape.hpp"
 #include "vehicle.hpp"
@@ -20,6 +21,7 @@ struct SceneOptions {
   std::optional<Colour> colour;    ///< of the main car's paint, with PaintKind::realistic or solid
   bool varied_shape = true;        ///< stretches the main car by up to 5 %
   std::pair<double, double> azimuth_rad{0, 6.283185307179586};
+  double heading_rad = 0;  ///< of the main car in its place, to its left; the camera stays
   std::pair<double, double> elevation_deg{3, 35};
   std::pair<double, double> fov_deg{50, 60};            ///< horizontal
   std::pair<double, double> fill{0.25, 0.75};           ///< width of the main car in the picture
@@ -62,7 +64,8 @@ struct Scene {
   raster::Light light;
   geometry::Camera camera;
   std::vector<SceneObject> objects;
-  std::size_t car_object = 0;  ///< the main car's place in objects; its own frame is the world's
+  std::size_t car_object = 0;  ///< the main car's place in objects
+  double heading_rad = 0;      ///< from the world's axes to those of the main car's own frame, about z
   geometry::Mesh car;          ///< the main car alone, with materials and uv
   std::vector<Shadow> shadows;
   std::size_t ground_begin = 0, ground_end = 0;  ///< faces that take shadows and grain
@@ -76,6 +79,20 @@ struct Scene {
   std::shared_ptr<const raster::MeshPictures> pictures{};  ///< of the main car's faces; or null
   std::shared_ptr<const CarTexture> texture{};  ///< of the main car; its other faces have their materials'
                                                 ///< colours; or null
+};
+
+/// A scene's camera and light in the main car's own frame.
+struct CarView {
+  geometry::Camera camera;
+  raster::Light light;
+
+  explicit CarView(const Scene& scene) : camera(scene.camera), light(scene.light) {
+    if (scene.heading_rad == 0) return;
+    const double c = std::cos(scene.heading_rad), s = std::sin(scene.heading_rad);
+    const auto turn = [&](auto& x, auto& y) { std::tie(x, y) = std::pair(c * x + s * y, c * y - s * x); };
+    for (auto& row : camera.rotation) turn(row[0], row[1]);
+    turn(light.direction[0], light.direction[1]);
+  }
 };
 
 }  // namespace tapestry::scenes

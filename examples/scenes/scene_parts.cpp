@@ -50,8 +50,9 @@ void add_vehicle(SceneBuilder& builder, Scene& scene, const SceneOptions& option
   scene.pictures = vehicle.pictures;
   if (scene.pictures) set_materials(scene.car, colours);
   scene.car_object = scene.objects.size();
-  builder.label(class_car, builder.add(scene.car, colours, {}));
-  cast_shadows(builder, scene.car.positions, {}, 0.6);
+  const Pose pose{0, 0, scene.heading_rad};
+  builder.label(class_car, builder.add(scene.car, colours, pose));
+  cast_shadows(builder, scene.car.positions, pose, 0.6);
 }
 
 void fill_attributes(geometry::Mesh& mesh) {

@@ -288,6 +288,14 @@ TEST_CASE("a picture comes back", "[io][image]") {
   io::write_image(folder.path("b.png"), shares);
   CHECK(folder.read("b.png") == folder.read("a.png"));
   CHECK(io::png_file("bytes", image) == folder.read("a.png"));
+  Array<std::uint8_t, 3> clear(Extents<3>{image.shape(0), image.shape(1), 4});
+  for (std::size_t i = 0; i < clear.size(); ++i)
+    clear.data()[i] = i % 4 == 3 ? static_cast<std::uint8_t>(i) : image.data()[i / 4 * 3 + i % 4];
+  io::write_image(folder.path("c.png"), clear);
+  CHECK(values_of(io::read_image(folder.path("c.png"))) == values_of(image));
+  std::vector<std::string> warnings;
+  (void)io::read_texture(folder.path("c.png"), &warnings);
+  CHECK(warnings.size() == 1);  // of its opacity
   const Array<double, 2> mask = {{-1.0, 0.0}, {0.5, 2.0}};
   io::write_mask(folder.path("m.png"), mask);
   const auto again = io::read_mask(folder.path("m.png"));
@@ -610,6 +618,7 @@ TEST_CASE("a picture with a value that is not finite is not written", "[io][imag
   CHECK_FALSE(std::filesystem::exists(folder.path("a.png")));
   const auto two_channels = test::random_array<float>({2, 3, 2}, 1);
   CHECK_THROWS_AS(io::write_image(folder.path("a.png"), two_channels), ShapeError);
+  CHECK_THROWS_AS(io::png_file("a.png", Array<std::uint8_t, 3>(Extents<3>{2, 3, 5})), ShapeError);
   const Array<float, 2> empty(Extents<2>{0, 3});
   CHECK_THROWS_AS(io::write_mask(folder.path("a.png"), empty), ShapeError);
 }

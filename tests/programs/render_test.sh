@@ -32,6 +32,40 @@ expect_exit 0 "width and height" "$render" --size 120 50 --output wide.png
 expect_exit 0 "a turntable" "$render" --turntable 5 --distance 8 20 --size 40 --output sheet.png
 [ "$(size_of sheet.png)" = "224 92" ] && pass || fail "sheet.png is $(size_of sheet.png)"
 
+# Moving and transparent pictures, read by a program that shares nothing with ours.
+expect_exit 0 "a turn" "$render" --size 48 --azimuth 30 --turntable 3 --seconds 1.5 --output turn.png
+expect_exit 0 "no background" "$render" --size 48 --azimuth 30 --transparent --output clear.png
+expect_exit 0 "a turn of it" "$render" --size 48 --azimuth 30 --turntable 3 --seconds 0.09 --transparent --output clear_turn.png
+for turn in 30 150 270; do
+  expect_exit 0 "a view" "$render" --size 48 --azimuth "$turn" --output "view$turn.png"
+  expect_exit 0 "a view" "$render" --size 48 --azimuth "$turn" --transparent --output "clear$turn.png"
+done
+expect_exit 0 "its coverage" "$render" --size 48 --azimuth 30 --view coverage --output covered.png
+expect_exit 0 "another background" "$render" --size 48 --azimuth 30 --background 0.3 0.6 0.5 --output before.png
+expect_exit 0 "normals" "$render" --size 48 --view normal --transparent --output clear_normal.png
+expect_exit 0 "normals before it" "$render" --size 48 --view normal --background 0.3 0.6 0.5 --output normal.png
+sun=(--light sun --light-direction 1 1 1 --size 48 --azimuth 30)
+expect_exit 0 "a shadow before white" "$render" "${sun[@]}" --ground --output lit.png
+expect_exit 0 "a shadow" "$render" "${sun[@]}" --ground --transparent --output shadow.png
+if command -v python3 >/dev/null; then
+  python3 -c 'import PIL' 2>/dev/null || echo "Pillow is not installed (python3-pil): frames are not compared with its reader"
+  reads() { expect_exit 0 "moving_picture.py $*" python3 "$sources/tests/programs/moving_picture.py" "$@"; }
+  reads frames turn.png 3 500 view30.png view150.png view270.png
+  reads frames clear_turn.png 3 30 clear30.png clear150.png clear270.png
+  reads opacity clear.png covered.png
+  reads over clear.png 1 1 1 view30.png
+  reads over clear.png 0.3 0.6 0.5 before.png
+  reads over clear_normal.png 0.3 0.6 0.5 normal.png encoded
+  reads shadow shadow.png lit.png
+else
+  echo "skipped: moving and transparent pictures are not read by another program; it needs python3"
+fi
+# Readers that know no moving pictures take the first view.
+for still in turn view30; do
+  expect_exit 0 "$still as a texture" "$render" --size 48 --material body --texture "$still.png" --output "$still-paint.png"
+done
+expect_same turn-paint.png view30-paint.png
+
 # Paint: by material, by face list, as one colour and as a texture.
 expect_exit 0 "red paint" "$render" --size 96 --material body --colour 1 0 0 --output red.png
 cmp -s car.png red.png && fail "the paint does not show" || pass
@@ -187,6 +221,9 @@ for words in "--size 0" "--size 20000" "--samples 3" "--view deep" "--filter cub
   # shellcheck disable=SC2086  # several words on purpose
   refused 2 "${words% *}|${words%% *}|distance" $words
 done
+refused 2 '--seconds needs --turntable' --seconds 2
+refused 2 '--seconds gives each view 0.001 s; expected 0.01 to 60' --turntable 300 --seconds 0.3
+refused 2 'with --turntable needs --seconds' --transparent --turntable 3
 paint=(--mesh sheet.obj --texture car.png)
 refused 2 '--paper is .b9.; expected one of a4, a3, a0, letter' "${paint[@]}" --panels no.pdf --paper b9
 for scale in 0 -1 nan 11; do refused 2 'panel-scale' "${paint[@]}" --panels no.pdf --panel-scale "$scale"; done
@@ -241,6 +278,7 @@ refuses_to_write '--export would overwrite out.obj' --mesh out.obj --export out.
 refuses_to_write 'ends with .png' --output untouched.jpg
 refuses_to_write 'with .npy for one' --output untouched.npy
 refuses_to_write 'with .npy for one' --view depth --turntable 3 --output untouched.npy
+refuses_to_write '--transparent needs an --output' --view depth --transparent --output untouched.npy
 refuses_to_write 'ground needs --light sky or sun' --ground --output untouched.png
 refuses_to_write 'needs a light' --clear-coat 1 --light none --output untouched.png
 expect_same car.png paint.png

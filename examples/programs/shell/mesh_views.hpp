@@ -64,41 +64,42 @@ inline Array<float, 3> background_of(const PictureSettings& picture) {
   return background;
 }
 
-/// Draws colour_of(fragment), [H, W, 3], times coverage over the background.
+/// A view before it is laid over a background.
+struct Layer {
+  Array<float, 3> colours;  ///< [H, W, 3], times coverage
+  Array<float, 2> coverage;
+  image::ColourSpace space = image::ColourSpace::encoded;
+};
+
+/// Draws colour_of(fragment), [H, W, 3].
 template <class ColourOf>
-Array<float, 3> drawn_fragments(const geometry::Mesh& mesh, const geometry::Camera& camera,
-                                const PictureSettings& picture, ColourOf colour_of) {
+Layer drawn_fragments(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                      const PictureSettings& picture, ColourOf colour_of) {
   const auto buffer = raster::visibility(mesh, camera, picture.height, picture.width, picture.samples);
-  auto image = zeros<float, 3>({picture.height, picture.width, 3});
+  Layer layer{zeros<float, 3>({picture.height, picture.width, 3}), raster::coverage_of(buffer)};
   for (const auto& fragment : raster::fragments(buffer, mesh, camera)) {
     const std::array<double, 3> colour = colour_of(fragment);
     for (std::size_t c = 0; c < 3; ++c)
-      image.data()[3 * fragment.pixel + c] += static_cast<float>(fragment.coverage * colour[c]);
+      layer.colours.data()[3 * fragment.pixel + c] += static_cast<float>(fragment.coverage * colour[c]);
   }
-  return image::over(image, raster::coverage_of(buffer), background_of(picture));
+  return layer;
 }
 
-/// The background, with the mesh's shadow on the ground.
-inline Array<float, 3> ground_of(const PaintedScene& scene, const geometry::Camera& camera,
-                                 const PictureSettings& picture) {
-  auto background = background_of(picture);
-  if (!scene.ground) return background;
-  const auto kept = (*scene.ground)(*scene.outdoors, camera, picture.height, picture.width, picture.samples);
-  for (std::size_t i = 0; i < background.size(); ++i) {
-    float& value = background.data()[i];
-    value = image::encoded(image::linearised(value) * kept.data()[i / 3]);
-  }
-  return background;
+/// Share of its light that the background keeps below the mesh, [H, W]; empty without a ground.
+inline Array<float, 2> kept_light(const PaintedScene& scene, const geometry::Camera& camera,
+                                  const PictureSettings& picture) {
+  if (!scene.ground) return {};
+  return (*scene.ground)(*scene.outdoors, camera, picture.height, picture.width, picture.samples);
 }
 
-inline Array<float, 3> colour_view(const PaintedScene& scene, const geometry::Camera& camera,
-                                   const PictureSettings& picture) {
+inline Layer colour_view(const PaintedScene& scene, const geometry::Camera& camera,
+                         const PictureSettings& picture) {
   const auto draw = [&](const auto& light) {
     const auto view =
         raster::texture_operator<float>(scene, camera, picture.height, picture.width, light, picture.samples);
-    const auto image = raster::render(
-        view, raster::stored_texels(scene.pyramid, image::in_space(scene.space, scene.texels)));
-    return image::over(image, view.coverage, ground_of(scene, camera, picture), 0, 0, scene.space);
+    return Layer{raster::render(
+                     view, raster::stored_texels(scene.pyramid, image::in_space(scene.space, scene.texels))),
+                 view.coverage, scene.space};
   };
   const auto draw_coated = [&]<class Light>(const Light& light) {
     if (scene.coat == 0) return draw(light);
@@ -124,11 +125,11 @@ Array<float, raster::geometry_rank<Output>> seen_geometry(const geometry::Mesh& 
   return seen;
 }
 
-/// Each channel of seen_geometry(), scaled to its range of values, over the background. Depths are inverted,
-/// so that near points are light.
+/// Each channel of seen_geometry(), scaled to its range of values. Depths are inverted, so that near points
+/// are light.
 template <raster::GeometryOutput Output>
-Array<float, 3> stretched_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
-                               const PictureSettings& picture) {
+Layer stretched_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                     const PictureSettings& picture) {
   const auto seen = seen_geometry<Output>(mesh, camera, picture);
   const auto coverage =
       raster::coverage_of(raster::visibility(mesh, camera, picture.height, picture.width, picture.samples));
@@ -148,12 +149,12 @@ Array<float, 3> stretched_view(const geometry::Mesh& mesh, const geometry::Camer
       image.data()[3 * i + c] = coverage.data()[i] * (channels == 1 ? 1 - share : share);
     }
   }
-  return image::over(image, coverage, background_of(picture));
+  return {std::move(image), coverage};
 }
 
 /// The unit normal of each face on its visible side, −1 … 1 shown as 0 … 1.
-inline Array<float, 3> normal_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
-                                   const PictureSettings& picture) {
+inline Layer normal_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                         const PictureSettings& picture) {
   const geometry::Vector3 eye = geometry::eye_of(camera);
   return drawn_fragments(mesh, camera, picture, [&](const raster::Fragment& fragment) {
     const auto& face = mesh.faces[static_cast<std::size_t>(fragment.face)];
@@ -166,8 +167,8 @@ inline Array<float, 3> normal_view(const geometry::Mesh& mesh, const geometry::C
 
 /// Red and green are u and v, wrapped into the texture, in squares of 1/16 light and dark; grey for faces
 /// without uv.
-inline Array<float, 3> uv_view(const geometry::Mesh& mesh, double u_extent, const geometry::Camera& camera,
-                               const PictureSettings& picture) {
+inline Layer uv_view(const geometry::Mesh& mesh, double u_extent, const geometry::Camera& camera,
+                     const PictureSettings& picture) {
   return drawn_fragments(mesh, camera, picture, [&](const raster::Fragment& fragment) {
     const auto face = static_cast<std::size_t>(fragment.face);
     std::array<double, 2> uv{0, 0};
@@ -185,8 +186,7 @@ inline Array<float, 3> uv_view(const geometry::Mesh& mesh, double u_extent, cons
 
 /// A different colour for every face up to 2²⁴, from the pixel's first sample: multiplying by an odd factor
 /// permutes the numbers of 24 bits.
-inline Array<float, 3> face_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
-                                 PictureSettings picture) {
+inline Layer face_view(const geometry::Mesh& mesh, const geometry::Camera& camera, PictureSettings picture) {
   picture.samples = 1;
   return drawn_fragments(mesh, camera, picture, [](const raster::Fragment& fragment) {
     const std::uint32_t mixed = (static_cast<std::uint32_t>(fragment.face) + 1) * 0x9E3779B1U;
@@ -196,28 +196,62 @@ inline Array<float, 3> face_view(const geometry::Mesh& mesh, const geometry::Cam
   });
 }
 
-inline Array<float, 3> coverage_view(const geometry::Mesh& mesh, const geometry::Camera& camera,
-                                     const PictureSettings& picture) {
-  const auto coverage =
-      raster::coverage_of(raster::visibility(mesh, camera, picture.height, picture.width, picture.samples));
-  Array<float, 3> image(Extents<3>{picture.height, picture.width, 3});
-  for (std::size_t i = 0; i < image.size(); ++i) image.data()[i] = coverage.data()[i / 3];
-  return image;
+inline Layer layer_of(const std::string& view, const PaintedScene& scene, const geometry::Camera& camera,
+                      const PictureSettings& picture) {
+  if (view == "normal") return normal_view(scene.mesh, camera, picture);
+  if (view == "uv") return uv_view(scene.mesh, scene.layout.u_extent, camera, picture);
+  if (view == "face") return face_view(scene.mesh, camera, picture);
+  if (view == "depth") return stretched_view<raster::Depth>(scene.mesh, camera, picture);
+  if (view == "position") return stretched_view<raster::SurfacePosition>(scene.mesh, camera, picture);
+  if (view == "colour") return colour_view(scene, camera, picture);
+  return drawn_fragments(scene.mesh, camera, picture, [](const auto&) { return std::array{1.0, 1.0, 1.0}; });
+}
+
+inline PictureSettings with_rate(PictureSettings picture, const PaintedScene& scene,
+                                 const geometry::Camera& camera) {
+  if (picture.samples == 0)
+    picture.samples = raster::automatic_samples_per_axis(scene.mesh, camera, picture.height, picture.width);
+  return picture;
 }
 }  // namespace detail
 
-/// One picture of a scene, [H, W, 3] in [0, 1]; `view` is one of mesh_view_names().
+/// One picture of a scene, [H, W, 3] in [0, 1]; `view` is one of mesh_view_names(). The coverage has no
+/// background.
 inline Array<float, 3> mesh_view(const std::string& view, const PaintedScene& scene,
                                  const geometry::Camera& camera, PictureSettings picture) {
-  if (picture.samples == 0)
-    picture.samples = raster::automatic_samples_per_axis(scene.mesh, camera, picture.height, picture.width);
-  if (view == "normal") return detail::normal_view(scene.mesh, camera, picture);
-  if (view == "uv") return detail::uv_view(scene.mesh, scene.layout.u_extent, camera, picture);
-  if (view == "face") return detail::face_view(scene.mesh, camera, picture);
-  if (view == "depth") return detail::stretched_view<raster::Depth>(scene.mesh, camera, picture);
-  if (view == "position") return detail::stretched_view<raster::SurfacePosition>(scene.mesh, camera, picture);
-  if (view == "coverage") return detail::coverage_view(scene.mesh, camera, picture);
-  return detail::colour_view(scene, camera, picture);
+  picture = detail::with_rate(picture, scene, camera);
+  const auto layer = detail::layer_of(view, scene, camera, picture);
+  if (view == "coverage") return layer.colours;
+  auto background = detail::background_of(picture);
+  if (view == "colour")
+    if (const auto kept = detail::kept_light(scene, camera, picture); kept.size() > 0)
+      for (std::size_t i = 0; i < background.size(); ++i) {
+        float& value = background.data()[i];
+        value = image::encoded(image::linearised(value) * kept.data()[i / 3]);
+      }
+  return image::over(layer.colours, layer.coverage, background, 0, 0, layer.space);
+}
+
+/// The same without a background, [H, W, 4]: RGB, and the mesh's coverage as straight opacity. A shadow on
+/// the ground is black, as opaque as the encoded light that it takes from white.
+inline Array<std::uint8_t, 3> transparent_view(const std::string& view, const PaintedScene& scene,
+                                               const geometry::Camera& camera, PictureSettings picture) {
+  picture = detail::with_rate(picture, scene, camera);
+  const auto layer = detail::layer_of(view, scene, camera, picture);
+  const auto kept = view == "colour" ? detail::kept_light(scene, camera, picture) : Array<float, 2>();
+  auto image = zeros<float, 3>({picture.height, picture.width, 4});
+  for (std::size_t i = 0; i < layer.coverage.size(); ++i) {
+    const float share = layer.coverage.data()[i];
+    const float shadow = kept.size() > 0 ? 1 - image::encoded(kept.data()[i]) : 0;
+    const float opacity = share + (1 - share) * shadow;
+    image.data()[4 * i + 3] = opacity;
+    for (std::size_t c = 0; c < 3 && share > 0; ++c) {
+      const float colour = layer.colours.data()[3 * i + c] / share;
+      const bool is_linear = layer.space == image::ColourSpace::linear;
+      image.data()[4 * i + c] = (is_linear ? image::encoded(colour) : colour) * share / opacity;
+    }
+  }
+  return image::to_bytes(image);
 }
 
 /// Views that show physical quantities, see measured_view().
@@ -236,8 +270,7 @@ struct Measurements {
 /// where none is visible.
 inline Measurements measured_view(const std::string& view, const PaintedScene& scene,
                                   const geometry::Camera& camera, PictureSettings picture) {
-  if (picture.samples == 0)
-    picture.samples = raster::automatic_samples_per_axis(scene.mesh, camera, picture.height, picture.width);
+  picture = detail::with_rate(picture, scene, camera);
   const auto measured = [](const auto& seen) {
     return Measurements{{seen.shape().begin(), seen.shape().end()}, {seen.begin(), seen.end()}};
   };

@@ -32,7 +32,7 @@ class SideBySide {
   /// A few of them in rows.
   /// \param views  facts of each picture
   [[nodiscard]] Bitmap sheet(const std::vector<ViewFacts>& views) const {
-    constexpr std::size_t most_rows = 3, most_pixels = 416;  // of a picture's longer side
+    constexpr std::size_t most_rows = 3;
     const auto rows = shown_places(most_rows, places_.size());
     const auto columns =
         static_cast<std::size_t>(std::ranges::count_if(ways_, [](const auto& way) { return !way.empty(); }));
@@ -41,8 +41,31 @@ class SideBySide {
       for (std::size_t i = 0; i < ways_.size(); ++i)
         if (!ways_[i].empty())
           sheet.add(views.at(places_[row]).name + ": " + texture(i),
-                    fitted_within(ways_[i][row], most_pixels));
+                    fitted_within(ways_[i][row], most_pixels_));
     return sheet.bitmap();
+  }
+
+  /// Plain car, noise and paint of each view, as far as they are measured, side by side: pictures of one
+  /// size.
+  [[nodiscard]] std::vector<Bitmap> film() const {
+    std::vector<Bitmap> frames;
+    std::size_t height = 0, width = 0;
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      PictureSheet row(ways_.size(), ways_.size());
+      for (std::size_t way = 1; way < ways_.size(); ++way)  // without the photograph
+        if (!ways_[way].empty())
+          row.add(shown_textures()[way].second, fitted_within(ways_[way][i], most_pixels_));
+      frames.push_back(row.bitmap());
+      height = std::max(height, frames.back().shape(0));
+      width = std::max(width, frames.back().shape(1));
+    }
+    for (Bitmap& frame : frames) {
+      auto canvas = filled<std::uint8_t, 3>({height, width, 3}, std::uint8_t(255));
+      for (std::size_t y = 0; y < frame.shape(0); ++y)
+        std::copy_n(&frame(y, 0, 0), 3 * frame.shape(1), &canvas(y, 0, 0));
+      frame = std::move(canvas);
+    }
+    return frames;
   }
 
   /// All of them, for a page.
@@ -55,6 +78,7 @@ class SideBySide {
 
  private:
   [[nodiscard]] static const std::string& texture(std::size_t i) { return shown_textures()[i].first; }
+  static constexpr std::size_t most_pixels_ = 416;  // of a picture's longer side
 
   std::array<std::vector<MarkedPicture>, 4> ways_;  ///< of shown_textures(); empty where not measured
   std::vector<std::size_t> places_;

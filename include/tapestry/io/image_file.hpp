@@ -106,8 +106,8 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
 [[nodiscard]] Array<float, 2> read_mask(const std::string& path,
                                         std::vector<std::string>* warnings = nullptr);
 
-/// Writes RGB, [H, W, 3], as PNG; the whole file or nothing.
-/// \throws ShapeError unless there are three channels and 1 to 16,384 rows and columns; FileError (write)
+/// Writes RGB, or RGBA with straight opacity, [H, W, 3 or 4], as PNG; the whole file or nothing.
+/// \throws ShapeError unless there are 3 or 4 channels and 1 to 16,384 rows and columns; FileError (write)
 void write_image(const std::string& path, const Array<std::uint8_t, 3>& image);
 
 /// Writes RGB in [0, 1], [H, W, 3], rounded to 256 levels; values outside are clipped.
@@ -115,7 +115,7 @@ void write_image(const std::string& path, const Array<std::uint8_t, 3>& image);
 template <std::floating_point T>
 void write_image(const std::string& path, const Array<T, 3>& image);
 
-/// RGB, [H, W, 3], as the bytes of a PNG file; `path` is for messages. Errors as above.
+/// RGB or RGBA, [H, W, 3 or 4], as the bytes of a PNG file; `path` is for messages. Errors as above.
 [[nodiscard]] std::string png_file(const std::string& path, const Array<std::uint8_t, 3>& image);
 
 /// RGB in [0, 1], [H, W, 3], as the bytes of a PNG file; `path` is for messages. Errors as above.

@@ -140,13 +140,13 @@ Array<float, 2> read_mask(const std::string& path, std::vector<std::string>* war
 }
 
 void write_image(const std::string& path, const Array<std::uint8_t, 3>& image) {
-  require_shape("write_image", "image", image, {image.shape(0), image.shape(1), 3});
-  detail::write_png(path, image.data(), image.shape(0), image.shape(1), 3);
+  write_file_atomically(path, png_file(path, image));
 }
 
 std::string png_file(const std::string& path, const Array<std::uint8_t, 3>& image) {
-  require_shape("png_file", "image", image, {image.shape(0), image.shape(1), 3});
-  return detail::checked_png(path, image.data(), image.shape(0), image.shape(1), 3);
+  const std::size_t channels = image.shape(2) == 4 ? 4 : 3;
+  require_shape("png_file", "image", image, {image.shape(0), image.shape(1), channels});
+  return detail::checked_png(path, image.data(), image.shape(0), image.shape(1), static_cast<int>(channels));
 }
 
 std::string jpeg_file(const std::string& path, const Array<std::uint8_t, 3>& image, int quality) {
