@@ -74,6 +74,13 @@ endfunction()
 
 add_page_program(README.md readme_example "<!-- compiled by the tests -->\n```cpp\n")
 require_excerpt(README.md examples/tour/paint_a_car.cpp)
+# README's line that compiles the program above it, as a reader types it in a clone, with this compiler.
+file(STRINGS ${PROJECT_SOURCE_DIR}/README.md compile_line REGEX "^    g[+][+] ")
+if(NOT compile_line MATCHES "^    g[+][+] (.* gradient[.]cpp .*[^ ]) +#")
+  message(FATAL_ERROR "README.md: found '${compile_line}', expected one line that compiles gradient.cpp")
+endif()
+add_test(NAME "README.md: the tape's program compiles by its line" COMMAND bash -c "mkdir -p readme_line && cd readme_line && \
+cp ../readme_example.cpp gradient.cpp && ln -sfn '${PROJECT_SOURCE_DIR}/include' include && '${CMAKE_CXX_COMPILER}' ${CMAKE_MATCH_1}")
 add_page_program(docs/COOKBOOK.md cookbook "```cpp\n")
 require_short_blocks(docs/COOKBOOK.md 15)
 add_page_program(docs/TUTORIAL.md tutorial_example "```cpp\n")
@@ -98,7 +105,7 @@ endif()
 
 # What a page links to is there.
 foreach(page IN ITEMS README.md benchmarks/README.md docs/ARCHITECTURE.md docs/CONTRIBUTING.md docs/COOKBOOK.md
-                      docs/DETECTORS.md docs/EMBEDDING.md docs/GLOSSARY.md docs/OWN_CAR.md docs/SECURITY.md
+                      docs/DETECTORS.md docs/EMBEDDING.md docs/GALLERY.md docs/GLOSSARY.md docs/OWN_CAR.md docs/SECURITY.md
                       docs/TUTORIAL.md)
   read_page(${page} text)
   get_filename_component(folder ${PROJECT_SOURCE_DIR}/${page} DIRECTORY)
@@ -111,4 +118,23 @@ foreach(page IN ITEMS README.md benchmarks/README.md docs/ARCHITECTURE.md docs/C
     endif()
   endforeach()
 endforeach()
+
+# Pictures of pages are small, and each is made by a command of docs/GALLERY.md.
+file(READ ${PROJECT_SOURCE_DIR}/docs/GALLERY.md gallery)
+file(GLOB pictures CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/pictures/*)
+set(sum 0)
+foreach(picture IN LISTS pictures)
+  get_filename_component(name ${picture} NAME)
+  file(SIZE ${picture} size)
+  math(EXPR sum "${sum} + ${size}")
+  if(size GREATER 1500000)
+    message(FATAL_ERROR "docs/pictures/${name} has ${size} bytes, expected at most 1500000")
+  endif()
+  if(NOT gallery MATCHES "\n    [^\n]*${name}[^\n]*\n" OR NOT gallery MATCHES "[(]pictures/${name}[)]")
+    message(FATAL_ERROR "docs/GALLERY.md shows no pictures/${name}, or has no command that makes it")
+  endif()
+endforeach()
+if(sum GREATER 3500000)
+  message(FATAL_ERROR "docs/pictures has ${sum} bytes, expected at most 3500000")
+endif()
 add_page_program(.github/ISSUE_TEMPLATE/wrong_gradient.md wrong_gradient "```cpp\n")

@@ -1,8 +1,10 @@
 // Puts any car into street scenes or photographs: frames to optimise on and frames held out.
+#include <atomic>
 #include <sstream>
 #include <tapestry/io/obj_file.hpp>
 
 #include "../scenes/drawn_frames.hpp"
+#include "../scenes/make_scene.hpp"
 #include "shell/dataset_preview.hpp"
 #include "shell/mesh_axes.hpp"
 #include "shell/mesh_inputs.hpp"
@@ -291,6 +293,8 @@ class FrameDrawing {
  public:
   FrameDrawing(const Options& options, const scenes::Vehicle& vehicle, const std::vector<Photograph>& all)
       : options_(options), vehicle_(vehicle) {
+    for (const bool held_out : {false, true})
+      if (options.one_street) streets_[held_out ? 1 : 0] = first_street(held_out);
     if (all.empty()) return;
     train_ = share_of(all, options.train, options.test, false);
     test_ = share_of(all, options.train, options.test, true);
@@ -298,8 +302,8 @@ class FrameDrawing {
 
   [[nodiscard]] io::Frame operator()(const FramePlace& place) const {
     const auto [held_out, index] = place;
-    const std::size_t count = held_out ? options_.test : options_.train;
-    Random random = Random(options_.seed).fork(held_out ? 12 : 11).fork(options_.one_street ? 0 : index);
+    const std::size_t count = count_of(held_out);
+    Random random = numbers_of(held_out, options_.one_street ? streets_[held_out ? 1 : 0] : index);
     const auto& pictures = held_out ? test_ : train_;
     io::Frame frame =
         pictures.empty() ? scenes::make_frame(random, scene_options(options_, vehicle_, index, count, random),
@@ -311,9 +315,36 @@ class FrameDrawing {
   }
 
  private:
+  [[nodiscard]] std::size_t count_of(bool held_out) const {
+    return held_out ? options_.test : options_.train;
+  }
+  [[nodiscard]] Random numbers_of(bool held_out, std::uint64_t scene) const {
+    return Random(options_.seed).fork(held_out ? 12 : 11).fork(scene);
+  }
+
+  /// The first street in which the whole car shows whichever way it stands.
+  /// \throws DomainError if of a hundred streets none will do
+  [[nodiscard]] std::uint64_t first_street(bool held_out) const {
+    const std::size_t count = count_of(held_out);
+    for (std::uint64_t street = 0; street < 100; ++street) {
+      std::atomic<std::size_t> shown = 0;
+      parallel_for(count, [&](std::size_t index) {
+        Random random = numbers_of(held_out, street);
+        const auto scene = scene_options(options_, vehicle_, index, count, random);
+        const auto make = [&](Random& numbers) { return scenes::make_scene(numbers, scene); };
+        if (scenes::find_frame(random, make, 0.97, 2, options_.size, options_.size, true, 1)) ++shown;
+      });
+      if (shown == count) return street;
+    }
+    throw DomainError(
+        "--one-street: of a hundred streets none shows the whole car from all around; let the "
+        "camera stand farther away");
+  }
+
   const Options& options_;
   const scenes::Vehicle& vehicle_;
   std::vector<Photograph> train_, test_;
+  std::array<std::uint64_t, 2> streets_{};  ///< to optimise on and held out
 };
 
 void write_frames(const Options& options, const FrameDrawing& draw, bool held_out) {

@@ -75,7 +75,14 @@ steps=$(($(wc -l <long12/history.csv) - $(wc -l <long2/history.csv)))
 [ $((($(cat faults12) - $(cat faults2)) / steps)) -le 60 ] && pass ||
   fail "page faults of $steps steps: $(cat faults12) - $(cat faults2)"
 
-expect_exit 0 "evaluate gives the run's figures again" "$programs/evaluate" --run two --output again
+expect_exit 0 "evaluate gives the run's figures again" "$programs/evaluate" --run two --output again --film film.png --seconds 0.2
+if command -v python3 >/dev/null; then  # four views; beside the network's input of 256 pixels, three columns have gaps of 4
+  expect_exit 0 "the film" python3 "$sources/tests/programs/moving_picture.py" frames film.png 4 200
+  [ "$(od -An -tu1 -j18 -N2 film.png | tr -s ' ')" = " 3 16" ] && pass || fail "film.png is not 3 * 260 + 4 pixels wide"
+fi
+expect_exit 2 "a film of another kind" "$programs/evaluate" --run two --film film.gif
+expect_error_line '--film takes a name that ends with .png'
+expect_exit 2 "a film of a protocol" "$programs/evaluate" --run two --protocol views --film no.png
 expect_same again/metrics.csv two/metrics.csv
 expect_same again/views.csv two/views.csv
 expect_exit 0 "evaluate without a camouflage" "$programs/evaluate" --clean-only --output plain

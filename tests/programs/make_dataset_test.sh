@@ -13,6 +13,13 @@ cmp -s metres/train/0000.npz metres/test/0000.npz && fail "a frame is held out a
 expect_exit 0 "another seed" frames --seed 2 --output other
 cmp -s metres/test/0000.npz other/test/0000.npz && fail "the seed changes nothing" || pass
 
+# One street: the camera is the same, the mask of the car is not.
+expect_exit 0 "one street" frames --one-street --format png --output street
+[ "$(grep -hA 1 --no-group-separator camera_fov street/test/*.json | grep -v camera | sort -u | wc -l)" = 1 ] && pass || fail "the camera changes in one street"
+[ "$(grep -hA 1 --no-group-separator camera_fov street/*/*.json | grep -v camera | sort -u | wc -l)" = 2 ] && pass || fail "both parts have one street"
+cmp -s street/test/masks/0000.png street/test/masks/0001.png && fail "the car stays as it is in one street" || pass
+expect_exit 2 "one street in photographs" frames --one-street --backgrounds street --output no
+
 # One folder, one data set; the same again is no other.
 expect_exit 0 "the same again" frames --output metres
 expect_same metres/test/0001.npz again/test/0001.npz
