@@ -2,7 +2,6 @@
 
 #include "shell/dataset_evaluation.hpp"
 #include "shell/foreign_detections.hpp"
-#include "shell/moving_picture.hpp"
 #include "shell/protocol/run.hpp"
 #include "shell/reshaped_views.hpp"
 
@@ -45,6 +44,16 @@ void describe_other_detectors(CLI::App& app, Options& options) {
       ->needs(pictures);
 }
 
+void describe_film(CLI::App& app, Options& options) {
+  auto* const film = app.add_option(
+      "--film", options.film,
+      "animated PNG (APNG) to write: plain car, noise and paint side by side with the detector's boxes, "
+      "one view after the other; of more than 24 views, evenly spread ones");
+  app.add_option("--seconds", options.seconds, "that --film shows a view")
+      ->needs(film)
+      ->check(CLI::Range(0.01, 60.0));
+}
+
 void describe(CLI::App& app, Options& options) {
   app.option_defaults()->group("Measurement");
   auto* const run = app.add_option(
@@ -79,13 +88,7 @@ void describe(CLI::App& app, Options& options) {
       "--output", options.output,
       "folder for report.html, metrics.json, metrics.csv, views.csv and a contact sheet, or for the files of "
       "--protocol, which goes on there when it was interrupted; nothing is written when left out");
-  auto* const film = app.add_option(
-      "--film", options.film,
-      "animated PNG (APNG) to write: plain car, noise and paint side by side with the detector's boxes, "
-      "one view after the other; of more than 24 views, evenly spread ones");
-  app.add_option("--seconds", options.seconds, "that --film shows a view")
-      ->needs(film)
-      ->check(CLI::Range(0.01, 60.0));
+  describe_film(app, options);
   app.add_option("--seed", options.seed,
                  "seed of the random controls; use the run's seed to get the run's own controls again");
   app.add_option("--threads", options.threads, "threads; 0: all cores");
@@ -383,8 +386,7 @@ int survey_frames(Options& options) {
   if (!options.output.empty())
     write_folder(options, {report, metrics, changed, textures, views.reshaped ? views.reshaped->car() : car},
                  car, shown, side_by_side, list_of(report, watch.views()));
-  if (!options.film.empty())
-    io::write_file_atomically(options.film, moving_png(options.film, side_by_side.film(), options.seconds));
+  if (!options.film.empty()) side_by_side.write_film(options.film, options.seconds);
   return 0;
 }
 

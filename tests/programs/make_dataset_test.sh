@@ -19,6 +19,8 @@ expect_exit 0 "one street" frames --one-street --format png --output street
 [ "$(grep -hA 1 --no-group-separator camera_fov street/*/*.json | grep -v camera | sort -u | wc -l)" = 2 ] && pass || fail "both parts have one street"
 cmp -s street/test/masks/0000.png street/test/masks/0001.png && fail "the car stays as it is in one street" || pass
 expect_exit 2 "one street in photographs" frames --one-street --backgrounds street --output no
+expect_exit 2 "one street from too near" frames --one-street --distance 0.5 0.6 --output no
+expect_error_line '^error: --one-street: of a hundred streets none shows the whole car'
 
 # One folder, one data set; the same again is no other.
 expect_exit 0 "the same again" frames --output metres

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "moving_picture.hpp"
 #include "picture_sheet.hpp"
 #include "report_page.hpp"
 #include "survey_watch.hpp"
@@ -45,9 +46,9 @@ class SideBySide {
     return sheet.bitmap();
   }
 
-  /// Plain car, noise and paint of each view, as far as they are measured, side by side: pictures of one
-  /// size.
-  [[nodiscard]] std::vector<Bitmap> film() const {
+  /// Writes plain car, noise and paint, as far as they are measured, side by side, one view after the other.
+  /// \param seconds  that a view shows
+  void write_film(const std::string& path, double seconds) const {
     std::vector<Bitmap> frames;
     std::size_t height = 0, width = 0;
     for (std::size_t i = 0; i < places_.size(); ++i) {
@@ -65,7 +66,7 @@ class SideBySide {
         std::copy_n(&frame(y, 0, 0), 3 * frame.shape(1), &canvas(y, 0, 0));
       frame = std::move(canvas);
     }
-    return frames;
+    io::write_file_atomically(path, moving_png(path, frames, seconds));
   }
 
   /// All of them, for a page.
