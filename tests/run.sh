@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# run.sh [ROOM… | --all | --long], on a Debian 12 or newer that need only have git:
+# run.sh [ROOM… | --all | --long | --reach], on a Debian 12 or newer that need only have git:
 #   without an argument  builds and runs every test of behaviour: an optimised library, and tests of it and of the programs
 #   ROOM                 the tests of this folder of tests/, such as raster, with the rooms of the library that they call
 #   --all                also what finds a mistake rarely: clang's sanitizers, the programs and longer tests by g++, lesser
 #                        instruction sets, headers alone, users' projects, every table of the paper
 #   --long               also every source read by the other compiler, instruction sets under the sanitizers, every fault,
 #                        all benchmarks and those of other libraries that are installed, clang-tidy-14 where it is: hours
+#   --reach              the tape on other machines, in emulators, see tests/reach.sh; --all runs a part of it
 # Ends with where the time went.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -14,9 +15,10 @@ for argument; do
   case $argument in
     --all) all=ON ;;
     --long) all=ON long=ON ;;
+    --reach) .ci/packages reach && exec tests/reach.sh ;;
     *)
       if [[ $argument == -* ]] || ! compgen -G "tests/$argument/*_test.cpp" >/dev/null; then
-        echo "usage: tests/run.sh [--all | --long | ROOM…], where a room is one of" \
+        echo "usage: tests/run.sh [--all | --long | --reach | ROOM…], where a room is one of" \
              "$(printf '%s\n' tests/*/*_test.cpp | cut -d / -f 2 | sort -u | tr '\n' ' ')" >&2
         exit 2
       fi
@@ -85,6 +87,7 @@ if [ ${#rooms[@]} -gt 0 ]; then select+=(--tests-regex "^($(IFS='|'; echo "${roo
 phase "tests of behaviour" run_tests test "${select[@]}" || status=$?
 if [ "$all" = ON ] && [ "$status" -eq 0 ]; then
   for preset in check release; do phase "build of $preset" build "$preset"; done
+  phase "other machines" tests/reach.sh --short || status=$?
   phase "lesser instruction sets" run_tests test --label-regex rare || status=$?
   phase "tests that find a mistake rarely" run_tests "check release" || status=$?
   if [ "$long" = ON ] && command -v clang-tidy-14 >/dev/null; then phase "tidy" build tidy || status=$?; fi

@@ -11,6 +11,5 @@
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/protocol_cells.hpp>
-#include <tapestry/evaluate/protocol_outcomes.hpp>
 #include <tapestry/evaluate/two_level_difference.hpp>
 #include <tapestry/evaluate/views.hpp>

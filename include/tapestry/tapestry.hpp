@@ -41,10 +41,11 @@
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
-#include <tapestry/core/huge_pages.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/core/platform.hpp>
+#include <tapestry/core/platform/memory.hpp>
 #include <tapestry/core/pool.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/core/scoped_timer.hpp>

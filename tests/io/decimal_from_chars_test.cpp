@@ -4,7 +4,7 @@
 
 namespace io = tapestry::io;
 
-TEMPLATE_TEST_CASE("decimal numbers by strtod are those of std::from_chars", "[io][text]", float, double) {
+TEMPLATE_TEST_CASE("decimal numbers by a stream are those of std::from_chars", "[io][text]", float, double) {
   for (const std::string text : {"0",        "-0",     "1",         "-12.5",
                                  ".5",       "5.",     "-.25",      "1e3",
                                  "1E-3",     "1e+3",   "0.1",       "3.4028234e38",
@@ -15,20 +15,20 @@ TEMPLATE_TEST_CASE("decimal numbers by strtod are those of std::from_chars", "[i
                                  ".",        "-.",     "+1",        " 1",
                                  "e5",       "0x10",   "--1"}) {
     CAPTURE(text);
-    TestType by_strtod = 7, expected = 7;
+    TestType by_stream = 7, expected = 7;
     const char* const last = text.data() + text.size();
-    const auto found = io::detail::decimal_by_strtod(text.data(), last, by_strtod);
+    const auto found = io::detail::decimal_by_stream(text.data(), last, by_stream);
     const auto wanted = io::decimal_from_chars(text.data(), last, expected);
     CHECK(found.ptr == wanted.ptr);
     CHECK(found.ec == wanted.ec);
-    CHECK(by_strtod == expected);
+    CHECK(by_stream == expected);
   }
 }
 
-TEST_CASE("words for numbers that are not finite are none to strtod's form", "[io][text]") {
+TEST_CASE("words for numbers that are not finite are none to a stream's form", "[io][text]") {
   for (const std::string text : {"inf", "-infinity", "nan"}) {
     double value = 7;
-    const auto found = io::detail::decimal_by_strtod(text.data(), text.data() + text.size(), value);
+    const auto found = io::detail::decimal_by_stream(text.data(), text.data() + text.size(), value);
     CHECK(found.ec == std::errc::invalid_argument);
   }
 }

@@ -24,6 +24,8 @@ set(level_evaluate 8)
 set(level_laboratory 9)
 set(compiled "(^|/)(laboratory_)?implementation(_double)?(/.*)?\\.hpp$|^io/json\\.hpp$")  # what takes long to compile
 set(most_public 170)  # beside one header a folder
+# Headers of the system. <immintrin.h> is none: it declares functions of the compiler, for kernels alone.
+set(system_header "<(sys/[a-z]+|windows|unistd|fcntl|io|malloc|cpuid|locale|stdlib|sched|signal|dlfcn|psapi)\\.h>")
 set(longest_header 300)  # lines; a longer one becomes a folder of its own name
 
 function(find_folder header folder)
@@ -63,9 +65,11 @@ function(check_foreign_include header folder line)
     message(SEND_ERROR "${header} includes by a relative path; write <tapestry/...>: ${line}")
   elseif(line MATCHES "[</](stb|protozero)" AND NOT folder STREQUAL "io")
     message(SEND_ERROR "${header} may not use stb or protozero, which belong to io: ${line}")
-  elseif(line MATCHES "<(fstream|filesystem|fcntl\\.h|sys/stat\\.h|unistd\\.h|zlib\\.h)>" AND NOT folder STREQUAL "io" AND
+  elseif(line MATCHES "<(fstream|filesystem|zlib\\.h)>" AND NOT folder STREQUAL "io" AND
          NOT header MATCHES "^evaluate/((implementation|detail)/)?dataset/")
     message(SEND_ERROR "${header} may not open files, which is io's part: ${line}")
+  elseif(line MATCHES "${system_header}" AND NOT header MATCHES "^core/(detail/|implementation/)?platform[/.]")
+    message(SEND_ERROR "${header} may not include a header of the system, core/platform.hpp does: ${line}")
   elseif(line MATCHES "<xtensor/" AND NOT header STREQUAL "core/array.hpp")
     message(SEND_ERROR "${header} may not include xtensor itself, core/array.hpp does: ${line}")
   elseif(line MATCHES "[</]Eigen/" AND NOT folder STREQUAL "autodiff")
@@ -175,6 +179,10 @@ function(check_public headers)
     file(STRINGS "${INCLUDE_DIR}/../../${user}" lines REGEX "#[ \t]*include[ \t]*<tapestry/[a-z_]+/detail/")
     foreach(line IN LISTS lines)
       message(SEND_ERROR "${user} may not include a detail: ${line}")
+    endforeach()
+    file(STRINGS "${INCLUDE_DIR}/../../${user}" lines REGEX "^#[ \t]*include[ \t]*${system_header}")
+    foreach(line IN LISTS lines)
+      message(SEND_ERROR "${user} may not include a header of the system, core/platform.hpp does: ${line}")
     endforeach()
   endforeach()
 endfunction()

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # single_header_test.sh COMPILER: a program of two source files uses the scalar tape as one header, which nothing else
-# of ours stands beside, with an operation of its own.
+# of ours stands beside, with an operation of its own. For another machine FLAGS, RUNNER and ENDING, of the program's name,
+# are in the environment.
 set -euo pipefail
 sources=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 folder=$(mktemp -d)
@@ -33,5 +34,6 @@ tapestry::Variable<double> squared(const tapestry::Variable<double>& x) {
   return record_scalar(x.value() * x.value(), pullback, x);
 }
 END
-"$1" -std=c++20 -Wall -Wextra -Werror main.cpp other.cpp -o program
-./program
+# shellcheck disable=SC2086  # flags and words
+"$1" -std=c++20 -Wall -Wextra -Werror ${FLAGS-} main.cpp other.cpp -o "program${ENDING-}"
+${RUNNER-} "./program${ENDING-}"

@@ -1,7 +1,5 @@
 #include "command_line.hpp"
 
-#include <fcntl.h>
-
 #include <cmath>
 #include <memory>
 #include <tapestry/io/file_source.hpp>
@@ -79,13 +77,6 @@ void require_sound_values(CLI::App& app) {
   }
 }
 
-/// Opens empty standard streams for a program that was started without them. Otherwise the next file opened
-/// would take their place and receive the printed text.
-void open_standard_streams() {
-  for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream)
-    if (::fcntl(stream, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0) return;
-}
-
 /// Lines of words, of at most so many columns.
 std::string wrapped(const std::string& text, std::size_t columns) {
   std::istringstream words(text);
@@ -147,7 +138,7 @@ CommandLine::CommandLine(std::string description) : CLI::App(std::move(descripti
 CommandLine command_line(std::string description) { return CommandLine(std::move(description)); }
 
 int parse_arguments(CLI::App& app, int argc, char** argv) {
-  open_standard_streams();
+  platform::open_standard_streams();
   add_general_options(app, argv[0]);
   form_help(app);
   require_sound_values(app);

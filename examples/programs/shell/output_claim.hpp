@@ -43,7 +43,7 @@ class OutputClaim {
       return;
     }
     for (const auto& lock_file : lock_files)
-      if (const char* const path = lock_file; path != nullptr) ::unlink(path);
+      if (const char* const path = lock_file; path != nullptr) platform::remove_file(path);
     std::signal(signal, SIG_DFL);
     ::raise(signal);
   }

@@ -3,11 +3,7 @@
 #include <csignal>
 #include <exception>
 #include <filesystem>
-#include <limits>
 #include <new>
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
 
 #include "command_line.hpp"
 #include "formatted.hpp"
@@ -18,15 +14,7 @@ namespace tapestry::shell {
 
 inline constexpr int exit_internal_fault = 1;
 
-/// Keeps freed memory for the next step instead of returning it to the system. The system would clear every
-/// page again, which takes a third of a training step.
-inline void keep_freed_memory() {
-#if defined(__GLIBC__)
-  mallopt(M_MMAP_THRESHOLD, 32 << 20);
-  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
-  mallopt(M_TOP_PAD, 64 << 20);
-#endif
-}
+using platform::keep_freed_memory;
 
 /// Throws Error (write) unless everything printed so far has reached the standard output.
 inline void flush_standard_output() {
@@ -51,7 +39,8 @@ int run_program(CLI::App& app, int argc, char** argv, Body body) {
     if (ranks.is_first())
       std::cerr << "error: " + what + "\n";  // one write: another rank may report an error, too
     else
-      ::dprintf(ranks.error_stream(), "error: rank %zu: %s\n", ranks.index(), what.c_str());
+      platform::print_to(ranks.error_stream(),
+                         "error: rank " + std::to_string(ranks.index()) + ": " + what + "\n");
     ranks.abandon(code);
     return code;
   };

@@ -1,6 +1,4 @@
 #pragma once
-#include <unistd.h>
-
 #include <chrono>
 #include <tapestry/core/parallel.hpp>
 
@@ -23,7 +21,7 @@ class ProgressLine {
  public:
   ProgressLine() {
     const char* terminal = std::getenv("TERM");
-    terminal_ = verbosity() != Verbosity::verbose && isatty(STDERR_FILENO) == 1 &&
+    terminal_ = verbosity() != Verbosity::verbose && platform::is_error_stream_a_terminal() &&
                 !(terminal != nullptr && std::string(terminal) == "dumb");
   }
 

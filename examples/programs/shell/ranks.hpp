@@ -1,11 +1,9 @@
 #pragma once
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <climits>
 #include <span>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/platform.hpp>
 #include <type_traits>
 #include <vector>
 
@@ -79,20 +77,10 @@ class Ranks {
   Ranks() {
     const ProcessPlace place = join_processes();
     count_ = place.count, index_ = place.index;
-    if (index_ > 0) fall_silent();
+    if (index_ > 0) error_stream_ = platform::silence_standard_streams();
   }
 
   ~Ranks() { leave_processes(); }
-
-  /// Silences all ranks but the first, except for errors.
-  void fall_silent() {
-    error_stream_ = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
-    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (nowhere < 0) return;
-    ::dup2(nowhere, STDOUT_FILENO);
-    ::dup2(nowhere, STDERR_FILENO);
-    ::close(nowhere);
-  }
 
   template <class T>
   static int bytes_of(std::span<T> values) {
@@ -103,7 +91,7 @@ class Ranks {
   }
 
   std::size_t count_ = 1, index_ = 0;
-  int error_stream_ = STDERR_FILENO;
+  int error_stream_ = 2;
 };
 
 }  // namespace tapestry::shell

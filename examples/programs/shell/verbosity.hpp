@@ -1,11 +1,10 @@
 #pragma once
-#include <sys/resource.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/core/platform.hpp>
 
 namespace tapestry::shell {
 
@@ -49,20 +48,15 @@ inline void remark(const std::string& line) {
 }
 
 /// Peak memory of the process so far, MiB.
-inline double peak_mib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024.0;
-}
+inline double peak_mib() { return platform::process_cost().peak_mib; }
 
 /// With --verbose prints the process's time and memory on the error stream, how often its threads waited for
 /// something, and how many pages of memory the system had to find.
 inline void tell_process_cost(double seconds) {
   if (verbosity() != Verbosity::verbose) return;
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  std::fprintf(stderr, "%.2f s, %.0f MiB at most, %ld waits, %ld page faults\n", seconds, peak_mib(),
-               usage.ru_nvcsw, usage.ru_minflt);
+  const auto cost = platform::process_cost();
+  std::fprintf(stderr, "%.2f s, %.0f MiB at most, %ld waits, %ld page faults\n", seconds, cost.peak_mib,
+               cost.waits, cost.page_faults);
 }
 
 }  // namespace tapestry::shell

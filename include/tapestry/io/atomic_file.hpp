@@ -2,6 +2,7 @@
 #include <span>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/platform.hpp>
 
 namespace tapestry::io {
 namespace detail {
@@ -26,16 +27,14 @@ class TemporaryFile {
   /// Locks the file; false if remove_abandoned_parts() took it first. Not called on systems without locks.
   [[nodiscard]] bool claim() const;
 
-  [[noreturn]] void fail(const char* action) const;
+  /// \throws FileError (write) if `reason`, an errno, is not 0
+  void require(int reason, const char* action) const;
 
   std::string target_;
   std::string path_;
-  int descriptor_ = -1;
+  platform::OpenFile file_{};
   bool renamed_ = false;
 };
-
-/// Whether a path still leads to the regular file that is open.
-bool is_still_at(const std::string& path, int descriptor);
 }  // namespace detail
 
 /// Writes the parts one after the other to `path`. The path holds either the old file or the whole new one at
@@ -73,8 +72,7 @@ class RunLock {
   /// Claims a file, which need not exist. Errors as for the constructor.
   [[nodiscard]] static RunLock of_file(const std::string& path);
 
-  RunLock(RunLock&& other) noexcept
-      : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+  RunLock(RunLock&& other) noexcept = default;
   RunLock& operator=(RunLock&& other) noexcept;
   RunLock(const RunLock&) = delete;
   RunLock& operator=(const RunLock&) = delete;
@@ -90,16 +88,13 @@ class RunLock {
   /// \param kind  of what is claimed, in a word
   RunLock(std::string lock_path, const std::string& claimed, const char* kind);
 
-  /// Opens the lock file, and makes it where there is none. \returns 0, or the errno of a failure
-  [[nodiscard]] int open();
-
   /// Text that the last owner wrote.
   [[nodiscard]] std::string text() const;
 
   void write_owner() const;
 
   std::string path_;
-  int descriptor_ = -1;
+  platform::OpenFile file_{};
 };
 
 }  // namespace tapestry::io

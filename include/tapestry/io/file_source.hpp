@@ -1,5 +1,4 @@
 #pragma once
-#include <unistd.h>
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -8,6 +7,7 @@
 #include <system_error>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/core/platform.hpp>
 #include <vector>
 
 /// \file
@@ -48,10 +48,6 @@ class RegularFile {
   ///                    mismatch if an InputLedger has recorded other bytes
   explicit RegularFile(std::string path, std::uint64_t limit = default_file_limit);
 
-  RegularFile(const RegularFile&) = delete;
-  RegularFile& operator=(const RegularFile&) = delete;
-  ~RegularFile() { ::close(descriptor_); }
-
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
@@ -73,8 +69,8 @@ class RegularFile {
   [[nodiscard]] std::string sha256() const;
 
  private:
-  /// Size and stamp of the file now.
-  [[nodiscard]] std::pair<std::uint64_t, std::string> measured() const;
+  /// State of the file now. \throws FileError (malformed) if it cannot be inspected
+  [[nodiscard]] platform::FileState state() const;
 
   /// Tells the ledger, if one lives.
   void record() const;
@@ -84,7 +80,7 @@ class RegularFile {
   }
 
   std::string path_;
-  int descriptor_ = -1;
+  platform::OpenFile file_{};
   std::uint64_t size_ = 0;
   std::string stamp_{};
 };

@@ -1,10 +1,8 @@
 #pragma once
 #include <concepts>
-#include <cstdlib>
 #include <cstring>
 #include <memory>
-#include <new>
-#include <tapestry/core/huge_pages.hpp>
+#include <tapestry/core/platform/memory.hpp>
 #include <utility>
 #include <vector>
 
@@ -34,10 +32,10 @@ class Buffer {
       memory_.reset();
       capacity_ = 0;
       const std::size_t bytes = (count * sizeof(Element) + slack + 63) / 64 * 64;
-      void* fresh = nullptr;
-      if (::posix_memalign(&fresh, bytes < page ? 64 : page, bytes) != 0) throw std::bad_alloc();
+      // Kernels access memory at large distances, where looking up a page of 4 KiB can take longer than
+      // loading a cache line. So large memory begins at a large page.
+      void* const fresh = platform::allocate_pages(bytes);
       memory_.reset(static_cast<Element*>(fresh));
-      prefer_huge_pages(fresh, bytes);
       capacity_ = count;
       std::memset(static_cast<char*>(fresh) + count * sizeof(Element), 0, bytes - count * sizeof(Element));
     }
@@ -59,13 +57,7 @@ class Buffer {
 
  private:
   static constexpr std::size_t slack = 128;
-  // Kernels access memory at large distances, where looking up a page of 4 KiB can take longer than loading a
-  // cache line. So large memory begins at a page of 2 MiB and requests large pages from the system.
-  static constexpr std::size_t page = std::size_t(2) << 20U;
-  struct Release {
-    void operator()(Element* memory) const { std::free(memory); }
-  };
-  std::unique_ptr<Element, Release> memory_;
+  std::unique_ptr<Element, platform::FreePages> memory_;
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;
 };

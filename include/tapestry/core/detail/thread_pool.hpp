@@ -1,6 +1,4 @@
 #pragma once
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -9,6 +7,7 @@
 #include <limits>
 #include <mutex>
 #include <system_error>
+#include <tapestry/core/detail/platform/thread.hpp>
 #include <thread>
 #include <vector>
 
@@ -102,16 +101,14 @@ class ThreadPool {
   /// Shortens patience when the system has taken the processor from a calling thread, and restores it after a
   /// while without that.
   void adapt_patience() {
-#if defined(RUSAGE_THREAD)
     static thread_local int loops = 0, calm = 0;
     static thread_local long interruptions = 0;
     if (++loops % loops_between_looks != 0) return;
-    rusage usage{};
-    if (::getrusage(RUSAGE_THREAD, &usage) != 0) return;
-    calm = usage.ru_nivcsw == interruptions ? std::min(calm + 1, calm_looks) : 0;
-    interruptions = usage.ru_nivcsw;
+    const long now = platform::interruptions_of_thread();
+    if (now < 0) return;
+    calm = now == interruptions ? std::min(calm + 1, calm_looks) : 0;
+    interruptions = now;
     patience_.store(calm == calm_looks ? long_patience : short_patience, std::memory_order_relaxed);
-#endif
   }
 
   /// Starts threads up to `wanted`; where the system refuses one, loops run on fewer.

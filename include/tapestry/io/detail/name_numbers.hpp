@@ -1,10 +1,10 @@
 #pragma once
-#include <sys/random.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <exception>
+#include <random>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -98,9 +98,12 @@ class NameNumbers {
   }
 
   void draw_base() {
-    std::uint64_t drawn = 0;
-    if (::getentropy(&drawn, sizeof drawn) != 0)
-      drawn = reinterpret_cast<std::uintptr_t>(this) * 0x9E3779B97F4A7C15U;
+    std::uint64_t drawn = reinterpret_cast<std::uintptr_t>(this) * 0x9E3779B97F4A7C15U;
+    try {
+      std::random_device device;
+      drawn = std::uint64_t{device()} << 32U | device();
+    } catch (const std::exception&) {  // the address stays
+    }
     base_ = (drawn >> 3U) % (modulus - 256) + 256;
   }
 

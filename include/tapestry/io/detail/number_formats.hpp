@@ -1,6 +1,4 @@
 #pragma once
-#include <locale.h>
-#include <stdlib.h>
 #include <array>
 #include <bit>
 #include <charconv>
@@ -8,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <locale>
+#include <sstream>
 #include <string>
 #include <system_error>
 
@@ -87,19 +87,18 @@ namespace detail {
 
 /// decimal_from_chars() for standard libraries without std::from_chars for T.
 template <std::floating_point T>
-[[nodiscard]] std::from_chars_result decimal_by_strtod(const char* first, const char* last, T& value) {
-  static const locale_t c_locale = newlocale(LC_ALL_MASK, "C", locale_t{});
+[[nodiscard]] std::from_chars_result decimal_by_stream(const char* first, const char* last, T& value) {
   const char* const end = end_of_decimal(first, last);
   if (end == first) return {first, std::errc::invalid_argument};
   const std::string text(first, end);
+  std::istringstream stream(text);
+  stream.imbue(std::locale::classic());
   T number = 0;
-  if constexpr (std::same_as<T, float>) {
-    number = strtof_l(text.c_str(), nullptr, c_locale);
-  } else {
-    number = strtod_l(text.c_str(), nullptr, c_locale);
-  }
+  const bool fails = !(stream >> number);  // beyond the largest number, and for libc++ below normal ones, too
+  const bool is_beyond =
+      fails && (number >= std::numeric_limits<T>::max() || number <= std::numeric_limits<T>::lowest());
   const bool is_zero = text.find_first_of("123456789") >= text.find_first_of("eE");
-  if (number - number != 0 || (number == 0 && !is_zero)) return {end, std::errc::result_out_of_range};
+  if (is_beyond || (number == 0 && !is_zero)) return {end, std::errc::result_out_of_range};
   value = number;
   return {end, std::errc()};
 }
@@ -112,7 +111,7 @@ template <class Number>
   if constexpr (requires { std::from_chars(first, last, value); }) {
     return std::from_chars(first, last, value);
   } else {
-    return detail::decimal_by_strtod(first, last, value);
+    return detail::decimal_by_stream(first, last, value);
   }
 }
 

@@ -1,7 +1,4 @@
 #pragma once
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
 #include <cctype>
 #include <cerrno>
 #include <cstring>
@@ -15,7 +12,8 @@ namespace detail {
 inline constexpr std::string_view part_mark = ".tapestry-part";
 
 std::string part_path(const std::string& target, unsigned attempt) {
-  const std::string end = std::string(part_mark) + std::to_string(::getpid()) + "-" + std::to_string(attempt);
+  const std::string end =
+      std::string(part_mark) + std::to_string(platform::process_number()) + "-" + std::to_string(attempt);
   const auto slash = target.find_last_of('/');
   const std::size_t folder = slash == std::string::npos ? 0 : slash + 1;
   constexpr std::size_t longest = 255;
@@ -23,66 +21,47 @@ std::string part_path(const std::string& target, unsigned attempt) {
 }
 
 TemporaryFile::TemporaryFile(const std::string& target) : target_(target) {
-  for (unsigned attempt = 0; descriptor_ < 0; ++attempt) {
+  for (unsigned attempt = 0; !file_.is_open(); ++attempt) {
     path_ = part_path(target, attempt);
-    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (descriptor_ < 0 && errno != EEXIST && errno != EINTR) fail("create a file beside it");
-    if (descriptor_ >= 0 && !claim()) {
-      ::close(descriptor_);
-      descriptor_ = -1;
-    }
+    if (const int reason = file_.open(path_, platform::Access::create); reason != EEXIST)
+      require(reason, "create a file beside it");
+    if (file_.is_open() && !claim()) file_.close();
   }
-  struct ::stat status {};
-  if (::stat(target_.c_str(), &status) == 0) ::fchmod(descriptor_, status.st_mode & 0777U);
+  std::error_code ignored;
+  if (const auto status = std::filesystem::status(target_, ignored); std::filesystem::exists(status))
+    std::filesystem::permissions(path_, status.permissions() & std::filesystem::perms::all, ignored);
 }
 
 TemporaryFile::~TemporaryFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-  if (!renamed_) ::unlink(path_.c_str());
+  file_.close();
+  if (!renamed_) platform::remove_file(path_.c_str());
 }
 
-void TemporaryFile::write(std::span<const std::byte> bytes) {
-  constexpr std::size_t largest = std::size_t(1) << 30U;
-  while (!bytes.empty()) {
-    const ::ssize_t count = ::write(descriptor_, bytes.data(), std::min(bytes.size(), largest));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail("write");
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
-  }
-}
+void TemporaryFile::write(std::span<const std::byte> bytes) { require(file_.write(bytes), "write"); }
 
 void TemporaryFile::rename_over_target() {
-  while (::fsync(descriptor_) != 0)
-    if (errno != EINTR) fail("flush");
-  if (::rename(path_.c_str(), target_.c_str()) != 0) fail("rename into place");
-  renamed_ = true;  // closed only now, which releases the lock; fsync has reported any error of closing
+  require(file_.flush(), "flush");
+  require(platform::replace_file(path_, target_), "rename into place");
+  renamed_ = true;  // closed only now, which releases the lock; flushing has reported any error of closing
 }
 
 bool TemporaryFile::claim() const {
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return false;
-  struct ::stat status {};
-  return ::fstat(descriptor_, &status) != 0 || status.st_nlink > 0;
+  platform::FileState state;
+  return file_.lock() != EWOULDBLOCK && (file_.inspect(state) != 0 || state.name_count > 0);
 }
 
-void TemporaryFile::fail(const char* action) const {
-  throw FileError(ErrorKind::write,
-                  {target_, "", std::string("cannot ") + action + ": " + std::strerror(errno)});
+void TemporaryFile::require(int reason, const char* action) const {
+  if (reason != 0)
+    throw FileError(ErrorKind::write,
+                    {target_, "", std::string("cannot ") + action + ": " + std::strerror(reason)});
 }
 
 /// Makes a rename within the folder of `path` durable, on file systems that can do so.
 /// \throws FileError (write) where the device fails
 inline void flush_folder_of(const std::string& path) {
   const auto slash = path.find_last_of('/');
-  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  int status = 0;
-  do {
-    status = ::fsync(descriptor);
-  } while (status != 0 && errno == EINTR);
-  const int reason = status == 0 ? 0 : errno;
-  ::close(descriptor);
-  if (reason == EIO || reason == ENOSPC || reason == EDQUOT)
+  if (const int reason = platform::flush_folder(slash == std::string::npos ? "." : path.substr(0, slash + 1));
+      reason != 0)
     throw FileError(ErrorKind::write,
                     {path, "",
                      "written, but may not outlast a loss of power: cannot flush its folder: " +
@@ -102,24 +81,14 @@ inline bool is_part_name(std::string_view name) {
          is_number(numbers.substr(dash + 1));
 }
 
-bool is_still_at(const std::string& path, int descriptor) {
-  struct ::stat open {
-  }, there{};
-  return ::fstat(descriptor, &open) == 0 && ::lstat(path.c_str(), &there) == 0 && S_ISREG(open.st_mode) &&
-         open.st_dev == there.st_dev && open.st_ino == there.st_ino;
-}
-
 }  // namespace detail
 
 void write_file_atomically(const std::string& path, std::initializer_list<std::span<const std::byte>> parts) {
-  struct ::stat status {};
   if (path.find('\0') != std::string::npos || path.empty())
     throw FileError(ErrorKind::write, {path, "", "not a file name"});
-  if (const int failed = ::stat(path.c_str(), &status); failed != 0 && errno != ENOENT && errno != ENOTDIR) {
-    throw FileError(ErrorKind::write, {path, "", std::string("cannot inspect: ") + std::strerror(errno)});
-  } else if (failed == 0 && !S_ISREG(status.st_mode)) {
+  if (const auto status = status_of(path, ErrorKind::write);
+      std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     throw FileError(ErrorKind::write, {path, "", "exists and is not a regular file"});
-  }
   detail::TemporaryFile temporary(path);
   for (const auto& part : parts) temporary.write(part);
   temporary.rename_over_target();
@@ -132,11 +101,9 @@ void remove_abandoned_parts(const std::string& folder) {
   for (; !ignored && entry != std::filesystem::directory_iterator(); entry.increment(ignored)) {
     const std::string path = entry->path().string();
     if (!detail::is_part_name(entry->path().filename().string())) continue;
-    const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-    if (descriptor < 0) continue;
-    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0 && detail::is_still_at(path, descriptor))
-      ::unlink(path.c_str());
-    ::close(descriptor);
+    platform::OpenFile file;
+    if (file.open(path, platform::Access::read) == 0 && file.lock() == 0 && file.is_still_at(path))
+      platform::remove_file(path.c_str());
   }
 }
 
@@ -149,14 +116,15 @@ RunLock RunLock::of_file(const std::string& path) {
 
 RunLock& RunLock::operator=(RunLock&& other) noexcept {
   std::swap(path_, other.path_);
-  std::swap(descriptor_, other.descriptor_);
+  std::swap(file_, other.file_);
   return *this;
 }
 
 void RunLock::release() noexcept {
-  if (descriptor_ < 0) return;
-  ::unlink(path_.c_str());  // while locked: a process that has it open checks if it is still there
-  ::close(std::exchange(descriptor_, -1));
+  if (!file_.is_open()) return;
+  // Deleted while it is locked: a process that has it open checks if it is still there.
+  platform::remove_file(path_.c_str());
+  file_.close();
 }
 
 RunLock::RunLock(std::string lock_path, const std::string& claimed, const char* kind)
@@ -166,16 +134,13 @@ RunLock::RunLock(std::string lock_path, const std::string& claimed, const char* 
         ErrorKind::write,
         {.path = claimed, .what = std::string("cannot ") + action + " its lock: " + std::strerror(reason)});
   };
-  for (int attempt = 0; descriptor_ < 0; ++attempt) {
-    if (const int reason = open(); reason != 0) fail("create", reason);
-    int status = 0;
-    do {
-      status = ::flock(descriptor_, LOCK_EX | LOCK_NB);
-    } while (status != 0 && errno == EINTR);
-    if (status == 0 && detail::is_still_at(path_, descriptor_)) break;
-    const int reason = status != 0 ? errno : attempt < 100 ? 0 : EINVAL;  // its owner deleted the file
+  for (int attempt = 0; !file_.is_open(); ++attempt) {
+    if (const int reason = file_.open(path_, platform::Access::share); reason != 0) fail("create", reason);
+    const int failure = file_.lock();
+    if (failure == 0 && file_.is_still_at(path_)) break;
+    const int reason = failure != 0 ? failure : attempt < 100 ? 0 : EINVAL;  // its owner deleted the file
     const std::string owner = text();
-    ::close(std::exchange(descriptor_, -1));
+    file_.close();
     if (reason == EWOULDBLOCK)
       throw FileError(ErrorKind::in_use,
                       {.path = claimed, .what = std::string(kind) + " is in use by " + owner});
@@ -184,27 +149,19 @@ RunLock::RunLock(std::string lock_path, const std::string& claimed, const char* 
   write_owner();
 }
 
-int RunLock::open() {
-  do {
-    descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
-  } while (descriptor_ < 0 && errno == EINTR);
-  return descriptor_ < 0 ? errno : 0;
-}
-
 std::string RunLock::text() const {
   std::array<char, 200> buffer{};
-  const ::ssize_t count = ::pread(descriptor_, buffer.data(), buffer.size(), 0);
+  const std::ptrdiff_t count = file_.read_at(0, std::as_writable_bytes(std::span<char>(buffer)));
   std::string owner(buffer.data(), count > 0 ? static_cast<std::size_t>(count) : 0);
   while (!owner.empty() && owner.back() == '\n') owner.pop_back();
   return owner.empty() ? "another process" : owner;
 }
 
 void RunLock::write_owner() const {
-  std::array<char, 256> host{};
-  if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '?';
-  const std::string owner = "process " + std::to_string(::getpid()) + " on " + host.data() + "\n";
+  const std::string owner =
+      "process " + std::to_string(platform::process_number()) + " on " + platform::host_name() + "\n";
   // The text is for people only: if the disk is full, the claim still holds.
-  if (::ftruncate(descriptor_, 0) == 0 && ::pwrite(descriptor_, owner.data(), owner.size(), 0) < 0) return;
+  if (file_.clear() == 0) (void)file_.write(std::as_bytes(std::span<const char>(owner)));
 }
 
 }  // namespace tapestry::io

@@ -1,26 +1,11 @@
 #pragma once
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <bit>
 #include <cerrno>
 #include <cstring>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/input_ledger.hpp>
-#include <tuple>
 
 namespace tapestry::io {
-namespace detail {
-
-/// \throws FileError (malformed) for a file that cannot be inspected
-inline struct ::stat status_of(int descriptor, const std::string& path) {
-  struct ::stat status {};
-  if (::fstat(descriptor, &status) != 0)
-    throw FileError(ErrorKind::malformed, {path, "", std::string("cannot inspect: ") + std::strerror(errno)});
-  return status;
-}
-
-}  // namespace detail
-
 bool stays_below(const std::string& name) {
   const auto relative = std::filesystem::path(name).lexically_normal();
   return !relative.has_root_path() && (relative.empty() || *relative.begin() != "..");
@@ -28,29 +13,26 @@ bool stays_below(const std::string& name) {
 
 RegularFile::RegularFile(std::string path, std::uint64_t limit) : path_(std::move(path)) {
   if (path_.find('\0') != std::string::npos) fail(ErrorKind::malformed, "file name holds a zero byte");
-  do {
-    descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-  } while (descriptor_ < 0 && errno == EINTR);
-  if (descriptor_ < 0) fail(ErrorKind::malformed, std::string("cannot open: ") + std::strerror(errno));
-  try {
-    std::tie(size_, stamp_) = measured();
-    if (size_ > limit)
-      throw FileError(ErrorKind::limit,
-                      {path_, "", "file too large", "at most " + std::to_string(limit) + " bytes",
-                       std::to_string(size_) + " bytes"});
-    record();
-  } catch (...) {
-    ::close(descriptor_);
-    throw;
-  }
+  if (const int reason = file_.open(path_, platform::Access::read); reason != 0)
+    fail(ErrorKind::malformed, std::string("cannot open: ") + std::strerror(reason));
+  platform::FileState now = state();
+  using platform::FileKind;
+  if (now.kind != FileKind::regular)
+    fail(ErrorKind::malformed,
+         now.kind == FileKind::folder ? "not a regular file but a folder" : "not a regular file");
+  size_ = now.size;
+  stamp_ = std::move(now.stamp);
+  if (size_ > limit)
+    throw FileError(ErrorKind::limit,
+                    {path_, "", "file too large", "at most " + std::to_string(limit) + " bytes",
+                     std::to_string(size_) + " bytes"});
+  record();
 }
 
 void RegularFile::read_at(std::uint64_t offset, std::span<std::byte> bytes) const {
   std::size_t done = 0;
   while (done < bytes.size()) {
-    const ::ssize_t count =
-        ::pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<::off_t>(offset + done));
-    if (count < 0 && errno == EINTR) continue;
+    const std::ptrdiff_t count = file_.read_at(offset + done, bytes.subspan(done));
     if (count < 0) fail(ErrorKind::malformed, std::string("cannot read: ") + std::strerror(errno));
     if (count == 0)
       throw FileError(ErrorKind::malformed, {path_, "@" + std::to_string(offset + done), "file ends early",
@@ -60,28 +42,21 @@ void RegularFile::read_at(std::uint64_t offset, std::span<std::byte> bytes) cons
 }
 
 void RegularFile::require_unchanged() const {
-  const auto [size, stamp] = measured();
-  if (size != size_)
+  const platform::FileState now = state();
+  if (now.size != size_)
     throw FileError(ErrorKind::malformed,
                     {path_, "", "file changed while it was read", std::to_string(size_) + " bytes",
-                     std::to_string(size) + " bytes"});
-  if (stamp != stamp_) fail(ErrorKind::malformed, "file changed while it was read: it was written to");
+                     std::to_string(now.size) + " bytes"});
+  if (now.stamp != stamp_) fail(ErrorKind::malformed, "file changed while it was read: it was written to");
 }
 
-std::uint64_t RegularFile::name_count() const { return detail::status_of(descriptor_, path_).st_nlink; }
+std::uint64_t RegularFile::name_count() const { return state().name_count; }
 
-std::pair<std::uint64_t, std::string> RegularFile::measured() const {
-  const struct ::stat status = detail::status_of(descriptor_, path_);
-  if (!S_ISREG(status.st_mode))
-    fail(ErrorKind::malformed,
-         S_ISDIR(status.st_mode) ? "not a regular file but a folder" : "not a regular file");
-  std::string stamp;
-  for (const auto part :
-       {static_cast<long long>(status.st_dev), static_cast<long long>(status.st_ino),
-        static_cast<long long>(status.st_size), static_cast<long long>(status.st_mtim.tv_sec),
-        static_cast<long long>(status.st_mtim.tv_nsec)})
-    stamp += std::to_string(part) + ' ';
-  return {static_cast<std::uint64_t>(status.st_size), stamp};
+platform::FileState RegularFile::state() const {
+  platform::FileState state;
+  if (const int reason = file_.inspect(state); reason != 0)
+    fail(ErrorKind::malformed, std::string("cannot inspect: ") + std::strerror(reason));
+  return state;
 }
 
 std::string RegularFile::sha256() const {

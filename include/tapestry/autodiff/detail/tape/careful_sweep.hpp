@@ -12,10 +12,12 @@ namespace tapestry::detail {
 /// Whether a sweep may have multiplied an infinite adjoint or a NaN by 0: one adjoint at least is NaN. To
 /// look at all adjoints would take a tenth of a sweep, so they are looked at only if an operation of this
 /// thread has been invalid, as 0 · ∞ is and what made a NaN; the processor remembers that. A NaN that was
-/// read is noted when it comes to the root, see note_nan().
+/// read is noted when it comes to the root, see note_nan(). WebAssembly remembers nothing.
 template <std::floating_point T>
 [[nodiscard]] bool may_hide_zeros(std::span<const T> adjoints) {
+#if defined(FE_INVALID)
   if (std::fetestexcept(FE_INVALID) == 0) return false;
+#endif
   for (const T adjoint : adjoints)
     if (std::isnan(adjoint)) return true;
   return false;
@@ -23,9 +25,11 @@ template <std::floating_point T>
 
 /// Makes the processor remember an invalid operation if x is NaN.
 template <class T>
-void note_nan(T x) {
+void note_nan([[maybe_unused]] T x) {
+#if defined(FE_INVALID)
   if constexpr (std::floating_point<T>)
     if (std::isnan(x)) std::feraiseexcept(FE_INVALID);
+#endif
 }
 
 /// Runs statements backwards as ReverseSweep does, but passes nothing through a zero partial derivative,

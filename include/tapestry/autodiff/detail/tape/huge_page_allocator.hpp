@@ -1,41 +1,21 @@
 #pragma once
-#include <cstdlib>
-#include <new>
-#include <tapestry/core/huge_pages.hpp>
+#include <memory>
+#include <tapestry/core/platform/memory.hpp>
 #include <utility>
 
 namespace tapestry::detail {
 
-/// Allocates aligned memory of at least `size` bytes, on large pages where it fills them; to be freed by
-/// std::free.
+/// Owner of memory that allocate_pages() returns.
+using PageMemory = std::unique_ptr<std::byte, platform::FreePages>;
+
+/// Allocates at least `size` bytes, as platform::allocate_pages(), up to the end of a page.
 /// \returns its true size in `size`
 /// \throws std::bad_alloc
 [[nodiscard]] inline std::byte* allocate_pages(std::size_t& size) {
-  constexpr std::size_t huge_page = std::size_t(1) << 21U;
-  const std::size_t alignment = size < huge_page ? 64 : huge_page;
+  const std::size_t alignment = platform::alignment_for(size);
   size = (size + alignment - 1) / alignment * alignment;
-  void* const memory = std::aligned_alloc(alignment, size);
-  if (memory == nullptr) throw std::bad_alloc();
-  prefer_huge_pages(memory, size);
-  return static_cast<std::byte*>(memory);
+  return static_cast<std::byte*>(platform::allocate_pages(size));
 }
-
-/// Owner of such memory.
-class PageMemory {
- public:
-  PageMemory() = default;
-  explicit PageMemory(std::byte* memory) noexcept : memory_(memory) {}
-  PageMemory(PageMemory&& other) noexcept : memory_(std::exchange(other.memory_, nullptr)) {}
-  PageMemory& operator=(PageMemory&& other) noexcept {
-    std::swap(memory_, other.memory_);
-    return *this;
-  }
-  ~PageMemory() { std::free(memory_); }
-  [[nodiscard]] std::byte* get() const noexcept { return memory_; }
-
- private:
-  std::byte* memory_ = nullptr;
-};
 
 /// Allocates arrays that are walked through at random: on small pages, finding the page costs more than the
 /// load. Numbers that are given no value have none.
@@ -57,7 +37,7 @@ struct HugePageAllocator {
       ::new (static_cast<void*>(place)) U{std::forward<Arguments>(arguments)...};
     }
   }
-  void deallocate(T* memory, std::size_t) noexcept { std::free(memory); }
+  void deallocate(T* memory, std::size_t) noexcept { platform::FreePages()(memory); }
   template <class U>
   friend bool operator==(const HugePageAllocator&, const HugePageAllocator<U>&) noexcept {
     return true;

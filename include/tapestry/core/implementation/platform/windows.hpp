@@ -1,0 +1,140 @@
+#pragma once
+#define WIN32_LEAN_AND_MEAN
+#define NOMINMAX
+#include <windows.h>
+#undef near
+#undef far
+#include <io.h>
+#include <psapi.h>
+#include <algorithm>
+#include <system_error>
+#include <tapestry/core/implementation/platform/no_streams.hpp>
+
+namespace tapestry::platform {
+
+inline int last_failure() {
+  const auto condition = std::system_category().default_error_condition(static_cast<int>(::GetLastError()));
+  return condition.category() == std::generic_category() ? condition.value() : EIO;
+}
+inline int failure_unless(BOOL succeeds) { return succeeds != 0 ? 0 : last_failure(); }
+inline HANDLE handle_of(std::intptr_t number) { return reinterpret_cast<HANDLE>(number); }
+
+/// UTF-16 of UTF-8.
+inline std::wstring wide(const std::string& text) {
+  const int size = static_cast<int>(text.size());
+  std::wstring result(text.size(), L'\0');
+  const int count = ::MultiByteToWideChar(CP_UTF8, 0, text.data(), size, result.data(), size);
+  result.resize(static_cast<std::size_t>(count));
+  return result;
+}
+
+inline OVERLAPPED place_of(std::uint64_t offset) {
+  OVERLAPPED place{};
+  place.Offset = static_cast<DWORD>(offset);
+  place.OffsetHigh = static_cast<DWORD>(offset >> 32U);
+  return place;
+}
+
+int OpenFile::open(const std::string& path, Access access) {
+  close();
+  constexpr DWORD makings[] = {OPEN_EXISTING, CREATE_NEW, OPEN_ALWAYS};
+  const DWORD rights = access == Access::read ? GENERIC_READ : GENERIC_READ | GENERIC_WRITE;
+  // A file may be deleted and renamed while it is open, as elsewhere; a folder is opened to be recognised.
+  handle_ = reinterpret_cast<std::intptr_t>(
+      ::CreateFileW(wide(path).c_str(), rights, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE,
+                    nullptr, makings[static_cast<int>(access)], FILE_FLAG_BACKUP_SEMANTICS, nullptr));
+  return failure_unless(is_open());
+}
+
+void OpenFile::close() noexcept {
+  if (is_open()) ::CloseHandle(handle_of(std::exchange(handle_, none)));
+}
+
+int OpenFile::lock() const {
+  OVERLAPPED place = place_of(std::uint64_t(1) << 62U);  // behind the content, which others may read
+  if (::LockFileEx(handle_of(handle_), LOCKFILE_EXCLUSIVE_LOCK | LOCKFILE_FAIL_IMMEDIATELY, 0, 1, 0, &place))
+    return 0;
+  return ::GetLastError() == ERROR_LOCK_VIOLATION ? EWOULDBLOCK : last_failure();
+}
+
+std::ptrdiff_t OpenFile::read_at(std::uint64_t offset, std::span<std::byte> bytes) const {
+  OVERLAPPED place = place_of(offset);
+  DWORD count = 0;
+  const auto most = static_cast<DWORD>(std::min<std::size_t>(bytes.size(), 1U << 30U));
+  if (::ReadFile(handle_of(handle_), bytes.data(), most, &count, &place) ||
+      ::GetLastError() == ERROR_HANDLE_EOF)
+    return static_cast<std::ptrdiff_t>(count);
+  errno = last_failure();
+  return -1;
+}
+
+int OpenFile::write(std::span<const std::byte> bytes) const {
+  while (!bytes.empty()) {
+    DWORD count = 0;
+    const auto most = static_cast<DWORD>(std::min<std::size_t>(bytes.size(), 1U << 30U));
+    if (!::WriteFile(handle_of(handle_), bytes.data(), most, &count, nullptr)) return last_failure();
+    bytes = bytes.subspan(count);
+  }
+  return 0;
+}
+
+int OpenFile::clear() const { return failure_unless(::SetEndOfFile(handle_of(handle_))); }
+
+int OpenFile::flush() const { return failure_unless(::FlushFileBuffers(handle_of(handle_))); }
+
+int OpenFile::inspect(FileState& state) const {
+  BY_HANDLE_FILE_INFORMATION file{};
+  if (!::GetFileInformationByHandle(handle_of(handle_), &file)) return last_failure();
+  state.kind = (file.dwFileAttributes & FILE_ATTRIBUTE_DIRECTORY) != 0 ? FileKind::folder : FileKind::regular;
+  if (::GetFileType(handle_of(handle_)) != FILE_TYPE_DISK) state.kind = FileKind::other;
+  state.size = std::uint64_t(file.nFileSizeHigh) << 32U | file.nFileSizeLow;
+  state.name_count = file.nNumberOfLinks;
+  state.stamp.clear();
+  for (const auto part :
+       {file.dwVolumeSerialNumber, file.nFileIndexHigh, file.nFileIndexLow, file.nFileSizeHigh,
+        file.nFileSizeLow, file.ftLastWriteTime.dwHighDateTime, file.ftLastWriteTime.dwLowDateTime})
+    state.stamp += std::to_string(part) + ' ';
+  return 0;
+}
+
+bool OpenFile::is_still_at(const std::string& path) const {
+  OpenFile other;
+  FileState here, there;
+  return other.open(path, Access::read) == 0 && inspect(here) == 0 && other.inspect(there) == 0 &&
+         here.kind == FileKind::regular && here.stamp == there.stamp;
+}
+
+int replace_file(const std::string& from, const std::string& to) {
+  return failure_unless(::MoveFileExW(wide(from).c_str(), wide(to).c_str(),
+                                      MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH));
+}
+
+int flush_folder(const std::string&) { return 0; }
+
+int remove_file(const char* path) noexcept { return failure_unless(::DeleteFileW(wide(path).c_str())); }
+
+long process_number() { return static_cast<long>(::GetCurrentProcessId()); }
+
+std::string host_name() {
+  std::array<char, MAX_COMPUTERNAME_LENGTH + 1> name{};
+  DWORD size = name.size();
+  return ::GetComputerNameA(name.data(), &size) ? name.data() : "?";
+}
+
+std::string program_path() {
+  std::array<char, 4096> path{};
+  return {path.data(), ::GetModuleFileNameA(nullptr, path.data(), path.size())};
+}
+
+inline std::string machine_name() { return "unknown"; }
+
+ProcessCost process_cost() {
+  PROCESS_MEMORY_COUNTERS memory{};
+  ::GetProcessMemoryInfo(::GetCurrentProcess(), &memory, sizeof memory);
+  return {static_cast<double>(memory.PeakWorkingSetSize) / (1 << 20), 0,
+          static_cast<long>(memory.PageFaultCount)};
+}
+
+bool is_error_stream_a_terminal() { return ::_isatty(2) != 0; }
+
+}  // namespace tapestry::platform

@@ -1,0 +1,137 @@
+#include <tapestry/core/platform.hpp>
+#include <tapestry/core/platform/memory.hpp>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "../support/catch.hpp"
+
+// Uses nothing of POSIX itself, so that tests/reach.sh runs it on other systems, too.
+
+namespace platform = tapestry::platform;
+using platform::Access, platform::FileKind, platform::FileState, platform::OpenFile;
+
+namespace {
+/// A folder for one test, with no file in it.
+std::string empty_folder() {
+  const auto folder = std::filesystem::temp_directory_path() /
+                      ("tapestry-platform-" + std::to_string(platform::process_number()));
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directory(folder);
+  return folder.string();
+}
+
+std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span<const char>(text.data(), text.size()));
+}
+
+std::string text_at(const OpenFile& file, std::uint64_t offset) {
+  std::string text(100, '\0');
+  const auto count = file.read_at(offset, std::as_writable_bytes(std::span<char>(text.data(), text.size())));
+  REQUIRE(count >= 0);
+  text.resize(static_cast<std::size_t>(count));
+  return text;
+}
+}  // namespace
+
+TEST_CASE("a file is made once, and renamed over another", "[core][platform]") {
+  const std::string folder = empty_folder(), first = folder + "/first", second = folder + "/second";
+  for (const auto& [path, text] : {std::pair{first, "one"}, std::pair{second, "two, longer"}}) {
+    OpenFile file;
+    CHECK(file.open(path, Access::create) == 0);
+    CHECK(file.write(bytes_of(text)) == 0);
+    CHECK(file.flush() == 0);
+    OpenFile again;
+    CHECK(again.open(path, Access::create) == EEXIST);
+    CHECK_FALSE(again.is_open());
+  }
+  CHECK(platform::replace_file(second, first) == 0);
+  CHECK(platform::flush_folder(folder) == 0);
+  CHECK_FALSE(std::filesystem::exists(second));
+  OpenFile file;
+  REQUIRE(file.open(first, Access::read) == 0);
+  CHECK(text_at(file, 0) == "two, longer");
+  CHECK(text_at(file, 5) == "longer");
+  CHECK(text_at(file, 50).empty());
+  file.close();
+  CHECK(platform::remove_file(first.c_str()) == 0);
+  CHECK(platform::remove_file(first.c_str()) == ENOENT);
+  CHECK(file.open(first, Access::read) == ENOENT);
+  CHECK(file.open(folder + "/absent/file", Access::create) == ENOENT);
+  std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("the state of an open file changes when it is written to", "[core][platform]") {
+  const std::string folder = empty_folder(), path = folder + "/file";
+  std::ofstream(path) << "abc";
+  OpenFile file;
+  REQUIRE(file.open(path, Access::read) == 0);
+  FileState before, after;
+  CHECK(file.inspect(before) == 0);
+  CHECK(before.kind == FileKind::regular);
+  CHECK(before.size == 3);
+  CHECK(before.name_count == 1);
+  CHECK(file.inspect(after) == 0);
+  CHECK(after.stamp == before.stamp);
+  std::ofstream(path, std::ios::app) << "d";
+  CHECK(file.inspect(after) == 0);
+  CHECK(after.size == 4);
+  CHECK(after.stamp != before.stamp);
+  file.close();
+  if (file.open(folder, Access::read) == 0 && file.inspect(after) == 0)
+    CHECK(after.kind != FileKind::regular);
+  file.close();
+  std::filesystem::remove_all(folder);
+}
+
+#if !defined(__EMSCRIPTEN__)  // no locks there
+TEST_CASE("one open file has the lock, until it is closed or its file deleted", "[core][platform]") {
+  const std::string folder = empty_folder(), path = folder + "/lock";
+  std::ofstream(path) << "an earlier owner";
+  OpenFile first, second;
+  REQUIRE(first.open(path, Access::share) == 0);
+  REQUIRE(second.open(path, Access::share) == 0);
+  CHECK(first.lock() == 0);
+  CHECK(second.lock() == EWOULDBLOCK);
+  CHECK(first.clear() == 0);
+  CHECK(first.write(bytes_of("owner")) == 0);
+  CHECK(text_at(second, 0) == "owner");
+  const OpenFile moved = std::move(first);
+  CHECK(second.lock() == EWOULDBLOCK);
+  CHECK(moved.is_still_at(path));
+  CHECK(platform::remove_file(path.c_str()) == 0);
+  CHECK_FALSE(moved.is_still_at(path));
+  CHECK_FALSE(second.is_still_at(path));
+  std::ofstream(folder + "/other") << "x";
+  REQUIRE(second.open(folder + "/other", Access::share) == 0);
+  CHECK(second.lock() == 0);
+  second.close();
+  REQUIRE(second.open(folder + "/other", Access::share) == 0);
+  CHECK(second.lock() == 0);
+  CHECK(second.is_still_at(folder + "/other"));
+  CHECK_FALSE(second.is_still_at(folder));
+  second.close();
+  std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("a process is known to the system", "[core][platform]") {
+  CHECK(std::filesystem::is_regular_file(platform::program_path()));
+  CHECK(platform::process_number() > 0);
+  CHECK_FALSE(platform::host_name().empty());
+  const double before = platform::process_cost().peak_mib;
+  std::vector<char> memory(std::size_t(64) << 20U, 'x');
+  CHECK(platform::process_cost().peak_mib >= before + (memory.back() == 'x' ? 32 : 0));
+  CHECK_FALSE(platform::processor_name().empty());
+}
+#endif
+
+TEST_CASE("pages are aligned as their size asks for, to the last byte", "[core][platform]") {
+  for (const std::size_t size : {1U, 100U, (2U << 20U) - 1U, 2U << 20U, (5U << 20U) + 3U}) {
+    void* const memory = platform::allocate_pages(size);
+    CHECK(reinterpret_cast<std::uintptr_t>(memory) % (size < 2U << 20U ? 64U : 2U << 20U) == 0);
+    std::memset(memory, 1, size);
+    platform::FreePages()(memory);
+  }
+}

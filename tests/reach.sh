@@ -1,0 +1,91 @@
+#!/usr/bin/env bash
+# reach.sh [--short | TARGET…]: the tape on other machines than this one: compiles it for each target below, and runs it there
+# or in an emulator. Prints which operations have other bits there than here, and fails if the tape's own arithmetic has.
+#   aarch64   64 bits, another order of operations in memory      s390x    big-endian
+#   i686      32 bits, SSE2                                       windows  mingw and wine
+#   wasm      32 bits, without a processor's flags: emscripten and node
+# Without --short also the tests of tests/autodiff, and of the platform, that the target can run.
+# What is not installed is skipped with a sentence; .ci/packages reach installs it.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+sources=$PWD
+tests=true
+if [ "${1-}" = --short ]; then tests=false; shift; fi
+targets=("$@")
+[ $# -gt 0 ] || targets=(aarch64 s390x i686 windows wasm)
+mkdir -p build/reach/include
+# Headers of Debian's that are the same for every processor.
+for name in catch2 xtensor xtl eigen3/Eigen eigen3/unsupported; do ln -sfn "/usr/include/$name" "build/reach/include/${name#*/}"; done
+common=(-std=c++20 -ffp-contract=off -Wall -Wextra -I"$sources/include" -isystem "$sources/build/reach/include")
+
+# Sets compiler, runner and flags; fails with a sentence where a program is absent.
+choose() {
+  runner=() flags=(-static -pthread)
+  case $1 in
+    aarch64) compiler=aarch64-linux-gnu-g++ runner=(qemu-aarch64) ;;
+    s390x) compiler=s390x-linux-gnu-g++ runner=(qemu-s390x) ;;
+    i686) compiler=i686-linux-gnu-g++ runner=(qemu-i386) flags+=(-msse2 -mfpmath=sse) ;;
+    windows) compiler=x86_64-w64-mingw32-g++-posix runner=(wine64) flags+=(-DCATCH_CONFIG_NO_WINDOWS_SEH) ;;
+    wasm)
+      compiler=em++ runner=(node)
+      flags=(-pthread -fexceptions -sALLOW_MEMORY_GROWTH -sINITIAL_MEMORY=256MB -sNODERAWFS -sPROXY_TO_PTHREAD -sEXIT_RUNTIME
+             -Wno-pthreads-mem-growth -DCATCH_CONFIG_NO_POSIX_SIGNALS)
+      ;;
+    *) echo "reach.sh: no target $1" >&2; exit 2 ;;
+  esac
+  for program in "$compiler" "${runner[@]}"; do
+    if ! command -v "$program" >/dev/null; then
+      echo "$1: skipped, $program is not installed"
+      return 1
+    fi
+  done
+}
+
+# Whether a test can run on the target: it needs no shared library, no /proc and no Boost, which would take minutes, and
+# where the rest of the library refuses the processor, the scalar tape alone.
+can_run() {
+  case $1 in *two_libraries* | *memory_short* | *boost* | *_at_zeros* | *eigen_spectrum*) return 1 ;; esac
+  case $target in
+    aarch64 | windows) ;;
+    *) ! "$compiler" "${common[@]}" -MM "$1" 2>/dev/null | grep -q supported_target ;;
+  esac
+}
+
+# Compiles with what is set for the target: build OUTPUT ARGUMENT…
+build() { "$compiler" "${common[@]}" "${flags[@]}" -o "$@"; }
+export WINEDEBUG=-all WINEPREFIX=$sources/build/reach/wine WINEDLLOVERRIDES="mscoree,mshtml=" TAPESTRY_THREADS=2
+
+run_bits() {
+  build "$out/bits$end" -O2 tests/autodiff/bits.cpp &&
+    "${runner[@]}" "$out/bits$end" | tr -d '\r' >"$out/bits.txt" &&
+    echo "$target: operations with other bits than here:" && build/reach/bits build/reach/bits.txt "$out/bits.txt"
+}
+
+run_tests() {
+  local pairs=() objects=() file
+  for file in tests/autodiff/*_test.cpp tests/autodiff/*/*_test.cpp tests/core/platform_test.cpp tests/support/paths.cpp \
+    tests/support/catch_main.cpp cmake/compiled/core.cpp; do
+    can_run "$file" || continue
+    objects+=("$out/${file//\//-}.o")
+    pairs+=("${objects[-1]}" "$file")
+  done
+  printf '%s\0' "${pairs[@]}" | xargs -0 -n 2 -P "$(nproc)" "$compiler" "${common[@]}" "${flags[@]}" -O0 \
+    -DTAPESTRY_SOURCE="\"$sources\"" -DTAPESTRY_SHARED='""' -c -o &&
+    build "$out/tests$end" "${objects[@]}" && "${runner[@]}" "$out/tests$end" '~[long]' | tail -n 3
+}
+
+g++ "${common[@]}" -O2 -o build/reach/bits tests/autodiff/bits.cpp
+build/reach/bits >build/reach/bits.txt
+status=0
+for target in "${targets[@]}"; do
+  choose "$target" || continue
+  out=build/reach/$target end=
+  case $target in windows) end=.exe ;; wasm) end=.js ;; esac
+  mkdir -p "$out"
+  begun=$SECONDS
+  FLAGS=${flags[*]} RUNNER=${runner[*]} ENDING=$end bash tests/structure/single_header_test.sh "$compiler" || status=1
+  run_bits || status=1
+  if "$tests"; then run_tests || status=1; fi
+  echo "$target: $((SECONDS - begun)) s"
+done
+exit "$status"
