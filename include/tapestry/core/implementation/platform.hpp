@@ -9,15 +9,23 @@
 #include <cpuid.h>
 #endif
 
-#if defined(_WIN32)
-#include <tapestry/core/implementation/platform/windows.hpp>
-#elif defined(__unix__) && !defined(__EMSCRIPTEN__)
+#if defined(__unix__) && !defined(__EMSCRIPTEN__)
 #include <tapestry/core/implementation/platform/posix.hpp>
+#elif defined(_WIN32)
+#include <tapestry/core/implementation/platform/windows.hpp>
 #else
 #include <tapestry/core/implementation/platform/bare.hpp>
 #endif
 
 namespace tapestry::platform {
+
+#if !defined(__unix__) || defined(__EMSCRIPTEN__)
+// Standard streams are always there, and no other process shares a program's work.
+void keep_freed_memory() {}
+void open_standard_streams() {}
+int silence_standard_streams() { return 2; }
+void print_to(int, const std::string& text) { std::fputs(text.c_str(), stderr); }
+#endif
 
 std::string processor_name() {
 #if defined(__x86_64__)

@@ -1,5 +1,7 @@
 #pragma once
-#include <tapestry/core/implementation/platform/no_streams.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <tapestry/core/platform.hpp>
 
 /// \file
 /// The form for a system that is neither POSIX nor Windows, such as a web page: C++'s own files, which cannot

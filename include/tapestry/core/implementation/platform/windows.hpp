@@ -7,8 +7,10 @@
 #include <io.h>
 #include <psapi.h>
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <system_error>
-#include <tapestry/core/implementation/platform/no_streams.hpp>
+#include <tapestry/core/platform.hpp>
 
 namespace tapestry::platform {
 
