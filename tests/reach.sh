@@ -25,15 +25,15 @@ choose() {
     aarch64) compiler=aarch64-linux-gnu-g++ runner=(qemu-aarch64) ;;
     s390x) compiler=s390x-linux-gnu-g++ runner=(qemu-s390x) ;;
     i686) compiler=i686-linux-gnu-g++ runner=(qemu-i386) flags+=(-msse2 -mfpmath=sse) ;;
-    windows) compiler=x86_64-w64-mingw32-g++-posix runner=(wine64) flags+=(-DCATCH_CONFIG_NO_WINDOWS_SEH) ;;
+    windows) compiler=x86_64-w64-mingw32-g++-posix runner=(wine) flags+=(-DCATCH_CONFIG_NO_WINDOWS_SEH) ;;
     wasm)
-      compiler=em++ runner=(node)
+      compiler=em++ runner=(node --no-experimental-fetch)
       flags=(-pthread -fexceptions -sALLOW_MEMORY_GROWTH -sINITIAL_MEMORY=256MB -sNODERAWFS -sPROXY_TO_PTHREAD -sEXIT_RUNTIME
              -Wno-pthreads-mem-growth -DCATCH_CONFIG_NO_POSIX_SIGNALS)
       ;;
     *) echo "reach.sh: no target $1" >&2; exit 2 ;;
   esac
-  for program in "$compiler" "${runner[@]}"; do
+  for program in "$compiler" "${runner[0]}"; do
     if ! command -v "$program" >/dev/null; then
       echo "$1: skipped, $program is not installed"
       return 1
@@ -53,6 +53,8 @@ can_run() {
 
 # Compiles with what is set for the target: build OUTPUT ARGUMENT…
 build() { "$compiler" "${common[@]}" "${flags[@]}" -o "$@"; }
+export TAPESTRY_INSTRUCTION_SET=portable  # the only one elsewhere
+export NODE_PATH=/usr/share/nodejs  # of Debian's packages, also for another node than Debian's
 export WINEDEBUG=-all WINEPREFIX=$sources/build/reach/wine WINEDLLOVERRIDES="mscoree,mshtml=" TAPESTRY_THREADS=2
 
 run_bits() {

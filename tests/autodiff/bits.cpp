@@ -24,7 +24,7 @@ constexpr int places = 48;
 void print(const std::string& name, int place, const std::vector<double>& values) {
   std::printf("%s %d", name.c_str(), place);
   for (const double value : values)
-    std::printf(" %016" PRIx64, std::isnan(value) ? ~std::uint64_t{0} : std::bit_cast<std::uint64_t>(value));
+    std::printf(" %016" PRIx64, std::isnan(value) ? ~std::uint64_t{0} : __builtin_bit_cast(std::uint64_t, value));
   std::printf("\n");
 }
 
@@ -110,9 +110,9 @@ Output read(const char* path) {
 }
 
 /// Order of numbers as whole numbers, so that neighbours differ by 1.
-std::int64_t order(std::uint64_t bits) {
-  const auto magnitude = static_cast<std::int64_t>(bits & ~(std::uint64_t{1} << 63U));
-  return bits >> 63U != 0 ? -magnitude : magnitude;
+std::uint64_t order(std::uint64_t bits) {
+  constexpr auto sign = std::uint64_t{1} << 63U;
+  return bits >= sign ? sign - (bits - sign) : bits + sign;
 }
 
 int compare(const Output& first, const Output& second) {
@@ -124,7 +124,8 @@ int compare(const Output& first, const Output& second) {
     int differ = 0;
     double most = 0;
     for (std::size_t i = 0; i < bits.size(); ++i) {
-      const double distance = std::abs(double(order(bits[i])) - double(order(other->second[i])));
+      const auto [low, high] = std::minmax({order(bits[i]), order(other->second[i])});
+      const auto distance = static_cast<double>(high - low);
       differ += bits[i] != other->second[i] ? 1 : 0;
       most = std::fmax(most, name.ends_with("_float") ? distance / 0x1p29 : distance);
     }
