@@ -10,7 +10,7 @@
 ///   autodiff/jacobian.hpp             jacobian(f, x); sparse ones: autodiff/compressed_jacobian.hpp
 #include <tapestry/version.hpp>
 
-// Before those that include them, so that a compiler's message about them names few files.
+// Included before the headers that use them: a compiler's message about them then names few files.
 #include <tapestry/autodiff/detail/tape/dual_number.hpp>
 
 #include <tapestry/autodiff/tape.hpp>

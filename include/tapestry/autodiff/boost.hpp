@@ -78,7 +78,7 @@ namespace boost::numeric::odeint {
 template <class State, class Enabler>
 struct norm_result_type;
 
-/// The norm of a state of variables, from which a controlled stepper computes its step.
+/// Norm of a state of variables: a controlled stepper computes its step from it.
 template <class State>
 requires tapestry::ScalarExpression<typename State::value_type>
 struct norm_result_type<State, void> {

@@ -55,10 +55,10 @@ class PassiveOnly {
   TapePosition before_;
 };
 
-/// Sweeps the active tape, which is `tape`, back from the results of a function recorded on it. The adjoints
-/// of its inputs start from their present values and are added to in the order of statements, as if the
-/// function were recorded behind the statements that gave these: with the same bits.
-/// \throws DomainError if a result is on another tape, or there are not as many as adjoints
+/// Sweeps the active tape, which is `tape`, back from the results of a function recorded on it. Starts from
+/// the inputs' present adjoints and adds to them in the order of statements: the bits are those of the
+/// function recorded behind the statements that gave these.
+/// \throws DomainError if a result is on another tape, or the numbers of results and adjoints differ
 template <class T>
 void sweep_results(Tape<T>& tape, std::span<const Variable<T>> results, std::span<const T> result_adjoints,
                    std::span<const Variable<T>> inputs, std::span<T> input_adjoints) {
@@ -77,7 +77,7 @@ void sweep_results(Tape<T>& tape, std::span<const Variable<T>> results, std::spa
 /// A part of the computation that is not recorded: the sweep computes it again. Its results are the
 /// statements behind it.
 /// \tparam Part  part(inputs, result_adjoints, input_adjoints) adds the part's derivatives to
-///   input_adjoints, which hold what was there before
+///   input_adjoints, which are not 0 at the start
 template <class T, class Part>
 class CheckpointRecord final : public TapeRecord<T> {
  public:
@@ -87,7 +87,7 @@ class CheckpointRecord final : public TapeRecord<T> {
     const std::span<const T> result_adjoints(adjoints + statement + 1, result_count_);
     if (std::all_of(result_adjoints.begin(), result_adjoints.end(), [](const T& x) { return is_zero(x); }))
       return;
-    std::vector<T> input_adjoints;  // taken away, of a variable that stands there twice once
+    std::vector<T> input_adjoints;  // zero for the second entry of the same variable
     for (const Variable<T>& input : inputs_)
       input_adjoints.push_back(input.is_active() ? std::exchange(adjoints[input.link().index()], T(0))
                                                  : T(0));

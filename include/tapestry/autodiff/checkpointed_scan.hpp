@@ -61,7 +61,7 @@ template <class T, class Step>
 class ScanSweep {
  public:
   /// \param inputs          the first state, then the parameters
-  /// \param adjoints        of the last state; become those of the first
+  /// \param adjoints        of the last state; replaced by those of the first
   /// \param input_adjoints  are added to
   ScanSweep(const Step& step, std::span<const Variable<T>> inputs, std::span<const T> adjoints,
             std::span<T> input_adjoints)
@@ -71,7 +71,7 @@ class ScanSweep {
         input_adjoints_(input_adjoints),
         constants_(passive_copies(parameters_)) {}
 
-  /// Steps [begin, end) backwards. \param state  at begin; `snapshots` may be kept, this one included
+  /// Steps [begin, end) backwards. \param state  at begin; keeps at most `snapshots` states with this one
   void run(std::vector<T> state, std::size_t begin, std::size_t end, std::size_t snapshots) {
     std::vector<Segment> open{{std::move(state), begin, end, snapshots}};  // those behind others first
     while (!open.empty()) {
@@ -121,7 +121,7 @@ class ScanSweep {
     const auto exchange_first = [&] {
       if (index > 0) std::swap_ranges(apart.begin(), apart.end(), input_adjoints_.begin());
     };
-    exchange_first();  // those of the first state wait, while this one's are there
+    exchange_first();  // input_adjoints_ serves this state meanwhile
     sweep_results<T>(*tape_, next, adjoints_, all, input_adjoints_);
     exchange_first();
     adjoints_ = std::move(apart);
@@ -168,11 +168,11 @@ struct ScanPart {
 /// \param step        takes the step's index and two std::span<const Variable<T>>, state and parameters, and
 ///                    returns std::vector<Variable<T>> of the state's size; computes the same in each call,
 ///                    uses no other active variables, and is copied
-/// \param step_count  number of steps; the state stays as it is for 0
+/// \param step_count  number of steps; 0 leaves the state unchanged
 /// \param initial     the first state, active or passive
 /// \param parameters  variables that all steps use, active or passive
-/// \param most_states number of states kept at once, the one being computed included; at least 2 are. With 2
-///                    the work is quadratic
+/// \param most_states number of states kept at once, with the one being computed; at least 2. With 2 the work
+///                    is quadratic
 /// \returns           the last state; passive, with nothing recorded, if all of initial and parameters are
 /// \throws DomainError as any statement, and if a step uses other active variables; ShapeError if a step
 ///         changes the state's size

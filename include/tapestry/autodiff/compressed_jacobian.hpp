@@ -44,12 +44,12 @@ template <class T>
 }
 }  // namespace detail
 
-/// Which of `variables` each of `roots` was computed from, as entries (root, variable): found in one backward
-/// pass over the tape that passes sets of roots on. An operand counts even where its partial derivative is 0;
-/// the side that max(), min(), abs() or a comparison did not take does not, so that a pattern serves other
-/// recordings that choose the same. Operations with a pullback are opaque: each of their results counts as
-/// computed from all of their inputs, and an array as one number. A pattern made by hand that leaves some of
-/// these out takes fewer directions.
+/// Finds the `variables` that each of `roots` depends on, as entries (root, variable), in one backward pass
+/// over the tape that hands on sets of roots. An operand counts even where its partial derivative is 0. The
+/// side that max(), min(), abs() or a comparison did not take does not count: a pattern serves other
+/// recordings that choose the same sides. Operations with a pullback are opaque: each of their results counts
+/// as computed from all of their inputs, and an array as one number. A pattern made by hand that leaves some
+/// of these out takes fewer directions.
 /// \throws DomainError if a root or a variable is not on the tape
 template <std::floating_point T>
 [[nodiscard]] JacobianPattern sparsity_pattern(const Tape<T>& tape, std::span<const Variable<T>> roots,
@@ -156,9 +156,9 @@ void compressed_backwards(TapeState<T>& state, std::span<const Variable<T>> root
 }  // namespace detail
 
 /// The entries of d roots / d variables in the plan's pattern, in its order, from the tape's recording.
-/// Entries that the pattern wrongly leaves out are added to others. A tape that holds operations with a
-/// pullback is swept backwards, whichever way the plan goes, and calls each pullback once a colour of the
-/// rows.
+/// Entries that the pattern wrongly leaves out are added to others. Sweeps a tape
+/// with pullbacks backwards, whichever way the plan goes, and calls each pullback
+/// once for each colour of the rows.
 /// \throws DomainError if a root or a variable is not on the tape, or there are not as many roots, variables
 ///         and values as the pattern has
 template <std::floating_point T>

@@ -141,7 +141,7 @@ class HessianProducts {
  public:
   explicit HessianProducts(Function f) : f_(std::move(f)) {}
 
-  /// \throws DomainError if there are not as many entries of v as of x
+  /// \throws DomainError if v and x differ in size
   [[nodiscard]] HessianProduct<T> operator()(Point<T> x, Point<T> v) {
     detail::require_as_many("hessian_product", "the direction", v.size(), x.size());
     const auto evaluate = [&](const std::vector<T>& at) {
@@ -164,7 +164,7 @@ class HessianProducts {
   Tape<D> tape_;
 };
 
-/// The same once, on a tape of its own. \throws DomainError if there are not as many entries of v as of x
+/// The same once, on a tape of its own. \throws DomainError if v and x differ in size
 template <std::floating_point T = double, class Function>
 [[nodiscard]] HessianProduct<T> hessian_product(const Function& f, Point<std::type_identity_t<T>> x,
                                                 Point<std::type_identity_t<T>> v) {
@@ -173,13 +173,13 @@ template <std::floating_point T = double, class Function>
 
 /// The Hessian at x, exact but for rounding, row by row: [n·n]. Eight columns a sweep.
 ///
-/// A second derivative that is not known is NaN, and counted in `unknown`. Where f meets a kink or an
-/// infinite slope, as in |x| and √x at 0, the rules for first derivatives do not decide its second ones, and
-/// f is computed anew at some dozens of points around x, a few roundings away: second derivatives that agree
-/// there are the Hessian, as 2 for |x|² and the identity for half of norm(x)²; where the gradient jumps or
-/// they differ, it has none. The same for hessian_product(), HessianProducts and sparse_hessian(), and for a
-/// derivative() within a derivative(). A tape of duals and duals of duals by hand know no points around; see
-/// Dual for their rule.
+/// A second derivative that is not known is NaN, and counted in `unknown`. Where f has a kink or an
+/// infinite slope, as |x| and √x at 0, first derivatives do not decide the second ones: f is computed
+/// anew at some dozens of points around x, a few roundings away. Second derivatives that agree there are
+/// the Hessian, as 2 for |x|² and the identity for half of norm(x)². Where the gradient jumps or they
+/// differ, there is none. The same for hessian_product(), HessianProducts and sparse_hessian(), and for
+/// a derivative() within a derivative(). Duals of duals by hand, and tapes of duals, use x
+/// alone; see Dual for their rule.
 ///
 ///   const auto h = hessian(f, x);
 ///   if (h.unknown > 0) throw NumericError(h.description());

@@ -17,11 +17,11 @@
 /// and decompositions. Each of their operations is differentiated. Pivoting compares the values.
 ///
 /// A number that is 0 keeps its derivatives: in LU, Cholesky and QR decompositions, dense ones of any size
-/// and SparseLU, SimplicialLLT and SimplicialLDLT, in triangular solves, determinants and sparseView(). A
-/// matrix without full rank has a decomposition without a derivative; what is computed is none.
-/// SelfAdjointEigenSolver, EigenSolver, JacobiSVD and BDCSVD are of our own, with Eigen's values, and in
-/// umeyama(), Transform::rotation(), Quaternion::FromTwoVectors() and PolynomialSolver, too; they say what
-/// derivatives are where values are equal. So vectors a half turn apart, of many axes, have no rotation with
+/// and SparseLU, SimplicialLLT and SimplicialLDLT, in triangular solves, determinants and sparseView(). The
+/// decomposition of a matrix without full rank has no derivative: the computed one is meaningless.
+/// SelfAdjointEigenSolver, EigenSolver, JacobiSVD and BDCSVD are our own, with Eigen's values. umeyama(),
+/// Transform::rotation(), Quaternion::FromTwoVectors() and PolynomialSolver use them. Their comments define
+/// derivatives at equal values. So vectors a half turn apart, of many axes, have no rotation with
 /// derivatives: they are infinite or NaN, or 0 along the axis that was chosen.
 ///
 /// Iterative solvers, SparseQR, solves for a sparse right-hand side, RealSchur, RealQZ and ComplexSchur do

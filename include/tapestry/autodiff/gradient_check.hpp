@@ -39,7 +39,7 @@ struct GradientReport {
   std::vector<GradientCheckEntry> failures;  ///< above the tolerance, without a kink
   std::vector<GradientCheckEntry> kinks;     ///< above the tolerance, but with a kink within the step
 
-  /// True, too, where there was nothing to check.
+  /// True also if nothing was checked.
   [[nodiscard]] bool passed() const { return failures.empty(); }
 
   void add(const GradientCheckEntry& entry) {
@@ -194,11 +194,11 @@ inline std::string GradientReport::line(const GradientCheckEntry& entry) {
 
 /// Compares a gradient with central differences of the function, entry by entry.
 ///
-/// Relative errors are taken against the larger of the two numbers, but at least against the size that
-/// differences can resolve to the tolerance at all: rounding, as the options state it, of ε|f|/h over
-/// tolerance. Where the two disagree, one-sided differences at h, h/2 and h/4 separate a kink or jump of the
-/// function within the step, which proves nothing about the gradient, from a wrong gradient; such entries are
-/// listed apart.
+/// Relative errors are taken against the larger of the two numbers, but at least against the smallest
+/// size that differences resolve to the tolerance: the options' rounding, in ε|f|/h, over tolerance.
+/// Where the two disagree, one-sided differences at h, h/2 and h/4 distinguish a kink or jump of the
+/// function within the step from a wrong gradient. A kink proves nothing about the gradient: such
+/// entries are listed apart.
 ///
 /// \param f         from const Array<double, Rank>& to double
 /// \param x         the point

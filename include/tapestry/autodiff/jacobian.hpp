@@ -21,8 +21,8 @@ void visit_results(const TapeState<T>& state, Visit visit) {
   });
 }
 
-/// One sweep over the tape, in which root k is the seed of direction lane_of(k), or of none if that is Width
-/// or more. Keeps all adjoints, or those of the variables in `kept`.
+/// Sweeps the tape once with root k as the seed of direction lane_of(k); a root whose lane is Width or more
+/// seeds none. Keeps all adjoints, or those of the variables in `kept`.
 /// \throws DomainError if a root or a variable to keep is not on the tape, or if called from within a
 /// pullback
 template <std::floating_point T, std::size_t Width, class LaneOf>
@@ -138,9 +138,9 @@ class AdjointVectors {
   std::uint64_t sweep_ = 0;  ///< number of the last sweep here, counted over the tape
 };
 
-/// d roots[i] / d variables[j] at [i · variables.size() + j], eight roots a sweep. A tape that holds arrays
-/// is swept once a root, so that only one adjoint of each array is in memory; its own adjoints are then those
-/// of the last root.
+/// d roots[i] / d variables[j] at [i · variables.size() + j], eight roots a sweep. Sweeps a tape with
+/// arrays once for each root, so that one adjoint of each array is in memory. The tape's own adjoints
+/// are then the last root's.
 /// \throws DomainError if a root or a variable is not on the tape
 template <std::floating_point T>
 [[nodiscard]] std::vector<T> jacobian(Tape<T>& tape, std::span<const std::type_identity_t<Variable<T>>> roots,

@@ -58,10 +58,10 @@ namespace detail {
 /// Pattern of the second derivatives of f that may differ from 0, in both triangles, with nothing left out.
 /// It is found by computing f once with numbers that track which inputs they depend on. Operations count by
 /// their kind, not by their values at x: x[0] * x[1] makes these two meet, exp(x[0]) makes x[0] meet itself,
-/// max(), abs() and their like make none meet. So the pattern serves every point at which comparisons in f
-/// come out the same. It may hold an entry too many, where terms cancel, as in (x + y)² − (x − y)², or a
-/// power is 1. Time and memory: those of f, and of the pattern; sums that enter no operation but further sums
-/// cost nothing.
+/// max(), abs() and their like make none meet. So the pattern serves every point where comparisons in f
+/// have the same results. It may hold an entry too many, where terms cancel, as in (x + y)² − (x − y)²,
+/// or a power is 1. Time and memory grow with f and with the pattern; sums that only enter
+/// further sums cost nothing.
 ///
 ///   const HessianPlan plan(hessian_pattern(f, x));
 ///
@@ -108,8 +108,8 @@ class HessianPlan {
 /// The entries of the Hessian at x in the plan's pattern, in its order, row by row and in both triangles,
 /// exact but for rounding, and symmetric. Each is read from the product with the direction of the lower of
 /// its two colours, in the row of the other, where no other entry meets it. Entries that the pattern wrongly
-/// leaves out are added to others. Entries that are not known are NaN and counted, see hessian(); so are
-/// kinks on a diagonal that the pattern leaves out, as that of |x|.
+/// leaves out are added to others. Unknown entries are NaN and counted, see hessian(). Kinks on a diagonal
+/// outside the pattern, as that of |x|, count, too.
 ///
 ///   HessianPlan plan(hessian_pattern(f, x));                 // once
 ///   const auto values = sparse_hessian(f, x, plan);          // at each x

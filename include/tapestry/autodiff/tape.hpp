@@ -38,10 +38,10 @@ inline constexpr bool is_array_input = false;
 /// A place on a tape, to rewind to. Made by Tape::mark().
 using Position = detail::TapePosition;
 
-/// While it lives, its thread records on the tape that made it; afterwards on the tape before it again.
-/// Scopes end in the reverse order of their beginning, on the thread that began them. A destructor cannot
-/// throw: where one ends before a scope begun later, or on another thread, all that needs an active tape on
-/// its thread throws a DomainError until every scope of the thread has ended.
+/// While it lives, its thread records on the tape that made it; afterwards on the previous tape again. Scopes
+/// end in the reverse order of their beginning, on the thread that began them. A destructor cannot throw. If
+/// a scope ends before one that began later, or on another thread, each operation that needs its thread's
+/// active tape throws a DomainError until every scope of the thread has ended.
 ///
 /// A scope can be returned, and put into an optional that is empty: scope.emplace(tape.activate()). It
 /// cannot be assigned, for the scope on the right would have begun before that on the left ends.
@@ -92,11 +92,11 @@ class ActiveScope {
 ///
 /// Scalar statements (variable.hpp) and array operations (array_variable.hpp, record.hpp) share the tape,
 /// in the order in which they ran. An operation whose inputs are all passive is not recorded.
-/// Every thread has its own active tape for each T; one tape serves one thread at a time, and to activate it
-/// on two is a DomainError.
-/// A variable of another tape, or of a tape since cleared or rewound, is a DomainError wherever it is used.
-/// An exception in the middle of a recording leaves the tape as it was before that operation.
-/// A tape can be moved, also while active; the source is then an empty tape.
+/// Every thread has its own active tape for each T; one tape serves one thread at a time,
+/// activating it on two is a DomainError. A variable of another tape, or of a tape since cleared
+/// or rewound, is a DomainError wherever it is used. An exception in the middle of a recording
+/// leaves the tape as it was before that operation. A tape can be moved, also while active; the
+/// source is then an empty tape.
 template <class T>
 class Tape {
  public:
@@ -180,12 +180,12 @@ class Tape {
     return detail::first_non_finite(state());
   }
 
-  /// How often in the last reverse() a zero met a number that is not finite. By the rule of this library a
-  /// zero passes nothing on and nothing through, on the tape as in duals: 0 · ∞ = 0 · NaN = 0 wherever slopes
-  /// are multiplied, in every sweep. Masks need the rule. Where a limit is
-  /// not 0 it is wrong, as for √x · √x at 0, whose slope is 1: compute x there. Counts products of adjoints
-  /// and recorded partial derivatives; products within one formula are not on the tape, unless its parts are
-  /// assigned to variables.
+  /// How often in the last reverse() a zero met a number that is not finite. This library's rule: a
+  /// zero passes nothing on and nothing through, on the tape and in duals: 0 · ∞ = 0 · NaN = 0
+  /// wherever slopes are multiplied, in every sweep. Masks need the rule. The rule is wrong where the
+  /// limit is not 0, as for √x · √x at 0, whose slope is 1: compute x there. Counts products of adjoints
+  /// and recorded partial derivatives; products within one formula are not on the tape, unless its parts
+  /// are assigned to variables.
   [[nodiscard]] ZeroProducts zero_products() const { return detail::zero_products(state()); }
 
   /// Sets every variable's adjoint to seed · d root / d variable. Adjoints start from zero each time, so that

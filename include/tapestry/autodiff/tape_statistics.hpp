@@ -62,7 +62,7 @@ namespace detail {
 
 /// A readable name of a callable's type: for a lambda the function that it stands in, else the type without
 /// template arguments; without our namespace. Read from the mangled name of the Itanium ABI, as GCC and Clang
-/// make it: their demangler knows not all lambdas. "Z" begins a name within a function, "N" one of several
+/// make it: their demangler fails for some lambdas. "Z" begins a name within a function, "N" one of several
 /// parts, each after its length.
 [[nodiscard]] inline std::string operation_name(std::string_view mangled) {
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };

@@ -59,8 +59,8 @@ template <DifferentiableArray X>
   return record_array(std::move(value), CarriesTangents{pullback}, variable);
 }
 
-/// An array of zeros to which element i of x, in row-major order, is added at places[i].
-/// \throws ShapeError if a place lies outside, or there are not as many as elements
+/// Adds element i of x, in row-major order, at places[i] of an array of zeros.
+/// \throws ShapeError if a place lies outside, or their number is not that of the elements
 template <std::size_t Rank, DifferentiableArray X>
 [[nodiscard]] auto scatter(const X& x, std::vector<std::size_t> places, const Extents<Rank>& extents) {
   using T = detail::ArrayScalarType<X>;

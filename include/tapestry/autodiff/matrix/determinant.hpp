@@ -51,8 +51,8 @@ void pull_back_factor(const DenseMatrix<T>& l, DenseMatrix<T>& adjoint) {
 
 namespace matrix {
 
-/// The lower triangular L of A = L Lᵀ for a symmetric, positive definite A, as one record. Only A's lower
-/// triangle is read, and has all of the adjoint: an entry below the diagonal stands for two. NaN gives NaN.
+/// The lower triangular L of A = L Lᵀ for a symmetric, positive definite A, as one record. Reads A's lower
+/// triangle alone. It receives the whole adjoint: an entry below the diagonal stands for two. NaN gives NaN.
 ///
 /// \param a  A, [N, N]: Eigen matrix of variables, array variable or formula; N may be 0
 /// \returns  L, [N, N], held as a is, zeros above the diagonal, whose adjoint is not used
@@ -198,8 +198,8 @@ requires detail::holds_variables<A>
   return detail::record_number<T>(value, pullback, input);
 }
 
-/// log det A of a symmetric, positive definite A, by Cholesky decomposition: half the work. Only A's lower
-/// triangle is read, and has all of the adjoint: an entry below the diagonal stands for two.
+/// log det A of a symmetric, positive definite A, by Cholesky decomposition: half the work. Reads A's lower
+/// triangle alone. It receives the whole adjoint: an entry below the diagonal stands for two.
 ///
 ///   Ā[i, j] = 2 A⁻¹[i, j] · adjoint below the diagonal, A⁻¹[i, i] · adjoint on it
 ///

@@ -36,8 +36,8 @@ template <class T>
   return decomposition;
 }
 
-/// The adjoint of a symmetric matrix of which only the lower triangle was read: an entry below the diagonal
-/// stands for two.
+/// Adjoint of a symmetric matrix whose lower triangle alone was read: an entry below
+/// the diagonal stands for two.
 template <class T>
 void fold_into_lower(DenseMatrix<T>& adjoint) {
   for (Eigen::Index j = 0; j < adjoint.cols(); ++j)
@@ -84,8 +84,8 @@ requires(detail::holds_variables<A> || detail::holds_variables<B>)
   return detail::record_matrix<detail::columns_of<B>()>(x, pullback, left, right);
 }
 
-/// X of A X = B for a symmetric, positive definite A, by Cholesky decomposition, as one record. Only A's
-/// lower triangle is read, and has all of the adjoint: an entry below the diagonal stands for two.
+/// X of A X = B for a symmetric, positive definite A, by Cholesky decomposition, as one record. Reads A's
+/// lower triangle alone. It receives the whole adjoint: an entry below the diagonal stands for two.
 ///
 ///   B̄ = A⁻¹ X̄,  S = −B̄ Xᵀ,  Ā[i, j] = S[i, j] + S[j, i] below the diagonal, S[i, i] on it
 ///

@@ -27,9 +27,9 @@ template <std::size_t Count, class Body>
   for (std::size_t i = 0; i < Count; ++i) body(first + i);
 }
 
-/// Calls body(i) for i < count, likewise. Most calls run in loops of constant length, which compilers
-/// vectorise even at low optimisation; with groups of 16 alone long bodies take a third of the time to
-/// compile.
+/// Calls body(i) for i < count, in the same way. Most calls run in loops of constant length,
+/// which compilers vectorise even at low optimisation; with groups of 16 alone long bodies take a
+/// third of the time to compile.
 template <std::size_t Largest = 64, class Body>
 [[gnu::always_inline]] inline void plain_block(std::size_t count, const Body& body) {
   std::size_t first = 0;
@@ -62,7 +62,7 @@ template <std::size_t Largest, class Body>
 }
 
 /// plain_block() in the best instructions that this processor has, whatever the program was compiled for. A
-/// product and the sum that it goes into may be rounded once, so that last bits differ among processors.
+/// product and its sum may be rounded once (fused), so the last bits differ among processors.
 template <std::size_t Largest = 64, class Body>
 inline void for_block(std::size_t count, const Body& body) {
   switch (instruction_set()) {

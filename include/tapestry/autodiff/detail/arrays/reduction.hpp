@@ -59,7 +59,7 @@ template <std::size_t Rank>
   return rest;
 }
 
-/// The largest of `count` elements, a NaN if there is one, −∞ of none.
+/// The largest of `count` elements, NaN if one is NaN, −∞ if count is 0.
 template <class T>
 [[nodiscard]] T largest_of_line(const T* line, std::size_t count, std::size_t step) {
   T top = -std::numeric_limits<T>::infinity();
@@ -265,8 +265,8 @@ template <class T, std::size_t Rank, class Better>
 }  // namespace detail
 
 /// The largest element as a scalar: the first of several equal ones, or the first NaN. Its adjoint goes to
-/// that element, as to x[i] at its place i. At a tie max() shares it; here that would take a second pass, and
-/// a score that is the best of thousands would have the gradients of several.
+/// that element, as if it were x[i]. At a tie max() shares the adjoint. That would take a second pass here,
+/// and the best of thousands of scores would have several gradients.
 /// \throws ShapeError if there are none
 template <class T, std::size_t Rank>
 [[nodiscard]] Variable<T> largest(const ArrayVariable<T, Rank>& x) {

@@ -51,7 +51,7 @@ class SymmetricTurn {
 ///
 ///   λ̇ₖ = Ẇₖₖ        v̇ₖ = Σ_{j ≠ k} (vⱼ − vₖ (vₖᴴ vⱼ)) Ẇⱼₖ / (λₖ − λⱼ),
 ///
-/// so that vₖᴴ v̇ₖ = 0: the length stays one, and of all phases of a complex vector its own.
+/// so that vₖᴴ v̇ₖ = 0: the length stays one, and a complex vector keeps its phase.
 template <class S>
 class GeneralTurn {
   using T = typename S::value_type;
@@ -109,8 +109,8 @@ template <class Matrix>
 class EigenSolver;
 
 /// Eigenvalues and vectors of a symmetric matrix of variables, with the values of Eigen's own solver. Where
-/// values are equal, their derivatives are those of one choice, right for symmetric functions of all equal
-/// ones; derivatives of their vectors are infinite or NaN.
+/// values are equal, their derivatives follow one choice of vectors: right for symmetric functions of all
+/// equal values. Derivatives of their vectors are infinite or NaN.
 template <class Matrix>
 requires tapestry::Differentiable<typename Matrix::Scalar>
 class SelfAdjointEigenSolver<Matrix> {
@@ -158,16 +158,16 @@ class SelfAdjointEigenSolver<Matrix> {
     return m_eivec * m_eivalues.cwiseInverse().cwiseSqrt().asDiagonal() * m_eivec.adjoint();
   }
 
- protected:  // with the names by which GeneralizedSelfAdjointEigenSolver knows them
+ protected:  // under the names that GeneralizedSelfAdjointEigenSolver uses
   EigenvectorsType m_eivec;
   RealVectorType m_eivalues;
   ComputationInfo m_info = InvalidInput;
 };
 
 /// Eigenvalues and vectors of a square matrix of variables, complex, with the values of Eigen's own solver.
-/// Derivatives of a vector keep its length and its phase. Where values are equal, their derivatives are those
-/// of one choice, right for symmetric functions of all equal ones, or infinite or NaN where the matrix has
-/// fewer vectors than values; derivatives of their vectors are infinite or NaN.
+/// Derivatives of a vector keep its length and its phase. Where values are equal, their derivatives follow
+/// one choice of vectors: right for symmetric functions of all equal values, or infinite or NaN where the
+/// matrix has fewer vectors than values; derivatives of their vectors are infinite or NaN.
 template <class Matrix>
 requires tapestry::Differentiable<typename Matrix::Scalar>
 class EigenSolver<Matrix> {

@@ -45,8 +45,8 @@ template <class S>
 
 namespace Eigen {
 /// Singular values and vectors of a matrix of variables, with the numbers of Eigen's own JacobiSVD. Where
-/// values are equal, their derivatives are those of one choice, right for symmetric functions of all equal
-/// ones; derivatives of their vectors are infinite or NaN, as are those of vectors of a value 0. A value 0
+/// values are equal, their derivatives follow one choice of vectors: right for symmetric functions of all
+/// equal values. Derivatives of their vectors are infinite or NaN, and so are those for a value 0. A value 0
 /// has the slope of one side.
 template <class Matrix, int Preconditioner>
 requires tapestry::Differentiable<typename Matrix::Scalar>

@@ -36,7 +36,7 @@ void stable_norm_impl_inner_step(const Vector& vec, S& ssq, S& scale, S& inverse
     const B entry = std::abs(detail::base_value(entries.coeff(i)));
     if (!(entry <= largest)) largest = std::isnan(largest) ? largest : entry;
   }
-  if (largest == 0) return;  // neither the value nor, as for norm(), the slope
+  if (largest == 0) return;  // value and, as for norm(), slope stay
   const B before = detail::base_value(scale), own = detail::power_below(largest);
   if (own > before) {
     ssq *= (before / own) * (before / own);

@@ -12,7 +12,7 @@ namespace tapestry::detail {
 template <class S>
 concept HasDerivatives = Differentiable<S> || ComplexOfDifferentiable<S>;
 
-/// Whether a number is 0 without derivatives, so that products with it are left out.
+/// Whether a number is 0 and carries no derivatives: products with it are left out.
 template <HasDerivatives S>
 [[nodiscard]] bool is_passive_zero(const S& x) {
   if constexpr (ComplexOfDifferentiable<S>) {
@@ -24,7 +24,7 @@ template <HasDerivatives S>
   }
 }
 
-/// x of L x = b for a triangular L, [N, N], in place of b. The operations are those of Eigen, in its order.
+/// Solves L x = b for a triangular L, [N, N]; x replaces b. The operations are those of Eigen, in its order.
 template <class Left, class Right, int Mode, bool Conjugate, int Order>
 struct TriangularSolve {
   static constexpr bool is_lower = (Mode & Eigen::Lower) == Eigen::Lower;

@@ -2,9 +2,9 @@
 #include <tapestry/autodiff/detail/eigen/triangular_solve.hpp>
 
 namespace Eigen::internal {
-/// A formula of variables that a number multiplies, as a triangle of ones on its diagonal. Eigen multiplies
-/// products with it by the number, and takes that back on the diagonal; not where the number is 1, whose
-/// derivatives stay there.
+/// A formula of variables that a number multiplies, as a triangle of ones on its diagonal. Eigen
+/// multiplies products with it by the number, then corrects the diagonal, but not for a number 1: its
+/// derivatives then stay there.
 template <class Matrix, int Mode>
 concept ScaledUnitTriangle =
     (Mode & UnitDiag) != 0 &&

@@ -122,9 +122,9 @@ inline constexpr std::array<std::array<long double, 2>, 20> negative_digamma_roo
      {-0x9.5ec49b2f4ddde41p+1L, 3.116936410487939e-19L},
      {-0x9.df1d4cdd0417689p+1L, 4.59481782199764988e-20L}}};
 
-/// ψ beside a negative root r. There ψ(x) = ψ(1 − x) − π cot πx is a difference of equal numbers; but less
-/// the same of r, which is 0, each of the two is a difference that can be written without one: with d = x −
-/// r,
+/// ψ beside a negative root r. There ψ(x) = ψ(1 − x) − π cot πx cancels. Subtracting the same
+/// equation at r, where ψ is 0, leaves two differences that can be written without
+/// cancellation: with d = x − r,
 ///
 ///   ψ(x) = Σₖ ψ⁽ᵏ⁾(1 − r) (−d)ᵏ / k! + π sin πd / (sin πx · sin πr).
 ///
@@ -160,8 +160,8 @@ template <int N>
 
 /// The N-th derivative of digamma(x), the derivative of log |Γ|; N = 0 is digamma itself. In double, where
 /// long double is wider: digamma within 1 ulp, or 1e−18 beside its roots below −20; the others within 4
-/// ulp, or as much beside their roots. At 0 it is infinite with the sign of the side, at negative integers
-/// NaN for even N, whose sides differ, and +∞ for odd N; of −∞ it is NaN.
+/// ulp, or as much beside their roots. At 0 it is infinite, with the sign of the side. At negative integers
+/// it is NaN for even N, whose sides differ, and +∞ for odd N. At −∞ it is NaN.
 template <int N, std::floating_point T>
 [[nodiscard]] T polygamma(T x) {
   static_assert(N >= 0);

@@ -167,8 +167,8 @@ template <std::floating_point T, std::size_t N>
   for (T& leg : legs) leg = std::isinf(leg) ? std::copysign(T(1), leg) : leg / length;
   return legs;
 }
-/// The slope of one by its own leg is the sum of the others' squares by the length: 1 − its square would
-/// cancel.
+/// A leg's slope by itself is the sum of the other legs' squares by the length. The form 1
+/// − its square would cancel.
 template <DualNumber D, std::size_t N>
 [[nodiscard]] std::array<D, N> direction(const std::array<D, N>& legs, const D& length) {
   using T = typename D::value_type;
@@ -224,7 +224,7 @@ template <Differentiable X>
 
 /// x · 2^−n of a size in [½, 1), and n, for x = 0 and x not finite x itself, and 0. The derivative is 2^−n,
 /// which is constant between powers of two.
-/// \param exponent  n is written there
+/// \param exponent  receives n
 template <Differentiable X>
 [[nodiscard]] auto frexp(const X& x, int* exponent) {
   const auto number = detail::base_value(x);

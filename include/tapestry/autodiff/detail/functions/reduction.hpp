@@ -89,7 +89,7 @@ template <ScalarRange R>
   return with_partials(value, std::span<const typename R::value_type>(x.data(), x.size()), partials);
 }
 
-/// The largest value beneath the range, a NaN if there is one, −∞ of none.
+/// The largest value beneath the range, NaN if one is NaN, −∞ if it is empty.
 template <ScalarRange R>
 [[nodiscard]] auto largest_of(const R& x) {
   using B = Base<RangeScalar<R>>;
@@ -165,7 +165,7 @@ template <ScalarRange R>
 }
 
 /// Σ xᵢ·yᵢ, in double when T is float, as one statement; 0 for none.
-/// \throws DomainError if there are not as many xᵢ as yᵢ
+/// \throws DomainError if x and y differ in size
 template <ScalarRange R>
 [[nodiscard]] auto dot(const R& x, const R& y) {
   using S = typename R::value_type;
@@ -254,7 +254,7 @@ template <ScalarRange R>
 /// exp xᵢ / Σ exp xⱼ, without overflow, one statement an entry: the derivative of entry i by xⱼ is
 /// yᵢ·(δᵢⱼ − yⱼ), where 1 − yᵢ is the sum of the others, so that it keeps its digits as yᵢ nears 1. Where the
 /// maximum is infinite, the entries equal to it share 1 equally; where it is +∞, they are NaN for scalars
-/// that record the operations themselves, as those of hessian_pattern() do.
+/// that record the operations themselves, as in hessian_pattern().
 template <ScalarRange R>
 [[nodiscard]] auto softmax(const R& x) {
   using S = typename R::value_type;

@@ -53,7 +53,7 @@ template <std::floating_point T>
   return e / ((1 + e) * (1 + e));
 }
 
-/// Rounding error of x − y, 0 where it is infinite: a difference of hundreds, as an exponent, multiplies it.
+/// Rounding error of x − y; 0 where x − y is infinite. exp(x − y) turns it into a relative error.
 template <std::floating_point T>
 [[nodiscard]] T lost_by_difference(T x, T y) {
   const T difference = x - y;

@@ -10,7 +10,7 @@ struct Abs {
   static auto value(auto x) { return value_at_kink(x == 0, decltype(x)(abs(x)), x); }
   static auto partial(auto x, auto) { return slope_at_kink(x == 0, decltype(x)(sign(x))); }
 };
-/// x or y, and its derivative, chosen by Choice::takes_x(x, y), at a tie, too.
+/// Takes x or y with its derivative, as Choice::takes_x(x, y) decides, also at a tie.
 template <class Choice>
 struct Selection {
   static constexpr bool is_cheap = true;
@@ -101,8 +101,8 @@ struct Copysign {
 [[nodiscard]] auto fabs(const detail::Argument auto& x) { return detail::make_unary<detail::Abs>(x); }
 
 /// The larger one, and its derivative. At a tie each has one half of it. A NaN on either side gives NaN. The
-/// argument not taken receives no gradient, whatever is upstream. std::max takes two variables but no number
-/// beside one: write max(x, 0.0) without std::, and likewise clamp(x, 0.0, 1.0).
+/// argument not taken receives no gradient, whatever is upstream. std::max takes two variables, but not a
+/// variable and a number: write max(x, 0.0) and clamp(x, 0.0, 1.0) without std::.
 template <int = 0, class X, class Y>
 requires detail::Arguments<X, Y>
 [[nodiscard]] auto max(const X& x, const Y& y) { return detail::make_binary<detail::Max>(x, y, "max"); }

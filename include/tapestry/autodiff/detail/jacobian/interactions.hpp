@@ -49,7 +49,7 @@ class Interactions {
   struct Part {
     Node a, b;
     IndexSets::Name variables;  ///< 0 until they are looked up
-    Node last_search = 0;       ///< the node for which it was last looked at
+    Node last_search = 0;       ///< last node whose search reached this one
   };
 
   [[nodiscard]] Node made(const Part& part) {
@@ -85,7 +85,7 @@ struct InteractionTag {};
 }  // namespace detail
 
 /// A number that records which of the variables it was computed from meet in an operation that is not linear;
-/// hessian_pattern() calls a function with such numbers. It goes wherever a Dual does.
+/// hessian_pattern() calls a function with such numbers. It works wherever a Dual does.
 template <std::floating_point T>
 class Dual<T, 1, detail::InteractionTag> {
  public:

@@ -187,10 +187,10 @@ struct ColumnColouring {
   std::size_t colour_count = 0;
 };
 
-/// Greedy colouring: columns, in the order of falling numbers of entries and then of their places, take the
-/// first colour that no column in their rows has. Time: the sum over all entries of their rows' lengths.
-/// Source: Gebremedhin, Manne and Pothen, What Color Is Your Jacobian? (SIAM Review 47, 2005), partial
-/// distance-2 colouring.
+/// Greedy colouring: columns, sorted by falling number of entries and then by place, take the first
+/// colour that no column sharing a row has. Time: the sum over all entries of their rows' lengths.
+/// Source: Gebremedhin, Manne and Pothen, What Color Is Your Jacobian? (SIAM Review 47, 2005),
+/// partial distance-2 colouring.
 [[nodiscard]] inline ColumnColouring colour_columns(const JacobianPattern& pattern) {
   const JacobianPattern rows_of = pattern.transposed();
   std::vector<std::size_t> order(pattern.column_count());

@@ -10,13 +10,13 @@
 
 namespace tapestry {
 
-/// Second derivatives of a function. One that is not known is NaN: the function has a kink there, or an
-/// infinite slope hides it.
+/// Second derivatives of a function. An unknown one is NaN: the function has a kink there, or
+/// an infinite slope hides it.
 template <class T>
 struct SecondDerivatives : std::vector<T> {
   using std::vector<T>::vector;
 
-  /// How many are not known. Derivatives that a sparsity pattern leaves out count on the diagonal, too.
+  /// How many are not known. Also counts unknown ones on the diagonal that a sparsity pattern leaves out.
   std::size_t unknown = 0;
 
   /// The sentence for a message.
@@ -151,8 +151,8 @@ class Surroundings {
   bool is_at_kink_ = false;  // at a near point, too
 };
 
-/// The function at x by evaluate(point), a Curvature; where a kink was met, with the limits of the second
-/// derivatives, and NaN for those that have none.
+/// Evaluates the function at x by evaluate(point), a Curvature. Where it met a kink, second derivatives are
+/// their limits, or NaN without a limit.
 template <class T, class Evaluate, class PlaceOf>
 [[nodiscard]] Curvature<T> known_curvature(std::span<const T> x, Evaluate evaluate, PlaceOf place_of) {
   const std::size_t before = kinks().met;

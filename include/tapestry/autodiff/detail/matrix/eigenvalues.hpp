@@ -51,8 +51,8 @@ struct SymmetricEigen {
 };
 
 /// The eigenvalues w and vectors V of a symmetric A = V diag(w) Vᵀ, as one record each, of one decomposition.
-/// Only A's lower triangle is read, and has all of the adjoint: an entry below the diagonal stands for two.
-/// With
+/// Reads A's lower triangle alone. It receives the whole adjoint: an entry below the
+/// diagonal stands for two. With
 ///
 ///   S = V diag(w̄) Vᵀ + V (F ∘ Vᵀ V̄) Vᵀ,  F[i, j] = 1 / (w[j] − w[i]), 0 on the diagonal,
 ///

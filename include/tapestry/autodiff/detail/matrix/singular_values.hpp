@@ -121,7 +121,7 @@ requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<
 }
 
 /// The largest singular value, as one record; 0 for an empty matrix. Ā = u vᵀ · adjoint; where several are
-/// the largest, or all are 0, that of one of them, a subgradient.
+/// the largest, or all are 0, it follows one of them, a subgradient.
 /// \param a  A, [M, N]
 /// \throws NumericError if a number is not finite
 template <detail::AnyMatrix A>

@@ -5,8 +5,8 @@
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/detail/tape/tape_memory.hpp>
 
-/// The rule that a zero passes nothing, where the fast sweep leaves it out: it multiplies adjoints that are
-/// infinite or NaN by zero partial derivatives. Such a product is NaN, and makes its sum NaN.
+/// Applies the rule that a zero passes nothing on. The fast sweep leaves the rule out: it multiplies infinite
+/// and NaN adjoints by zero partial derivatives. Such a product is NaN, and makes its sum NaN.
 namespace tapestry::detail {
 
 /// Whether a sweep may have multiplied an infinite adjoint or a NaN by 0: one adjoint at least is NaN. To

@@ -10,7 +10,7 @@ namespace tapestry {
 /// A statement of a tape whose value, or one of whose partial derivatives, is not finite.
 struct NonFinite {
   std::size_t statement = 0;  ///< counted from 1
-  bool is_value = false;      ///< whether it is the value, or else a partial derivative
+  bool is_value = false;      ///< else a partial derivative
   double number = 0;
   std::string label{};  ///< names of the labels around it, the outermost first, with '/' between
 
@@ -22,7 +22,7 @@ struct NonFinite {
   }
 };
 
-/// Products of slopes in which a zero hid a number that is not finite.
+/// Products of slopes with 0 · ∞ or 0 · NaN, taken as 0.
 struct ZeroProducts {
   std::size_t count = 0;
   std::size_t statement = 0;  ///< the first one, counted from 1; 0 if there is none

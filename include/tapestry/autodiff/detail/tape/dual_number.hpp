@@ -15,16 +15,16 @@ namespace tapestry {
 /// dual numbers on a Tape<Dual<double>>: forward over reverse, see derivatives.hpp.
 ///
 /// Two derivatives taken one inside the other must not mix their directions up. Duals of different Tags are
-/// different types: a sum of the two does not compile, unless one is the T of the other and so the constant
-/// that it should be. derivatives.hpp tags by the function that is differentiated.
+/// different types: a sum of the two does not compile, unless one is the T of the other, and so a constant.
+/// derivatives.hpp tags by the function that is differentiated.
 ///
-/// On the tape as here, a zero passes nothing on and nothing through: 0 · ∞ = 0 · NaN = 0 wherever slopes are
+/// On the tape as here, a zero passes nothing on or through: 0 · ∞ = 0 · NaN = 0 wherever slopes are
 /// multiplied; see Tape::zero_products(). Comparisons look at the values only.
 ///
-/// Second derivatives by hand, on a tape of duals or in duals of duals: where max() and min() tie they are
-/// those of the mean of both sides, and of clamp() and fdim() those of the side taken. Where |x|, a length or
-/// an angle has the slope 0 at 0, a subgradient, they are NaN, in products, too, unless they do not enter. An
-/// infinite slope that meets a zero hides them, as first ones. hessian() and derivative() find more.
+/// Second derivatives by hand, on a tape of duals or in duals of duals: at a tie of max() and min() they are
+/// the mean of both sides, for clamp() and fdim() those of the side taken. Where |x|, a length or an angle
+/// has the slope 0 at 0, a subgradient, they are NaN wherever they enter, also in products. An infinite slope
+/// that meets a zero hides them, as first ones. hessian() and derivative() find more.
 template <class T, std::size_t N = 1, class Tag = void>
 class Dual {
   static_assert(
@@ -119,7 +119,7 @@ constexpr void note_kink_of(const X&... x) {
       note_kink((varies(x) || ...));
 }
 
-/// The number beneath f, and NaN for its derivatives in directions in which an operand changes.
+/// The number of f; its derivatives are NaN in each direction that changes an operand.
 template <class T, class... X>
 [[nodiscard, gnu::noinline, gnu::cold]] constexpr T unknown_along(const T& f, const X&... operands) {
   if constexpr (std::floating_point<T>) {
@@ -152,7 +152,7 @@ template <class T>
   return slope;
 }
 
-/// tangent · partial. A partial that is a plain number has no zeros beside it, which would make NaN of ∞.
+/// tangent · partial. A partial that is a plain number has no tangents of 0, which would turn ∞ into NaN.
 template <class T, class Partial>
 [[nodiscard]] constexpr T chain_with(const T& tangent, const Partial& partial) {
   if constexpr (std::same_as<T, Partial>) {
@@ -196,9 +196,9 @@ template <class Operation, class T, std::size_t N, class Tag, class Slope>
   return {value, tangents};
 }
 
-/// Slope of an operation, given x and f(x). Where x is a dual, the slope's own slope is curvature(x, f,
-/// slope) of the operation if it has that, for where the formula of partial() would cancel; else partial() of
-/// duals.
+/// Slope of an operation, given x and f(x). Where x is a dual, the slope's derivative
+/// is the operation's curvature(x, f, slope), if it has one because partial() would
+/// cancel; else partial() of duals.
 template <class Operation, class T>
 [[nodiscard, gnu::always_inline]] constexpr auto slope_of(const T& x, const T& f) {
   if constexpr (DualNumber<T> && requires { Operation::curvature(x.value(), f.value(), f.value()); }) {

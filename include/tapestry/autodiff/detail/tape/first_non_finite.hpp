@@ -7,7 +7,7 @@
 
 namespace tapestry {
 
-/// While it lives, statements recorded on the tape that made it have a name for Tape::first_non_finite().
+/// Names, while it lives, statements of the tape that made it for Tape::first_non_finite().
 template <class T>
 class LabelScope {
  public:
@@ -36,8 +36,8 @@ template <class T>
   return first;
 }
 
-/// The products of adjoints and partial derivatives of the last reverse sweep in which a zero hid a number
-/// that is not finite.
+/// Products 0 · ∞ and 0 · NaN of adjoints and partial derivatives that the
+/// last reverse sweep took as 0.
 template <class T>
 [[nodiscard]] ZeroProducts zero_products(const TapeState<T>& state) {
   ZeroProducts found;

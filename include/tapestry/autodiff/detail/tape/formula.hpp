@@ -14,7 +14,7 @@ concept ExpressionOperands = (ScalarExpression<X> && ScalarExpression<Y>) ||
                              (ScalarExpression<Y> &&
                               ConstantOf<X, typename std::remove_cvref_t<Y>::ExpressionScalar>);
 
-/// Two operands of which one is a Dual, and the other the same Dual or a constant beside it.
+/// Two operands: a Dual, and the same Dual type or a constant.
 template <class X, class Y>
 concept DualOperands = (DualNumber<X> &&
                         (std::same_as<X, Y> || std::convertible_to<Y, typename X::value_type>)) ||

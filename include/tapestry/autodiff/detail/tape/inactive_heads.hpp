@@ -15,7 +15,7 @@ template <class T>
 template <class T>
 [[gnu::visibility("default")]] inline constinit WriteHead swept_tape{nullptr, nullptr, Link(0, no_generation),
                                                                      0};
-/// The same for threads of which a scope ended out of order.
+/// The same for threads whose scopes ended out of order.
 template <class T>
 [[gnu::visibility("default")]] inline constinit WriteHead disordered_tapes{nullptr, nullptr,
                                                                            Link(0, no_generation), 0};

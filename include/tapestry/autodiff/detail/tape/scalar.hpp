@@ -76,7 +76,7 @@ template <std::floating_point T>
   return either(factor == T(0), partial == T(0)) ? T(0) : product;
 }
 
-/// NaN, and so all that it carries.
+/// NaN as value and as every derivative.
 template <class T>
 [[nodiscard]] constexpr T unknown() {
   if constexpr (std::floating_point<T>) {
@@ -145,7 +145,7 @@ template <DualNumber T>
   return hides;
 }
 
-/// Operations at a kink name one side and give the other the partial 0, which is left out of the statement.
+/// At a kink an operation names one side. The other side has the partial 0 and is left out of the statement.
 /// They declare `skips_zero`.
 template <class Operation>
 concept SkipsZero = requires {

@@ -47,7 +47,7 @@ class Shared {
   Counted* counted_ = nullptr;
 };
 
-/// The thread on which a tape is active, if any.
+/// Thread that a tape is active on, if any.
 class ThreadClaim {
  public:
   ThreadClaim() = default;

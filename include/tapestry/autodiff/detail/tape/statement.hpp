@@ -37,7 +37,7 @@ inline constexpr std::uint32_t no_generation = 0xFFFFFFFFU;
 /// Unique numbers by which a tape recognises its own variables.
 [[gnu::visibility("default")]] inline std::uint32_t next_generation() {
   static std::uint32_t last = 0;
-  std::uint32_t next = 0;  // the mark of passive variables, and no_generation of those without a tape
+  std::uint32_t next = 0;  // 0 marks passive variables, no_generation those without a tape
   while (next == 0 || next == no_generation) next = __atomic_add_fetch(&last, 1, __ATOMIC_RELAXED);
   return next;
 }
@@ -84,8 +84,8 @@ inline constexpr OperandCounts largest_counts{3, 3, 14};
   return {byte & 3U, byte >> 2U & 3U, byte >> 4U};
 }
 
-/// Words of 4 bytes in which statements keep their operands, in this order: pairs (partial, index) of the
-/// general ones, indices of those of partial 1, indices of those of −1.
+/// Words of 4 bytes hold a statement's operands, in this order: pairs (partial, index) of the general ones,
+/// indices with partial 1, indices with partial −1.
 using Word = std::uint32_t;
 
 template <class T>

@@ -10,8 +10,8 @@ namespace tapestry::detail {
 ///
 /// All of them together can be much larger than the caches, while most statements read values that were
 /// recorded shortly before. So the adjoints of the current statement and the ones before it lie in a window.
-/// When the sweep has passed them they move to the memory for all, in blocks, except those that are zero or
-/// not to be kept. Blocks that nothing was added to are not touched there.
+/// After their sweep they move in blocks to the memory for all, except those that are zero or not to be kept.
+/// Blocks without additions are not touched there.
 template <std::floating_point T, std::size_t Width>
 requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
  public:

@@ -17,7 +17,7 @@ namespace tapestry::detail {
 template <std::floating_point T, std::size_t Width>
 class VectorPullbacks {
  public:
-  /// \param lane_count  roots, at most Width; \param attachment  what keeps array adjoints, or null
+  /// \param lane_count  roots, at most Width; \param attachment  keeper of array adjoints, or null
   VectorPullbacks(std::span<const HeldRecord<T>> records, std::size_t lane_count, std::size_t last,
                   TapeAttachment* attachment, VectorAdjoints<T, Width>& adjoints)
       : records_(records),

@@ -64,9 +64,9 @@ template <class T, class... Partials>
   return record_carefully<T>(value, links, all, sizeof...(partials));
 }
 
-/// Operands of a formula whose number the compiler knows. They are computed before it is decided whether the
-/// fast way can record them, so that their code stands once; and at constant places, so that all stay in
-/// registers.
+/// Operands of a formula whose number the compiler knows. They are computed before the choice
+/// between the fast and the slow way, so that their code stands once, and at constant places, so
+/// that all stay in registers.
 template <class T, OperandCounts counts>
 class CountedOperands {
  public:

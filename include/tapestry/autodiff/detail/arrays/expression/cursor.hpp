@@ -12,7 +12,7 @@ struct ElementPass {
   const Adjoints& adjoints;  ///< of the leaves, in order, null where none is wanted
   T* root;                   ///< values of a costly root, else null
   T* kept;                   ///< other costly values, [kept_count, plan.size], or null
-  bool goes_back;            ///< those values are there to read, not to write
+  bool goes_back;            ///< root is read, not written
 };
 
 /// Place of a node in the expression: its first leaf, and its first kept array.
