@@ -18,10 +18,10 @@ namespace tapestry::camouflage {
 /// share of .18, the mean over the bundled views, a run takes the same time and twice the memory.
 inline constexpr double least_share_kept = 0.25;
 
-/// Kept layers of a detector for views while a texture is optimised, up to a memory limit: the parts of its
-/// layers that the car cannot reach, for views where that is worth it. Views are known by name; a view
-/// that has changed is computed anew. Several threads may call it at once, with different views; which views
-/// are kept when memory runs out then depends on their order, results never do.
+/// Keeps, up to a memory limit, layers of a detector for views while a texture is optimised: the parts of its
+/// layers that the car cannot reach, for views where that saves time. Views are known by name; a view that
+/// has changed is computed anew. Several threads may call it at once, with different views; which views are
+/// kept when memory runs out then depends on their order, results never do.
 template <std::floating_point T>
 class KeptLayers {
  public:
@@ -37,13 +37,13 @@ class KeptLayers {
   /// Call it after a pass over views: if they need more memory than `bytes`, forgets them and takes no more.
   void limit_to(std::size_t bytes, Views views);
 
-  /// Memory of the views for which limit_to() was called.
+  /// Memory that the views of limit_to() take.
   [[nodiscard]] std::size_t bytes() const;
 
-  /// Views that have been seen; views of which layers are kept.
+  /// Views seen so far; views with kept layers.
   [[nodiscard]] std::size_t view_count() const { return views_.size(); }
   [[nodiscard]] std::size_t kept_count() const;
-  /// Mean over all views of the share of multiply-adds that is left out, 0 where nothing is kept.
+  /// Mean over all views of the saved share of multiply-adds; 0 for a view without kept layers.
   [[nodiscard]] double share() const;
 
  private:
@@ -83,7 +83,7 @@ class Ensemble {
 
   /// See Objective::keep_layers().
   void keep_layers(std::size_t bytes, double least_share);
-  /// Layers kept for a detector; detectors count in the order in which they joined.
+  /// Layers kept for a detector; members are numbered in the order of joining.
   [[nodiscard]] const KeptLayers<T>& kept_layers(std::size_t member) const {
     return members_.at(member).kept;
   }
@@ -91,8 +91,8 @@ class Ensemble {
   /// Weights of all detectors together.
   [[nodiscard]] std::size_t weight_count() const;
 
-  /// \param attention  weight of loss::attention(), whose mean over the pictures is then `total`; 0: `total`
-  ///                   is that of the adversarial loss. Each detector must then observe a layer
+  /// \param attention  weight of loss::attention(): `total` is then its mean over the pictures; 0: `total` is
+  ///                   the adversarial loss. Each detector must then observe a layer
   [[nodiscard]] loss::AdversarialTerms<Variable<T>> operator()(const ShownPictures<T>& shown,
                                                                const ObjectiveOptions& options,
                                                                double attention, StageClock<T>& clock);

@@ -79,9 +79,9 @@ class Objective {
   }
 
   /// Paints by another method than FCA's; the parameter then has its rows. If the method scatters attention,
-  /// each detector must observe a layer; terms() are still those of the adversarial loss, except `total`. If
-  /// it moves the shape, views must keep their Sight, see sight_of(), and `total` includes the weighted
-  /// shape_roughness().
+  /// each detector must observe a layer; terms() still hold the adversarial loss, except in `total`.
+  /// If it moves the shape, views must keep their Sight, see sight_of(), and `total` includes the
+  /// weighted shape_roughness().
   void follow(Method<T> method) { method_ = std::move(method); }
   [[nodiscard]] const Method<T>& method() const { return method_; }
 
@@ -111,19 +111,19 @@ class Objective {
   ///
   /// \param parameter  [texel, 3], or a row for each of the method's
   /// \param views      at least one, all of one car in one colour space
-  /// \param session    a shot for each view; if not given, the detectors see the pictures as they are
+  /// \param session    a shot for each view; if not given, the detectors see unchanged pictures
   [[nodiscard]] Variable<T> operator()(const ArrayVariable<T, 2>& parameter, Views views,
                                        const PhotoSession* session = nullptr);
 
-  /// The first part of it: the paint that the views are drawn by, and what it alone costs. Smoothness in the
-  /// atlas, printability and the roughness of a moved shape do not depend on views.
+  /// First part of the objective: the paint that the views are drawn with, and the loss of the paint alone.
+  /// Smoothness in the atlas, printability and the roughness of a moved shape do not depend on views.
   /// \param views  for their colour space and pyramid
   [[nodiscard]] std::pair<DrawnPaint<T>, Evaluated<T>> paint_of(const ArrayVariable<T, 2>& parameter,
                                                                 Views views,
                                                                 const PhotoSession* session = nullptr);
 
-  /// The second: what the views cost. Threads that share an objective record each on a tape of its own, with
-  /// views and a paint of its own.
+  /// Second part: the loss of the views. Threads that share an objective record each on a tape of its own,
+  /// with views and a paint of its own.
   [[nodiscard]] Evaluated<T> evaluate(const DrawnPaint<T>& paint, Views views,
                                       const PhotoSession* session = nullptr);
 

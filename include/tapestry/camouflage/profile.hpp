@@ -29,7 +29,7 @@ struct StepTimes {
 };
 
 /// Divides the time of recording and of the reverse sweep among stages. end_of() between two stages ends the
-/// first one, and leaves a mark on the active tape at which the sweep, which comes from behind, ends the
+/// first. It leaves a mark on the active tape: there the reverse sweep, which runs backwards, ends the
 /// second. Clocks of several threads may add to the same times.
 template <std::floating_point T>
 class StageClock {
@@ -43,7 +43,7 @@ class StageClock {
   }
 
   /// Ends a stage: counts the time since the last call for it.
-  /// \param reverse  stage that the sweep over what was recorded since then counts for
+  /// \param reverse  stage that counts the sweep over the statements recorded since then
   void end_of(Stage forward, Stage reverse);
   void end_of(Stage stage) { end_of(stage, stage); }
 

@@ -16,7 +16,7 @@ namespace tapestry::camouflage {
 ///
 ///   reach · longest extent of the car · tanh p[w(v)],
 ///
-/// with w(v) the first position at the same place, so that seams stay closed. p = 0 is the car as it is.
+/// with w(v) the first position at the same place, so that seams stay closed. p = 0 is the unchanged car.
 struct ShapeParameter {
   raster::PaintedMesh car;                         ///< the original car
   std::shared_ptr<const raster::MeshEdges> edges;  ///< edges of the car
@@ -61,7 +61,7 @@ template <std::floating_point T>
 
 /// The car in another shape. Normals stay those of the original car.
 /// \param offsets  see shape_offsets()
-/// \throws ShapeError unless there is one a position
+/// \throws ShapeError unless each position has one
 template <std::floating_point T>
 [[nodiscard]] raster::PaintedMesh reshaped(raster::PaintedMesh car, const Array<T, 2>& offsets);
 
@@ -70,7 +70,7 @@ template <std::floating_point T>
 struct RedrawnView {
   ArrayVariable<T, 3> render;                   ///< m·O, [H, W, 3], multiplied by its coverage m·c
   ArrayVariable<T, 3> picture;                  ///< I_adv, [H, W, 3], see picture_of()
-  std::shared_ptr<const Array<T, 2>> interior;  ///< as View::interior, of the whole picture; held still
+  std::shared_ptr<const Array<T, 2>> interior;  ///< as View::interior, of the whole picture; a constant
 };
 
 /// Draws a view anew, differentiable by texels and positions, right through silhouettes. The mask stays that

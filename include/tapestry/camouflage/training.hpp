@@ -17,7 +17,7 @@ struct TrainingOptions {
   double worst_share = 1;  ///< share of a step's views that count; see worst_view_weights()
   std::uint64_t seed = 1;
   optim::AdamSettings adam{};
-  image::Conditions conditions{};  ///< conditions of every step's photographs; none: pictures as they are
+  image::Conditions conditions{};  ///< conditions of every step's photographs; none: unchanged pictures
 };
 
 /// Which views of every step a process computes where several train one texture together, and how they
@@ -111,7 +111,7 @@ class Training {
   /// The session depends on the seed and the step's number only, as does the batch.
   [[nodiscard]] std::optional<PhotoSession> next_session(const std::vector<ViewPointer>& views) const;
 
-  /// Derivatives by what the views are drawn by, of its extents; empty if not wanted.
+  /// Derivatives by the texels and positions that views are drawn with; empty if not wanted.
   struct Slopes {
     Array<T, 2> texels, positions;
   };
@@ -130,8 +130,8 @@ class Training {
   [[nodiscard]] Share share_of(const DrawnPaint<T>& paint, const ViewPointer& view,
                                const std::optional<PhotoSession>& session);
 
-  /// find() of some views of a step, in their order. The processes compute those that are dealt to them, each
-  /// its own on several threads, and exchange them.
+  /// find() of some views of a step, in their order. Each process computes its own share on several
+  /// threads; then all exchange them.
   /// \param slopes  of the extents that find() gives
   template <class Find>
   [[nodiscard]] std::vector<Share> shares_of(const std::vector<ViewPointer>& batch,

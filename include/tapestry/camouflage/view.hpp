@@ -36,7 +36,7 @@ struct View {
   image::PixelWindow window;  ///< where that lies in the frame; empty if nothing shows
   /// [h, w], 1 where a pixel and those right and below are all car.
   std::shared_ptr<const Array<T, 2>> interior;
-  detect::Box target{0, 0, 0, 0};  ///< around what shows of the car, pixels of the input
+  detect::Box target{0, 0, 0, 0};  ///< around the car's visible part, pixels of the input
   std::size_t visible_pixels = 0;  ///< pixels that show the car
   double hidden_share = 0;         ///< of the car's silhouette in the picture, by the frame's mask
   /// Position of the camera around the middle of the car, in units of half the car's longest side; all 0 for
@@ -56,7 +56,7 @@ struct View {
   std::shared_ptr<const Sight<T>> sight{};  ///< null where the car's shape stays
 };
 
-/// Least registration with which a photograph is taken to hold the car where the mesh is.
+/// Least registration for a photograph to count as showing the car where the mesh is.
 inline constexpr double least_registration = 0.9;
 
 template <std::floating_point T>
@@ -84,9 +84,9 @@ template <std::floating_point T>
 /// \param photo  settings for estimating light from the frame's picture; without them, if no point of the
 ///               car can be made out in it, or if shows_car() of a frame without a mask is false, the light
 ///               is io::frame_light()
-/// \param keeps_photograph  whether faces without paint show the frame's own pixels where the frame holds the
-///               car: where its mask is the car's silhouette by an IoU of at least least_registration, or,
-///               without a mask, where shows_car() of `photo` is true. Else they show their materials
+/// \param keeps_photograph  whether faces without paint show the frame's own pixels if the frame holds the
+///               car: if its mask and the car's silhouette have an IoU of at least least_registration or,
+///               without a mask, if shows_car() of `photo` is true. Else they show their materials
 /// \throws ShapeError if the frame's mask has other extents than its image; DomainError for a filtered atlas
 ///         without a pyramid, and as io::camera_of()
 template <std::floating_point T>

@@ -52,7 +52,7 @@ class ViewStore {
   }
 
  private:
-  /// A view; its background is left out where bytes hold the same.
+  /// A view; without its background if bytes hold the same one.
   struct Kept {
     ViewPointer view{};
     Array<std::uint8_t, 3> background{};
@@ -87,7 +87,7 @@ struct UsableViews {
   std::vector<std::string> warnings;  ///< one for each view that does not show it
 };
 
-/// Prepares every view of a store once and sorts out those in which the car is hidden; errors as its loaders.
+/// Prepares every view of a store once and sorts out those in which the car is hidden; throws as its loaders.
 ///
 /// \param visit  called with each view in order; may report progress, or throw to give up
 template <std::floating_point T, std::invocable<const View<T>&> Visit>

@@ -10,7 +10,7 @@ enum class InstructionSet { portable, avx2, avx512 };
 
 /// The set of kernels that no target attribute compiles: portable; or, if TAPESTRY_ONE_INSTRUCTION_SET is
 /// defined in all sources of a program, the best that the compiler's options allow, such as -march=native.
-/// That is then the only one, which compiles sooner and runs on such processors alone.
+/// It is then the only one: this compiles sooner, and runs on such processors alone.
 #if !defined(TAPESTRY_ONE_INSTRUCTION_SET)
 inline constexpr InstructionSet plain_instruction_set = InstructionSet::portable;
 #elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__)

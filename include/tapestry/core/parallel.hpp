@@ -67,8 +67,8 @@ struct BlockRange {
   return {begin, begin + size < count ? begin + size : count};
 }
 
-/// Calls body(begin, end) for the blocks of `size` items, of which the last may be shorter, that `count`
-/// items are cut into, as parallel_for() does.
+/// Cuts `count` items into blocks of `size`, the last perhaps shorter, and calls body(begin, end) for each
+/// block as parallel_for() does.
 template <class Body>
 void parallel_for_blocks(std::size_t count, std::size_t size, Body body) {
   parallel_for(block_count(count, size), [&](std::size_t index) {

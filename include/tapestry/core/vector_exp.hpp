@@ -69,7 +69,7 @@ template <class T>
   const T r = (within - k * Format::ln2_high) - k * Format::ln2_low;
   const T tail = horner<0>(terms, r);
   const T power = T(1) + (r + r * r * tail);
-  // 2^(k − 1), so that it is finite at the largest arguments; twice the power makes up for it.
+  // 2^(k − 1), so that it is finite at the largest arguments; doubling the power corrects that.
   const T scale =
       std::bit_cast<T>((std::bit_cast<Bits>(shifted) + (Format::bias - 1)) << Format::mantissa_bits);
   const T result = (power + power) * scale;

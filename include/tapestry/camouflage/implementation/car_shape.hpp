@@ -6,7 +6,7 @@ namespace tapestry::camouflage {
 ShapeParameter shape_parameter(const raster::PaintedMesh& car) {
   if (raster::is_filtered(car.layout))
     throw DomainError("shape_parameter: expected a bilinear atlas, found a filtered one");
-  (void)geometry::mesh_topology(car.mesh);  // refuses what edges take for granted
+  (void)geometry::mesh_topology(car.mesh);  // throws if edges would be wrong
   auto edges = std::make_shared<const raster::MeshEdges>(raster::mesh_edges(car.mesh));
   geometry::Mesh welded;
   welded.positions = car.mesh.positions;

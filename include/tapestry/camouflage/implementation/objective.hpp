@@ -155,8 +155,8 @@ Evaluated<T> Objective<T>::evaluate(const DrawnPaint<T>& paint, Views views, con
   clock.end_of(&StepTimes::render);
   const auto laid = laid_over(views, drawn);
   clock.end_of(&StepTimes::composite);
-  // Before the detectors, so that the sweep adds it to their sum: a detector that is there twice has its
-  // bits.
+  // Recorded before the detectors, so that the sweep adds it to their sum: a detector that
+  // joins twice has the same bits.
   Variable<T> smoothness = T(0);
   if (!used_texels_) smoothness = smoothness_of(views, drawn, laid);
   clock.end_of(&StepTimes::losses);

@@ -95,7 +95,7 @@ std::shared_ptr<const Array<float, 3>> kept_photograph(const View<T>& view, bool
   return std::make_shared<const Array<float, 3>>(image::in_space(view.space, pixels));
 }
 
-/// An estimate without what it was drawn with, since many views are kept.
+/// An estimate without the arrays it was drawn with, to save memory: many views are kept.
 [[nodiscard]] inline std::shared_ptr<const raster::EstimatedLight> small_copy(
     raster::EstimatedLight estimate) {
   estimate.light.shadow = nullptr;

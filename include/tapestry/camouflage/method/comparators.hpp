@@ -24,7 +24,7 @@ template <std::floating_point T>
 
 /// Noise, see random_colours(), that is not optimised: the effect of covering the car in any pattern.
 ///
-/// Source: the control "random" of the tables; the papers lack it.
+/// Source: the control "random" of the tables; no paper has it.
 template <std::floating_point T>
 [[nodiscard]] Method<T> random_paint(const raster::PaintedMesh& car, std::uint64_t seed) {
   Random noise = Random(seed).fork(0x6E6F697365ULL);
@@ -229,8 +229,8 @@ template <std::floating_point T>
 /// depend on. The Grad-CAM of a classifier is not used, since it shows next to nothing of a detector's score.
 /// The second term is left out: closeness to the edges of a content picture, which is for human eyes.
 ///
-/// The loss is small, about 0.005 against YOLOX-nano, where the smoothness term is 0.01 to 0.04 at its usual
-/// weight: the optimisation then smooths the paint, and the car is found as often as without it. DAS has no
+/// The loss is small, about 0.005 against YOLOX-nano; the smoothness term is 0.01 to 0.04 at its usual
+/// weight. So the optimisation smooths the paint, and the car is found as often as without it. DAS has no
 /// such term; give it the weight 0.
 template <std::floating_point T>
 [[nodiscard]] Method<T> das_full() {

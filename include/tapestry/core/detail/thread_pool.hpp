@@ -27,7 +27,7 @@ class ThreadPool {
     std::size_t count = 0;
   };
 
-  /// The pool of this program, one for all its shared libraries, those that hide their symbols included. It
+  /// The pool of this program, one for all its shared libraries, including those that hide their symbols. It
   /// is never destroyed, since loops may run during destruction of other objects.
   [[nodiscard, gnu::visibility("default")]] static ThreadPool& instance() {
     static ThreadPool& pool = *new ThreadPool;
@@ -83,7 +83,7 @@ class ThreadPool {
   };
 
   /// Turns that a thread spins before it sleeps, about 10 or 40 microseconds. Loops often follow one another
-  /// closely, and waking takes longer than that. The shorter time is for busy machines, on which a spinning
+  /// closely, and waking takes longer than that. The shorter time is for busy machines, where a spinning
   /// thread takes a processor from threads that work.
   static constexpr int short_patience = 500, long_patience = 2000;
   static constexpr int loops_between_looks = 32, calm_looks = 16;

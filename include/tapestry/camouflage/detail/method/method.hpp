@@ -23,7 +23,7 @@ struct Method {
   Array<T, 2> elsewhere{};
   /// Bounds of the colours of each row, [row, 3], in [0, 1]; empty: 0 and 1.
   Array<T, 2> least{}, greatest{};
-  /// Weight of loss::attention(), which is then minimised instead of the adversarial loss; 0: the latter is.
+  /// Weight of loss::attention(), minimised instead of the adversarial loss; 0: the latter is minimised.
   double attention = 0;
   bool is_optimised = true;  ///< false: the paint stays as it begins
   /// The shape, if it is a parameter, too: its rows follow those of the texture. Null: the mesh stays.
@@ -43,7 +43,7 @@ template <std::floating_point T>
 /// shape is a parameter, too, it begins as the car's own shape.
 ///
 /// \param start  [texel, 3], a parameter for every texel
-/// \throws ShapeError unless the method is for as many texels; else as require_sound()
+/// \throws ShapeError unless the method has as many texels; else as require_sound()
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> first_parameter(const Method<T>& method, const Array<T, 2>& start);
 
