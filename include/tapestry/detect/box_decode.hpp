@@ -10,7 +10,7 @@ namespace tapestry::detect {
 /// One class of one candidate box.
 struct Detection {
   std::size_t class_index = 0;
-  double confidence = 0;  ///< probability of an object times that of its class; without objectness the latter
+  double confidence = 0;  ///< probability of an object times that of its class; else the class's
   double objectness = 0;  ///< probability of an object; of a head without objectness that of the surest class
   Box box{};              ///< pixels of the network's input
   std::size_t head = 0;

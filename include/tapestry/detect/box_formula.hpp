@@ -102,7 +102,7 @@ namespace detail {
 
 /// One axis of a head's grid, for one candidate.
 struct GridAxis {
-  double cell = 0, cells = 0;  ///< the candidate's, and how many there are
+  double cell = 0, cells = 0;  ///< the candidate's, and their number
   double input = 0;            ///< extent, pixels
   double stride = 0;           ///< pixels; 0: input / cells
   double unit = 0;             ///< unit of extents, pixels

@@ -123,8 +123,8 @@ class DarknetModel {
   /// Takes over the weights of a learning_detector(); running statistics stay.
   void take_weights(const Detector<T>& learnt);
 
-  /// Moves running means and variances a part of the way to those of a training pass:
-  /// running ← (1 − momentum)·running + momentum·batch, the variance unbiased.
+  /// Moves running means and variances towards those of a training pass: running ← (1 − momentum)·running +
+  /// momentum·batch, the variance unbiased.
   ///
   /// \param pass  of a learning_detector() with batch statistics, in Mode::training
   /// \throws DomainError for another pass

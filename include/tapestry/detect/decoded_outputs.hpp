@@ -13,18 +13,18 @@ enum class BoxForm {
 };
 /// Meaning of the class numbers: probabilities, their logits, or logits of one softmax over all classes.
 enum class ScoreForm { probabilities, logits, softmax };
-/// Which entry among the classes stands for none of them, and is left out.
+/// Entry among the classes that stands for the background, and is left out.
 enum class Background { none, first, last };
 
 /// Values of outputs may differ by so much from what their description states: rounding, also in half
 /// precision.
 inline constexpr double claim_tolerance = 1e-3;
 
-/// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. The names
-/// may be those of inner values, too, such as those before suppression; these may lack the axis of the
-/// picture, [N, channels]. Name logits rather than probabilities: where a probability is rounded to 1, its
-/// gradient is 0. If N depends on the picture, as with proposals, the head has room for most_candidates;
-/// missing ones have a box of no extent and the least probability.
+/// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. Names may
+/// also name inner values, such as those before suppression; these may lack the axis of the picture, [N,
+/// channels]. Name logits rather than probabilities: where a probability is rounded to 1, its gradient is 0.
+/// If N depends on the picture, as with proposals, the head has room for most_candidates; missing ones have a
+/// box of no extent and the least probability.
 struct DecodedOutputs {
   std::string boxes{}, scores{};  ///< names of outputs; of one for both, boxes come first in it
   bool channels_first = false;    ///< [1, channels, N], as of YOLOv8, instead of [1, N, channels]
@@ -44,10 +44,10 @@ struct DecodedOutputs {
   /// Width and height of the picture in whose pixels boxes are, of values within networks that resize their
   /// input; 0: the input's own.
   std::array<double, 2> extent{};
-  /// Whether boxes are [N, K, 4], one for each entry of the scores: the box of the surest class counts, the
-  /// mean of those of equally sure ones.
+  /// Whether boxes are [N, K, 4], one for each entry of the scores: the surest class's box counts, for
+  /// equally sure classes the mean of their boxes.
   bool has_box_for_each_class = false;
-  std::size_t most_candidates = 1000;  ///< of a network in which their number depends on the picture
+  std::size_t most_candidates = 1000;  ///< if their number depends on the picture
 
   bool operator==(const DecodedOutputs&) const = default;
 };
@@ -58,7 +58,7 @@ inline constexpr float least_probability = 1e-7F;
 
 namespace detail {
 
-/// Values of an output as its description states them, to be held against those of a first pass.
+/// Values of an output as described, to compare with those of a first pass.
 struct OutputClaim {
   std::string path{};  ///< of the network, for messages
   std::atomic<bool> is_judged = false;
@@ -116,8 +116,8 @@ class DecodedOutputNodes {
 
   /// The class numbers of the output, [1, K, N]; probabilities if the form is softmax.
   std::string scores(std::string from);
-  /// Probabilities of an end-to-end output, [1, K, N]: the score for the class whose number stands behind it,
-  /// 0 for all others.
+  /// Probabilities of an end-to-end output, [1, K, N]: the score for the class whose number follows
+  /// it, 0 for all other classes.
   std::string probabilities_of_choice(const std::string& all);
   std::string probabilities(const std::string& said) {
     return outputs_.score_form == ScoreForm::logits ? node("Sigmoid", {said}, {}) : said;

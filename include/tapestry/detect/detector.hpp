@@ -72,7 +72,7 @@ class Detector {
   [[nodiscard]] const std::vector<Head>& heads() const { return heads_.heads; }
   [[nodiscard]] const DetectorDescription& description() const { return kind_; }
 
-  /// How a photograph goes onto the input.
+  /// Placement of a photograph on the input.
   [[nodiscard]] const image::Fit& fit() const { return kind_.fit; }
   void set_fit(const image::Fit& fit) { kind_.fit = fit; }
   /// Overlap measure for non-maximum suppression.
@@ -82,8 +82,8 @@ class Detector {
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   void set_names(std::vector<std::string> names) { names_ = std::move(names); }
   /// The class of a name or, if no class has it, of a number.
-  /// \throws Error (mismatch) listing the names there are, or if there are not so many classes; (usage) for a
-  ///         name where there are none
+  /// \throws Error (mismatch) listing the known names, or if the number is too large; (usage) for a name
+  ///         where there are none
   [[nodiscard]] std::size_t class_index(std::string_view name) const;
 
   void set_engine(nn::Engine engine) {
@@ -109,7 +109,7 @@ class Detector {
   ///                other. The detector itself applies the input encoding of the network.
   /// \param pass    receives the logits, and what `mode` keeps
   /// \throws ShapeError unless images have the network's extents; FileError (mismatch) naming an output whose
-  ///         values are not what the description states, at the first call
+  ///         values contradict the description, at the first call
   void forward(const Array<T, 4>& images, Pass<T>& pass, Mode mode = Mode::inference) const;
 
   /// forward() of pictures that change from call to call within a window each, with the same bits. Layers
@@ -144,8 +144,8 @@ class Detector {
   [[nodiscard]] std::vector<Detection> in_photograph(std::vector<Detection> detections, std::size_t height,
                                                      std::size_t width) const;
 
-  /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, and the like for the weights, each unless
-  /// null; null for a head stands for zeros.
+  /// Adds (∂logits/∂images)ᵀ · logits_adjoint to images_adjoint, and the same for the weights, each unless
+  /// null. A null head stands for zeros.
   /// \param pass  of forward() or forward_within() in another mode than inference, for weights in
   ///              Mode::training; may be used again
   /// \param weights_adjoint  in the order of weights()
@@ -246,7 +246,7 @@ class Detector {
                         Array<T, 4>* images_adjoint, const std::vector<T*>& gathered) const;
 
   /// Values of an output for the images of one pass.
-  /// \throws ShapeError if its extents depend on the picture and are not those of the first one
+  /// \throws ShapeError if its extents depend on the picture and differ from the first one's
   [[nodiscard]] const T* output_values(const Pass<T>& pass, std::size_t n, std::size_t output) const;
 
   /// \throws DomainError for a pass that kept nothing, or only windows

@@ -23,19 +23,19 @@ template <std::floating_point T>
 ///
 /// \param detector  must outlive the tape's last reverse(), unchanged
 /// \param images   [N, H, W, 3], RGB in [0, 1]
-/// \param pass     memory to use, for loops that record again and again: not to be used for anything else
-///                 before the tape's last reverse(), and logits of an earlier call with it are gone. Null
-///                 takes new memory.
+/// \param pass     memory for loops that record again and again. Use it for nothing else before the
+///                 tape's last reverse(); each call overwrites the logits of the call before. Null takes
+///                 new memory.
 /// \throws ShapeError as Detector::forward(); DomainError if images are on no active tape
 template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(const Detector<T>& detector,
                                                        const ArrayVariable<T, 4>& images,
                                                        std::shared_ptr<Pass<T>> pass = nullptr);
 
-/// The same, bit for bit, of pictures that change within a window each from call to call, without computing
-/// again what the windows do not reach: see Detector::forward_within(). The pictures' adjoint is that of
-/// forward() within the windows, and may be zero elsewhere. Constant pictures run in the same mode as others,
-/// since kept layers belong to one mode.
+/// The same bits for pictures that each change within a window from call to call, computing only what the
+/// windows reach: see Detector::forward_within(). The pictures' adjoint is that of forward() within the
+/// windows, and may be zero elsewhere. Constant pictures run in the same mode as others, since kept
+/// layers belong to one mode.
 ///
 /// \param kept  for each image, or null to compute everything of it; needed during the call only
 /// \throws ShapeError as Detector::forward_within(); DomainError as forward()
@@ -53,8 +53,8 @@ template <std::floating_point T>
 /// \param images     [N, H, W, 3], RGB in [0, 1]
 /// \param weights    in the order of detector.weights()
 /// \param pass       as above
-/// \throws ShapeError as Detector::forward(), and if there are not as many weights; whatever is thrown, they
-///         are not taken over
+/// \throws ShapeError as Detector::forward(), or for another number of weights; the detector's
+///         weights then stay
 template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 4>> forward(Detector<T>& detector,
                                                        const ArrayVariable<T, 4>& images,

@@ -7,14 +7,14 @@
 
 namespace tapestry::detect {
 
-/// The convolutions that an exported detector's outputs are computed from, before they were rearranged and
-/// before the logistic function: losses need them, since where that function rounds to 1 no slope is left.
-/// Found by going back from the outputs through operators that only rearrange values; in the order in which
-/// they are joined there.
+/// Names the convolutions behind an exported detector's outputs, before rearranging and before
+/// the logistic function. Losses need them: where that function rounds to 1 no slope is left.
+/// Found by going back from the outputs through operators that only rearrange values; in
+/// the order of joining there.
 [[nodiscard]] std::vector<std::string> raw_outputs(const nn::NetworkDescription& description);
 
-/// The last value on which all these values depend. For raw outputs it is the last single layer that all
-/// heads depend on. Empty if there is none.
+/// The last value that all these values depend on. For raw outputs it is the last single layer that all heads
+/// depend on. Empty if there is none.
 [[nodiscard]] std::string common_layer(const nn::NetworkDescription& description,
                                        const std::vector<std::string>& outputs);
 
@@ -23,9 +23,9 @@ namespace tapestry::detect {
 [[nodiscard]] std::string common_layer(const nn::NetworkDescription& network,
                                        const DetectorDescription& kind);
 
-/// Holds a description against what a network computes: the filters of its last convolutions, the channels
+/// Compares a description with what a network computes: the filters of its last convolutions, the channels
 /// that it takes the logistic function of, anchors that it multiplies by, and whether scores are logits.
-/// \throws FileError (mismatch) naming what heads of this kind need, and what is there
+/// \throws FileError (mismatch) naming what heads of this kind need, and what was found
 void require_layers_of(const nn::NetworkDescription& network, const DetectorDescription& kind);
 
 /// The description of a known detector, recognised by the filters of its raw outputs:

@@ -132,8 +132,8 @@ struct Head {
 
 inline constexpr std::size_t largest_bin_count = 256;  ///< of a side of a box
 
-/// \throws DomainError if a head of a family without anchors has some, one of the family distance no class
-///         or not 1 to 256 bins, or one of another family than darknet exclusive classes
+/// \throws DomainError if a head of a family without anchors has some, a head of the family distance has no
+///         class or not 1 to 256 bins, or a head outside the family darknet has exclusive classes
 inline void require_layout(const char* operation, const Head& head) {
   const std::string of_family =
       std::string(operation) + ": a head of the decode family " + std::string(name_of(head.decode));

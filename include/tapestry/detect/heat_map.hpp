@@ -13,7 +13,7 @@ namespace tapestry::detect {
 struct BestCandidate {
   std::size_t head = 0;       ///< index of its head
   std::size_t candidate = 0;  ///< anchor · cells + cell within that
-  double confidence = 0;  ///< objectness times the probability of the class, or without objectness the latter
+  double confidence = 0;      ///< objectness times the class's probability, or the latter alone
 };
 
 /// Class and place of the candidates to search.
@@ -89,9 +89,9 @@ struct ExplainedLogits {
 };
 
 /// Logits and, for each picture, the layer_cam() of the surest candidate of a class, over the first observed
-/// layer of the detector, on the tape. The pullback of a map is that of the layer's values; the gradient of
-/// the score in the layer is taken as constant, as programs with Grad-CAM do it. The map is exact, off kinks,
-/// if the network above the layer is piecewise linear.
+/// layer of the detector, on the tape. The pullback of a map follows the layer's values. It takes the score's
+/// gradient in the layer as constant, as programs with Grad-CAM do. The map is exact, off kinks, if the
+/// network above the layer is piecewise linear.
 ///
 /// \param detector  with an observed layer; must outlive the tape's last reverse(), unchanged
 /// \param images    [N, H, W, 3], RGB in [0, 1]

@@ -12,14 +12,14 @@ namespace tapestry::detect {
   return {{window.top, window.top + window.height}, {window.left, window.left + window.width}};
 }
 
-/// Kept layers of one picture that changes from pass to pass within a window only, as a car's does while its
-/// paint is optimised: of each layer what is next to the part that the window reaches.
-/// Detector::forward_within() fills it and checks itself whether it still holds. Two threads must not share
-/// one.
+/// Kept layers of one picture that changes from pass to pass within a window only, as a car's does
+/// while its paint is optimised: of each layer the surroundings of the part that the window
+/// reaches. Detector::forward_within() fills it and checks whether it is still valid. Two
+/// threads must not share one.
 template <std::floating_point T>
 class KeptPicture {
  public:
-  /// \param window  outside of which the picture stays as it is; may be empty
+  /// \param window  the picture is constant outside of it; may be empty
   explicit KeptPicture(const image::PixelWindow& window) : window_(window) {}
 
   [[nodiscard]] const image::PixelWindow& window() const { return window_; }
@@ -36,7 +36,7 @@ class KeptPicture {
   nn::KeptValues<T> values_{};
 };
 
-/// \throws ShapeError unless there is one an image, with windows inside the detector's pictures or null
+/// \throws ShapeError unless there is one for each image, with windows inside the detector's pictures or null
 template <std::floating_point T>
 void require_kept(const char* operation, const Detector<T>& detector, const Array<T, 4>& images,
                   const std::vector<KeptPicture<T>*>& kept) {

@@ -5,7 +5,7 @@
 
 namespace tapestry::detect {
 
-/// Role of a parameter, in the order in which Darknet stores them.
+/// Roles of parameters, in Darknet's order of storage.
 enum class ParameterRole { bias, scale, mean, variance, weight };
 
 [[nodiscard]] constexpr std::string_view name_of(ParameterRole role) {
@@ -55,7 +55,7 @@ struct ParameterLayout {
 /// inference itself. Training with the batch's own statistics is then impossible.
 ///
 /// \param layout      of config
-/// \param parameters  in the order of layout; the result is in that of the folded network's
+/// \param parameters  in the order of layout; the result is in the order of the folded network
 /// \throws NumericError naming the layer of the first result that is not finite as a float
 template <std::floating_point T>
 [[nodiscard]] Array<T, 1> fold_batch_norm(const NetworkConfig& config, const ParameterLayout& layout,

@@ -11,8 +11,8 @@ namespace tapestry::detect {
 
 using nn::Mode;
 
-/// The result of one forward pass and what its adjoint needs. A pass may be used again, and then keeps its
-/// memory; two threads must not share one.
+/// The result of one forward pass and the values that its adjoint needs. A pass may be used again, and then
+/// keeps its memory; two threads must not share one.
 template <std::floating_point T>
 struct Pass {
   Pass();
@@ -26,8 +26,8 @@ struct Pass {
   Mode mode = Mode::inference;
   std::size_t images = 0;
   std::vector<nn::NetworkPass<T>> graph{};  ///< one for each image, or one for all
-  std::vector<nn::StagedPass<T>> stages{};  ///< likewise, in its place, of a network in stages
-  std::vector<nn::Buffer<T>> inputs{};      ///< likewise: images as the network takes them
+  std::vector<nn::StagedPass<T>> stages{};  ///< of a network in stages, instead of `graph`
+  std::vector<nn::Buffer<T>> inputs{};      ///< images as the network takes them
 
   nn::PassTimes* times = nullptr;  ///< takes the time of each operation, unless null
 

@@ -10,11 +10,11 @@ namespace tapestry::detect {
 ///
 ///   IoU − (d² / c²)^β
 ///
-/// where d is the distance of their centres and c the diagonal of the smallest box around both. With β, two
-/// objects of which one hides a part of the other are both kept more often. Source: Zheng et al.,
-/// "Distance-IoU loss" (AAAI 2020), section 3.3, there with β = 1; β is beta_nms of AlexeyAB's Darknet for
-/// nms_kind=diounms, which measures in shares of the picture's extents. Here it is in pixels of the network's
-/// input.
+/// where d is the distance of their centres and c the diagonal of the smallest box around both. β
+/// keeps two objects more often if one hides a part of the other. Source: Zheng et al.,
+/// "Distance-IoU loss" (AAAI 2020), section 3.3, there with β = 1; β is beta_nms of AlexeyAB's
+/// Darknet for nms_kind=diounms, which measures in shares of the picture's extents. Here it is in
+/// pixels of the network's input.
 struct SuppressionMeasure {
   std::optional<double> distance_exponent{};  ///< β, above 0; none: the IoU alone
 

@@ -10,15 +10,15 @@ namespace tapestry::detect {
 /// A growing set of boxes that finds those which overlap another box.
 ///
 /// The plane is cut by vertical and horizontal lines into tiles, and these are merged two by two into coarser
-/// levels up to a single tile. A box stands once: in the tile of its top left corner, on the finest level
-/// where it reaches no further than one column and one row on. So on every level the boxes that overlap a
-/// given one stand in the tiles that it touches, or in the column and the row before them.
+/// levels up to a single tile. A box is stored once: in the tile of its top left corner, on the finest level
+/// where it reaches at most one column and one row further. So on every level the boxes that overlap a given
+/// one stand in the tiles that it touches, or in the column and the row before them.
 ///
 /// The search is exact whatever the rounding, since a box overlaps another only if its computed edges lie
 /// between those of the other, and the tile of an edge never decreases with the edge.
 ///
-/// It pays off for networks that have learnt little: of 20,000 boxes of a class, which such a network finds
-/// in a picture of 608 by 608, it keeps 16,557 twenty times as fast as a loop over the kept boxes.
+/// It pays off for networks that have learnt little. Such a network finds 20,000 boxes of a class in a
+/// picture of 608 by 608: of these it keeps 16,557 twenty times as fast as a loop over the kept boxes.
 class BoxGrid {
  public:
   /// Places the grid lines at quantiles of the centres of the boxes to come. The other boxes then stay in
@@ -65,7 +65,7 @@ class BoxGrid {
  private:
   static constexpr std::size_t boxes_a_tile = 8, largest_side = 64, largest_sample = 1024;
 
-  /// Columns and rows of the finest level in which the edges of a box lie.
+  /// Columns and rows of a box's edges on the finest level.
   struct Reach {
     std::size_t left, top, right, bottom;
   };

@@ -12,7 +12,7 @@ namespace detail {
 
 /// Adds the detections of a candidate that is sure enough.
 /// \param logit      takes a channel of the candidate
-/// \param detection  what they all have: objectness, head and candidate
+/// \param detection  common part: objectness, head and candidate
 template <std::invocable<std::size_t> Logits>
 void add_detections(const Head& head, const CandidatePlace& place, Logits logit, double confidence_threshold,
                     Detection detection, std::vector<Detection>& detections) {
@@ -71,7 +71,7 @@ template <std::floating_point T>
   return arrays;
 }
 
-/// Adds the pullback of decoded_arrays(); null for what nothing depends on.
+/// Adds the pullback of decoded_arrays(); null for arrays that nothing depends on.
 template <std::floating_point T>
 void decoded_arrays_adjoint(const Head& head, const Array<T, 4>& logits, double input_height,
                             double input_width, const std::vector<const Array<T, 3>*>& adjoints,

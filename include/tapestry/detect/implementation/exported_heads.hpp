@@ -34,8 +34,8 @@ struct OutputGroup {
   return groups;
 }
 
-/// Moves a group's outputs into the order in which a head wants its channels: for yolox boxes (4), objectness
-/// (1), classes; for distance whichever comes first there.
+/// Sorts a group's outputs as its head orders its channels: for yolox boxes (4), objectness (1), classes; for
+/// distance boxes and classes in the head's own order.
 inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes, OutputGroup& group) {
   const std::size_t boxes = head.box_channel_count();
   const auto rank = [&](std::size_t output) {

@@ -14,7 +14,7 @@ namespace detail {
                     expected, found});
 }
 
-/// Whether filters are those of one convolution of K and one of each `parts` on every grid.
+/// Whether every grid has one convolution of K filters and one of each of `parts`.
 [[nodiscard]] inline bool are_apart(std::vector<std::size_t> filters, std::size_t grids,
                                     const std::vector<std::size_t>& parts) {
   for (const std::size_t part : parts)

@@ -14,7 +14,7 @@ namespace tapestry::detect::detail {
   return std::ranges::find(presenting, operation) != presenting.end();
 }
 
-/// Whether an operator leaves values as they are, but for their type and rounding.
+/// Whether an operator changes only the type and rounding of values.
 [[nodiscard]] inline bool only_retypes(std::string_view operation) {
   return operation.starts_with("Cast") || operation == "Identity" || operation == "QuantizeLinear" ||
          operation == "DequantizeLinear";
@@ -91,10 +91,9 @@ struct HeadTrace {
 
 /// Channels of raw outputs that a network takes the logistic function of.
 struct LogisticChannels {
-  bool of_all = false;   ///< those of a convolution at once
-  bool of_some = false;  ///< those that were cut off anywhere
-  bool of_first =
-      false;  ///< those that were cut off before anything else, so that anchors have no part in it
+  bool of_all = false;    ///< all channels of a convolution at once
+  bool of_some = false;   ///< channels cut off anywhere
+  bool of_first = false;  ///< channels cut off before anything else, without anchors
 };
 
 [[nodiscard]] inline LogisticChannels logistic_channels(const nn::NetworkDescription& network,
@@ -117,8 +116,8 @@ struct LogisticChannels {
   return found;
 }
 
-/// Anchors that a network multiplies extents by where it decodes boxes itself: those of each grid, the
-/// smallest ones first. Fewer than there are grids where it shows none.
+/// Anchors that a network multiplies extents by where it decodes boxes itself: one list for each grid, the
+/// smallest first. Grids without visible anchors have no list.
 [[nodiscard]] inline std::vector<std::vector<std::array<double, 2>>> shown_anchors(
     const nn::NetworkDescription& network) {
   constexpr std::size_t most = 9;  // of a grid; places of cells are more

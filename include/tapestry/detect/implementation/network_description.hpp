@@ -199,9 +199,9 @@ class CfgDescriber : DescriptionWriter {
     return inputs.size() > 1 ? sum : add("Identity", {sum});
   }
 
-  /// A source of a shortcut in the extents of the sum: as many channels as the fewer are; where one of them
-  /// has f times the pixels of the other along an axis, every f-th from the first.
-  /// Source: shortcut_cpu of pjreddie's Darknet.
+  /// Fits a source of a shortcut to the extents of the sum: the smaller number of channels; along an
+  /// axis where one has f times the other's pixels, every f-th pixel from the first. Source:
+  /// shortcut_cpu of pjreddie's Darknet.
   std::string fitted(std::string value, const FeatureShape& from, const FeatureShape& to) {
     const std::size_t rows = std::min(from.height, to.height), columns = std::min(from.width, to.width);
     const std::size_t channels = std::min(from.channels, to.channels);

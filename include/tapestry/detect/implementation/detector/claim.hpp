@@ -14,7 +14,7 @@ inline void require_classes(const DetectorDescription& kind) {
                      ", expected ", (kind.decoded.classes > 0 ? "0" : "at least 1")});
 }
 
-/// Whether a description states what the values of the output with scores are.
+/// Whether a description states the values of the output with scores.
 [[nodiscard]] inline bool has_claim(const DetectorDescription& kind) {
   if (decode_family_of(kind.head) != DecodeFamily::decoded) return false;
   return kind.decoded.classes > 0 || kind.decoded.score_form == ScoreForm::probabilities;
@@ -33,7 +33,7 @@ inline void require_classes(const DetectorDescription& kind) {
 ///
 /// \param shape   [1, N, channels], or [1, channels, N] where channels are first; N may be 0
 /// \param values  in row-major order
-/// \throws FileError (mismatch) naming the output, what was expected and the first value that is not
+/// \throws FileError (mismatch) naming the output, the expected values and the first other value
 template <std::floating_point T>
 void require_as_described(const OutputClaim& claim, const DecodedOutputs& outputs, const nn::Shape& shape,
                           const T* values) {

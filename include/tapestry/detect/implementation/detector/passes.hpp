@@ -13,8 +13,8 @@
 namespace tapestry::detect {
 namespace detail {
 
-/// Passes to run side by side, with a thread each: 1, but of a small network, whose layers are short for
-/// threads to share, and a batch that can be dealt out evenly.
+/// Number of passes to run side by side, each on a thread: 1, except for a batch that can be dealt out evenly
+/// and a small network, whose layers are too short for threads to share.
 template <std::floating_point T>
 [[nodiscard]] std::size_t lanes_for(const nn::Network<T>& network, std::size_t passes) {
   constexpr std::size_t few_weights = std::size_t(1) << 20U;
@@ -22,7 +22,7 @@ template <std::floating_point T>
   return network.weights().size() <= few_weights && passes % threads == 0 ? threads : 1;
 }
 
-/// Calls body(lane, n) for n = 0 … count − 1: in order, or where there are several lanes on a thread each.
+/// Calls body(lane, n) for n = 0 … count − 1: in order, or with several lanes on a thread for each.
 template <class Body>
 void for_each_in_lanes(std::size_t lanes, std::size_t count, Body body) {
   parallel_for(lanes, [&](std::size_t lane) {

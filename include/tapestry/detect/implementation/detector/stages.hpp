@@ -34,7 +34,7 @@ template <std::floating_point T>
   return shapes;
 }
 
-/// Logits of the candidates that there are, and of as many others as there is room for.
+/// Copies the logits of all candidates; fills the remaining room with others.
 /// \param shape  [1, 4 + K, 1, room]
 /// \throws Error (limit) if there are more
 template <std::floating_point T>

@@ -40,8 +40,8 @@ class PickedValue {
   bool was_joined_ = false;
 };
 
-/// Extents, width and height, to which a network resizes its picture before its first convolution; 0 where it
-/// does not.
+/// Width and height that a network resizes its picture to before its first
+/// convolution; 0 if it does not.
 [[nodiscard]] inline std::array<double, 2> inner_extent(const nn::NetworkDescription& network,
                                                         const std::map<std::string, nn::Shape>& inputs) {
   const auto is_first = [](const nn::Node& node) {
@@ -99,7 +99,7 @@ class TorchvisionExport {
     decoded.score_form = ScoreForm::softmax;
     decoded.background = Background::first;
     decoded.boxes = boxes_->gathers().back()->inputs.at(0);
-    // Boxes of classes stand one behind the other there, without the background's.
+    // The boxes of all classes follow each other there, without the background's.
     const nn::Node* const reshape = nn::maker_of(network_, decoded.boxes);
     const nn::Node* const slice = reshape == nullptr || reshape->operation != "Reshape"
                                       ? nullptr
