@@ -19,7 +19,7 @@ void require_chart_colours(const char* operation, const Array<float, 2>& colours
 
 }  // namespace detail
 
-/// Rounds in which matched_noise() alternates between values and spectrum; later rounds change little.
+/// Rounds of matched_noise(), each imposing values, then spectrum; later rounds change little.
 inline constexpr std::size_t matched_noise_rounds = 30;
 /// The same of picture_with_noise(), which draws noise for every picture: of a car's outline the spectrum is
 /// as close after one round as after thirty, to a hundredth.
@@ -36,13 +36,13 @@ inline constexpr std::size_t picture_noise_rounds = 1;
 /// spectra with the amplitudes and the relative phases of X.
 ///
 /// The values are exact: each channel of each chart has the same values as before, each as often. The power
-/// spectrum is approximate, since the last step imposes the values. It is closer for evenly spread colours
-/// and for charts that fill their boxes, whose extents are those of image::fourier_extent(). Texels outside a
-/// chart count as its mean colour, and the spectrum is corrected for them. The noise fills the whole box
-/// before the chart is cut out of it. The texels outside are not reset to the mean in between: the amplitudes
-/// of a spectrum and a known border determine a picture (Fienup, Applied Optics 21, 1982), and where more
-/// than half of a box was border, the rounds ended at the optimised texture itself. Joint distributions of
-/// channels keep only their second moments. Texels of no chart stay as they are.
+/// spectrum is approximate, since the last step imposes the values. The spectrum is closer for evenly spread
+/// colours and for charts that fill their boxes, whose extents are those of image::fourier_extent(). Texels
+/// outside a chart count as its mean colour, and the spectrum is corrected for them. The noise fills the
+/// whole box before the chart is cut out of it. The texels outside are not reset to the mean in between: the
+/// amplitudes of a spectrum and a known border determine a picture (Fienup, Applied Optics 21, 1982), and
+/// where more than half of a box was border, the rounds ended at the optimised texture itself. Joint
+/// distributions of channels keep only their second moments. Texels outside all charts are unchanged.
 ///
 /// Sources: the iterated amplitude adjusted Fourier transform of Schreiber and Schmitz, "Improved surrogate
 /// data for nonlinearity tests" (Physical Review Letters 77, 1996); for several channels the same authors,
@@ -77,7 +77,7 @@ struct PatchExtents {
 /// \param charts   of the texture, see raster::texture_charts(); no texel in two of them
 /// \param patch    extents of the largest patches, see patch_extents()
 /// \param random   not advanced; the same places for the same state
-/// \returns        [texel, 3]; texels of no chart as they are
+/// \returns        [texel, 3]; texels outside all charts unchanged
 /// \throws DomainError for a patch without texels; ShapeError unless colours are [texel, 3] with the charts'
 ///         texels; NumericError for a colour in a chart that is not finite
 [[nodiscard]] Array<float, 2> shuffled_patches(const Array<float, 2>& colours,
@@ -103,8 +103,8 @@ inline constexpr const char* shuffled_patches_name = "shuffled";
 /// Another camouflage, measured among the controls.
 inline constexpr const char* other_run_name = "other run";
 
-/// Faces of a mesh that a camera around it sees, from the horizon to 60 degrees above it: 1 for each. All, if
-/// it sees none.
+/// 1 for each face that a camera around the mesh sees, from the horizon to 60 degrees above
+/// it. All, if it sees none.
 [[nodiscard]] std::vector<std::uint8_t> faces_seen_around(const geometry::Mesh& mesh);
 
 /// Charts as one. Texels of an atlas keep their places, so that distances in the chart are those in uv; other
@@ -132,11 +132,11 @@ inline constexpr const char* other_run_name = "other run";
 /// Control::share_in_place of matched noise, the mean over its draws; none without it.
 [[nodiscard]] std::optional<double> noise_in_place(const std::vector<Control>& controls);
 
-/// The picture of a view with noise in place of its paint, drawn in the picture and not on the car: matched
-/// noise of what the paint looks like there, in the same light. The same picture with black and with grey
-/// paint separates each pixel's paint from its light. So the noise has the colours and the spectrum that the
-/// paint shows to this camera, whatever its texture has at other scales, and no design; but no texture looks
-/// like it from two sides.
+/// Picture of a view with noise in place of its paint. The noise is drawn in the picture and not on the
+/// car: it matches the paint as it appears there, in the same light. The same picture with black and with
+/// grey paint separates each pixel's paint from its light. So the noise has the colours and the
+/// spectrum that this camera sees of the paint, at whatever scale, and no design. No texture
+/// looks like it from two sides.
 ///
 /// \param paint   colours and, where it covers parts of the car, which these are
 /// \param random  not advanced; see matched_noise()

@@ -35,12 +35,12 @@ namespace tapestry::evaluate {
 /// leaves [0, 1] and is right for 0 of n and n of n, too.
 ///
 /// \param pictures_a_trial  pictures of one trial, which counts once: hits and trials then count pictures,
-///                          and their share is taken as that of the trials
+///                          and their share stands for the share of trials
 [[nodiscard]] std::array<double, 2> wilson_interval(std::size_t hits, std::size_t trials,
                                                     std::size_t pictures_a_trial = 1);
 
 /// Order of the pictures of one texture: by seed, then by view, then by photograph, then by draw. A seed is
-/// an optimisation of its own, a draw a noise of its own.
+/// one optimisation, a draw is one noise.
 struct PictureOrder {
   std::size_t photographs = 1;  ///< of one view
   std::size_t draws = 1;
@@ -49,7 +49,7 @@ struct PictureOrder {
   [[nodiscard]] std::size_t pictures_a_view() const { return photographs * draws * seeds; }
 };
 
-/// P@0.5: the share of pictures in which the target was found.
+/// P@0.5: share of the pictures with a found target.
 struct DetectionRate {
   std::size_t views = 0;                     ///< pictures
   std::size_t detected = 0;                  ///< pictures
@@ -57,24 +57,24 @@ struct DetectionRate {
   std::array<double, 2> interval{0.0, 1.0};  ///< 95 %; all of [0, 1] without views
 };
 
-/// Where seeds differ, or of one seed draws, the interval is that of other views and of others of these:
-/// Wilson's of p·(1 − p) / V views with t(ν) for z, where p is the share, and V and ν are the variance of a
+/// Where seeds differ, or the draws of one seed, the interval is for other views and other seeds or
+/// draws: Wilson's of p·(1 − p) / V views with t(ν) for z. p is the share; V and ν are the variance of a
 /// mean over both levels and its degrees of freedom, as in two_level_difference(). Else it is
 /// wilson_interval() of the views.
 ///
 /// Sources: Korn and Graubard, "Confidence intervals for proportions with small expected number of positive
 /// counts estimated from survey data" (Survey Methodology 24, 1998); Dean and Pagano, "Evaluating confidence
 /// interval methods for binomial proportions in clustered surveys" (Journal of Survey Statistics and
-/// Methodology 3, 2015). In the simulations of two_level_rate_difference() it holds the share of three seeds
-/// in 93 to 99 %, of 6 views in 97 % and more, of five seeds in 91 % and more, and of two in 88 % and more;
-/// of one picture of each of 80 views, where the share is .998, in 86 %. wilson_interval() of the views holds
-/// that of three seeds in 38 to 100 %.
+/// Methodology 3, 2015). In the simulations of two_level_rate_difference() it holds the true share of three
+/// seeds in 93 to 99 %, of 6 views in at least 97 %, of five seeds in at least 91 %, of two in at least 88 %,
+/// and a share of .998 of one picture of each of 80 views in 86 %. wilson_interval() of the views holds that
+/// of three seeds in 38 to 100 %.
 ///
 /// \param found  one entry a picture
 /// \throws ShapeError where seeds or draws are several and the pictures are not as many of each view
 [[nodiscard]] DetectionRate detection_rate(const std::vector<bool>& found, const PictureOrder& order = {});
 
-/// ASR: share of the pictures with a found clean target in which the painted one was not found.
+/// ASR: of the pictures with a found clean target, the share where the painted one was missed.
 struct AttackSuccess {
   std::size_t views = 0;                     ///< pictures found in clean; 0: there is no rate to report
   std::size_t hidden = 0;                    ///< number of these not found with the adversarial paint
@@ -82,8 +82,8 @@ struct AttackSuccess {
   std::array<double, 2> interval{0.0, 1.0};  ///< 95 %; all of [0, 1] without views
 };
 
-/// The interval is that of detection_rate(), of the views that were found in clean at all; the share being a
-/// ratio of two sums, its variance is that of hidden − rate · found over the mean of found.
+/// The interval is detection_rate()'s, of the views that were found in clean at all. The share is a ratio of
+/// two sums: its variance is that of hidden − rate · found over the mean of found.
 ///
 /// \param clean_found        one entry a picture, the car in its own colours
 /// \param adversarial_found  the same pictures with the adversarial paint

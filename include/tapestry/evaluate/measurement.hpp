@@ -119,7 +119,7 @@ inline void summarise(Measurement& measurement, const std::vector<std::vector<bo
 ///
 /// \param views        indices in the store
 /// \param visit        called with each MeasuredPicture in order, to show or keep it; may throw to give up
-/// \param photography  conditions of the photographs; if left out, the views are measured as they are
+/// \param photography  conditions of the photographs; if left out, the views are measured unchanged
 /// \throws DomainError if no picture of each view is drawn
 template <std::invocable<const MeasuredPicture&> Visit>
 [[nodiscard]] Measurement measure(const std::string& name, Meter& meter, camouflage::ViewStore<float>& store,
@@ -166,14 +166,14 @@ template <std::invocable<const MeasuredPicture&> Visit>
   return measurement;
 }
 
-/// Effect of a camouflage beyond a control: the control's figures minus its own, over the same views. The
-/// intervals are those of the views and, where a control has several draws, of these.
+/// Effect of a camouflage beyond a control: the control's figures minus the camouflage's, over the same
+/// views. Intervals are over the views and, if a control has several draws, over its draws.
 struct Effect {
   std::string control;                 ///< its name
   PairedDifference best_confidence{};  ///< of the means of best_confidence()
-  PairedDifference p_at_50{};          ///< of the shares of views in which the car is found
+  PairedDifference p_at_50{};          ///< of the share of views with a found car
   std::size_t draws = 1;               ///< of the control, measured in the same views
-  std::size_t draws_at_most = 0;       ///< those that leave no more confidence than the camouflage
+  std::size_t draws_at_most = 0;       ///< draws with at most the camouflage's confidence
   PairedRatio odds_ratio{1, {0, std::numeric_limits<double>::infinity()}};  ///< see evaluate::odds_ratio()
 };
 
@@ -249,7 +249,7 @@ template <class Measured>
 /// Measures the untouched frames as "photo", the car in its own colours as "clean", the camouflage as
 /// "adversarial", if there is one, and the controls by their names, in this order; parameters as measure().
 /// If the camouflage moves the shape, too, its controls have that shape, so that an effect beyond them
-/// belongs to the texture; photo and clean show the car as it is.
+/// belongs to the texture; photo and clean show the unchanged car.
 template <std::invocable<const MeasuredPicture&> Visit>
 [[nodiscard]] Survey survey(Meter& meter, camouflage::ViewStore<float>& store,
                             const std::vector<std::size_t>& views, const SurveyedTextures& textures,

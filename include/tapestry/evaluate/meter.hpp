@@ -36,7 +36,7 @@ struct ViewResult {
 /// \param kept             after suppression, most confident first; those above the least threshold suffice
 /// \param best_confidence  see ViewResult
 /// \param target           the car
-/// \param related          classes that count as like its own, see related_classes()
+/// \param related          classes that count as similar to its own, see related_classes()
 [[nodiscard]] ViewResult view_result(const std::vector<detect::Detection>& kept, double best_confidence,
                                      const loss::Target& target, const std::vector<std::size_t>& related,
                                      const MeterSettings& settings);
@@ -92,7 +92,7 @@ class Meter {
 // these 72 settings; it states neither distances nor heights. Source: Wang et al., FCA (AAAI 2022), "Physical
 // Adversarial Attack".
 
-/// Surroundings × distances × directions, each photographed some times and, to compare with, seen as it is.
+/// Surroundings × distances × directions, each photographed several times and also seen unchanged.
 struct PhysicalGrid {
   std::size_t surroundings = 3;
   std::vector<double> distances{3, 4.5, 6};  ///< as ProtocolFrame's
@@ -114,7 +114,7 @@ struct PhysicalFrame {
   std::optional<std::size_t> photograph{};  ///< number of the view's photograph; none: the view itself
 };
 
-/// Surroundings × distances: first the photographed views, then the same views as they are.
+/// Surroundings × distances: first the photographed views, then the same views unchanged.
 [[nodiscard]] ProtocolTable physical_table(const PhysicalGrid& grid);
 
 /// The frames of a grid, by surroundings, then distance, then direction; for each view its photographs, then

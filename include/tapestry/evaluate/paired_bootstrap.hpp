@@ -69,8 +69,8 @@ std::vector<double> resampled(std::size_t count, const BootstrapSettings& settin
 /// jackknife gives it; 0 where all values are the same.
 double acceleration(const std::vector<double>& values, double mean);
 
-/// Probability for an end of the interval: that at which the distribution of resampled means is read instead
-/// of z standard deviations of a normal distribution.
+/// Probability for an end of the interval: the distribution of resampled means is read there, instead of z
+/// standard deviations of a normal distribution.
 double corrected_probability(double z, double bias, double acceleration);
 
 }  // namespace detail
@@ -83,21 +83,21 @@ double corrected_probability(double z, double bias, double acceleration);
 /// as below it, since differences of rates are often tied. A bootstrap of R pairs is too narrow where they
 /// are few; its distances from the mean are multiplied by √(R / (R − 1)) · t(R − 1) / z, quantiles of
 /// Student's and of the normal distribution: Hesterberg, "What teachers should know about the bootstrap" (The
-/// American Statistician 69, 2015). So intervals of 95 % held simulated effects on confidence in 93 to 97 %
-/// from 6 views on, where the bootstrap alone had 84 to 90 % of 6. It measures how far the mean would move
-/// with other views of the same kind. Where all differences are the same, it has no width: the pairs then
-/// show no spread.
+/// American Statistician 69, 2015). So 95 % intervals held simulated effects on confidence in 93 to 97 %
+/// from 6 views on. The bootstrap alone held 84 to 90 % with 6 views. It measures how far the mean would
+/// move with other views of the same kind. Where all differences are the same, it has no width: the
+/// pairs then show no spread.
 ///
 /// \param first, second  one number a pair, in the same order
 /// \returns  with fewer than two pairs an interval from −∞ to ∞
-/// \throws ShapeError if there are not as many of both; NumericError for a number that is not finite;
-///         DomainError for no resamples or a level not in (0, 1)
+/// \throws ShapeError if their numbers differ; NumericError for a number that is not finite; DomainError for
+///         no resamples or a level not in (0, 1)
 [[nodiscard]] PairedDifference paired_bootstrap(const std::vector<double>& first,
                                                 const std::vector<double>& second,
                                                 const BootstrapSettings& settings = {});
 
 /// The same difference where none can be larger than `most`, such as 1 of shares and confidences: the
-/// interval stays within ± most. An infinite interval stays as it is.
+/// interval stays within ± most. An infinite interval is returned unchanged.
 [[nodiscard]] inline PairedDifference within(PairedDifference difference, double most) {
   for (double& end : difference.interval)
     if (std::isfinite(end)) end = std::clamp(end, -most, most);
@@ -105,27 +105,27 @@ double corrected_probability(double z, double bias, double acceleration);
 }
 
 /// The difference of two shares of the same views, with its 95 % interval by Newcombe's method 10: the Wilson
-/// intervals of both, put together by the correlation φ of what happens in the same view,
+/// intervals of both, combined by the correlation φ of results of the same view,
 ///
 ///     [d − √(a² − 2φ·a·b + b²), d + √(a'² − 2φ·a'·b' + b'²)],   a = p₁ − l₁, b = u₂ − p₂, a' = u₁ − p₁, b' =
 ///     p₂ − l₂.
 ///
-/// Unlike a bootstrap's it never has length 0: twenty views in which nothing differs do not show that nothing
-/// would. Source: Newcombe, "Improved confidence intervals for the difference between binomial proportions
+/// Unlike a bootstrap's it never has length 0: twenty views without a difference do not prove that none
+/// differs. Source: Newcombe, "Improved confidence intervals for the difference between binomial proportions
 /// based on paired data" (Statistics in Medicine 17, 1998).
 ///
 /// \param first, second    one entry a picture, in the same order
 /// \param pictures_a_view  pictures of one view, which count as one
 /// \returns  without pictures an interval from −∞ to ∞
-/// \throws ShapeError if there are not as many of both
+/// \throws ShapeError if their numbers differ
 [[nodiscard]] PairedDifference rate_difference(const std::vector<bool>& first,
                                                const std::vector<bool>& second,
                                                std::size_t pictures_a_view = 1);
 
 /// Σ first / Σ second over pairs, with a bootstrap interval like that of paired_bootstrap(): pairs are drawn
 /// with both their numbers, so that variation common to both does not widen it. The skewness is that of the
-/// influences first − ratio · second. A resample whose second sum is not above 0 counts as ∞, since its ratio
-/// has no meaning; so where the second mean is not well above 0, the interval has no upper end.
+/// influences first − ratio · second. A resample whose second sum is not above 0 counts as ∞: its ratio has
+/// no meaning. So if the second mean is not well above 0, the interval has no upper end.
 ///
 /// \param first, second  one number a pair, in the same order; the sum of the second above 0
 /// \returns  with fewer than two pairs an interval from −∞ to ∞

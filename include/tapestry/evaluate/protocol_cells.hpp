@@ -15,7 +15,7 @@ namespace tapestry::evaluate {
 struct TextureCell {
   DetectionRate rate{};             ///< P@0.5 over the measured frames
   double mean_best_confidence = 0;  ///< over them, 0 without any
-  AttackSuccess success{};          ///< relative to the clean texture, for which nothing is hidden
+  AttackSuccess success{};          ///< relative to the clean texture, which hides nothing
   FateCounts fates{};               ///< of the measured frames
 };
 
@@ -54,7 +54,7 @@ template <std::predicate<std::size_t> Belongs>
 
 }  // namespace detail
 
-/// The cell of the frames for which belongs(index) holds; frames that are pending count nowhere.
+/// The cell of the frames with belongs(index); pending frames do not count.
 /// \param pictures_a_view  photographs of one view
 /// \throws ShapeError if the arrays of the outcomes differ in their extents, or there is no texture; as
 ///         detection_rate()
@@ -87,11 +87,11 @@ template <std::predicate<std::size_t> Belongs>
   return cell;
 }
 
-/// Means of the pictures of each view with one texture, over the measured frames for which belongs(index)
-/// holds.
+/// Mean over each view's pictures with one texture, of the measured
+/// frames with belongs(index).
 ///
 /// \param values           [frame, column], of the outcomes
-/// \param texture          its number there
+/// \param texture          its index in the outcomes
 /// \param pictures_a_view  measured frames that follow one another and count as one
 /// \throws ShapeError as measured_values(), or if a view lacks some of its pictures
 template <class Values, std::predicate<std::size_t> Belongs>
@@ -106,11 +106,11 @@ template <class Values, std::predicate<std::size_t> Belongs>
   return detail::means_of_views(pictures, pictures_a_view * draws);
 }
 
-/// Values of the pictures of a texture, [draw, view], each the mean over a view's pictures, over the measured
-/// frames for which belongs(index) holds.
+/// Values of a texture, [draw, view], each the mean over a view's pictures, of the measured
+/// frames with belongs(index).
 ///
 /// \param values   [frame, column], of the outcomes, such as best_confidence or found
-/// \param texture  its number there
+/// \param texture  its index in the outcomes
 /// \throws ShapeError as view_means()
 template <class Values, std::predicate<std::size_t> Belongs>
 [[nodiscard]] Array<double, 2> draw_means(const ProtocolOutcomes& outcomes, const Values& values,
@@ -126,7 +126,7 @@ template <class Values, std::predicate<std::size_t> Belongs>
   return means;
 }
 
-/// The rows' mean, as often as there are draws.
+/// The rows' mean, repeated once for each draw.
 [[nodiscard]] inline Array<double, 2> mean_for_draws(const Array<double, 2>& values, std::size_t draws) {
   const auto means = detail::means_over_draws(values);
   Array<double, 2> repeated(Extents<2>{draws, means.size()});
@@ -149,7 +149,7 @@ template <class Values, std::predicate<std::size_t> Belongs>
 }
 
 /// Attention that a texture draws away from the car: the share of heat maps on the car with the clean texture
-/// minus that with this one, of its draws, over the measured frames for which belongs(index) holds.
+/// minus the share with this one's draws, over the measured frames with belongs(index).
 /// \throws ShapeError as measured_values()
 template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] PairedDifference attention_lost(const ProtocolOutcomes& outcomes, std::size_t texture,
@@ -159,8 +159,8 @@ template <std::predicate<std::size_t> Belongs>
   return two_level_difference(differences, {}, 1);
 }
 
-/// Effect of a texture beyond a control in the measured frames for which belongs(index) holds: computed as by
-/// effect_beyond() for a control of one draw, else over the draws and the views.
+/// Effect of a texture beyond a control in the measured frames with belongs(index): as effect_beyond() for a
+/// control of one draw, else over the draws and the views.
 ///
 /// \param control, texture   their numbers in the outcomes; the texture has one draw
 /// \throws ShapeError as view_means(), or for another number of draws
@@ -189,8 +189,8 @@ template <std::predicate<std::size_t> Belongs>
   return effect;
 }
 
-/// The mean of one effect as a share of that of another, see two_level_ratio(). Nothing where the latter does
-/// not differ from none, or where one has other views.
+/// Mean of one effect divided by the mean of another, see two_level_ratio(). Nothing if the second does not
+/// differ from 0, or if their views differ.
 /// \param part, whole  effects, [draw, view]
 [[nodiscard]] std::optional<PairedRatio> share_kept(const Array<double, 2>& part,
                                                     const Array<double, 2>& whole);
@@ -203,12 +203,12 @@ template <std::predicate<std::size_t> Belongs>
                                                      const PictureOrder& order);
 
 /// The effect of a texture beyond a control on mean best confidence in some frames, as a share of that in
-/// others which show the same views in the same order. Nothing where the latter does not differ from none, or
-/// where frames were left out in one of them alone.
+/// others which show the same views in the same order. Nothing if the second does not differ from 0, or if
+/// one of them lacks frames.
 ///
 /// \param control, texture           their numbers in the outcomes
 /// \param in_part, in_whole          which frames, by their indices
-/// \param pictures_a_view_in_part    as for view_means(); of the whole there is one
+/// \param pictures_a_view_in_part    as for view_means(); the whole has one
 /// \throws ShapeError as view_means()
 template <std::predicate<std::size_t> InPart, std::predicate<std::size_t> InWhole>
 [[nodiscard]] std::optional<PairedRatio> effect_kept(const ProtocolOutcomes& outcomes, std::size_t control,
@@ -241,15 +241,15 @@ template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] std::vector<Cell> cells_of(const ProtocolTable& table, const std::vector<ProtocolFrame>& frames,
                                          const ProtocolOutcomes& outcomes);
 
-/// The cell in which a texture hides the car least, by the upper end of the interval of attack success, so
-/// that one frame does not outweigh ninety. None where the clean car is never found.
+/// The cell where a texture hides the car least, by the upper end of attack success's interval, so that one
+/// frame does not outweigh ninety. None where the clean car is never found.
 ///
 /// \param texture  its number in the outcomes
 [[nodiscard]] std::optional<std::size_t> least_hidden_cell(const std::vector<Cell>& cells,
                                                            std::size_t texture);
 
-/// The cell in which a detector finds the car least, compared by the upper end of P@0.5's interval. None
-/// without frames.
+/// The cell where a detector finds the car least, by the upper end of P@0.5's
+/// interval. None without frames.
 [[nodiscard]] std::optional<std::size_t> least_found_cell(const std::vector<Cell>& cells,
                                                           std::size_t texture);
 

@@ -18,22 +18,22 @@ namespace detail {
 ///     b = MS_draws / (R·D),   w = b / (a + b),   1/ν = w / (D − 1) + (1 − w) / (R − 1)
 ///
 /// for the mean m of D draws in R views. [l, u] is the BCa interval of paired_bootstrap() of the views' means
-/// over draws, with its skewness, and s is what it takes for the variance. a is the part of the views and b
-/// that of the draws, which holds the interaction, by the mean squares of two crossed levels (Searle,
-/// Casella, McCulloch, "Variance components", Wiley 1992). A tenth of the interaction is left in a, so
-/// that draws that agree by chance do not make an interval without width. Distances from the mean add in
-/// quadrature, each end with its own, as by Zou and Donner ("Construction of confidence limits about effect
-/// measures", Statistics in Medicine 27, 2008). z and t(ν) are quantiles of the normal and of Student's
-/// distribution; with f they correct a bootstrap of few views (Hesterberg, "What teachers should know about
-/// the bootstrap", The American Statistician 69, 2015). An end of the bootstrap on the other side of m counts
-/// as m.
+/// over draws, with its skewness; s is the variance there. a is the variance by views; b is the variance
+/// by draws, with the interaction, by the mean squares of two crossed levels (Searle, Casella,
+/// McCulloch, "Variance components", Wiley 1992). A tenth of the interaction is left in a, so that draws
+/// that agree by chance do not make an interval without width. Distances from the mean add in
+/// quadrature, each end with its own, as by Zou and Donner ("Construction of confidence limits about
+/// effect measures", Statistics in Medicine 27, 2008). z and t(ν) are quantiles of the normal and of
+/// Student's distribution; with f they correct a bootstrap of few views (Hesterberg, "What teachers
+/// should know about the bootstrap", The American Statistician 69, 2015). An end of the bootstrap on the
+/// other side of m counts as m.
 ///
 /// ν differs from Satterthwaite's (Biometrics Bulletin 2, 1946), which has w² and (1 − w)²: w is as uncertain
 /// as b, and where three draws make most of the variance, that interval holds the truth in 92 % only.
 ///
 /// Coverage of 95 % intervals in 4000 simulations each: 3 draws, 20, 80 and 400 views, confidences whose
-/// draws differ by 0 to 10 standard errors of the views: 94 to 97 %. Of 6 views 93 to 97 %. Two draws have 87
-/// to 97 %. With the whole interaction in a, and b what the draws add to it, draws that agree had 98 to 99 %.
+/// draws differ by 0 to 10 standard errors of the views: 94 to 97 %. 6 views: 93 to 97 %. Two draws have 87
+/// to 97 %. With the whole interaction in a, and only the rest in b, draws that agree had 98 to 99 %.
 ///
 /// \param differences  [draw, view]
 /// \param most  no difference can be larger, such as 1 of shares: the interval stays within ± most, where the
@@ -46,32 +46,32 @@ namespace detail {
                                                     const BootstrapSettings& settings = {},
                                                     double most = std::numeric_limits<double>::infinity());
 
-/// Share of pictures in which the car is found under a control minus that under a camouflage, with an
-/// interval for the difference of both means over all views and draws. One draw stands for itself: the
-/// interval is then for other views of the same paint and noise.
+/// Share of pictures with a found car under a control minus the share under a camouflage, with an interval
+/// for the difference of both means over all views and draws. One draw stands for itself: the interval is
+/// then for other views of the same paint and noise.
 ///
 /// The logarithm of each share's odds, log p/q with q = 1 − p, has the interval ± h,
 ///
 ///     h² = (2·asinh(√v / (2·p·q)))² + t(D − 1)²·c / (p·q)²,
 ///     v = t(R − 1)²·a + t(D − 1)²·(b − c),   c = max(0, b − i),   i = MS_interaction / (R·D),
 ///
-/// with a, b and t of two_level_difference(), each part of the variance with its own quantile. c is by how
-/// much draws differ beyond chance. Where c is 0 this is Wilson's interval, which is symmetric in log odds
-/// (Newcombe, "Logit confidence intervals and the inverse sinh transformation", The American Statistician 55,
-/// 2001). Two draws agree often by chance: a quarter of i is added to a. A share of 0 or 1 has Wilson's
-/// interval of its views. The ends of both shares are put together as by Zou and Donner, see
-/// two_level_difference(), with their distances from the shares and with the correlation
-/// (V₁ + V₂ − V₁₂) / (2·√(V₁·V₂)), V = a + b, that of the difference being V₁₂. So the sample's own
-/// difference lies inside, and the ends within ± 1.
+/// with a, b and t of two_level_difference(), each part of the variance with its own quantile. c is the
+/// draws' difference beyond chance. Where c is 0 this is Wilson's interval, which is symmetric in log
+/// odds (Newcombe, "Logit confidence intervals and the inverse sinh transformation", The American
+/// Statistician 55, 2001). Two draws agree often by chance: a quarter of i is added to a. A share of 0 or
+/// 1 has Wilson's interval of its views. The ends of both shares are put together as by Zou and Donner,
+/// see two_level_difference(), with their distances from the shares and with the correlation (V₁ + V₂ −
+/// V₁₂) / (2·√(V₁·V₂)), V = a + b; V₁₂ is that of the difference. So the sample's own difference lies
+/// inside, and the ends within ± 1.
 ///
 /// Coverage of 95 % intervals in 500 simulations of each of 135 populations a layout: shares of .5 to 1,
 /// views whose logits have standard deviations of 0.5 to 3, seeds of paint, and of noise, that differ by 0 to
-/// 1 logit. Of 3 or 5 seeds and 20 to 400 views differences have 92 % and more, odds 91 %, and medians are 95
-/// to 98 %. Those below 93 % have a noise whose seeds differ by a logit; those above 97 % few misses, whose
-/// counts are coarse, or seeds that do not differ. Of 6 views, of two seeds and of one with several draws
-/// most have 97 % and more, but differences 86 % about .5 where two seeds of noise differ by a logit.
+/// 1 logit. With 3 or 5 seeds and 20 to 400 views differences have at least 92 %, odds 91 %, and medians are
+/// 95 to 98 %. Those below 93 % have a noise whose seeds differ by a logit; those above 97 % few misses,
+/// whose counts are coarse, or seeds that do not differ. Of 6 views, two seeds, or one seed with several
+/// draws most have 97 % and more; differences about .5 have 86 % where two seeds of noise differ by a logit.
 ///
-/// \param control, camouflage  share of each view's pictures in which the car is found, [draw, view]
+/// \param control, camouflage  share of each view's pictures with a found car, [draw, view]
 /// \param of_views  rate_difference() of all pictures: the result where the draws of neither differ
 /// \throws ShapeError unless both have the same extents
 [[nodiscard]] PairedDifference two_level_rate_difference(const Array<double, 2>& control,
@@ -92,15 +92,15 @@ namespace detail {
 /// A share of 0 or 1 counts as half a picture away from it. Unlike a difference of shares it does not shrink
 /// because a detector finds nearly all or nearly none. Its logarithm has the interval ± √(h₁² + h₂² −
 /// 2·r·h₁·h₂), with h and the correlation r of two_level_rate_difference(). The design effect (V·N / (p·q))
-/// of a share whose misses are in few views, k, is not known well: with M pictures a view it is at least
-/// (k·effect + 0.3·M) / (k + 0.3), for M is its most. The interval has no upper end, ∞, where the car is
-/// missed under the control, or found under the camouflage, in fewer than three views; and no lower end, 0,
-/// where it is found under the control, or missed under the camouflage, in fewer.
+/// of a share whose misses are in k views is uncertain for small k: with M pictures a view it is taken as at
+/// least (k·effect + 0.3·M) / (k + 0.3), since M is its maximum. The interval has no upper end, ∞, if fewer
+/// than three views miss the car under the control, or find it under the camouflage. It has no lower end, 0,
+/// if fewer than three find it under the control, or miss it under the camouflage.
 ///
-/// Source of the intervals: as two_level_rate_difference(). By half a view in place of half a picture, and
-/// normal intervals of linear terms, they held the truth in 70 to 90 % where shares are near 1.
+/// Source of the intervals: as two_level_rate_difference(). With half a view in place of half a picture, and
+/// normal intervals of linear terms, intervals held the truth in 70 to 90 % where shares are near 1.
 ///
-/// \param control, camouflage   share of each view's pictures in which the car is found, [draw, view]
+/// \param control, camouflage   share of each view's pictures with a found car, [draw, view]
 /// \param pictures_of_control, pictures_of_camouflage  that an entry is the mean over
 /// \returns  with fewer than two views an interval from 0 to ∞
 /// \throws ShapeError unless both have the same extents, or there are no draws

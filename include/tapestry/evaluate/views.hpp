@@ -11,9 +11,9 @@
 namespace tapestry::evaluate {
 
 // The views of FCA's table 3: pure renders of the car all around, from several heights and distances.
-// Distances are units of the renderer, in which a mesh out of geometry::normalise_mesh() has the half length
-// 1, and half the field of view is 30°, Neural Mesh Renderer's default; the paper states neither, but its
-// pictures fit both. Source: Wang et al., FCA (AAAI 2022), "Robustness of long distance".
+// Distances are units of the renderer: a mesh from geometry::normalise_mesh() has the half length 1. Half the
+// field of view is 30°, Neural Mesh Renderer's default. The paper states neither, but its pictures fit both.
+// Source: Wang et al., FCA (AAAI 2022), "Robustness of long distance".
 
 /// Half of the field of view of a protocol's camera, across and up.
 inline constexpr double protocol_half_fov_deg = 30;

@@ -45,7 +45,7 @@ namespace tapestry::evaluate {
 
 /// Reads the pictures of a folder, or of its subfolder `images`, in order of their names. Labels, in the form
 /// of parse_yolo_labels(), are in a .txt beside the picture or, for .../images/a.png, in .../labels/a.txt. A
-/// picture without labels has no objects; a warning states how many there are.
+/// picture without labels has no objects; a warning states their number.
 ///
 /// \throws FileError  malformed (a folder that cannot be listed), mismatch (no pictures, none with labels,
 ///                  or two of one name); further as parse_yolo_labels() and io::read_text_file()

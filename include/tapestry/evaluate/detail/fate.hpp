@@ -4,10 +4,10 @@
 #include <tapestry/detect/box_decode.hpp>  // Detection
 #include <tapestry/loss/prediction.hpp>    // Target
 
-/// How a car fares in a picture. A detector that calls it an umbrella has not lost it: P@0.5 and the paper's
-/// attack success ("not detected or false detected") count that as a success, and these five tell it apart
-/// from a picture in which nothing is found where the car is. Source: kinds of error of Bolya et al., TIDE
-/// (ECCV 2020).
+/// How a car fares in a picture. A detector that calls the car an umbrella has not lost it. P@0.5
+/// and the paper's attack success ("not detected or false detected") count that as a success. These
+/// five fates separate it from a picture without any box on the car. Source: kinds of error of Bolya
+/// et al., TIDE (ECCV 2020).
 namespace tapestry::evaluate {
 
 /// Fate of a car in a picture: the first in this order that holds for some detection.
@@ -35,13 +35,13 @@ struct ViewOutcome {
 [[nodiscard]] ViewOutcome outcome_of(const std::vector<detect::Detection>& detections,
                                      const loss::Target& target, const std::vector<std::size_t>& related);
 
-/// Classes that a road user is called by mistake without much harm: of a car, a truck, a bus, a train or a
-/// van the others of these that the detector knows by name. None for any other class, or for a detector
-/// without names. \param names  of the detector's classes
+/// Classes that replace a road user's class without much harm: for a car, a truck, a bus, a train or a van
+/// the others of these that the detector knows by name. None for any other class, or for a detector without
+/// names. \param names  of the detector's classes
 [[nodiscard]] std::vector<std::size_t> related_classes(const std::vector<std::string>& names,
                                                        std::size_t class_index);
 
-/// Pictures of each fate, and what the renamed are called.
+/// Number of pictures of each fate, and the classes of the renamed ones.
 struct FateCounts {
   std::array<std::size_t, fate_names.size()> pictures{};  ///< by Fate
   std::vector<std::size_t> renamed_to{};                  ///< pictures of each class, those renamed

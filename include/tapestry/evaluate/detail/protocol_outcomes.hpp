@@ -52,13 +52,13 @@ struct ProtocolOutcomes {
   [[nodiscard]] FrameState state_of(std::size_t frame) const { return static_cast<FrameState>(state(frame)); }
 };
 
-/// Values of one texture, one for each draw of each measured frame for which belongs(index) holds; the draws
-/// of a frame follow one another.
+/// Values of one texture, one for each draw of each measured frame with belongs(index), a
+/// frame's draws one after another.
 ///
 /// \param values   of the outcomes, [frame, column]
 /// \param texture  its number in them
-/// \throws ShapeError if values are not of the outcomes' extents, the draws are not as many as the columns,
-/// or
+/// \throws ShapeError if values are not of the outcomes' extents, the number of draws
+/// is not that of columns, or
 ///         there is no such texture
 template <class Value, std::predicate<std::size_t> Belongs>
 [[nodiscard]] std::vector<double> measured_values(const ProtocolOutcomes& outcomes,

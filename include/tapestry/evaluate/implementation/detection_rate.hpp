@@ -39,8 +39,8 @@ inline Array<double, 2> of_tried_views(const Array<double, 2>& values, const Arr
   return kept;
 }
 
-/// The interval of a share over seeds or draws and views, see detection_rate(); of views alone where the
-/// former do not differ.
+/// The interval of a share over seeds or draws and views, see detection_rate(); over views alone if
+/// seeds or draws do not differ.
 inline std::array<double, 2> two_level_interval(const std::vector<bool>& hits,
                                                 const std::vector<bool>& trials, const PictureOrder& order) {
   const auto hit_count = static_cast<std::size_t>(std::ranges::count(hits, true)),

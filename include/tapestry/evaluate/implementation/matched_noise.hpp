@@ -9,8 +9,8 @@
 namespace tapestry::evaluate {
 namespace detail {
 
-/// Replaces M values by those of the sorted list of N, the smallest by the first: value number i of M by
-/// number ⌊(i + ½)·N/M⌋ of N, each just once where M = N. The first of equal values comes first.
+/// Replaces M values, in the order of rank, by values of a sorted list of N: number i of M by number ⌊(i +
+/// ½)·N/M⌋ of N, each used once if M = N. The first of equal values comes first.
 inline void take_values_by_rank(std::vector<double>& values, const std::vector<double>& sorted) {
   std::vector<std::pair<double, std::size_t>> order(values.size());
   for (std::size_t i = 0; i < values.size(); ++i) order[i] = {values[i], i};
@@ -22,9 +22,9 @@ inline void take_values_by_rank(std::vector<double>& values, const std::vector<d
 /// One colour channel of a chart, in a box that is periodic at its borders.
 struct NoiseChannel {
   image::FourierTransform transform;
-  std::vector<double> sorted;                   ///< the chart's values, in ascending order
-  image::FourierTransform::Spectrum optimised;  ///< X, what the amplitudes and relative phases are taken from
-  image::FourierTransform::Plane plane{};       ///< the noise
+  std::vector<double> sorted;                    ///< the chart's values, in ascending order
+  image::FourierTransform::Spectrum optimised;   ///< X, the source of amplitudes and relative phases
+  image::FourierTransform::Plane plane{};        ///< the noise
   image::FourierTransform::Spectrum spectrum{};  ///< of the noise
 };
 

@@ -107,7 +107,7 @@ inline std::array<double, 2> widened_for_few(const std::array<double, 2>& interv
           middle + factor * std::max(0.0, interval[1] - middle)};
 }
 
-/// The mean difference of pairs with its interval by a bootstrap, BCa, as it is.
+/// The mean difference of pairs with its BCa bootstrap interval, uncorrected.
 inline PairedDifference bca_difference(const std::vector<double>& first, const std::vector<double>& second,
                                        const BootstrapSettings& settings) {
   PairedDifference result;

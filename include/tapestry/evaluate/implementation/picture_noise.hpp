@@ -10,7 +10,7 @@
 namespace tapestry::evaluate {
 namespace detail {
 
-/// The picture of a view with its paint of one grey, in the space in which paint and light multiply.
+/// Picture of a view with its paint in one grey, in the space where paint and light multiply.
 inline Array<float, 3> picture_in_grey(const camouflage::View<float>& view, camouflage::Paint<float> paint,
                                        float grey) {
   for (std::size_t texel = 0; texel < paint.colours.shape(0); ++texel)

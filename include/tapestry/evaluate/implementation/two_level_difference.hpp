@@ -13,7 +13,7 @@ std::vector<double> means_over_draws(const Array<double, 2>& values) {
   return means;
 }
 
-/// (first − ratio · second) / mean of second: what the values add to the error of ratio = Σ first / Σ second.
+/// (first − ratio · second) / mean of second: the values' part in the error of ratio = Σ first / Σ second.
 inline Array<double, 2> linear_terms(const Array<double, 2>& first, const Array<double, 2>& second,
                                      double ratio) {
   double sum = 0;
@@ -107,7 +107,7 @@ struct TwoLevelShare {
   double draws = 0, views = 0;
   double share = 0;
   TwoLevelVariance variance{};
-  double found_views = 0, missed_views = 0;  ///< with a picture in which the car is found, or is not
+  double found_views = 0, missed_views = 0;  ///< with a picture of a found car, or of a missed one
 
   [[nodiscard]] bool is_saturated() const { return found_views == 0 || missed_views == 0; }
 
@@ -132,7 +132,7 @@ struct TwoLevelShare {
   }
 };
 
-/// two_level_variance(); where draws are equal, that of one; none of one view.
+/// two_level_variance(); with equal draws the variance of one draw; empty for one view.
 inline TwoLevelVariance variance_over_levels(const Array<double, 2>& values) {
   const auto views = static_cast<double>(values.shape(1));
   if (views < 2) return {};

@@ -19,7 +19,7 @@ std::vector<std::string> short_numbers(const std::vector<double>& values) {
 }
 
 /// A rectangle around a random point of a place, cut to the picture.
-/// \param scale  its largest extent in those of the place
+/// \param scale  its largest extent as a share of the place's
 [[nodiscard]] inline Occluder random_occluder(const image::PixelWindow& place, std::size_t height,
                                               std::size_t width, double scale, Random& random) {
   const auto span = [&](std::size_t first, std::size_t count, std::size_t all) {

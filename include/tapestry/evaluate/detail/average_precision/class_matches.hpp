@@ -15,7 +15,7 @@ struct TruthBox {
   detect::Box box{};        ///< pixels of the picture, as for all boxes here
   double area = 0;          ///< of the object, square pixels: that of its outline where it is known
   bool is_crowd = false;    ///< stands for many objects: ignored, however often it is found
-  bool is_ignored = false;  ///< counts neither when it is found, once, nor when it is not
+  bool is_ignored = false;  ///< counts neither as found (once) nor as missed
 };
 
 /// One detection: an object that a detector found in a picture.
@@ -44,11 +44,11 @@ inline constexpr std::size_t most_detections_of_class = 100;  ///< of a picture,
 
 /// Matches the detections of one class with the truths, picture by picture.
 ///
-/// Going down in confidence, a detection takes, of the truths that are left, the one it overlaps most, if by
-/// at least the threshold. Truths that count come before ignored ones; of equals the later is taken. The
-/// overlap is IoU; with a crowd it is the share of the detection that lies in it, and a crowd is never used
-/// up. Crowds, truths marked so, and truths out of the range of areas are ignored. A detection is ignored if
-/// the truth it takes is, or if it takes none and is itself out of the range.
+/// In the order of falling confidence, a detection takes the free truth that it overlaps most, if by at least
+/// the threshold. Truths that count come before ignored ones; of equals the later is taken. The overlap is
+/// IoU; with a crowd it is the share of the detection that lies in it, and a crowd is never used up. Crowds,
+/// truths marked so, and truths out of the range of areas are ignored. A detection is ignored if the truth it
+/// takes is, or if it takes none and is itself out of the range.
 class ClassMatches {
  public:
   /// \param detections  equal confidences keep their order in a picture
