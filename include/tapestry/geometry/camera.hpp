@@ -99,7 +99,7 @@ inline double tan_half(const char* operation, double fov_rad) {
 ///
 /// The eye is target + distance · (cos e · cos a, cos e · sin a, sin e): azimuth a = 0 lies in front of
 /// a car whose front is +x and grows towards its left (+y), elevation e = π/2 is straight above. Any
-/// elevation works, since up is the direction in which the elevation grows.
+/// elevation works: up is the direction of growing elevation.
 ///
 /// \throws DomainError if distance is not positive or the field of view not between 0 and pi
 [[nodiscard]] inline Camera orbit_camera(double azimuth_rad, double elevation_rad, double distance,
@@ -121,7 +121,7 @@ struct Orbit {
   double distance;
 };
 
-/// The orbit on which a camera's centre lies; its direction does not matter.
+/// The orbit of a camera's centre; the camera's direction does not matter.
 /// \throws DomainError if the centre is at the target, or not finite
 [[nodiscard]] inline Orbit orbit_of(const Camera& camera, const Vector3& target_world) {
   const Vector3 offset = subtract(eye_of(camera), target_world);

@@ -109,13 +109,13 @@ void append(Mesh& mesh, const Mesh& other);
 /// \throws DomainError for a name of no axis
 [[nodiscard]] double wheel_share(const Mesh& mesh, const std::string& down, std::size_t along);
 
-/// Axes by which a car's mesh is longest to its front and stands on its wheels; none if it does so by `axes`.
+/// Axes that put the front of a car's mesh along its length and its wheels below; none if `axes` do so.
 ///
-/// The wheels are at the side, of those that are as long as the car, with the largest wheel_share(), if that
-/// is at least .6 and twice that of the side now below. Without such a side, only the extents are judged.
-/// Front and tail are not distinguished: a front that is found has the positive sign. A flat mesh is no car.
+/// Of the sides as long as the car, the wheels are at the one with the largest wheel_share(), if that is at
+/// least .6 and twice that of the side now below. Without such a side, only the extents are judged. Front and
+/// tail are not distinguished: a front that is found has the positive sign. A flat mesh is no car.
 ///
-/// \param mesh  as in its file, in which `axes` point up and to its front
+/// \param mesh  as in its file, where `axes` point up and to its front
 /// \throws DomainError as world_from_mesh()
 [[nodiscard]] std::optional<MeshAxes> better_car_axes(const Mesh& mesh, const MeshAxes& axes);
 

@@ -43,8 +43,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> batch_of(const std::vector<ArrayVariable<T, 3>>& pictures);
 
-/// Pictures [N, H, W, C] channel by channel, [N, C, H, W]: the order in which other libraries' networks take
-/// them. Tapestry's take pictures as they are.
+/// Pictures [N, H, W, C] channel by channel, [N, C, H, W]: the order of other libraries' networks. Tapestry's
+/// networks take [N, H, W, C].
 template <std::floating_point T>
 [[nodiscard]] Array<T, 4> planes_of(const Array<T, 4>& pictures) {
   const std::size_t pixels = pictures.shape(1) * pictures.shape(2), channels = pictures.shape(3);

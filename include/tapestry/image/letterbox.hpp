@@ -7,7 +7,7 @@
 
 namespace tapestry::image {
 
-/// How a picture goes onto a canvas of another aspect ratio, such as a network's input:
+/// Placement of a picture on a canvas of another aspect ratio, such as a network's input:
 ///
 ///   letterbox           scaled as large as fits, and centred, as Darknet's detectors take it
 ///   letterbox_top_left  scaled as large as fits, in the top left corner, as YOLOX takes it

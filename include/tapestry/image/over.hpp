@@ -116,7 +116,7 @@ void lay_over(const T* premultiplied, const T* coverage, const PixelWindow& plac
 /// \param coverage       [h, w] in [0, 1]
 /// \param background     [H, W, C]
 /// \param top, left      where the front's first pixel lies in the background
-/// \param space          in which the two are added
+/// \param space where the two are added
 /// \returns              [H, W, C]
 /// \throws ShapeError if extents do not fit or the front leaves the background
 template <std::floating_point T>
@@ -135,15 +135,15 @@ void over_adjoint(const Array<T, 3>& premultiplied, const Array<T, 2>& coverage,
                   Array<T, 3>* background_adjoint, std::size_t top = 0, std::size_t left = 0,
                   ColourSpace space = ColourSpace::encoded);
 
-/// over() on the tape, by each of its three arrays.
+/// over() on the tape, differentiable by its three arrays.
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 3> over(const ArrayVariable<T, 3>& premultiplied,
                                        const ArrayVariable<T, 2>& coverage,
                                        const ArrayVariable<T, 3>& background, std::size_t top = 0,
                                        std::size_t left = 0, ColourSpace space = ColourSpace::encoded);
 
-/// Background and coverage that a picture is laid over, neither of which changes. Made of plain arrays, or of
-/// a photograph and a rendered view:
+/// Background and coverage to lay a picture over; both are constant. Made of plain arrays, or of a
+/// photograph and a rendered view:
 ///
 ///   const image::Backdrop backdrop(image::from_bytes<float>(frame.image), view);
 template <std::floating_point T>
@@ -177,9 +177,9 @@ struct Backdrop {
 /// Pixels of coverage 0 hold no picture: their adjoint is 0.
 ///
 /// \param premultiplied  one [h, w, C] for each backdrop, of the extents of its coverage
-/// \param space          in which they are added
+/// \param space where they are added
 /// \returns              [N, H, W, C]
-/// \throws ShapeError as over(), or if there are no pictures or not as many as backdrops
+/// \throws ShapeError as over(), or if there are no pictures or another number of backdrops
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> over(const std::vector<ArrayVariable<T, 3>>& premultiplied,
                                        const std::vector<Backdrop<T>>& backdrops,

@@ -85,7 +85,7 @@ class RunLock {
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
-  /// \param kind  of what is claimed, in a word
+  /// \param kind  of the claimed thing, in a word
   RunLock(std::string lock_path, const std::string& claimed, const char* kind);
 
   /// Text that the last owner wrote.

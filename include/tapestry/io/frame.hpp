@@ -37,10 +37,10 @@ struct Frame {
 
 /// The light of a frame, for pictures in a colour space.
 ///
-/// A frame states the factors by which its picture's values were multiplied when it was drawn, as Neural Mesh
-/// Renderer does; if a frame states none, that renderer's light is used. In ColourSpace::linear the factors
-/// are converted so that two things look the same in both spaces: white paint in the shade, and white paint
-/// that faces the light.
+/// A frame states the factors that its picture's values were multiplied by when drawn, as Neural Mesh
+/// Renderer does. Without them that renderer's light is used. In ColourSpace::linear the factors are
+/// converted so that two things look the same in both spaces: white paint in the shade, and white
+/// paint that faces the light.
 [[nodiscard]] inline raster::Light frame_light(const Frame& frame, image::ColourSpace space) {
   raster::Light light = frame.light.value_or(raster::Light{});
   if (space == image::ColourSpace::encoded) return light;

@@ -93,8 +93,8 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
 [[nodiscard]] Array<std::uint8_t, 3> read_image(const std::string& path,
                                                 std::vector<std::string>* warnings = nullptr);
 
-/// read_image() of a picture that uv point into: as it is stored, since no viewer turns a texture by its
-/// EXIF. A picture that is not opaque adds a warning.
+/// read_image() of a picture that uv point into: as stored, since no viewer turns a texture by its EXIF. A
+/// picture that is not opaque adds a warning.
 [[nodiscard]] Array<std::uint8_t, 3> read_texture(const std::string& path,
                                                   std::vector<std::string>* warnings = nullptr);
 
@@ -142,7 +142,7 @@ void write_mask(const std::string& path, const Array<T, 2>& mask);
 /// The cube root makes small values visible: a thousandth of the largest is shown as a tenth.
 ///
 /// \param gradient  [1, H, W, 3]
-/// \throws ShapeError for other extents; NumericError for what is not finite; FileError (write)
+/// \throws ShapeError for other extents; NumericError for values that are not finite; FileError (write)
 template <std::floating_point T>
 void write_gradient(const std::string& path, const Array<T, 4>& gradient);
 

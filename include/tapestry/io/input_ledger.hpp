@@ -25,7 +25,7 @@ struct FileRecord {
 /// Records every file that this process opens for reading while the ledger lives, by the bytes that the
 /// reader gets: a file is hashed through the descriptor that it is read from, and refused if it changes
 /// before the reader has finished. A path that is opened again must still hold the same bytes. So a result
-/// can state what made it without a list of inputs beside the readers.
+/// can state its inputs; the readers need no list of them.
 ///
 /// A file costs one more pass over its bytes when it is first opened, and again only if its time stamp
 /// changes. Threads may open files at once. At most one ledger lives at a time.
@@ -37,7 +37,7 @@ class InputLedger {
   InputLedger& operator=(const InputLedger&) = delete;
   ~InputLedger();
 
-  /// Names what this thread reads files as while it lives, such as "detector". The innermost role counts.
+  /// Names, while it lives, the role of files read by this thread, as "detector". The innermost role counts.
   class Role {
    public:
     explicit Role(std::string words);

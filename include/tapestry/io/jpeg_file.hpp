@@ -25,7 +25,7 @@ class JpegScan {
 
   [[nodiscard]] JpegHeader scan() {
     for (std::size_t at = 2;;) {
-      while (byte(at) != 0xFF) ++at;      // junk between segments, of which the decoder warns
+      while (byte(at) != 0xFF) ++at;      // junk between segments; the decoder warns
       while (byte(at + 1) == 0xFF) ++at;  // fill bytes
       const unsigned marker = byte(at + 1);
       if (marker == 0xDA) break;
@@ -128,8 +128,8 @@ JpegComplaint decode_jpeg(std::string_view file, const JpegHeader& header, bool 
 /// at most 4 times the file, 24 bytes a pixel and 1 MiB.
 ///
 /// \param path      for messages
-/// \param warnings  receives a sentence about picture data with junk bytes, damaged or cut, of which the rest
-///                  is read: what is missing is grey. Null refuses such a file
+/// \param warnings  receives a sentence about picture data that are damaged, cut or hold junk bytes: the rest
+///                  is read, missing pixels are grey. Null refuses such a file
 /// \param is_upright  whether the picture is turned; else it is left as it is stored
 /// \throws FileError: as scan_jpeg(); malformed for picture data that cannot be decoded; mismatch if the
 ///         program was built without libjpeg-turbo

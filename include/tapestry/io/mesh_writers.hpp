@@ -45,7 +45,7 @@ std::vector<std::string> write_pictures(const std::filesystem::path& stem, const
 std::vector<std::string> picture_files(const std::string& path, const geometry::Mesh& mesh,
                                        const std::vector<std::uint8_t>& painted);
 
-/// A texture whose texels beside the charts have the colours around them. Viewers filter across the charts'
+/// A texture whose texels outside the charts take the colours near them. Viewers filter across the charts'
 /// rims, so other colours there would show as seams.
 template <std::floating_point T>
 Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& texture);
@@ -62,9 +62,9 @@ void write_obj(const std::string& path, const geometry::Mesh& mesh);
 ///
 /// \param body     written as raster::with_atlas(). The texture spans u in [0, u_extent) of its layout;
 ///               written u are divided by it, as viewers expect
-/// \param texture  RGB in [0, 1], [H, W, 3], row 0 at v = 1, of any H and W for an atlas, of those of the
-/// charts
-///               for other kinds of texture, as of camouflage::atlas_of(). Texels that no painted face
+/// \param texture  RGB in [0, 1], [H, W, 3], row 0 at v = 1, any H and W for an
+/// atlas, the charts' own for other kinds of texture, as camouflage::atlas_of() has.
+/// Texels that no painted face
 ///               refers to are written with the colours around them
 /// \throws ShapeError unless body.painted has an entry a face and the texture fits the charts; otherwise as
 ///         write_obj()

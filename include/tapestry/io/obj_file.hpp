@@ -12,10 +12,10 @@ struct LoadedMesh {
   std::vector<std::string> warnings;          ///< one line a kind, with file and line
   std::vector<std::string> material_files{};  ///< read beside the mesh, in order
   std::size_t polygon_count = 0;              ///< faces of more than three corners, split into triangles
-  std::size_t crossing_count = 0;    ///< polygons that cross themselves, of which the triangles may be wrong
-  std::size_t degenerate_count = 0;  ///< triangles without area; kept, since face lists count them
-  std::size_t without_uv_count = 0;  ///< triangles with a corner that has no texture coordinates
-  std::array<double, 3> lowest{};    ///< bounds of all vertices
+  std::size_t crossing_count = 0;             ///< polygons that cross themselves; triangles may be wrong
+  std::size_t degenerate_count = 0;           ///< triangles without area; kept, since face lists count them
+  std::size_t without_uv_count = 0;           ///< triangles with a corner that has no texture coordinates
+  std::array<double, 3> lowest{};             ///< bounds of all vertices
   std::array<double, 3> highest{};
 };
 
@@ -54,9 +54,9 @@ inline double measure_mesh(LoadedMesh& loaded) {
 
 /// Reads the names, diffuse colours (Kd) and names of textures (map_Kd) of a Wavefront material file held in
 /// memory; other properties are ignored. Keywords may be of any case. The name may be empty; a material
-/// without a colour, or with one that is not red, green and blue, has that of geometry::Material. One number
-/// is a grey. Textures outside the folder of the file are left out with a warning. Whether a texture exists
-/// is not checked.
+/// without a colour, or with one that is not red, green and blue, has the default of geometry::Material.
+/// One number is a grey. Textures outside the folder of the file are left out with a warning. Whether a
+/// texture exists is not checked.
 ///
 /// \param path      names the file in messages
 /// \param warnings receives oddities that are no reason to refuse the file, one line a kind

@@ -36,10 +36,10 @@ inline constexpr const char* description_key = "tapestry.detector";
 ///   const auto detector = io::read_detector<float>({.weights = "yolox_nano.onnx", .names = "coco.names"});
 ///   const auto detector = io::read_detector<float>({.weights = "yolov3.weights", .config = "yolov3.cfg"});
 ///
-/// \param warnings takes warnings about the files, unless null; also what is taken from the metadata of an
-///                 ONNX model, and what they and its stated extents contradict
-/// \param input_source  receives what the encoding of pictures and their fit are from, unless null; an own
-///                      fit of the files takes its place
+/// \param warnings unless null, takes warnings about the files, facts taken from an ONNX model's metadata,
+///                 and contradictions to them and to its stated extents
+/// \param input_source  unless null, receives the origin of the pictures' encoding and fit; a fit in the
+///                      files replaces it
 /// \throws Error (usage) for files that do not go together, or an ONNX model that nothing describes;
 ///         FileError as read_darknet_model(), read_onnx(), read_detector_description(), read_class_names()
 ///         and Detector, and (mismatch) for a network without heads, for a description that contradicts the

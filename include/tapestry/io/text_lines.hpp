@@ -76,7 +76,7 @@ class LineOddities {
   /// Adds one on a given line.
   void add(const char* kind, std::size_t line, std::string_view name = {});
 
-  /// Appends a line for each kind, those that began first in front, up to 100 warnings in all.
+  /// Appends a line for each kind, in the order of first occurrence, up to 100 warnings in all.
   void append_to(std::vector<std::string>& warnings, const std::string& path) const;
 
  private:

@@ -3,8 +3,8 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/mesh.hpp>
 
-/// Meshes that a program has read with tinyobjloader already. The types are its own by their members, so that
-/// this header neither includes nor links it:
+/// Meshes that a program has read with tinyobjloader already. Its types are recognised by their members, so
+/// that this header neither includes nor links it:
 ///
 ///     tinyobj::ObjReader reader;
 ///     reader.ParseFromFile("car.obj");
@@ -31,7 +31,7 @@ template <std::size_t N, class Numbers>
   return groups;
 }
 
-/// \throws Error (mismatch) for an index that is not that of an element
+/// \throws Error (mismatch) for an index of no element
 inline void require_corners(const std::string& face, const char* kind, const geometry::Corners& corners,
                             std::size_t count, std::int32_t least) {
   for (const std::int32_t corner : corners)
@@ -79,7 +79,7 @@ void append_shape(geometry::Mesh& mesh, const Shape& shape) {
 
 /// The mesh that tinyobjloader has read: faces shape by shape, each shape a group; normals of unit length;
 /// the diffuse colours and textures (map_Kd) of the materials. Numbers have its precision, single unless it
-/// was compiled for double. Its white vertex colours, which it gives a mesh without any, are left out.
+/// was compiled for double. Leaves out the white vertex colours that it gives a mesh without any.
 ///
 /// \param attributes  tinyobj::attrib_t
 /// \param shapes      tinyobj::shape_t each, of triangles

@@ -46,7 +46,7 @@ template <class Scalar>
 
 }  // namespace detail
 
-/// The rotation about w by |w| radians (Rodrigues), smooth for every w, 0 and |w| = π among them:
+/// The rotation about w by |w| radians (Rodrigues), smooth for every w, also at 0 and |w| = π:
 ///   exp([w]×) = 1 + sin θ/θ · [w]× + (1 − cos θ)/θ² · [w]×².
 /// For any scalar with sin, cos and sqrt.
 template <class Scalar>

@@ -27,7 +27,7 @@ struct ColourChange {
   std::array<double, 3> offset{};
 };
 
-/// Contrast about mid grey, and saturation about the luma of ITU-R BT.601; 1 leaves either as it is.
+/// Contrast about mid grey, and saturation about the luma of ITU-R BT.601; 1 leaves either unchanged.
 [[nodiscard]] ColourChange contrast_and_saturation(double contrast, double saturation);
 
 namespace detail {

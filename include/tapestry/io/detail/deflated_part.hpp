@@ -26,7 +26,7 @@ namespace tapestry::io::detail {
   auto* const bytes = reinterpret_cast<Bytef*>(const_cast<char*>(all.data()));  // zlib reads them alone
   const std::size_t seen = std::min(begin, std::size_t{1} << MAX_WBITS);
   if (seen > 0) deflateSetDictionary(&stream, bytes + begin - seen, static_cast<uInt>(seen));
-  constexpr std::size_t end_of_part = 16;  // an empty block, and what is left of a byte
+  constexpr std::size_t end_of_part = 16;  // an empty block, and the rest of a byte
   std::string part(deflateBound(&stream, static_cast<uLong>(end - begin)) + end_of_part, '\0');
   stream.next_in = bytes + begin;
   stream.avail_in = static_cast<uInt>(end - begin);

@@ -215,8 +215,8 @@ class PngScan {
 /// PNG specification, second edition (ISO/IEC 15948).
 ///
 /// \param path      for messages
-/// \param warnings  receives sentences about data beyond the size and an end chunk that is missing or
-///                  damaged, unless null; the latter is refused then
+/// \param warnings  unless null, receives sentences about data beyond the size and about a missing or damaged
+///                  end chunk; if null, the latter is refused
 /// \throws FileError: malformed, limit (over 16,384 a side or 64 Mpx)
 [[nodiscard]] inline PngHeader scan_png(std::string_view file, const std::string& path,
                                         std::vector<std::string>* warnings = nullptr) {

@@ -16,8 +16,8 @@
 namespace tapestry::io {
 namespace detail {
 
-/// The picture of a material that faces show beside a paint; none if none does, or it cannot be read: then
-/// the material's colour stands in for it, as when the mesh is drawn.
+/// The picture of a material that faces show beside a paint. None if no face shows it, or it cannot be read:
+/// the material's colour then replaces it, as when the mesh is drawn.
 inline std::optional<Array<std::uint8_t, 3>> shown_picture(const geometry::Mesh& mesh,
                                                            const std::vector<std::uint8_t>& painted,
                                                            std::size_t material) {

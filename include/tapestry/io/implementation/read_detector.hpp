@@ -210,7 +210,7 @@ inline void require_class_count(const DetectorFiles& files, const nn::NetworkDes
                      std::to_string(named), std::to_string(classes)});
 }
 
-/// \param source  receives what the description is from
+/// \param source  receives the description's origin
 template <std::floating_point T>
 [[nodiscard]] detect::Detector<T> described_detector(const DetectorFiles& files,
                                                      const nn::NetworkDescription& network,

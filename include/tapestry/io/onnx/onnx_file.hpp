@@ -25,9 +25,9 @@ namespace detail {
 /// with their domain, "com.microsoft.Gelu", so that Network refuses them by name. Initialisers and nodes
 /// Constant become constants, even if a graph lists them as inputs. Tensors may be in files beside the model.
 /// Nodes that hold graphs, such as If, keep them as attributes; what these capture is added to their inputs.
-/// Metadata are kept, and the extents that the file states for outputs and values in between, which a network
-/// does not use: it computes them for its own size of input. Other fields for training or for people are left
-/// out. Source: onnx.proto and docs/IR.md of ONNX.
+/// Keeps metadata, and the extents that the file states for outputs and inner values. A network does not use
+/// them: it computes extents for its own size of input. Other fields for training or for people are left out.
+/// Source: onnx.proto and docs/IR.md of ONNX.
 ///
 /// \param path of the file, for messages and to find the files beside it
 /// \throws FileError  with the byte and the node or tensor: malformed for files that are not ONNX, are cut or
@@ -68,7 +68,7 @@ void write_onnx(const std::string& path, const nn::NetworkDescription& network,
 using WeightValues = std::map<std::string, std::vector<float>>;
 
 /// The current weights of a network, as the file's constants have them.
-/// \throws DomainError for initialisers of which the network uses a part
+/// \throws DomainError for initialisers that the network uses in part
 [[nodiscard]] WeightValues weight_values(const nn::Network<float>& network);
 
 /// The bytes of an ONNX model with new elements in some of its initialisers and nodes Constant. Everything

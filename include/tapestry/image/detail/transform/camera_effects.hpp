@@ -6,7 +6,7 @@
 
 namespace tapestry::image {
 
-/// A Gaussian blur, as of a lens out of focus; of unequal deviations roughly that of a moving camera.
+/// A Gaussian blur, as of a lens out of focus; with unequal deviations roughly the blur of a moving camera.
 struct Blur {
   double across_px = 0;  ///< standard deviation along rows, at most 64
   double down_px = 0;    ///< and along columns

@@ -6,8 +6,8 @@
 
 namespace tapestry::image {
 
-/// A user's transformation of pictures: a type beside which, in its own namespace, stand the two functions
-/// that each transformation here has, for float and double:
+/// A user's transformation of pictures: a type with two functions in its own namespace, as each
+/// transformation here has, for float and double:
 ///
 ///   Array<T, 3> transformed(const Array<T, 3>& picture, const Own& own);
 ///   void transformed_adjoint(const Array<T, 3>& picture, const Own& own, const Array<T, 3>& out_adjoint,

@@ -74,7 +74,7 @@ inline void parse_route(SectionReader& reader, std::size_t index, detect::LayerC
                        std::to_string(layer.group), ErrorKind::mismatch);
 }
 
-/// All anchors of a [yolo] section, of which its mask picks some, or of a [region].
+/// All anchors of a [yolo] section, before its mask picks some, or of a [region].
 [[nodiscard]] inline std::vector<std::array<double, 2>> parse_anchors(SectionReader& reader,
                                                                       std::size_t count) {
   const auto numbers = reader.list<double>("anchors");

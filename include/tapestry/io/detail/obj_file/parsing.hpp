@@ -32,7 +32,7 @@ class ObjWords {
   };
 
   /// The finite numbers that come next, up to `Most`.
-  /// \param least  so many words must be numbers, as far as they are there
+  /// \param least  the first words that must be numbers, if present
   /// \throws FileError (malformed) otherwise
   template <std::size_t Most>
   Numbers<Most> numbers(std::size_t least) {

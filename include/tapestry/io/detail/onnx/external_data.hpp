@@ -15,10 +15,10 @@ struct ExternalReference {
 };
 
 /// The files beside a model that hold elements of its tensors. Only files below the model's folder are
-/// opened, after links are resolved, so a model cannot read other files. Where the model is itself a link, as
-/// in the folders of model hubs, a link beside it may also lead to a file directly beside the one that the
-/// model leads to. A file with several names is refused, since hard links cannot be resolved: another name
-/// may be anywhere. Source: ONNX, docs/ExternalData.md.
+/// opened, after links are resolved, so a model cannot read other files. If the model is itself a link, as in
+/// the folders of model hubs, a link beside it may also lead to a file directly beside the model's target. A
+/// file with several names is refused, since hard links cannot be resolved: another name may be anywhere.
+/// Source: ONNX, docs/ExternalData.md.
 class ExternalData {
  public:
   /// \param model_path   of the file that refers to others

@@ -20,8 +20,8 @@ class ValueOrder {
   ValueOrder(const nn::NetworkDescription& description, const std::vector<PlacedNode>& nodes)
       : description_(description), nodes_(nodes) {}
 
-  /// Places of the nodes in an order in which each follows those whose results it reads; the file's order is
-  /// kept where possible.
+  /// Places of the nodes, sorted so that each follows the nodes whose results it reads; keeps the
+  /// file's order where possible.
   /// \throws FileError (malformed) naming the value, and the node if there is one; for a cycle one of its
   ///                   nodes
   [[nodiscard]] std::vector<std::size_t> sorted() {

@@ -172,7 +172,7 @@ class OnnxEncoder {
     for (std::size_t i = 0; i < size; ++i) bytes += static_cast<char>(word >> (8 * i) & 0xFFU);
   }
 
-  /// The nearest 64-bit integer to one that was read in double precision, in which the largest becomes 2⁶³.
+  /// The nearest 64-bit integer to a number read in double precision, where the largest becomes 2⁶³.
   [[nodiscard]] static std::int64_t integer_of(const std::string& name, double value) {
     if (std::isnan(value)) throw DomainError({"write_onnx: the integers of '", name, "' hold NaN"});
     if (value >= 0x1p63) return std::numeric_limits<std::int64_t>::max();
