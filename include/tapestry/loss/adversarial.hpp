@@ -25,9 +25,9 @@ namespace tapestry::loss {
 /// paper      Wang et al., FCA (AAAI 2022), eq. 2 to 5: per scale the IoU of the predicted box with the
 ///            target, the objectness probability and the class probability, each summed over the scales.
 ///            The paper does not state which prediction of a scale is meant. Here it is the one that finds
-///            the target best, see responsible(): pushing down the best of each scale until no candidate
-///            is left is what hides the target, and a scale none of whose boxes meets the target adds
-///            nothing.
+///            the target best, see responsible(): lowering the best of each scale
+///            until none is left hides the target. A scale without a box on the
+///            target adds nothing.
 /// as_coded   what FCA's published program minimises, defects and all: per scale the mean CIoU over the
 ///            matched candidates (so far as there are any), the objectness entropy with target 1 at the
 ///            matched candidates, which RAISES objectness there, weighted 4, 1, 0.4 by scale, and the mean
@@ -35,8 +35,8 @@ namespace tapestry::loss {
 ///            head does it; in the program that is the ultralytics family of detect::DecodeFamily.
 /// max_score  −log(1 − max σ(obj) · p(class) · IoU) over all candidates, see max_score().
 /// vanish     a soft maximum of max_score over all classes, see vanish(); its value is the term max_score.
-/// The others ask
-///            that the target is not found as what it is, and are content with another name for it.
+/// The others only hide the target's own class: a box with
+/// another name satisfies them.
 ///
 /// Heads without objectness (decode families distance and decoded) use the score of the target's class in its
 /// place. paper and as_coded use it in their objectness term, too; in the candidate's score, by which paper
@@ -133,8 +133,8 @@ template <std::floating_point T>
 /// \param detector  whose heads gave the logits; not needed after the call
 /// \param logits    per head [N, A·D, H, W], see detect::Head, as of detect::forward()
 /// \param targets   one an image
-/// \throws DomainError if there are no targets, ShapeError if they are not as many as the images; otherwise
-///         as adversarial()
+/// \throws DomainError if there are no targets, ShapeError if their number is not that of images;
+///         otherwise as adversarial()
 template <DetectorLike D, std::floating_point T>
 [[nodiscard]] AdversarialTerms<Variable<T>> adversarial(const D& detector,
                                                         const std::vector<ArrayVariable<T, 4>>& logits,

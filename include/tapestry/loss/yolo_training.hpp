@@ -33,8 +33,8 @@ struct YoloTrainingOptions {
 ///
 /// \param logits  per head [N, A·(5+K), H, W]
 /// \param truths  one entry an image, boxes in pixels of the network's input
-/// \throws ShapeError, DomainError as adversarial(), so for heads of the decode family scaled, too;
-///         DomainError for heads without anchors
+/// \throws ShapeError, DomainError as adversarial(), also for heads of the decode family scaled; DomainError
+///         for heads without anchors
 template <std::floating_point T>
 [[nodiscard]] YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads,
                                               const LogitsView<T>& logits, const Truths& truths,

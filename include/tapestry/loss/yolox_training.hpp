@@ -15,8 +15,8 @@ struct YoloxTrainingOptions {
 };
 
 /// The loss a YOLOX detector is trained with, for candidates that are matched with truths. With the logits t,
-/// H(t, p) the cross entropy of σ(t) with p, IoU that of the box with the truth's, and iou the same when they
-/// were matched, a constant,
+/// H(t, p) the cross entropy of σ(t) with p, IoU of the box and the truth's box, and iou the
+/// constant IoU at matching,
 ///
 ///   box             Σ matched   1 − IoU²
 ///   objectness      Σ all       H(to, [is matched])

@@ -13,9 +13,9 @@ namespace tapestry::nn {
 ///   logistic σ(x) = 1/(1 + e^−x) | swish x·σ(x) | mish x·tanh(log(1 + e^x))
 ///   hard_logistic min(max(a·x + b, 0), 1) | hard_swish x·hard_logistic(x) | clip min(max(x, a), b)
 ///
-/// At a kink the derivative is that of the side that is constant; NaN stays NaN. The kernels' exponential has
-/// a relative error below 2 ε and is cut where it would leave the normal numbers: σ, swish and mish are
-/// within 6 ε · |value| + 3 · max(1, |x|) · (the smallest normal number).
+/// At a kink the derivative is the constant side's; NaN stays NaN. The kernels' exponential has a relative
+/// error below 2 ε and is cut where it would leave the normal numbers: σ, swish and mish are within 6 ε ·
+/// |value| + 3 · max(1, |x|) · (the smallest normal number).
 enum class CurveKind : std::uint8_t { none, logistic, swish, mish, hard_logistic, hard_swish, clip };
 
 /// A curved activation with its settings.
@@ -32,8 +32,8 @@ struct Curve {
 ///   swish x·σ(x) | mish x·tanh(log(1 + e^x)) | hard_mish 0 below −2, x²/2 + x up to 0, x above
 ///   relu6 max(0, min(x, 6)) | elu x or e^x − 1 below 0 | tanh
 ///
-/// At the kink x = 0 leaky has the derivative 0.1 and relu and relu6 0, and so has relu6 at 6, as in Darknet.
-/// NaN stays NaN.
+/// At the kink x = 0 leaky has the derivative 0.1, relu and relu6 have 0. relu6 has 0 also at 6, as
+/// in Darknet. NaN stays NaN.
 enum class Activation { linear, leaky, relu, logistic, swish, mish, hard_mish, relu6, elu, tanh };
 
 inline constexpr std::array<Activation, 10> activations{

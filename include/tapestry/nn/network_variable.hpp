@@ -11,8 +11,8 @@ namespace tapestry::nn {
 /// \param network  its input has four axes, the first of extent 1; it must outlive the tape's last reverse(),
 ///                 unchanged
 /// \param x        [N, …], N inputs of shape network.input_shape(0)
-/// \param pass     memory to use, for loops that record again and again: not to be used for anything else
-///                 before the tape's last reverse(). Null takes new memory.
+/// \param pass     memory for loops that record again and again. Use it for nothing else before the tape's
+///                 last reverse(). Null takes new memory.
 /// \returns        for each result of four axes, the first of extent 1, N of them
 /// \throws ShapeError unless input, x and results are so; DomainError if x is on no active tape
 template <std::floating_point T>

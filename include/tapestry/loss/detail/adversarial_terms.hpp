@@ -108,8 +108,8 @@ template <std::floating_point T>
 
 /// Adds loss_adjoint times the derivative of max_score().
 ///
-/// The derivative by the box is o·p/(1 − m) · ∂IoU; since IoU is only accurate to 2⁻⁵³, 1 − m is taken as at
-/// least that there.
+/// The derivative by the box is o·p/(1 − m) · ∂IoU. IoU is only accurate to 2⁻⁵³: 1 − m
+/// is taken as at least that.
 template <std::floating_point T>
 void max_score_adjoint(const Predictions<T>& predictions, const Target& target, double loss_adjoint,
                        const LogitsAdjoint<T>& logits_adjoint);
@@ -119,9 +119,9 @@ void max_score_adjoint(const Predictions<T>& predictions, const Target& target, 
 ///
 ///     log(1 + Σ_k m_k / (1 − m_k)),   m_k = 1 − e^(−max_score of class k),
 ///
-/// the log of one plus the odds of every name. For one class it is max_score(); a name takes its share of the
-/// gradient, (m_k / (1 − m_k)) / (1 + Σ), so that no other name is left to take the place of the first. Kinks
-/// and NaN as max_score(). \param box of the target, pixels of the input
+/// the log of one plus the odds of every name. For one class it is max_score(); class k takes the share (m_k
+/// / (1 − m_k)) / (1 + Σ) of the gradient, so that no other class replaces the first. Kinks and NaN as
+/// max_score(). \param box of the target, pixels of the input
 template <std::floating_point T>
 [[nodiscard]] double vanish(const Predictions<T>& predictions, const detect::Box& box);
 

@@ -32,7 +32,7 @@ struct GridCell {
 /// cell of the target's centre, every anchor with max(w/aw, aw/w, h/ah, ah/h) < 4. May be empty; always so
 /// for a box without area. Source: FCA's published program, whose hyper-parameter anchor_t is 4 and which,
 /// unlike its parent, does not add neighbouring cells. A head without anchors, which that program does not
-/// have, has the one candidate of the cell matched, whatever the size of the box.
+/// have, matches the one candidate of the cell, whatever the box's size.
 /// \throws DomainError for a head of the decode family decoded, whose candidates have no cells
 template <std::floating_point T>
 [[nodiscard]] std::vector<Candidate> matched_candidates(const Predictions<T>& predictions,
@@ -93,7 +93,7 @@ void require_free_heads(const char* operation, const std::vector<detect::Head>& 
 /// differentiated.
 ///
 /// A truth may take a cell whose centre lies in its box or, along both axes, less than `radius` cells from
-/// its middle. Such a cell costs it, with the probabilities p_k = √(σ(class k) · σ(objectness)),
+/// its middle. The cost of a cell is, with the probabilities p_k = √(σ(class k) · σ(objectness)),
 ///
 ///   −log p_c − Σ_{k≠c} log(1 − p_k) − 3 · log(IoU + 10⁻⁸) + 10⁵ · [not both in the box and near its middle]
 ///
@@ -104,8 +104,8 @@ void require_free_heads(const char* operation, const std::vector<detect::Head>& 
 /// Source: Ge et al., "YOLOX: exceeding YOLO series in 2021" (arXiv 2107.08430), SimOTA. There each cell of
 /// any truth is open to all truths, at the cost of 10⁵; here only to those whose box or middle it meets. The
 /// radius, the root of the product, 10⁵ and 10⁻⁸ are those of its published program. As here, its logarithms
-/// are at least −100; unlike here, a cell that several truths take keeps the cheapest of all truths, not of
-/// those. For heads of the family distance, which have no objectness, p_k = σ(class k).
+/// are at least −100. Unlike here, a cell that several truths take keeps the cheapest of all truths, not only
+/// of these. For heads of the family distance, which have no objectness, p_k = σ(class k).
 ///
 /// \param logits  per head [N, D, H, W]
 /// \param truths  one entry an image, boxes in pixels of the network's input

@@ -107,7 +107,7 @@ Array<T, 1> mean_adversarial_terms(const KeptLogits<T>& logits, std::span<const 
           mean(&Terms::total)};
 }
 
-/// Adjoint of one image's terms, a share of that of the means.
+/// Adjoint of one image's terms: a share of the means' adjoint.
 template <std::floating_point T>
 TermSums adjoint_of_terms(const Array<T, 1>& means_adjoint, std::size_t images,
                           const AdversarialWeights& weights) {

@@ -29,7 +29,7 @@
 namespace tapestry::nn {
 
 /// True if Engine::bfloat16 rounds a convolution's operands: float, one group and more than four channels
-/// out. Others take little time, and depthwise ones have no sums over channels, so they stay as they are.
+/// out. Others take little time, and depthwise ones have no sums over channels, so they stay in float.
 template <std::floating_point T>
 [[nodiscard]] bool takes_pairs(const PackedConvolution<T>& packed) {
   return std::is_same_v<T, float> && packed.shape.groups == 1 && !has_few_channels(packed);

@@ -28,7 +28,7 @@ template <std::floating_point T>
   return channels * sizeof(T) % 1024 == 0 ? channels + 64 / sizeof(T) : channels;
 }
 
-/// Copies what `row_count` output rows from `first_row` on read, with zeros where they read outside.
+/// Copies the inputs of `row_count` output rows from `first_row` on, with zeros outside.
 template <std::floating_point T>
 [[nodiscard]] ConvolutionRegion<T> copy_region(const ConvolutionShape& shape, const T* picture,
                                                std::size_t first_row, std::size_t row_count,

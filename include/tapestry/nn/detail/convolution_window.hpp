@@ -5,8 +5,8 @@
 
 namespace tapestry::nn {
 
-/// Neighbouring outputs of an axis that are computed together from the inputs of all of them. The rounding of
-/// each output therefore depends on most of these inputs.
+/// Neighbouring outputs of an axis that are computed together from all their inputs. The rounding of each
+/// output therefore depends on most of these inputs.
 struct OutputTile {
   std::size_t outputs = 1;
   std::size_t own_of_first = 0;  ///< leading inputs that affect the first output only
@@ -34,7 +34,7 @@ struct OutputTile {
           std::clamp(end, std::min(begin, axis.output - 1) + 1, axis.output)};
 }
 
-/// Inputs of an axis, from the first to the last one, on which the bits of a range of outputs depend. Empty
+/// Range of inputs of an axis that the bits of a range of outputs depend on. Empty
 /// where all of them lie outside.
 [[nodiscard]] inline BlockRange inputs_needed(const AxisWindow& axis, const OutputTile& tile,
                                               BlockRange outputs) {
@@ -69,8 +69,8 @@ template <std::floating_point T>
           outputs_inside(packed.first_column, packed.column_step, s.columns.output, window.columns)};
 }
 
-/// The convolution restricted to the outputs within a window of the picture they are written to, and to those
-/// that share a tile with them; possibly none. Their bits are those of the whole convolution.
+/// Restricts the convolution to outputs within a window of the picture they are written to, and to those that
+/// share a tile with them; possibly none. Their bits are those of the whole convolution.
 ///
 /// \param tile  along both axes, see tile_of()
 template <std::floating_point T>

@@ -1,4 +1,4 @@
-// Activations that are curves, for one instruction set. See Curve for what they are.
+// Activations that are curves, for one instruction set. Curve defines them.
 #include <tapestry/nn/detail/lane_kernels.inl>
 
 /// The smaller and the larger of each lane and a number, in the form that is one instruction; NaN stays.

@@ -1,7 +1,7 @@
 // Kernels for one instruction set; implementation/vector_kernels.hpp includes this file once for each of
 // them, inside a namespace of its own and with TAPESTRY_VECTOR_BYTES set. Generic vectors must be parsed
-// under the target they are meant for, so nothing here may be a lambda or come from outside. The parts stand
-// in a row of files, each of which includes the one before it.
+// under the target they are meant for, so nothing here may be a lambda or come from outside. The parts are a
+// chain of files: each includes the one before it.
 #include <tapestry/nn/detail/bfloat16_kernels.inl>
 
 template <std::floating_point T, int V, int P>

@@ -146,8 +146,8 @@ void winograd_filters(const WinogradFilterArguments<T>& a) {
   }
 }
 
-/// V = Bᵀ d B for one tile and `channel_count` channels, rounded up to whole registers; stored as they are,
-/// or as pairs of bfloat16 in half as many words.
+/// V = Bᵀ d B for one tile and `channel_count` channels, rounded up to whole registers; stored unchanged, or
+/// as pairs of bfloat16 in half as many words.
 template <std::floating_point T, WinogradForm F, bool Pairs = false>
 void winograd_input(const WinogradInputArguments<T>& a) {
   constexpr std::size_t points = extents_of(F).points;

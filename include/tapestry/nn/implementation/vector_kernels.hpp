@@ -16,7 +16,7 @@ namespace tapestry::nn {
 #endif
 
 // At -O2 GCC does not unroll loops of the kernels that -O3 does, which makes small networks a tenth slower.
-// Builds without optimisation and under sanitizers are left alone.
+// Builds without optimisation and under sanitizers keep their options.
 #if defined(__OPTIMIZE__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
 #define TAPESTRY_OPTIMIZES_KERNELS
 #pragma GCC push_options

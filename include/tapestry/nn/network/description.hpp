@@ -45,8 +45,8 @@ struct InputDescription {
   ElementType type = ElementType::floating;
 };
 
-/// A network as read from a file: nodes in an order in which each follows those whose results it reads, the
-/// values known beforehand, and the names of inputs and outputs. Network runs it.
+/// A network as read from a file: nodes sorted so that each follows the nodes it reads from, the values known
+/// beforehand, and the names of inputs and outputs. Network runs it.
 struct NetworkDescription {
   std::string path{};  ///< of the file, for messages
   std::int64_t opset = 0;
@@ -72,9 +72,9 @@ struct NetworkDescription {
 /// \param outputs  names of values that the description has
 [[nodiscard]] NetworkDescription pruned(NetworkDescription description, std::vector<std::string> outputs);
 
-/// A sentence about the first of stated_shapes, outputs in front, that is not what the nodes compute for
-/// inputs of the extents that the description has. None if all are, or if an input has an open extent, for
-/// then nobody knows for which the others were stated. Values that cannot be computed are left out.
+/// A sentence about the first of stated_shapes, outputs first, that differs from the extents that the nodes
+/// compute for the description's inputs. None if none differs, or if an input has an open extent: the others
+/// were stated for an unknown value of it. Values that cannot be computed are left out.
 [[nodiscard]] std::optional<std::string> untrue_shape(const NetworkDescription& description);
 
 }  // namespace tapestry::nn

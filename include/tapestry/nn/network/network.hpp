@@ -28,8 +28,8 @@ namespace tapestry::nn {
 template <std::floating_point T>
 class Network {
  public:
-  /// \param shapes  extents of inputs, for those that the description leaves open or that are to be others; a
-  ///                batch (axis 0) that is left open is 1
+  /// \param shapes  extents of inputs, if the description leaves them open or they should differ; an open
+  ///                batch (axis 0) is 1
   /// \param pictures_channels_last  inputs of four axes are handed over as [N, H, W, C]
   /// \param simplifies  runs the simplified() network; results differ in rounding
   /// \throws FileError (mismatch) naming every operator or attribute that is not supported, or an input whose
@@ -92,7 +92,7 @@ class Network {
   /// the mode have changed. adjoint() then adds to the input's adjoint within the window only. In
   /// Mode::training everything is computed and nothing is kept.
   ///
-  /// \param window  the picture stays as it is outside of it; may be empty
+  /// \param window  the picture is constant outside of it; may be empty
   /// \throws DomainError for a network of other inputs
   void forward_within(const T* picture, const MapWindow& window, KeptValues<T>& kept, NetworkPass<T>& pass,
                       Mode mode = Mode::inference) const;

@@ -17,7 +17,7 @@ struct OperationTimes {
   std::size_t passes = 0;
   double seconds = 0;  ///< time of whole passes, including work between operations
 
-  /// Counts a pass. \returns the number to which its time is to be added
+  /// Counts a pass. \returns the number to add its time to
   [[nodiscard]] double& start_pass() {
     ++passes;
     return seconds;

@@ -51,7 +51,7 @@ class ProgramBuilder {
   [[nodiscard]] Program<T> build();
 
   /// The part of build() that facts() need; nodes that are not supported are left out.
-  /// \throws FileError (limit) naming the node at which the budget is used up
+  /// \throws FileError (limit) naming the node that exceeds the budget
   void add_nodes();
 
   /// Returns the nodes left by add_nodes().
@@ -61,8 +61,8 @@ class ProgramBuilder {
   /// description or to this.
   [[nodiscard]] NetworkFacts facts() const;
 
-  /// Puts the nodes that were taken apart by build() in the places of those that they were made of, with
-  /// their constants. Facts point to those of this. \param description  the builder's own
+  /// Replaces each node that build() took apart by its parts, with their constants. Facts point to these
+  /// constants. \param description  the builder's own
   void expand(NetworkDescription& description) const;
 
   /// Nodes of the description, after add_nodes(), with those that were taken apart as their parts.
@@ -142,7 +142,7 @@ class ProgramBuilder {
   /// The weights of a constant, under the name of the description's that its elements came from.
   [[nodiscard]] WeightBlock block_of(const ProgramValue& value) const;
 
-  /// Moves the weights to the front of the constants, in the order in which steps read them first.
+  /// Moves the weights to the front of the constants, in the order of their first reading.
   void put_weights_first();
 
   /// An operand for the maker, with its values if they are known.

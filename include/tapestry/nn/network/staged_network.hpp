@@ -61,11 +61,11 @@ class StagedPass {
   std::size_t made_count_ = 0;
 };
 
-/// A network in which extents depend on values: of boxes that are left after suppression, of a condition's
-/// branch, of a number of rounds. It runs as networks of fixed extents, one after the other: each has all
-/// nodes whose extents are known. Integers and truths that it computes are constants of the next. Gradients
-/// run back through all of them. Selections (by NonMaxSuppression, NonZero, TopK, a condition) count as
-/// constant, which they are but where they jump.
+/// A network whose extents depend on values: of boxes kept by suppression, of a condition's branch, of a
+/// number of rounds. It runs as networks of fixed extents, one after the other: each has all nodes whose
+/// extents are known. Integers and truths that it computes are constants of the next. Gradients run back
+/// through all of them. Selections (by NonMaxSuppression, NonZero, TopK, a condition) count as constant,
+/// which they are but where they jump.
 template <std::floating_point T>
 class StagedNetwork {
  public:
@@ -75,7 +75,7 @@ class StagedNetwork {
   explicit StagedNetwork(NetworkDescription description, const std::map<std::string, Shape>& shapes = {},
                          PlanBudget budget = {});
 
-  /// How convolutions of passes to come are computed, see Network::set_engine().
+  /// Sets how later passes compute convolutions, see Network::set_engine().
   void set_engine(Engine engine);
 
   [[nodiscard]] std::size_t input_count() const { return inputs_.size(); }

@@ -45,7 +45,7 @@ template <std::size_t Operands>
   return nest;
 }
 
-/// How the adjoint of a result goes to an operand that was repeated to it.
+/// Adjoint of an operand that was repeated to a result.
 struct BroadcastOperand {
   bool is_whole = true;  ///< it was not repeated
   AxisReduction reduction{};

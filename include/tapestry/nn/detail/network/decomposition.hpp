@@ -13,7 +13,7 @@ struct Decomposition {
   std::map<std::string, Constant> constants{};
 };
 
-/// Names of a network's values, to which those between parts are added.
+/// Names of a network's values, with new ones between parts.
 struct ValueNames {
   std::set<std::string> taken{};
   std::map<std::string, std::size_t> counts{};            ///< numbers that stems have had
@@ -36,7 +36,7 @@ class Decomposer {
   using Names = std::vector<std::string>;
   using Attributes = std::map<std::string, Attribute>;
 
-  /// \param budget  from which nodes are taken; all members throw Error (limit) when it is used up
+  /// \param budget of nodes; all members throw Error (limit) when it is used up
   Decomposer(const Node& node, std::int64_t opset, ValueNames& names, PlanBudget& budget)
       : node_(node), opset_(opset), names_(names), budget_(budget) {
     for (const auto& output : node.outputs)
@@ -120,7 +120,7 @@ class Decomposer {
 
   /// Writes the nodes of a subgraph.
   /// \param names  of its inputs and of what it captures, in the graph around it
-  /// \returns what its results are called
+  /// \returns the names of its results
   Names inlined(const Subgraph& graph, std::map<std::string, std::string> names) {
     const auto renamed = [&](const std::string& name) { return name.empty() ? name : names.at(name); };
     for (const auto& [name, value] : graph.constants) {
@@ -170,7 +170,7 @@ struct Decomposable {
   std::vector<OperandCount> operands;  ///< empty: those of the operator that it becomes
   /// Takes a node apart. \throws DomainError or ShapeError for unsupported nodes
   std::function<void(OperatorContext&, Decomposer&)> decompose;
-  /// Whether a node is taken apart; null: always. Nodes that are not are made as they stand.
+  /// Whether a node is taken apart; null: always. Other nodes are made unchanged.
   bool (*applies)(const OperatorContext&) = nullptr;
 };
 

@@ -103,9 +103,9 @@ class Operation {
   /// Whether result 0 may take the memory of operand 0, which has the same size.
   [[nodiscard]] virtual bool works_in_place() const { return false; }
 
-  /// The window of every result, a map, whose bits depend on windows of the operands. With the adjoint: also
-  /// the window in which the results' adjoints are read, to compute those of the operands within theirs.
-  /// None: all.
+  /// The window of every result, a map, whose bits depend on windows of the operands. With the
+  /// adjoint: also the window of the results' adjoints that the operands' adjoints read within
+  /// their windows. None: all.
   ///
   /// \param changed  of each operand; empty where it is constant
   [[nodiscard]] virtual std::optional<MapWindow> window_reached(Engine /*engine*/,

@@ -43,8 +43,8 @@ class OperatorContext {
   }
   /// Integers of an operand that must be known beforehand, such as axes and extents. Integers out of range
   /// are clipped.
-  /// \throws DomainError if it is missing, of another type or depends on what the network is given;
-  ///         ShapeError for more than no node needs
+  /// \throws DomainError if it is missing, of another type or depends on the network's inputs; ShapeError for
+  ///         more than no node needs
   [[nodiscard]] std::vector<std::int64_t> integers(std::size_t i) const {
     constexpr std::size_t most = 1024;
     const Constant& values = constant(i);
@@ -130,7 +130,7 @@ class OperatorContext {
     if (!unknown.empty()) throw DomainError({"attribute ", unknown, " is not supported"});
   }
 
-  /// \throws DomainError for NaN and infinities, to which casts of fractions lead
+  /// \throws DomainError for NaN and infinities, which casts of fractions give
   [[nodiscard]] static std::int64_t to_integer(double value) {
     constexpr double largest = 4611686018427387904.0;  // 2^62, further than any extent
     if (!std::isfinite(value)) throw DomainError({"an integer is ", value});

@@ -4,8 +4,8 @@
 
 namespace tapestry::nn {
 
-/// Amounts left to the plans of one network, all its stages together. Counts, so that the same file is
-/// refused on every machine; each is checked before what it counts is made. docs/SECURITY.md states them.
+/// Amounts left to the plans of one network, all its stages together. Counts: every machine refuses the same
+/// files. Each is checked before its objects are made. docs/SECURITY.md states them.
 struct PlanBudget {
   std::size_t nodes = std::size_t(3) << 15U;    ///< that others are taken apart into
   std::size_t planned = std::size_t(1) << 19U;  ///< nodes that later stages plan anew

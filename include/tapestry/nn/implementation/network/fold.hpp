@@ -46,7 +46,7 @@ struct ElementFunction {
   bool reduces = false;  ///< all elements of one operand, instead of one of each
 };
 
-/// The greater number, or NaN if there is one; and the lesser.
+/// The greater number, or NaN if one is NaN; then the lesser.
 [[nodiscard]] inline double greater_of(double a, double b) { return a > b || a != a ? a : b; }
 [[nodiscard]] inline double lesser_of(double a, double b) { return a < b || a != a ? a : b; }
 
@@ -136,7 +136,7 @@ struct ElementFunction {
   return {result};
 }
 
-/// Operands, a bit each, whose elements an operator moves to its results as they are.
+/// Operands, a bit each, whose elements an operator moves unchanged to its results.
 [[nodiscard]] inline std::uint64_t moved_operands(const Node& node) {
   constexpr std::uint64_t all = ~std::uint64_t(0);
   static const std::map<std::string_view, std::uint64_t> moved{

@@ -101,7 +101,7 @@ class LoopParts {
     return {first, first + static_cast<std::ptrdiff_t>(piece_count())};
   }
 
-  /// Adds one round to what was scanned before, along a new first axis.
+  /// Appends one round to earlier scanned results, along a new first axis.
   [[nodiscard]] Decomposer::Names with_scanned(std::size_t i, const std::string& value) {
     Decomposer::Names pieces = pieces_of(i);
     pieces.push_back(parts_.raised(value));

@@ -111,7 +111,7 @@ inline void decompose_deform_conv(OperatorContext& context, Decomposer& parts) {
   DeformableConvolution(context, parts).write();
 }
 
-/// Slices along `axis` at which a condition holds; without it, elements. Source: onnx.ai, Compress.
+/// Slices along `axis` where a condition holds; without `axis`, elements. Source: onnx.ai, Compress.
 inline void decompose_compress(OperatorContext& context, Decomposer& parts) {
   const std::string places =
       parts.add("Reshape", {parts.add("NonZero", {parts.input(1)}), parts.integers({-1})});

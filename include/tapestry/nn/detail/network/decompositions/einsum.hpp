@@ -19,7 +19,7 @@ struct EinsumEquation {
 class EinsumParser {
  public:
   /// \param ranks  of the operands
-  /// \throws DomainError for what is no equation, or does not fit the operands
+  /// \throws DomainError for a text that is no equation or does not fit the operands
   EinsumParser(std::string text, const std::vector<std::size_t>& ranks) : text_(std::move(text)) {
     std::erase(text_, ' ');
     const std::size_t arrow = text_.find("->");
@@ -154,7 +154,7 @@ class EinsumParts {
     return shape;
   }
 
-  /// An operand with each axis once, expanded to the letters' extents, without those that nothing else has.
+  /// An operand with each axis once, expanded to the letters' extents, without axes of this operand alone.
   [[nodiscard]] Term term(const OperatorContext& context, std::size_t i) {
     Term own{parts_.input(i), equation_.operands[i]};
     const Shape shape = shape_of(own.axes);

@@ -196,7 +196,7 @@ inline void decompose_col2im(OperatorContext& context, Decomposer& parts) {
     throw ShapeError({"input 0 is ", x, ", expected ", count, " patches of a multiple of ", taps});
   const std::size_t maps = x[0] * (x[1] / taps);
   require_room({pixels + 1, maps});
-  // Added up along the first axis, [taps · patches, N · channels]; behind the picture, what lies beside it.
+  // Added up along the first axis, [taps · patches, N · channels]; last, a row for places beside it.
   const std::string columns = parts.reshaped(
       parts.transposed(parts.reshaped(parts.input(0), {maps, taps * count}), {1, 0}), {taps * count, maps});
   const std::string indices = parts.constant({{taps * count, 1}, ElementType::integer, patches.places()});

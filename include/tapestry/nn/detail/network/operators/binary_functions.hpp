@@ -4,8 +4,8 @@
 
 /// \file
 /// Functions of two numbers, as ONNX defines them, for BinaryOperation. `by_a` and `by_b` are the
-/// derivatives. Those that are VectorFunctions have neither branches nor calls, so that loops of them are
-/// loops of vectors.
+/// derivatives. VectorFunctions have neither branches nor calls, so that their
+/// loops are loops of vectors.
 
 namespace tapestry::nn::binary {
 

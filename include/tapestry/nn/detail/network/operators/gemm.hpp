@@ -12,7 +12,7 @@ struct GemmPlan {
   bool turns_a = false, turns_b = false;
   double alpha = 1, beta = 1;
   bool has_c = false;
-  std::size_t c_row_step = 0, c_column_step = 0;  ///< 0 along an axis on which C is repeated
+  std::size_t c_row_step = 0, c_column_step = 0;  ///< 0 along an axis that C is repeated on
   bool is_b_constant = false;
 
   [[nodiscard]] std::size_t b_row_step() const { return turns_b ? 1 : shape.columns; }

@@ -32,7 +32,7 @@ class GroupNormalization : public Operation<T> {
     });
   }
 
-  /// With x̂ the normalised values and g those adjoint to them: ∂L/∂x = s · (g − mean(g) − x̂ · mean(g·x̂)).
+  /// With x̂ the normalised values and g their adjoints: ∂L/∂x = s · (g − mean(g) − x̂ · mean(g·x̂)).
   void adjoint(const AdjointCall<T>& call) const override {
     const T* const in = call.inputs[0].values;
     const T* const adjoint = call.output_adjoints[0].values;

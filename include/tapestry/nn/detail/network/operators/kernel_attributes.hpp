@@ -87,7 +87,7 @@ inline void read_extents(OperatorContext& context, const char* name, std::size_t
   return window;
 }
 
-/// Sets the zeros for which an axis of `input` values has ⌈input / stride⌉ outputs, and returns that number.
+/// Sets the zeros that give an axis of `input` values ⌈input / stride⌉ outputs; returns their number.
 inline std::size_t pad_same(KernelAttributes& window, std::size_t axis, std::size_t input) {
   const std::size_t stride = window.strides[axis];
   const std::size_t output = (input + stride - 1) / stride;

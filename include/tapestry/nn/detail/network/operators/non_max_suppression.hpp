@@ -62,8 +62,8 @@ template <class Value>
   return rows;
 }
 
-/// NonMaxSuppression of boxes and scores that are known beforehand. The number of its rows depends on their
-/// values, so those of computed ones have no extents.
+/// NonMaxSuppression of boxes and scores that are known beforehand. The number of rows depends on their
+/// values: results of computed values have no extents.
 template <std::floating_point T>
 class NonMaxSuppression : public Operation<T> {
  public:

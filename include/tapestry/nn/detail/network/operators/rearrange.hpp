@@ -108,7 +108,7 @@ class Rearrange : public Operation<T> {
   using Result = typename Operation<T>::Result;
 
   /// \param data_inputs  operands that pieces come from
-  /// \param fill         value of results where no piece goes
+  /// \param fill         value of results outside all pieces
   Rearrange(std::vector<Result> results, std::vector<Piece> pieces, Coverage coverage,
             std::size_t data_inputs = 1, T fill = 0)
       : Operation<T>(std::move(results)),

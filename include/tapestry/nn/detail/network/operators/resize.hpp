@@ -37,7 +37,7 @@ void add_weighted(const T* from, T weight, bool is_uninitialised, T* to, std::si
 template <std::floating_point T>
 class Resize : public Operation<T> {
  public:
-  /// \param tables  of the axes that change, in the order in which they are to be resized
+  /// \param tables  of the axes that change, in the order of resizing
   /// \param extrapolation  the value of outputs that lie outside the tensor
   Resize(Shape in, Shape out, ElementType type, std::vector<ResizeTable> tables, double extrapolation)
       : Operation<T>({{std::move(out), type}}),

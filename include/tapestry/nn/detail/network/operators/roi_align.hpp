@@ -169,7 +169,7 @@ class RoiAlign : public Operation<T> {
     });
   }
 
-  /// Likewise for the largest: all goes to the weighted pixel that is it, of equals the first.
+  /// The same for the largest: the whole adjoint goes to that weighted pixel, of equal ones to the first.
   void pull_largest(const T* maps, const Grid& grid, std::size_t pixel, const T* adjoint, T* of_maps,
                     std::array<double, 4>& box_slope) const {
     const std::size_t plane = x_[2] * x_[3], pixels = rule_.rows * rule_.columns;

@@ -67,7 +67,7 @@ struct RoiAxis {
     return {static_cast<std::size_t>(std::clamp(begin, 0.0, count)),
             static_cast<std::size_t>(std::clamp(end, 0.0, count))};
   }
-  /// Share of the box at which a sample lies.
+  /// Place of a sample as a share of the box.
   [[nodiscard]] double share(std::size_t index, std::size_t sample) const {
     return (static_cast<double>(index) + (static_cast<double>(sample) + 0.5) / static_cast<double>(samples)) /
            static_cast<double>(bins);

@@ -6,9 +6,9 @@
 /// Smooth functions of one number with at most two parameters, as ONNX defines them, for UnaryOperation.
 /// `slope` is the derivative, computed from the argument or the value, as `reads` states. NaN stays NaN.
 ///
-/// Those that are VectorFunctions have neither branches nor calls, so that loops of them are loops of
-/// vectors. Their exponentials are vector_exp(): results err by a relative 8 ε at most down to e^-86.8 in
-/// float and e^-707.5 in double, and are 0 below.
+/// VectorFunctions have neither branches nor calls, so that their loops are loops of vectors. Their
+/// exponentials are vector_exp(): results err by a relative 8 ε at most down to e^-86.8 in float and e^-707.5
+/// in double, and are 0 below.
 
 namespace tapestry::nn::unary {
 

@@ -254,7 +254,7 @@ inline bool fold_scaling(EditableGraph& graph, std::size_t i) {
 }  // namespace detail
 
 /// Folds batch normalisations and constants that scale or shift channels into the weights before them, in
-/// double. Constants that other nodes read stay as they are.
+/// double. Constants that other nodes read stay unchanged.
 inline void fold_scalings(EditableGraph& graph) {
   for (std::size_t i = 0; i < graph.size(); ++i) detail::fold_scaling(graph, i);
 }

@@ -5,7 +5,7 @@
 namespace tapestry::nn {
 namespace detail {
 
-/// The other operand of a node with two, of which one is `value`.
+/// The other operand of a node with two operands, one of them `value`.
 [[nodiscard]] inline const std::string& other_operand(const Node& node, const std::string& value) {
   return node.inputs[node.inputs[0] == value ? 1 : 0];
 }
