@@ -23,7 +23,7 @@ template <std::floating_point T>
 }
 
 /// The operator of a window of the picture: render() of it is the crop of render(), and costs no more than
-/// the window. Entries beside the window and tiles are dropped, see with_tiles().
+/// the window. Drops entries outside the window, and tiles, see with_tiles().
 ///
 /// \throws ShapeError if the window leaves the picture
 template <std::floating_point T>

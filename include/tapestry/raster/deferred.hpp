@@ -7,8 +7,8 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 
-/// Deferred shading: a picture in four steps, each with its adjoint, between which a user shades by formulas
-/// of his own on the tape.
+/// Deferred shading: a picture in four steps, each with its adjoint. Between them a user shades by
+/// own formulas on the tape.
 ///
 ///   rasterise    mesh, camera -> face and barycentric coordinates b at the centre of each pixel
 ///   interpolate  b, attributes of corners -> attributes of pixels, such as uv, normal or position
@@ -107,8 +107,8 @@ void look_up_adjoint(const Array<T, 3>& texture, const Array<T, 3>& uv, const Ar
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> antialias(const PixelFaces& pixels, const Array<T, 3>& colour);
 
-/// Adds the derivatives of antialias(): by colours, and by positions through where edges cross; a null
-/// pointer stands for one that is not needed. \param positions_adjoint  one entry a position
+/// Adds the derivatives of antialias(): by colours, and by positions through the places where edges cross;
+/// null for one that is not needed. \param positions_adjoint  one entry a position
 template <std::floating_point T>
 void antialias_adjoint(const PixelFaces& pixels, const Array<T, 3>& colour, const Array<T, 3>& out_adjoint,
                        Array<T, 3>* colour_adjoint, std::vector<geometry::Vector3>* positions_adjoint);

@@ -76,15 +76,15 @@ struct EstimatedLight {
   double error = 0;  ///< mean absolute difference from the photograph, over points and channels
 };
 
-/// The light of sun and sky under which a surface of one colour looks most like points of a photograph, by
-/// least squares: a sky that is nowhere negative, a sun that is not, above the horizon (+z), and one colour
-/// for both. For a given sun the sky follows from the normal equations; the sun is searched for over
-/// directions. Points far off, of trim, reflections and dirt, count less and less in four rounds.
+/// The light of sun and sky that makes a surface of one colour look most like points of a photograph, by
+/// least squares: sky and sun are not negative, the sun is above the horizon (+z), and both have one colour.
+/// For a given sun the sky follows from the normal equations; the sun is searched for over directions. Points
+/// far off, of trim, reflections and dirt, count less and less in four rounds.
 ///
-/// A photograph shows light times paint, and nothing in it separates one from the other. With `paint` the
-/// light is that which makes such paint look so. Without, it is white, and as strong as makes white paint
-/// white where it is brightest (the 99th percentile of the points): the photograph is taken to be well
-/// exposed.
+/// A photograph shows light times paint, and nothing in it separates one from the other. With `paint`
+/// it is the light that gives such paint this look. Without `paint` it is white, and as strong as
+/// makes white paint white where it is brightest (99th percentile of the points): the photograph is
+/// assumed to be well exposed.
 ///
 /// \param mesh          casts the shadows
 /// \param points        of the photograph, of this mesh
@@ -97,14 +97,14 @@ struct EstimatedLight {
 
 /// The same light under a clear coat that mirrors the surroundings: sky, ground, buildings and the sun as the
 /// paint itself shows them. Sky, sun, the observed colour, gloss and the surroundings are fitted in turn,
-/// with the sun held where `matt` has it, gloss and surroundings from 4 × 8 to 64 × 128 texels. None is
+/// with the sun fixed at that of `matt`, gloss and surroundings from 4 × 8 to 64 × 128 texels. None is
 /// negative, and the surroundings are at most twice as bright as white paint. Neighbouring texels are drawn
 /// together where few points mirror them. Points count by the inverse of their differences, as encoded
 /// colours; a channel at 1 is a bound, not a value.
 ///
 /// \param points  with colours in proportion to light, and with the channels at 1 that estimated_light() is
 ///                not given
-/// \param matt    estimated_light() of the others, without paint or with this one
+/// \param matt    estimated_light() of the other arguments, without paint or with this one
 /// \param paint   as there
 /// \throws DomainError as estimated_light(), and for a point without an eye
 [[nodiscard]] EstimatedLight coated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,

@@ -43,9 +43,9 @@ struct FaceCharts {
   return {std::move(mesh), layout};
 }
 
-/// A body as files and viewers hold it, with an atlas: itself, or for textures of other kinds one with
-/// face_charts(), since the texture coordinates of a mesh may be missing or shared by several faces. Faces
-/// that are not painted keep those that point into a picture of their own.
+/// A body with an atlas, as files and viewers need it: itself, or for other kinds of texture one with
+/// face_charts(), since the texture coordinates of a mesh may be missing or shared by several faces.
+/// Unpainted faces keep texture coordinates into pictures of their own.
 [[nodiscard]] inline PaintedMesh with_atlas(PaintedMesh body) {
   if (body.layout.traits().is_picture) return body;
   const geometry::Mesh own = std::move(body.mesh);

@@ -244,7 +244,7 @@ template <GeometryOutput Output, std::floating_point T>
 /// Adds ∂L/∂positions, L being a function of geometry_picture(), to positions_adjoint, in units of L per unit
 /// of the world. It is the sum of the motion within faces, exact for the samples that are drawn, or along
 /// lines that cross them where large planes are seen nearly edge-on, and the integral along outlines; for
-/// normals also along every edge at which they jump and where faces cut through each other. Faces edge-on and
+/// normals also along every edge where they jump, and where faces cut through each other. Faces edge-on and
 /// without area add nothing; those thinner than a tenth of the distance of samples add less than their
 /// samples would. Where the mesh is cut by near or far, the cut's own motion is left out. Sums are in double
 /// and the same for any number of threads.

@@ -61,7 +61,7 @@ using Harmonics = std::array<double, 9>;
   return {across * std::cos(turn), across * std::sin(turn), z};
 }
 
-/// No light: colours are shown as they are. Generates no code and takes no memory.
+/// No light: colours are shown unchanged. Generates no code and takes no memory.
 struct Unlit {};
 
 /// Like Light, with normals interpolated over each face: the mesh's normals, or at a corner without one the
@@ -162,7 +162,7 @@ struct PreparedSmoothLight {
                          geometry::subtract(mesh.positions[static_cast<std::size_t>(face[2])], origin));
 }
 
-/// Mean of the normals of the faces around each position, weighted by area; no length where there are none.
+/// Mean of the normals of the faces around each position, weighted by area; length 0 where there are none.
 [[nodiscard]] inline std::vector<geometry::Vector3> vertex_normals(const geometry::Mesh& mesh) {
   std::vector<geometry::Vector3> sums(mesh.positions.size(), geometry::Vector3{0, 0, 0});
   for (const geometry::Corners& face : mesh.faces) {

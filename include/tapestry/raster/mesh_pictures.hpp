@@ -39,7 +39,7 @@ inline void add_picture(MeshPictures& pictures, const geometry::Mesh& mesh,
 /// Mean colour of a picture over a parallelogram in uv, from bilinear lookups that lie at most about a texel
 /// apart, at most 64 along a side; encoded.
 ///
-/// \param space   that of the texels
+/// \param space   of the texels
 /// \param middle  of the parallelogram, uv
 /// \param sides   its two sides
 [[nodiscard]] inline std::array<float, 3> mean_colour(const MeshPicture& picture, image::ColourSpace space,

@@ -138,9 +138,9 @@ void pull_back_shape(const PosedView<Model>& view, const FragmentBands& fragment
 /// Draws a painted mesh on the active tape, as render_textured() does. Picture and coverage are a record
 /// each, or none if they depend on passive inputs only; passive inputs are not differentiated. Positions move
 /// the picture through vertex_adjoint(), and coverage through silhouette_adjoint(). Texels and light get the
-/// exact derivatives of the samples that were drawn, but the place of the sun's shadow is held still: the
-/// shadow's motion, which the derivative by the sun's direction lacks, can be larger than the rest. Textures
-/// that are drawn from unmoved cameras again and again are faster through a TextureOperator that is kept.
+/// exact derivatives of the samples that were drawn, but the sun's shadow has a fixed place: the derivative
+/// by the sun's direction lacks the shadow's motion, which can be larger than the rest. Textures that are
+/// drawn from unmoved cameras again and again are faster through a TextureOperator that is kept.
 ///
 /// \param body      copied: it may change or go once this returns
 /// \param light     Unlit, Light (flat), SmoothLight, OutdoorLight, or a ClearCoat over one of them; with

@@ -35,7 +35,7 @@ void silhouette_adjoint(const geometry::Mesh& mesh, const geometry::Camera& came
 
 namespace detail {
 /// Records a drawn coverage on the tape.
-/// \param camera  as geometry::posed() has it
+/// \param camera  as in geometry::posed()
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> record_coverage(std::shared_ptr<const geometry::Mesh> mesh,
                                                   const geometry::Camera& camera, const geometry::Pose& at,
@@ -51,7 +51,7 @@ template <std::floating_point T>
 /// \param mesh       copied: it may change or go once this returns
 /// \param positions  [V, 3], instead of the mesh's own; of extent 0: the mesh's own
 /// \param pose       [6], w (radians) and t (units of the world): the mesh is seen at exp(w)·x + t, see
-///                   geometry::posed(); of extent 0: as it is
+///                   geometry::posed(); of extent 0: no pose
 /// \param edges      mesh_edges() of the mesh, when they are kept from view to view
 /// \returns          [H, W] in [0, 1]
 /// \throws ShapeError if an input does not fit; DomainError if the pose is not finite; otherwise as

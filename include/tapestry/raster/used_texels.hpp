@@ -48,7 +48,7 @@ std::vector<std::size_t> used_cube_texels(std::size_t edge);
 [[nodiscard]] double starved_share(const PaintedMesh& body);
 
 /// Charts restricted to painted texels: the pieces of each chart that are connected side by side.
-/// \param painted  [texel], 1 where painted; empty: everywhere, which leaves the charts as they are
+/// \param painted  [texel], 1 where painted; empty: everywhere, which leaves the charts unchanged
 /// \throws ShapeError if a texel of a chart has no entry
 [[nodiscard]] std::vector<TextureChart> painted_charts(std::vector<TextureChart> charts,
                                                        const std::vector<std::uint8_t>& painted);
@@ -158,7 +158,7 @@ template <std::floating_point T>
 
 /// The pyramid of a body's atlas, over the texels that painted faces refer to; null if the atlas is not
 /// filtered.
-/// \throws as used_texels(), but for its limit
+/// \throws as used_texels(), except for its limit
 [[nodiscard]] std::shared_ptr<const MipPyramid> pyramid_of(const PaintedMesh& body);
 
 }  // namespace tapestry::raster

@@ -76,10 +76,10 @@ template <std::predicate<std::int32_t> Predicate>
 [[nodiscard]] double median_edge_px(const geometry::Mesh& mesh, const geometry::Camera& camera,
                                     std::size_t height, std::size_t width);
 
-/// Samples along an axis of a pixel with which the median edge of a mesh is at least four samples long: 1, 2,
-/// 4 or 8. If none is enough, the most that the picture's size allows; 1 if no edge is seen. On the car of
-/// the benchmark this keeps the error of the gradient of a face's colour between 1 and 5 % at distances 1.5
-/// to 20.
+/// Samples along an axis of a pixel that make the median edge of a mesh at least four samples long:
+/// 1, 2, 4 or 8. If none is enough, the most that the picture's size allows; 1 if no edge is seen.
+/// On the car of the benchmark this keeps the error of the gradient of a face's colour between 1 and
+/// 5 % at distances 1.5 to 20.
 /// \throws DomainError, Error as visibility()
 [[nodiscard]] std::size_t automatic_samples_per_axis(const geometry::Mesh& mesh,
                                                      const geometry::Camera& camera, std::size_t height,

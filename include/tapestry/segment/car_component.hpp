@@ -14,10 +14,10 @@ struct Region {
 
 /// Finds the car in a mask of salient objects: one connected piece of the pixels that reach the threshold.
 ///
-/// Pixels of at least `threshold` are joined with the four beside them. Of these pieces the car is the one
-/// with most pixels (their centres) in its region, and of equal ones the larger; without a region it is the
-/// largest. Of pieces equal in both, the one whose first pixel comes first, row by row. A piece that does not
-/// reach into the region is not the car. Pixels that are NaN belong to none. The choice has no derivative.
+/// Pixels of at least `threshold` are joined with the four beside them. The car is the piece with most pixels
+/// (their centres) in its region, and of equal ones the larger; without a region it is the largest piece. Of
+/// pieces equal in both, the one whose first pixel comes first, row by row. A piece that does not reach into
+/// the region is not the car. Pixels that are NaN belong to none. The choice has no derivative.
 ///
 /// The rule and the threshold of 0.5 are ours: the paper states neither.
 ///

@@ -47,7 +47,7 @@ class CellGrid {
             origin_[1] + (static_cast<double>(y) + 0.5) * side_};
   }
 
-  /// The cells that a box touches; for a box beside all cells the nearest ones.
+  /// The cells that a box touches; for a box outside all cells the nearest ones.
   [[nodiscard]] Range cells_of(const std::array<double, 2>& low, const std::array<double, 2>& high) const {
     const auto cell = [&](double value, std::size_t axis, std::int32_t count) {
       const double place = (value - origin_[axis]) * cells_per_px_;

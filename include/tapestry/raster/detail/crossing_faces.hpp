@@ -150,13 +150,13 @@ struct FacePair {
   auto operator<=>(const FacePair&) const = default;
 };
 
-/// The pairs of faces that may cut through each other, in order: faces without a common corner of which each
-/// has points on both sides of the other one's plane. Only visible pairs are tested: both in one pixel, or
-/// one in a pixel and one in its neighbour. Samples on the two sides of a visible line of intersection show
-/// the two faces, unless the line is shorter than the distance of samples. If these samples lie in two
-/// pixels, the pair is tested only where both pixels show at most two faces; elsewhere faces are small, and a
-/// missed line is short. The result is the same for any number of threads, and wherever the mesh lies, within
-/// the accuracy of doubles there.
+/// The pairs of faces that may cut through each other, in order: faces without a common corner, each with
+/// points on both sides of the other's plane. Only visible pairs are tested: both in one pixel, or one in a
+/// pixel and one in its neighbour. Samples on the two sides of a visible line of intersection show the two
+/// faces, unless the line is shorter than the distance of samples. If these samples lie in two pixels, the
+/// pair is tested only where both pixels show at most two faces; elsewhere faces are small, and a missed line
+/// is short. The result is the same for any number of threads, and wherever the mesh lies, within the
+/// accuracy of doubles there.
 /// \param edges  of the same mesh
 [[nodiscard]] std::vector<FacePair> crossing_faces(const geometry::Mesh& mesh, const MeshEdges& edges,
                                                    const SeenFaces& seen);

@@ -30,7 +30,7 @@ inline void add_point(FaceBox& box, const std::array<double, 2>& point, double i
 
 }  // namespace detail
 
-/// The frame in which boxes of faces are measured.
+/// The frame that boxes of faces are measured in.
 struct PictureFrame {
   PixelRays rays;
   ViewClip clip;
@@ -41,7 +41,7 @@ struct PictureFrame {
         clip(camera, height, width),
         size{static_cast<double>(width), static_cast<double>(height)} {}
 
-  /// The box of a face between near and far, cut to the picture; empty if it is not in it.
+  /// The box of a face between near and far, cut to the picture; empty if it lies outside.
   /// \param corners  in view space, usable()
   [[nodiscard]] FaceBox box_of(const std::array<geometry::Vector3, 3>& corners) const {
     unsigned all = ~0U, any = 0;

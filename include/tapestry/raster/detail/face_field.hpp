@@ -50,7 +50,7 @@ class FaceField {
   /// The first segment of a line; the others follow up to that of the next line.
   [[nodiscard]] std::size_t first_segment(std::size_t line) const { return first_[line]; }
 
-  /// The segment of a line, from a given one on, in which a point lies.
+  /// The segment of a line that holds a point, searched from a given one on.
   /// \param place  its distance from the line's first end
   [[nodiscard]] std::size_t segment_at(std::size_t line, std::size_t segment, double place) const {
     while (segment + 1 < first_[line + 1] && place > end_[segment]) ++segment;
@@ -64,7 +64,7 @@ class FaceField {
       for (const std::uint32_t slot : near(segment)) visit(listed_[slot].face, listed_[slot].weights);
   }
 
-  /// 1/z of faces that hide a point, more than that of the point by what rounding may cause.
+  /// 1/z from which a face hides a point: the point's own and the largest rounding error.
   [[nodiscard]] static double hidden_from(double inverse_depth) {
     constexpr double rounding = 1e-9;
     return inverse_depth * (1 + rounding);
@@ -98,7 +98,7 @@ class FaceField {
     return -1;
   }
 
-  /// A face, other than those that `is_left_out`, that hides a point of a segment; −1 if there is none.
+  /// A face that hides a point of a segment and is not `is_left_out`; −1 if there is none.
   template <class Predicate>
   [[nodiscard]] std::int32_t hider(std::size_t segment, double column, double row, double inverse_depth,
                                    Predicate is_left_out) const {

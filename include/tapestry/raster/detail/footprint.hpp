@@ -5,8 +5,8 @@
 
 namespace tapestry::raster {
 
-/// Images in an atlas of a step of a column and of a row in the picture, in texels, rows downwards: {columns,
-/// rows} of the one, then of the other. A pixel's circle becomes an ellipse there, its footprint.
+/// Steps in an atlas for a step of a column and of a row in the picture, in texels, rows downwards: {columns,
+/// rows} for the first, then for the second. A pixel's circle becomes an ellipse there, its footprint.
 using AtlasSteps = std::array<double, 4>;
 
 /// Map from the points of a face to their places in an atlas, and to the footprint of a pixel there.

@@ -22,7 +22,7 @@ template <std::floating_point T>
   return parameters;
 }
 
-/// A light, flat or smooth, of the numbers that light_parameters() lists.
+/// A light, flat or smooth, with the numbers that light_parameters() lists.
 /// \throws ShapeError unless there are eight
 template <std::derived_from<Light> Model = Light, std::floating_point T>
 [[nodiscard]] Model light_of(const Array<T, 1>& parameters) {
@@ -58,7 +58,7 @@ template <std::derived_from<Light> Model, std::floating_point T>
   return light_of<Model>(parameters);
 }
 
-/// A light of sun and sky with other numbers; occlusion and shadow stay as they are.
+/// A light of sun and sky with other numbers; occlusion and shadow stay unchanged.
 /// \throws ShapeError unless there are sixteen
 template <std::floating_point T>
 [[nodiscard]] OutdoorLight with_parameters(OutdoorLight light, const Array<T, 1>& parameters) {

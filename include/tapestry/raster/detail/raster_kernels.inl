@@ -1,8 +1,8 @@
 // Kernels of the rasteriser for one instruction set; raster_kernels.hpp includes this file once for each of
 // them, inside a namespace of its own and with TAPESTRY_VECTOR_BYTES set. Generic vectors must be parsed
 // under the target they are meant for, so nothing here may be a lambda or come from outside. All sets give
-// the same bits: what is not an integer is reckoned without fused products, one operation a statement.
-// The parts stand in a row of files, each of which includes the one before it.
+// the same bits: numbers that are not integers are computed without fused products, one operation a
+// statement. The parts are a chain of files: each includes the one before it.
 #include <tapestry/raster/detail/moments_kernel.inl>
 
 inline RasterKernels make_kernels() {

@@ -71,7 +71,7 @@ struct LightEquations {
   return weights;
 }
 
-/// Shading by lobes of the sky, of each point.
+/// Shading of each point by lobes of the sky.
 class SkyBasis {
  public:
   explicit SkyBasis(const std::vector<LitPoint>& points) : points_(points), shading_(points.size()) {

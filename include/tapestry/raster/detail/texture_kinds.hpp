@@ -188,7 +188,7 @@ using UvSides = std::array<std::array<double, 2>, 2>;
   return {uv_of_point(mesh, face, {-share, share, 0}), uv_of_point(mesh, face, {-share, 0, share})};
 }
 
-/// Sides of a texel on a face that has texture coordinates; without length but for atlas and cube.
+/// Sides of a texel on a face that has texture coordinates; of length 0 except for atlas and cube.
 [[nodiscard]] inline UvSides texel_sides(const TextureLayout& layout, const geometry::Mesh& mesh,
                                          std::size_t face) {
   switch (layout.kind) {

@@ -15,7 +15,7 @@ struct ScreenTriangle {
   std::array<std::int32_t, 3> x;  ///< 1/256 of a sample's width; corners run clockwise on the screen
   std::array<std::int32_t, 3> y;  ///< 1/256 of a sample's height
   std::int32_t face;
-  float inverse_depth_min;  ///< 1/z is clamped to what the face's own points have: an edge-on plane is steep
+  float inverse_depth_min;  ///< 1/z is clamped to that of the face's own points: an edge-on plane is steep
   float inverse_depth_max;
   float step;
   std::array<double, 3> inverse_depth;  ///< c₀, c₁, c₂

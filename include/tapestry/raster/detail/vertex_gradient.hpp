@@ -78,7 +78,7 @@ void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,
 /// \param adjoint  of the picture, [H, W, 3], or [H, W] for a Colour of one channel
 /// \param faces    of the view
 /// \param spans    of grazing faces, to find
-/// \returns the field of all that was found, which `faces` and `seen` must outlive
+/// \returns the field of all lines; `faces` and `seen` must outlive it
 template <std::floating_point T, std::size_t Rank, class Colour>
 FaceField add_boundaries(const geometry::Camera& camera, const Colour& colour, const Array<T, Rank>& adjoint,
                          std::size_t samples_per_axis, const MeshEdges& edges, const SeenFaces& seen,

@@ -28,7 +28,7 @@ class SurroundingsFit {
   using Colour = std::array<double, 3>;
 
   /// \param mirrors  of the points
-  /// \param shares   how much of what a point mirrors it shows
+  /// \param shares   share of its mirror image that each point shows
   /// \param most       greatest value of a texel
   /// \param smallness  weight of a texel's own square, in weights of a square of a difference between
   /// neighbours
@@ -56,7 +56,7 @@ class SurroundingsFit {
         if (tap.weight * share_[p] > 0) lookups_[tap.texel].push_back({p, tap.weight * share_[p]});
   }
 
-  /// Least squares for what the points mirror, texel by texel in turn, none below 0.
+  /// Fits the mirrored radiances by least squares, texel by texel in turn, none below 0.
   /// \param counts  weights of the points
   void fit(const std::vector<Colour>& targets, const std::vector<double>& counts) {
     std::vector<Colour> missing(share_.size());
@@ -208,8 +208,7 @@ class CoatedFit {
                                            geometry::scale(colour_, gloss_.mirrored(p)[0]));
     basis_.weigh(counts_);
     weights_ = non_negative_least_squares(basis_.with_sun(sun_));
-    const double brightness =
-        geometry::dot(colour_, {1, 1, 1}) / 3;  // of colour_ · shading_ is what was fitted
+    const double brightness = geometry::dot(colour_, {1, 1, 1}) / 3;  // the fit gave colour_ · shading_
     if (brightness > 0)
       for (double& weight : weights_) weight /= brightness;
     for (std::size_t p = 0; p < points_.size(); ++p) {

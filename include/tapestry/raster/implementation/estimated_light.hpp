@@ -126,9 +126,9 @@ inline void require_paint(const std::optional<std::array<double, 3>>& paint) {
       throw DomainError("estimated_light: paint must be finite and above 0");
 }
 
-/// Sets sun, sky and their colour from the weights under which the points have this shading, of the observed
-/// colour `product`: for this paint, or else white, with the 99th percentile of the shading at 1.
-/// \returns  the factor by which the light was made weaker, and the product stronger
+/// Sets sun, sky and their colour from the weights and shading of the points and from the observed colour
+/// `product`: for this paint, or else white, with the 99th percentile of the shading at 1.
+/// \returns  the factor that divided the light and multiplied the product
 inline double set_light(EstimatedLight& estimate, const LightWeights& weights, std::vector<double> shading,
                         const std::optional<std::array<double, 3>>& paint) {
   OutdoorLight& light = estimate.light;

@@ -122,7 +122,7 @@ inline void gather_edges(const geometry::Mesh& mesh, MeshEdges& edges) {
 }
 
 /// Whether two faces have no corner in common but boxes that overlap, and each reaches through the other.
-/// Faces with a common corner meet there, and are taken not to cut each other elsewhere.
+/// Faces with a common corner meet there, and are assumed not to cut each other elsewhere.
 [[nodiscard]] inline bool may_cut(const geometry::Mesh& mesh, const MeshEdges& edges, const FacePair& pair) {
   const geometry::Corners& first = mesh.faces[static_cast<std::size_t>(pair.first)];
   const geometry::Corners& second = mesh.faces[static_cast<std::size_t>(pair.second)];

@@ -8,7 +8,7 @@
 
 namespace tapestry::raster::detail {
 
-/// Point at which the ray of a pixel meets its face, see barycentrics().
+/// Point where the ray of a pixel meets its face, see barycentrics().
 struct SeenPoint {
   std::array<geometry::Vector3, 3> corners;  ///< q, view space
   geometry::Vector3 ray;                     ///< d
@@ -70,7 +70,7 @@ class SeenPoints {
     const auto& [a, b, c] = corners(pixels_.face[pixel]);
     return {{position(a), position(b), position(c)}, ray(pixel)};
   }
-  /// Adds to the adjoint of a position what its view coordinates get.
+  /// Adds to a position's adjoint that of its view coordinates.
   void add(const geometry::Vector3& view_adjoint, std::int32_t index,
            std::vector<geometry::Vector3>& positions_adjoint) const {
     auto& to = positions_adjoint[static_cast<std::size_t>(index)];
@@ -167,7 +167,7 @@ class OutlineSearch {
   std::vector<std::uint32_t> edge_of_;  ///< by half-edge
 };
 
-/// Adds what the ends of a crossing's edge get from the derivative by its share s: with
+/// Adds the derivatives by the ends of a crossing's edge, given that by its share s: with
 ///   ds/dA = -B / (A - B)^2,   ds/dB = A / (A - B)^2,   dL/dn = dL/dA d_from + dL/dB d_to,
 ///   dL/dp = q x dL/dn,   dL/dq = dL/dn x p.
 inline void add_crossing(const OutlineCrossing& crossing, const SeenPoints& points, double share_adjoint,

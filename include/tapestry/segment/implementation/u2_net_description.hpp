@@ -108,7 +108,7 @@ class U2NetWriter {
     return {add("Concat", names, next("concat"), {{"axis", std::int64_t(1)}}), channels};
   }
 
-  /// RSU-L: a smaller U on the result of its first unit, to which it is added.
+  /// RSU-L: adds a smaller U to its input, the result of the first unit.
   Map residual_u(const std::string& name, const Map& in, const ResidualU& block) {
     const Map first = unit(name + ".in", in, block.out);
     std::vector<Map> down{unit(name + ".down1", first, block.middle)};

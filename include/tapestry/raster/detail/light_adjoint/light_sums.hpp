@@ -59,8 +59,8 @@ struct OutdoorSums {
 
 /// Adds a fragment's part.
 /// \param factor  the light's, before its colour
-/// \param seen    adjoint · coverage · colour before the light, of each channel; the argument before it is
-///                the same without the colour, which only a coat needs
+/// \param seen    adjoint · coverage · colour before the light, of each channel; the unnamed argument, for a
+///                coat, lacks the colour
 template <class Lighting>
 void add_fragment(const Light& light, const Lighting& lighting, const geometry::Mesh& mesh,
                   const geometry::Vector3& eye, const Fragment& fragment, double factor,

@@ -56,7 +56,7 @@ class MomentSums {
 
   [[nodiscard]] std::size_t face_count() const { return sums_.size(); }
 
-  /// Adds the contribution of one fragment; that of its light only if the face turns in it.
+  /// Adds the contribution of one fragment; its light's part only if the face turns in it.
   /// \param adjoint  of the pixel's three values
   template <std::floating_point T, class Colour>
   void add(const Colour& colour, const Fragment& fragment, const T* adjoint, bool is_turning) {

@@ -14,8 +14,8 @@ namespace tapestry::raster::detail {
 ///
 /// A face belongs to such a plane if the cosine of its normal and its rays is below 0.1, and all those faces
 /// in one plane together are large, as if they lay across their rays: at least 1/25 of the picture's part
-/// that faces may touch. Seen as they are, they are thinner than eight distances of samples or two pixels,
-/// the greater of the two: their area over the side of a square of the area that they have across.
+/// that faces may touch. In the picture they are thinner than eight distances of samples or two pixels, the
+/// greater of the two. Thickness: their area over the side of a square of their area across the rays.
 ///
 /// \param faces            of the view
 /// \param sample_distance  px
@@ -67,7 +67,7 @@ class GrazingSpans {
   void find(FaceField& field);
 
   /// Calls visit(fragment) for points of the visible part of a face, with the share of a pixel that each
-  /// stands for: Gauss's rule of three points in each part, which is cut where 1/z changes by a tenth.
+  /// stands for: Gauss's rule of three points in each part; parts end where 1/z changes by a tenth.
   /// \pre find(), and the field is filled
   template <class Visit>
   void visit(const FaceField& field, std::size_t index, Visit visit) const {

@@ -159,7 +159,7 @@ class Outlines {
     for (std::size_t i = 0; i < own.size(); ++i) add_half_edge(line, i, own[i].sum, shares);
   }
 
-  /// Stores how far along the edge the face goes on hiding that hides it here.
+  /// Stores how far along the edge the face that hides it here continues to hide it.
   void hide(EdgeLine& line, std::int32_t hider, double column, double row) const {
     line.hidden_to =
         line.place_of(column, row) + scene_.field.weights(hider).hidden_length(
@@ -250,7 +250,7 @@ class Outlines {
     }
   }
 
-  /// The nearest of the edge's own faces beside it, at point − step, where m·r < 0, and at point + step, and
+  /// Stores the nearest of the edge's own faces at point − step, where m·r < 0, and at point + step; returns
   /// their 1/z. They reach up to the edge on the side of their third corner, even where rounding denies it.
   [[nodiscard]] std::array<double, 2> own_sides(const EdgeLine& line, const std::vector<OwnFace>& own,
                                                 const std::array<double, 2>& point,
