@@ -50,7 +50,7 @@ chosen() {
   sed -nE 's/^ *"(learning-rate|smoothness-weight)": ([0-9.]+),?$/--\1 \2/p' "$output/paper/runs/fca-${SEEDS%% *}/manifest.json" 2>/dev/null |
     paste -s -d ' ' || fail 2 "part tables comes first, whose search chooses learning rate and smoothness"
 }
-# The strongest paint at equal steps; what the tables have made is taken. Paints for three leave out detector 4, 3, 2 or 1.
+# The strongest paint at equal steps; uses the paints of the tables. Paints for three leave out detector 4, 3, 2 or 1.
 part_stronger() {
   strong=$(chosen)
   mkdir -p "$output"/stronger/{runs,measured}
@@ -92,7 +92,7 @@ table_of_hardening() { # NAME TITLE RUN...
     printf '\nMade by commit %s.\n' "$(for run in "${@:3}"; do sed -nE 's/^ *"commit": "([^"]*)",$/\1/p' "$run/metrics.json"; done | sort -u | paste -s -d ' ')"
   } >"$file.md"
 }
-# Table 3 by distance, and 4 by what is hidden, too: the paint of table 1, all seeds, seen by the detector that it is made for.
+# Tables 3 (by distance) and 4 (by what is hidden), too: the paint of table 1, all seeds, measured by its own detector.
 by_distance() { # TABLE
   local files=($(for seed in $SEEDS; do echo "$output/paper/measured/${1#*-}-fca-$seed/${1#*-}.csv"; done))
   awk -F , -v table="$1" 'function share(texture) { return all[key[i], texture] ? sprintf("%.1f", 100 * some[key[i], texture] / all[key[i], texture]) : "-" }

@@ -159,8 +159,8 @@ table_8() {
 }
 table_attention() { table_of_photographs 9-attention "What detectors look at" attention fca das_full coarse; }
 
-# Hard examples: the camouflage is optimised further on those frames of its training in which a detector still finds it, and
-# as a control on as many others.
+# Hard examples: the camouflage is optimised further on the training frames where a detector still finds it, and as a
+# control on as many others.
 table_5() {
   local seed detector detectors names=() rows name
   paint fca
@@ -191,8 +191,8 @@ table_5() {
   done
   tabulate 5-hard "Table 5: optimised further on hard examples of each detector" "${rows[@]}"
 }
-# Two folders of frames to optimise on: those in which the detector finds the camouflage, and at most as many others. Their
-# lists may be empty.
+# Two folders of frames to optimise on: those where the detector finds the camouflage, and at most as many others.
+# Their lists may be empty.
 further_frames() { # DETECTOR SEED
   local csv=$output/measured/digital-fca-$2-train/photographs.csv folder path name found
   for name in hard others; do

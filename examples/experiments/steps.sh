@@ -20,7 +20,7 @@ fail() { # STATUS WORDS
   exit "$1"
 }
 
-# Claims the output folder by the lock that the programs take in theirs, io::RunLock, until the script ends, however it ends.
+# Claims the output folder by io::RunLock's lock, as the programs do, until the script ends in any way.
 claim() {
   mkdir -p "$output" && [ -w "$output" ] || fail 5 "$output: cannot write there"
   while true; do
@@ -68,7 +68,7 @@ require_one_ledger() {
   [ -z "$twice" ] || fail 7 "$output: its steps do not go together: $twice"
 }
 
-# Refuses to go on with other files than those that were read.
+# Refuses to continue if a file has changed since it was read.
 require_same_inputs() {
   local changed
   changed=$(ledger | sha256sum --check --quiet --ignore-missing 2>/dev/null | sed -n '1s/: FAILED.*$//p') || true
@@ -76,7 +76,7 @@ require_same_inputs() {
     sha256sum <"$changed" | cut -c 1-16)); put it back, or give another folder"
 }
 
-# Claims the output folder, notes its settings, and refuses others and other inputs there.
+# Claims the output folder and notes its settings; refuses a folder with other settings or inputs.
 settle() { # SETTINGS
   claim
   [ -e "$output/settings" ] || { printf '%s\n' "$1" >"$output/settings.part" && mv "$output/settings.part" "$output/settings"; } ||

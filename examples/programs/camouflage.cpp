@@ -51,7 +51,7 @@ int check_only(CamouflageOptions options, ProblemList& list) {
   for (const auto& problem : problems) std::cerr << "error: " << for_terminal(problem.what()) << '\n';
   if (problems.empty())
     remark(warnings.empty() ? "all inputs are sound" : "all inputs can be used; see the warnings");
-  int code = 0;  // of several problems, that of the one a run would meet first: unreadable before unfit
+  int code = 0;  // of the problem that a run would meet first: unreadable before unfit
   for (const auto& problem : problems)
     code = code == 0 ? static_cast<int>(problem.kind()) : std::min(code, static_cast<int>(problem.kind()));
   return code;

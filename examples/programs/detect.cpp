@@ -170,7 +170,7 @@ class Detection {
     MarkedPicture small{};  ///< for the sheet
   };
 
-  /// \param side  of the picture on the sheet at most; 0 if it is not to be there
+  /// \param side  largest side of the picture on the sheet; 0 leaves it out
   Examined examine(const std::string& path, std::size_t side) {
     try {
       std::vector<std::string> warnings;

@@ -116,9 +116,9 @@ void adopt_run(const CLI::App& app, Options& options) {
   require_inputs_of_run(used, options.camouflage.run, saved, "give another by that option");
 }
 
-/// Takes over where the measured run began and its instruction set, or that of an interrupted measurement,
-/// see run_origin.hpp; warns of what is not the run's. Must be called before anything is recorded or
-/// computed.
+/// Takes over the start folder and the instruction set of the measured run, or of an interrupted
+/// measurement, see run_origin.hpp; warns of files that the run has not written. Must be called before
+/// anything is recorded or computed.
 void take_over_run(Options& options) {
   auto& [run, picture] = options.camouflage;
   SceneSettings& scene = options.scene;
@@ -284,7 +284,7 @@ evaluate::SurveyedTextures surveyed_textures(const Options& options, const Car& 
   return textures;
 }
 
-/// Adds what the pictures are of.
+/// Adds facts about the pictures.
 void add_facts(const Options& options, const Inputs& inputs, const evaluate::SurveyedTextures& textures,
                RunReport& report) {
   report.noise_in_place = evaluate::noise_in_place(textures.controls);
@@ -390,7 +390,7 @@ int survey_frames(Options& options) {
   return 0;
 }
 
-/// Writes tables of the detections of another program, as survey_frames() does of its own.
+/// Writes tables of another program's detections, as survey_frames() does of its own.
 int survey_detections(const CLI::App& app, const Options& options) {
   for (const auto* option : app.get_options()) {
     const std::vector<std::string> known{"--pictures", "--detections", "--confidence", "--sweep",  "--output",

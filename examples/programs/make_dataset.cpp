@@ -196,7 +196,7 @@ scenes::PhotographOptions camera_of_photograph(const Options& options, const Pho
   throw FileError(ErrorKind::mismatch, {source.path, "", what + (is_by_exif ? by_exif : "")});
 }
 
-/// \throws Error for a photograph that cannot be read, or in which the car does not lie as a whole
+/// \throws Error for a photograph that cannot be read, or that does not hold the whole car
 void require_usable(const Options& options, const scenes::Vehicle& vehicle, const Photograph& source,
                     std::vector<std::string>& warnings) {
   const auto picture = io::read_image(source.path, &warnings);
@@ -390,7 +390,7 @@ void remark_preview(const CLI::App& app, const Options& options, const std::vect
   remark("  if cars are too small for where they stand, lower --camera-height");
 }
 
-/// The command that optimises on what was written.
+/// The command that optimises on the written frames.
 std::string next_command(const Options& options) {
   std::vector<std::string> words{"camouflage", "--frames", options.output};
   const auto add = [&](const std::string& name, const std::string& value, const std::string& left_out) {

@@ -6,17 +6,17 @@
 #include <tapestry/io/frame.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 
-/// \file
-/// What the parts of the module share: arrays of NumPy as those of the library, and back. The library's
-/// arrays own their numbers: what goes in is copied once, what comes out is handed over, and what an object
-/// keeps is shown without a copy.
+/// \file Conversions for all parts of the module: NumPy's arrays to the
+/// library's, and back. The library's arrays own their numbers:
+/// arguments are copied once, results are moved, and members of an
+/// object are shown without a copy.
 
 namespace tapestry::python {
 namespace py = pybind11;
 using others_may_run = py::gil_scoped_release;  ///< while it lives, other threads of Python run
 
 /// An array or lists as contiguous numbers of one type.
-/// \throws DomainError for what is no array of numbers; ShapeError unless it has so many axes
+/// \throws DomainError for anything but an array of numbers; ShapeError unless it has so many axes
 template <class Element, std::size_t Rank>
 [[nodiscard]] py::array_t<Element> contiguous(const char* name, const py::object& given) {
   using Contiguous = py::array_t<Element, py::array::c_style | py::array::forcecast>;
@@ -110,7 +110,7 @@ template <class Element, std::size_t Rank>
   return values;
 }
 
-/// Warnings of the library as those of Python. \throws what Python makes of them
+/// Issues the library's warnings as Python's. \throws if Python turns them into errors
 inline void warn(const std::vector<std::string>& warnings) {
   for (const auto& text : warnings)
     if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0) throw py::error_already_set();

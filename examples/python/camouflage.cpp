@@ -17,7 +17,7 @@ void step(optim::Adam<float>& adam, py::array_t<float, py::array::c_style>& para
   adam.step(values, slopes);
 }
 
-/// A run: what stays in the same place while the paint is optimised.
+/// A run: objects that stay in place while the paint is optimised.
 class Session {
  public:
   Session(const Detector& detector, const Mesh& mesh, const std::vector<FramePointer>& frames,
@@ -39,7 +39,7 @@ class Session {
     training_.emplace(objective_, store_, usable.indices, std::move(parameter), options);
   }
 
-  /// Calls back after each step; a true value ends the run, as does what Python raises.
+  /// Calls back after each step; a true value or an exception of Python ends the run.
   void run(const py::object& callback) {
     while (!training_->finished()) {
       {

@@ -5,7 +5,7 @@
 #include "bindings.hpp"
 
 PYBIND11_MODULE(_tapestry, module) {
-  module.attr("__module__") = "tapestry";  // the package, of which the classes are
+  module.attr("__module__") = "tapestry";  // the package that the classes belong to
   module.attr("__version__") = TAPESTRY_VERSION_TEXT;
   pybind11::register_exception<tapestry::Error>(module, "Error", PyExc_ValueError).attr("__module__") =
       "tapestry";

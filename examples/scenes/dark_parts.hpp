@@ -3,9 +3,9 @@
 
 namespace tapestry::scenes {
 
-/// Makes the faces without paint whose colour no file states as dark as glass and tyres. The light grey that
-/// meshes otherwise have by default makes a car of a file without materials one with white windows, which
-/// detectors do not know. A file that states this very grey, as exporters do, is taken to state nothing.
+/// Makes the faces without paint whose colour no file states as dark as glass and tyres. Meshes have a light
+/// grey by default: a car from a file without materials would have white windows, which detectors do not
+/// know. A file that states this very grey, as exporters do, is taken to state nothing.
 /// \param painted  one entry a face
 [[nodiscard]] inline geometry::Mesh with_dark_parts(geometry::Mesh mesh,
                                                     const std::vector<std::uint8_t>& painted) {

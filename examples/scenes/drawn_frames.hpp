@@ -15,7 +15,7 @@ namespace tapestry::scenes {
                                    double most, std::size_t height, std::size_t width);
 
 /// The same, within a number of scenes; nothing if none fits.
-/// \param shows_car  whether the picture shows the car; if not, what lies behind it, with its shadow
+/// \param shows_car  whether the picture shows the car; if not, the background with the car's shadow
 [[nodiscard]] std::optional<io::Frame> find_frame(Random& random, const std::function<Scene(Random&)>& make,
                                                   double least, double most, std::size_t height,
                                                   std::size_t width, bool shows_car, std::size_t attempts);

@@ -9,7 +9,7 @@ namespace tapestry::scenes {
 /// A drawn scene as a detector sees it, small enough to keep thousands.
 struct LabelledScene {
   Array<std::uint8_t, 3> colours;    ///< [H, W, 3]
-  std::vector<loss::Target> truths;  ///< what shows well enough to be learned
+  std::vector<loss::Target> truths;  ///< objects visible enough to be learned
   loss::Target main;                 ///< the main car, whether it is among the truths or not
   double main_share = 0;             ///< its visible share, see PictureBox
 };
@@ -18,8 +18,8 @@ struct LabelledScene {
 /// less than a quarter of them shows, fewer than 16 pixels of area, or less than 5 pixels in one direction.
 [[nodiscard]] LabelledScene draw_labelled(Random random, const SceneOptions& options, std::size_t size);
 
-/// How a picture that is learned from differs from what was drawn: each channel times a gain, and perhaps
-/// mirrored.
+/// Changes of a training picture from the drawn one: a gain for each
+/// channel, and perhaps mirrored.
 struct Variation {
   bool mirrored = false;
   Colour gain{1, 1, 1};

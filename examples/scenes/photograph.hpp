@@ -28,8 +28,8 @@ struct PhotographOptions {
 /// A photograph whose longer side has `size` pixels.
 [[nodiscard]] Array<float, 3> resized_photograph(Array<float, 3> picture, std::size_t size);
 
-/// The photograph's camera in the frame of a car that stands `ahead` metres before it, `left` metres to the
-/// left, and is turned by `yaw` to the left against the direction in which the camera looks.
+/// The photograph's camera in the frame of a car. The car stands `ahead` metres before the camera, `left`
+/// metres to its left, and is turned by `yaw` to the left of the direction of view.
 [[nodiscard]] geometry::Camera photograph_camera(const PhotographOptions& options, double ahead, double left,
                                                  double yaw, double aspect);
 

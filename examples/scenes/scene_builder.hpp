@@ -57,7 +57,7 @@ class SceneBuilder {
     return q[2] > 1 && std::abs(q[0]) < q[2] * scene_.camera.tan_half_fov_x + radius;
   }
 
-  /// True when a disc neither touches what stands there nor hides the car at the origin.
+  /// True when a disc touches no object and does not hide the car at the origin.
   [[nodiscard]] bool is_free(double x, double y, double radius) const {
     const double length = std::hypot(eye_[0], eye_[1]);
     const double along = (x * eye_[0] + y * eye_[1]) / (length * length);  // 0 at the car, 1 at the eye

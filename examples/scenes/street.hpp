@@ -163,7 +163,7 @@ inline void add_ground(SceneBuilder& scene, const StreetPlan& plan, Random& rand
   ground_end = ground_begin + builder.mesh().faces.size();
 }
 
-/// Rows of buildings on one or both sides, leaving out what stands in the camera's way.
+/// Rows of buildings on one or both sides, without those in the camera's way.
 inline void add_buildings(SceneBuilder& scene, const StreetPlan& plan, Random& random) {
   MeshBuilder builder;
   const Point eye = plan.pose.inverse(scene.eye());

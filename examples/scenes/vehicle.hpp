@@ -18,7 +18,7 @@ struct Vehicle {
   std::vector<std::uint8_t> painted{};               ///< 1 for each face that takes the car's colour
   std::shared_ptr<raster::MeshPictures> pictures{};  ///< its own, on painted and other faces; or null
   double metres_per_unit = 1;
-  Point origin{};  ///< where the scene's origin lies in the mesh as it was, its units
+  Point origin{};  ///< the scene's origin in the unchanged mesh, its units
 };
 
 /// Its parts without paint are dark, see with_dark_parts().

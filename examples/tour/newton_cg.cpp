@@ -1,5 +1,5 @@
-// Minimises Rosenbrock's valley in many dimensions by Newton's method, each step of which conjugate gradients
-// find from Hessian-vector products alone: no Hessian is ever stored.
+// Minimises Rosenbrock's valley in many dimensions by Newton's method. Conjugate gradients find each step
+// from Hessian-vector products alone: no Hessian is ever stored.
 #include <cmath>
 #include <cstddef>
 #include <cstdio>

@@ -121,7 +121,7 @@ class CamouflageRun {
   }
   [[nodiscard]] std::string path(const char* name) const { return options_.output + "/" + name; }
 
-  /// Whether a file of the folder is a result that the same options give again to the bit.
+  /// Whether a file of the folder is a result that the same options repeat to the bit.
   static bool is_output(const std::string& name) {
     constexpr std::string_view stems[] = {"texture", "matched_noise", "shuffled", "before",  "after",
                                           "result",  "side_by_side",  "views",    "history", "light"};

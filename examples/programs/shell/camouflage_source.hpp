@@ -95,8 +95,8 @@ inline void require_other_than_own(const std::string& path, const Bitmap& pictur
   }
 }
 
-/// A picture as the paint of a car with an atlas, each texel the mean, in the car's colour space, of what it
-/// covers of the picture. The picture repeats along u.
+/// A picture as the paint of a car with an atlas, each texel the mean, in the car's colour space, of its part
+/// of the picture. The picture repeats along u.
 /// \throws FileError as io::read_texture(), read_texture_description() and require_other_than_own()
 inline camouflage::Paint<float> picture_paint(const std::string& path, const Car& loaded,
                                               const std::string& mesh_path) {

@@ -7,7 +7,7 @@ namespace tapestry::shell {
 
 inline constexpr std::uint64_t checkpoint_format = 1;
 
-/// A checkpoint of a detector that learns, begun with what each has.
+/// Begins a checkpoint of a learning detector with the fields that all have.
 /// \param identity  of the run, see identity_text()
 inline io::NpzWriter begun_checkpoint(const std::string& identity) {
   io::NpzWriter file;

@@ -49,8 +49,8 @@ inline std::optional<std::size_t> detector_class(const std::string& name,
   return std::nullopt;
 }
 
-/// Says what is unmatched, and refuses a data set without a class in common or, where all are needed, with
-/// one that the detector does not know.
+/// Reports unmatched classes. Refuses a data set without a class in common or, where all are needed, with
+/// one that the detector lacks.
 inline void judge_unmatched(const std::string& dataset_path, const evaluate::Dataset& dataset,
                             const detect::Detector<float>& detector, bool needs_all,
                             ClassMatching& matching) {

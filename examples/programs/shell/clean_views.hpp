@@ -7,8 +7,8 @@ namespace tapestry::shell {
 
 /// Detections of a detector in some clean views.
 struct CleanViews {
-  std::size_t views = 0, found = 0;  ///< pictures; those in which it finds the car
-  /// Pictures in which it finds another class there, by its name.
+  std::size_t views = 0, found = 0;  ///< pictures; those with a found car
+  /// Pictures where it finds another class there, by its name.
   std::map<std::string, std::size_t> others{};
   WildBoxes boxes{};
 };
@@ -41,7 +41,7 @@ inline CleanViews examine_clean_views(const Inputs& inputs, const SceneSettings&
   return seen;
 }
 
-/// Prints in how many clean views the car is found, and as what else.
+/// Prints the number of clean views with a found car, and other classes found there.
 /// \throws Error (mismatch) if in none, or if most boxes are wild
 inline void require_car_found(const Inputs& inputs, const SceneSettings& scene,
                               const DetectorSettings& settings, std::vector<std::string>& warnings) {

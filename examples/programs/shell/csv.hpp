@@ -16,7 +16,7 @@ inline bool begins_formula(std::string_view text) {
 }
 
 /// A text as a field of a CSV in quotes, those within it doubled (RFC 4180, section 2). An apostrophe
-/// precedes what begins a formula, so that spreadsheets take it for text.
+/// precedes text that begins like a formula: spreadsheets then read it as text.
 inline std::string csv_quoted(std::string_view text) {
   std::string field(begins_formula(text) ? "\"'" : "\"");
   for (const char c : text) field.append(c == '"' ? 2 : 1, c);

@@ -18,7 +18,7 @@ struct LabelSettings {
   std::vector<std::string> classes;
 };
 
-/// What the options of LabelSettings take, for their help.
+/// Values of the options of LabelSettings, for their help.
 inline constexpr const char* dataset_help =
     "COCO's instances (.json), a list of pictures (.txt), a folder of Pascal VOC's labels (.xml), or one of "
     "pictures with YOLO's labels";
@@ -59,7 +59,7 @@ inline void add_options(CLI::App& app, DatasetSettings& s) {
 namespace detail {
 
 /// Refuses options that would be ignored.
-/// \param known  those that are not, beside the detector's
+/// \param known  used options, besides the detector's
 inline void require_known_options(const CLI::App& app, std::vector<std::string> known, ProblemList& list) {
   known.insert(known.end(), {"--quiet", "--verbose"});
   DetectorSettings detector;

@@ -47,8 +47,8 @@ inline Array<float, 3> cut_out(const Array<std::uint8_t, 3>& picture, const Pict
   return out;
 }
 
-/// The objects of a picture in a cut that is fitted onto the network's input. Left out are those of which a
-/// cut shows less than three tenths, and those of less than two pixels a side.
+/// The objects of a picture in a cut that is fitted onto the network's input. Leaves out truths that a cut
+/// shows less than three tenths of, and truths of less than two pixels a side.
 inline std::vector<loss::Target> truths_in(const std::vector<loss::Target>& truths, const PictureCut& cut,
                                            bool mirrored, std::size_t input_height, std::size_t input_width,
                                            image::FitKind fit) {

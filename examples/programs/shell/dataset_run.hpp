@@ -38,7 +38,7 @@ inline evaluate::Dataset held_out_of(evaluate::Dataset& dataset, const DatasetTr
   return held;
 }
 
-/// What a run learns from and what learns.
+/// Data of a run and the detector that learns.
 struct TuningInputs {
   std::optional<detect::Detector<float>> untuned{};  ///< none: random weights
   std::unique_ptr<LearningDetector> detector{};
@@ -116,7 +116,7 @@ class TuningRun {
   [[nodiscard]] std::string path(const std::string& name) const { return options_.output + "/" + name; }
   [[nodiscard]] const detect::Detector<float>& detector() const { return inputs_.detector->detector(); }
 
-  /// States what was read, and what is taken for granted.
+  /// Prints the inputs and the assumptions.
   void summarise() {
     print_warnings(inputs_.warnings);
     const DatasetTraining& s = options_.training;
@@ -161,7 +161,7 @@ class TuningRun {
     return evaluate::average_precision(found.truths, found.detections, matching.names.size());
   }
 
-  /// Some held-out pictures with what is found in them, untuned at the left if there is that.
+  /// Some held-out pictures with their detections, at the left those of the untuned detector if there is one.
   [[nodiscard]] Bitmap sheet() const {
     const auto& pictures = inputs_.validation.dataset.pictures;
     const std::size_t shown = std::min<std::size_t>(6, pictures.size());

@@ -132,8 +132,8 @@ inline void draw_boxes(Bitmap& bitmap, const std::vector<LabelledBox>& boxes) {
   }
 }
 
-/// A picture and the boxes to draw into it, surest first. They stay apart until the picture has the size in
-/// which it is seen, so that labels stay readable.
+/// A picture and the boxes to draw into it, surest first. They stay apart until the picture has its final
+/// size, so that labels stay readable.
 struct MarkedPicture {
   Bitmap picture{};
   std::vector<LabelledBox> boxes{};

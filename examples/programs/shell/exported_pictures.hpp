@@ -60,7 +60,7 @@ class PictureExport {
   }
 
   /// Writes the labels. Until then the folder holds no set of pictures.
-  /// \param about  what the pictures are of
+  /// \param about  facts about the pictures
   void finish(std::size_t draws, Json about) {
     if (folder_.empty()) return;
     for (std::size_t id = images_.size() + 1; std::filesystem::remove(path_of(id)); ++id) {

@@ -63,7 +63,7 @@ struct OwnPlane {
   return {std::abs(std::abs(a) - std::abs(b)), std::abs(a) + std::abs(b)};
 }
 
-/// The surface that is cut: faces, their planes and normals, and who lies beside whom.
+/// The surface that is cut: faces, their planes and normals, and their neighbours.
 class CutSurface {
  public:
   struct Border {
@@ -530,7 +530,7 @@ class Flattening {
 
 /// Lays faces of a mesh flat, in the fewest parts that keep lengths.
 /// \param faces  with area
-/// \param most   stretch beyond which a part is cut, of all but a hundredth of its area
+/// \param most   largest stretch of a part, but for a hundredth of its area
 [[nodiscard]] inline std::vector<FlatPart> flattened(const geometry::Mesh& mesh,
                                                      std::vector<std::size_t> faces, double most = 1.02) {
   return detail::Flattening(mesh, std::move(faces), most).parts();

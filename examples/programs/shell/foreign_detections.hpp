@@ -101,7 +101,7 @@ inline void require_pictures_of(const std::string& run, const Json& about, const
                   {instances_path(pictures), "", "pictures of another paint than " + paint});
 }
 
-/// Reads what PictureExport has written to a folder, and compares it with its hashes.
+/// Reads the files that PictureExport wrote to a folder, and compares them with their hashes.
 /// \throws FileError: unreadable, malformed, or mismatch
 inline ExportedPictures read_exported_pictures(const std::string& folder) {
   require_file_of(folder, "instances.json", "evaluate --pictures");
@@ -144,8 +144,8 @@ inline void require_no_corners(const std::string& path, const ExportedPictures& 
 
 /// Reads COCO's results of any program: a list of image_id, category_id, bbox (left, top, width, height in
 /// pixels) and score. Pictures without an entry have no detections.
-/// \throws FileError naming the first entry that is malformed, or of a picture or category that there is not;
-///         mismatch for corners in the place of sides
+/// \throws FileError naming the first entry that is malformed or has an unknown picture or category; mismatch
+///         for corners in place of sides
 inline void read_detections(const std::string& path, ExportedPictures& all) {
   const Json results = io::read_json(io::read_text_file(path), path).value;
   const auto refuse = [&](std::size_t entry, ErrorKind kind, const std::string& what,

@@ -25,7 +25,7 @@ inline std::string interval_text(const std::array<double, 2>& ends, double unit 
   return "[" + fixed(unit * ends[0], digits) + ", " + fixed(unit * ends[1], digits) + "]";
 }
 
-/// A fault of a JSON value in words of ours, of what() of the JSON library's exceptions; empty for another.
+/// Rewords a fault of a JSON value, from what() of the JSON library's exceptions; empty for other text.
 inline std::string json_fault(const std::string& what) {
   constexpr std::string_view prefix = "[json.exception.";
   if (!what.starts_with(prefix)) return {};

@@ -77,8 +77,8 @@ struct Inputs {
   MaskRule mask{};                                      ///< source of the frames' masks
 };
 
-/// The rule that estimates light, with a detector as the witness of what frames without a mask show, see
-/// camouflage::PhotoLight::shows_car.
+/// The rule that estimates light, with a detector that decides whether frames without a mask show the car,
+/// see camouflage::PhotoLight::shows_car.
 /// \param detector  must outlive the result
 std::optional<camouflage::PhotoLight> witnessed(std::optional<camouflage::PhotoLight> rule,
                                                 const detect::Detector<float>& detector,

@@ -18,12 +18,12 @@ class LearningDetector {
   [[nodiscard]] virtual const detect::Detector<float>& detector() const { return learning_; }
   [[nodiscard]] Array<float, 1> weights() const { return learning_.weights(); }
   virtual void set_weights(const Array<float, 1>& weights) { learning_.set_weights(weights); }
-  /// The weights behind a step of forward(), with what else a step changes.
+  /// Sets the weights after a step of forward(), and everything else that a step changes.
   virtual void take_step(const Array<float, 1>& weights) { set_weights(weights); }
   /// All that learning changes.
   [[nodiscard]] virtual Array<float, 1> state() const { return weights(); }
   virtual void restore(const Array<float, 1>& state) { set_weights(state); }
-  /// Logits on the active tape; the weights must be those of the detector.
+  /// Logits on the active tape; the weights must be the detector's.
   [[nodiscard]] std::vector<ArrayVariable<float, 4>> forward(const ArrayVariable<float, 4>& images,
                                                              const ArrayVariable<float, 1>& weights) {
     return detect::forward(learning_, images, weights, pass_);

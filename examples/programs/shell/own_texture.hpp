@@ -23,7 +23,7 @@ inline std::string texture_of(const geometry::Mesh& mesh, std::size_t face) {
 }
 
 /// The textures of a mesh, that on most faces first. One that is much larger than pictures of cars is halved;
-/// one that cannot be read is left out, with a warning. Materials no longer name what is not among them.
+/// one that cannot be read is left out, with a warning. Materials no longer name a texture that is left out.
 inline std::vector<OwnTexture> own_textures(geometry::Mesh& mesh, std::vector<std::string>& warnings) {
   std::map<std::string, std::size_t> face_counts;
   for (std::size_t face = 0; face < mesh.faces.size(); ++face)

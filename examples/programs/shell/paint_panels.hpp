@@ -9,7 +9,7 @@ namespace tapestry::shell {
 struct PaintPanel {
   using Place = std::array<double, 2>;
 
-  /// A number that stands beside the same point of the rim of two panels.
+  /// A number printed at the same point on the rims of two panels.
   struct Mark {
     std::size_t number;
     Place place_m, inwards;  ///< the direction into the panel, of length 1
@@ -46,7 +46,7 @@ inline UvPoint uv_of(const geometry::Mesh& mesh, std::size_t face, std::size_t c
   return mesh.uvs[static_cast<std::size_t>(mesh.face_uvs[face][corner])];
 }
 
-/// Slope of a number on a triangle, of its values at the corners.
+/// Slope of a number on a triangle, from its values at the corners.
 inline std::array<double, 2> slope_of(const std::array<PaintPanel::Place, 3>& at,
                                       const std::array<double, 3>& values) {
   const double px = at[1][0] - at[0][0], py = at[1][1] - at[0][1];
@@ -74,7 +74,7 @@ inline std::array<double, 2> turned(const std::array<double, 2>& place, double c
   return {cosine * place[0] - sine * place[1], sine * place[0] + cosine * place[1]};
 }
 
-/// The part with the car's top up, or, of a part that lies level, its front.
+/// The part with the car's top up, or with its front up if the part lies level.
 inline PaintPanel panel_of(const geometry::Mesh& mesh, const FlatPart& part, double metres_per_unit) {
   PaintPanel panel;
   panel.faces = part.faces;

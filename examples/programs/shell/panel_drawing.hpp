@@ -97,7 +97,7 @@ class PanelDrawing {
     return found;
   }
 
-  /// The paint of a part. Pixels beside a face have its colours, too, for the clip cuts through them.
+  /// The paint of a part. Pixels beside a face have its colours, too, since the clip cuts through them.
   [[nodiscard]] Bitmap picture(const PaintPanel& panel, const std::vector<std::size_t>& faces,
                                const PanelPart& part, double pixel) const {
     const auto count = [&](double side) {

@@ -204,7 +204,7 @@ class PanelSheets {
     return std::clamp(drawing_.pixel_m(panel) * cm_by_m_, 0.0127, 0.1);
   }
 
-  /// The part of a panel on a tile: the tile's window, without what lies beyond the panel.
+  /// The part of a panel on a tile: the tile's window, without the area beyond the panel.
   [[nodiscard]] PanelPart part_of(const detail::PlannedPanel& planned,
                                   const std::array<std::size_t, 2>& tile) const {
     const PageBox window = planned.grid.window();
@@ -313,8 +313,8 @@ class PanelSheets {
     return taken;
   }
 
-  /// Draws the numbers of panels in a view: where each lies or, where another number is, beside, with a line
-  /// to its panel.
+  /// Draws the numbers of panels in a view: on the panel or, if another number is there, beside it
+  /// with a line to the panel.
   static void draw_labels(PdfPage& page, std::vector<CarView::Label> labels, const PageBox& box) {
     std::ranges::stable_sort(labels, std::greater{}, &CarView::Label::pixels);
     std::vector<PageBox> taken;

@@ -50,10 +50,10 @@ class PdfPage {
     content_ += ") Tj ET\n";
   }
 
-  /// Confines what follows to a box, until end_clip().
+  /// Clips later drawing to a box, until end_clip().
   void begin_clip(const PageBox& box) { content_ += "q " + rectangle(box) + "W n\n"; }
 
-  /// Confines what follows to the union of some triangles, at least one, until end_clip().
+  /// Clips later drawing to the union of some triangles, at least one, until end_clip().
   void begin_clip(const std::vector<std::array<PagePoint, 3>>& triangles) {
     content_ += "q\n";
     for (const auto& [a, b, c] : triangles) {  // all turn to the left, so that overlaps do not cancel out

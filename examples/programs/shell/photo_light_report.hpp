@@ -4,7 +4,7 @@
 
 namespace tapestry::shell {
 
-/// Colours of a car in the colour that a photograph shows of its paint.
+/// Colours of a car whose paint has the colour that a photograph shows.
 inline Array<float, 2> observed_colours(const camouflage::View<float>& view, std::size_t texel_count) {
   auto colour = view.photo_light->product;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -15,9 +15,9 @@ inline Array<float, 2> observed_colours(const camouflage::View<float>& view, std
   return camouflage::solid_colours<float>(texel_count, colour);
 }
 
-/// The light estimated from some views' photographs, and how much the car, in the colour that the photograph
-/// shows of its paint, differs from it: over all of the car, over pixels that show paint, over the rest, as
-/// means over pixels and encoded channels.
+/// The light estimated from some views' photographs, and the difference between them and the car in the
+/// colour that the photograph shows of its paint: over the whole car, over pixels that show paint, over the
+/// rest, as means over pixels and encoded channels.
 class PhotoLightReport {
  public:
   PhotoLightReport(camouflage::ViewStore<float>& store, const std::vector<std::size_t>& views,

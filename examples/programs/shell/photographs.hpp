@@ -24,7 +24,7 @@ inline double stated_fov_deg(const std::string& path) {
   return scenes::fov_of_lens_deg(static_cast<double>(header.focal_length_35mm), height, width);
 }
 
-/// A word on pictures of a folder whose formats are not read; empty if there are none.
+/// A sentence on pictures of a folder whose formats are not read; empty if there are none.
 inline std::string word_on_unread(const std::string& folder) {
   const auto is_unread = [](const std::filesystem::path& path) {
     std::string ending = path.extension().string();
@@ -57,7 +57,7 @@ inline std::string word_on_kind(const Array<std::uint8_t, 3>& picture) {
 /// The usable photographs of a folder, sorted by name; none for an empty name.
 /// \param require_usable  called in parallel as require_usable(photograph, warnings); throws an Error for a
 ///                        photograph to be left out
-/// \param warnings        receives why photographs are left out
+/// \param warnings        receives the reasons to leave photographs out
 /// \throws FileError unless at least two are usable
 template <class RequireUsable>
 std::vector<Photograph> photographs(const std::string& folder, RequireUsable require_usable,

@@ -79,7 +79,7 @@ inline std::string_view glyph_of(unsigned char character) {
   return character < 0x20 || character > 0x7E ? glyphs.back() : glyphs[character - 0x20U];
 }
 
-/// Whether a byte goes on with a character of UTF-8 that an earlier one began.
+/// Whether a byte continues a character of UTF-8.
 inline bool continues_character(unsigned char byte) { return (byte & 0xC0U) == 0x80U; }
 
 }  // namespace detail
@@ -104,7 +104,7 @@ inline long text_width(std::string_view text, long scale) {
   return characters == 0 ? 0 : (glyph_advance * characters - 1) * scale;
 }
 
-/// Draws the part of a text, UTF-8, that lies in the picture; what is not ASCII becomes a box a character.
+/// Draws the part of a text, UTF-8, that lies in the picture; each character outside ASCII becomes a box.
 inline void draw_text(Bitmap& bitmap, long left, long top, std::string_view text, long scale,
                       const Colour& colour) {
   for (const char c : text) {

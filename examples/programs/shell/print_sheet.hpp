@@ -4,8 +4,8 @@
 #include "formatted.hpp"
 #include "pdf_file.hpp"
 
-/// \file
-/// What a printed sheet shows beside its content: marks to cut at, a ruler, and colours to measure.
+/// \file Additions to the content of a printed sheet: marks to cut at, a
+/// ruler, and colours to measure.
 
 namespace tapestry::shell {
 

@@ -1,8 +1,8 @@
 #pragma once
 #include <cstddef>
 
-/// \file
-/// What ranks.hpp needs of MPI: mpi_processes.cpp, or else one_process.cpp. No other object of a program
+/// \file Functions of MPI for ranks.hpp: mpi_processes.cpp,
+/// or else one_process.cpp. No other object of a program
 /// depends on whether MPI is there.
 
 namespace tapestry::shell {

@@ -54,7 +54,7 @@ class Ranks {
     return std::find(everywhere.begin(), everywhere.end(), char{1}) != everywhere.end();
   }
 
-  /// Every rank must call this, with the SHA-256 of what must be the same at all of them.
+  /// Every rank must call this, with the SHA-256 of content that must be the same at all ranks.
   /// \throws Error (mismatch) naming a rank with another one
   void require_same(const std::string& what, const std::string& sha256) const {
     const auto all = gathered(std::vector<char>(sha256.begin(), sha256.end()));

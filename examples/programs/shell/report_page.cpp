@@ -58,7 +58,7 @@ std::string atlas_letters(Bitmap atlas) {
 }
 
 /// The pictures of one side of the pairs as JPEGs in letters.
-/// \param letters  that there are; takes off those used
+/// \param letters left; subtracts the used ones
 /// \returns nothing if there are too few
 std::optional<Json> jpegs_within(std::size_t& letters, const std::vector<MarkedPicture>& pictures,
                                  int quality) {
@@ -119,7 +119,7 @@ std::vector<std::size_t> add_pictures(Json& data, ViewPictures pictures, std::si
 constexpr std::size_t most_of_a_car = 1'500'000;
 
 /// Data for the page's script: the list, with the picture of each view, pictures and the car.
-/// \param bytes  that the page has beside these
+/// \param bytes of the rest of the page
 Json page_data(const ReportPage& page, std::size_t bytes) {
   constexpr std::size_t least_of_pictures = 400'000;
   Json data = list_json(page.list);

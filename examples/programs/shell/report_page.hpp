@@ -43,8 +43,8 @@ struct ReportPage {
 /// \param left_out  settings of a run without options
 std::string repeating_line(const std::string& program, const Json& settings, const Json& left_out);
 
-/// Bytes of a page at most, but for one of thousands of views. Pictures take what other parts leave: their
-/// JPEGs get coarser and, where that does not do, fewer and then smaller, with labels drawn in that size.
+/// Most bytes of a page, except with thousands of views. Pictures take the rest of the page: their JPEGs get
+/// coarser and, if that is not enough, fewer, then smaller, with labels drawn at that size.
 inline constexpr std::size_t most_bytes_of_a_page = 4'000'000;
 
 /// A page that needs nothing else, no file and no network: the verdict, large pictures of a view to step

@@ -22,7 +22,7 @@ inline bool is_named(const Json& options, const std::string& path) {
 /// The inputs of a camouflage run that a measurement has read again, by its ledger, and whose bytes differ
 /// from the run's manifest. An input that an option replaces is not listed, because it has another path.
 /// Frames and material files that are new or missing are listed, too; no reader would notice them. Frames
-/// that are there and were not read are not: a quick measurement leaves some out.
+/// that are there but were not read are not listed: a quick measurement leaves some out.
 ///
 /// \param manifest  of the run
 /// \param frames all frames to measure on; none if only the car is rendered

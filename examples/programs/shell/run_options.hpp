@@ -98,7 +98,7 @@ void adopt_run_settings(const CLI::App& app, const RunOptions& options, const st
                         "put it there, or begin a new run");
 }
 
-/// Writes the manifest of a new run, with where it began; notes in that of a resumed one who goes on.
+/// Writes a new run's manifest, with its start folder; notes in a resumed run's who continues.
 inline void open_manifest(Json manifest, const std::string& run, bool resumed) {
   if (resumed) {
     if (const auto warning = record_resumption(run); !warning.empty()) print_warnings({warning});
@@ -109,7 +109,7 @@ inline void open_manifest(Json manifest, const std::string& run, bool resumed) {
 }
 
 /// Writes the manifest of a run to its new folder; checks that a folder to resume holds one that agrees.
-/// \param output  file of the run that must not be there before
+/// \param output  file of the run that must not exist yet
 /// \returns the run's identity_text()
 inline std::string open_run(const RunOptions& options, const std::string& program, const Json& settings,
                             std::uint64_t seed, bool held_out, const std::string& output) {

@@ -5,7 +5,7 @@
 
 namespace tapestry::shell {
 
-// Sets what else decides a run's bits, beside its options. Relative paths of its settings start where it
+// Sets the facts that decide a run's bits besides its options. Relative paths of its settings start where it
 // began, and its instruction set is taken over, wherever this processor has it. Differences that remain are
 // named: --resume, which promises the run's bits, refuses them unless they are accepted; a measurement warns.
 
@@ -13,14 +13,14 @@ namespace tapestry::shell {
 /// run's own folder, which stays right where both are moved together.
 Json begun_in(const std::string& run);
 
-/// A path that a file of a folder keeps, from here: where the work in the folder began, see begun_in(), now
-/// or then, and else as it is.
+/// Resolves a path kept in a folder's file from here: relative to the folder where that work began, now or
+/// then, see begun_in(); else unchanged.
 std::string path_of_work(const std::string& folder, const Json& kept, const std::string& path);
 
 /// Enters the folder where a run began if it holds more of the run's inputs, by their hashes, than the
 /// current folder. Nothing happens without a manifest.
-/// \param paths  relative to the folder of now; made absolute, but for empty ones
-/// \returns      the new folder; empty if it is that of now
+/// \param paths  relative to the current folder; made absolute, except empty ones
+/// \returns      the new folder; empty if it is the current one
 /// \throws FileError as read_manifest()
 std::string go_where_it_began(const std::string& run, const std::string& program,
                               const std::vector<std::string*>& paths);
@@ -50,7 +50,7 @@ void require_inputs_of_run(const Json& options, const std::string& run, const Js
 /// \param is_output  by the file's name
 void record_outputs(const std::string& run, const std::function<bool(const std::string& name)>& is_output);
 
-/// Warnings about files in a run's folder that are not those which the run has written, except `compared`.
+/// Warnings about files in a run's folder that the run has not written, except `compared`.
 std::vector<std::string> warnings_about_outputs(const std::string& run, const std::string& compared);
 
 }  // namespace tapestry::shell

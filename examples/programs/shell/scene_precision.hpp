@@ -18,8 +18,8 @@ inline std::vector<scenes::LabelledScene> draw_scenes(const Random& source, std:
   return drawn;
 }
 
-/// The detector's classes of what drawn scenes hold, in the order car, van, clutter; none for one that it
-/// does not know.
+/// The detector's classes of objects in drawn scenes, in the order car, van, clutter; none for
+/// one that it does not know.
 using SceneClasses = std::array<std::optional<std::size_t>, 3>;
 
 /// Quality of a detector on drawn scenes.

@@ -26,7 +26,7 @@ class StopSignal {
   }
 
   /// 128 + the signal's number, as shells report it: 130 for Ctrl-C, 129 for SIGHUP. If only another rank got
-  /// a signal, 143, that of SIGTERM.
+  /// a signal: 143, as for SIGTERM.
   [[nodiscard]] static int exit_code() { return 128 + (arrived() ? received : SIGTERM); }
 
  private:

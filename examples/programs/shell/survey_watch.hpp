@@ -22,7 +22,7 @@ inline std::string word_on_size(const Car& car) {
          formatted("%g", scale * car.scale) + " makes it " + formatted("%.3g", scale * length);
 }
 
-/// The error (mismatch) of frames of which none shows the car.
+/// The error (mismatch) of frames without a visible car.
 inline Error no_car_shown(const std::string& frames, const Car& car) {
   return Error(ErrorKind::mismatch, frames + ": no frame shows the car" + word_on_size(car));
 }
@@ -115,9 +115,9 @@ class SurveyWatch {
   SurveyWatch(const evaluate::Meter& meter, std::size_t pictures, std::size_t side)
       : meter_(meter), progress_(pictures), side_(side) {}
 
-  /// From now on adds the pictures of a texture, of which there will be `pictures`, to a sheet, which must
-  /// outlive the watch; of more than `most`, or than a sheet holds, those that are evenly spread.
-  /// \returns how many there will be on the sheet
+  /// Adds the later pictures of a texture, `pictures` in number, to a sheet, which must outlive the watch; if
+  /// they are more than `most`, or than a sheet holds, evenly spread ones.
+  /// \returns the number of pictures on the sheet
   std::size_t collect(const std::string& texture, std::vector<MarkedPicture>& sheet, std::size_t pictures,
                       std::size_t most = std::numeric_limits<std::size_t>::max()) {
     most = std::min({pictures, most, most_on_a_sheet(side_)});

@@ -6,9 +6,9 @@
 
 namespace tapestry::shell {
 
-/// Views that a run does not optimise on. After each epoch its paint is tried on them, and the best epoch's
-/// paint is what the run ends with. The measure is the mean of the loss max_score over the views, whatever
-/// the run minimises: so runs of several losses and methods can be compared.
+/// Views that a run does not optimise on. Each epoch's paint is tried on them, and the run ends with the best
+/// epoch's paint. The measure is the mean of the loss max_score over the views, whatever the run minimises:
+/// so runs of several losses and methods can be compared.
 class Validation {
  public:
   /// Moves this number of usable views to a validation, evenly spread. None: every paint is as good as the
@@ -29,7 +29,7 @@ class Validation {
     usable = std::move(rest);
   }
 
-  /// Reads what an interrupted run has kept.
+  /// Reads the state of an interrupted run.
   /// \throws FileError (malformed) if an epoch has ended and nothing was kept; mismatch
   void restore(const camouflage::Training<float>& training) {
     if (views_.empty() || training.steps_taken() < training.steps_per_epoch()) return;

@@ -6,14 +6,14 @@
 
 namespace tapestry::shell {
 
-// What a measurement shows, in words.
+// The result of a measurement in words.
 
 /// Odds to three digits, or that they are above 100 or below 0.01.
 inline std::string odds_number(double odds) {
   return odds > 100 ? "> 100" : odds < 0.01 ? "< 0.01" : formatted("%.3g", odds);
 }
 
-/// Whether odds are known to be above a tenth or below ten; else no number of them is worth a look.
+/// Whether odds are known to be above a tenth or below ten; else their number means nothing.
 inline bool are_readable(const evaluate::PairedRatio& odds) {
   return odds.interval[0] > 0.1 || odds.interval[1] < 10;
 }
@@ -51,7 +51,7 @@ struct VerdictFigures {
 
 namespace detail {
 
-/// Fates of the pictures in which the car is not found, each with its count: "lost in 29, misplaced in 35".
+/// Fates of the pictures without a found car, each with its count: "lost in 29, misplaced in 35".
 inline std::string lost_text(const FoundCar& car, const std::vector<std::string>& names) {
   using evaluate::Fate;
   std::string text;
@@ -73,7 +73,7 @@ inline bool is_below(const evaluate::DetectionRate& one, const evaluate::Detecti
   return one.interval[1] < other.interval[0];
 }
 
-/// What the counts show of a paint, in words.
+/// The effect of a paint by its counts, in words.
 inline std::string effect_words(const VerdictFigures& figures) {
   const bool hides = is_below(figures.paint.rate, figures.plain.rate);
   if (!figures.noise || !figures.beyond)
@@ -94,9 +94,9 @@ inline std::string effect_words(const VerdictFigures& figures) {
 
 }  // namespace detail
 
-/// One sentence: in how many views the car is found with the paint, with noise of its colours and plain, and
-/// what that shows. No verdict, and why, where the plain car itself is found in less than half of the views.
-/// Empty where nothing was measured.
+/// One sentence: the number of views with a found car under the paint, under noise of its colours and plain,
+/// and the conclusion. No verdict, and why, where the plain car itself is found in less than half of the
+/// views. Empty where nothing was measured.
 inline std::string verdict_text(const VerdictFigures& figures) {
   const auto& [views, plain, paint, noise, beyond, names] = figures;
   if (plain.rate.views == 0) return {};

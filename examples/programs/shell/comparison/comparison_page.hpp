@@ -123,7 +123,7 @@ inline std::string comparisons_page(const std::string& folder) {
          sections + "</body></html>\n";
 }
 
-/// Writes the files of a comparison into a folder, and the page over all that are there.
+/// Writes the files of a comparison into a folder, and the page over all comparisons there.
 /// \param tables  see comparison_tables()
 inline void write_comparison(const std::string& folder, const Comparison& comparison,
                              const std::vector<WordTable>& tables, const ComparisonWords& words) {

@@ -16,7 +16,7 @@ struct MeasuredFolder {
   std::string run;                          ///< folder of the camouflage's run; empty without one
   std::string detector{};                   ///< name of the first
   std::vector<MeasuredContent> contents{};  ///< by detector
-  std::set<std::pair<std::string, std::string>> made_by{};  ///< facts of what measured it and made its run
+  std::set<std::pair<std::string, std::string>> made_by{};  ///< facts of the builds that measured and made it
 
   [[nodiscard]] bool has_camouflage() const {
     return std::ranges::find(textures, "adversarial") != textures.end();

@@ -92,7 +92,7 @@ inline void require_seeds(const std::string& row, const MeasuredContent& one, co
                                          " measured one camouflage, not two of its seeds");
 }
 
-/// Options of a measurement that are compared. Paths are not: the ledger knows their content.
+/// Options of a measurement that are compared. Paths are not compared: the ledger knows their content.
 /// \param on_photographs  whose pictures do not depend on the measurement's seed
 inline void add_options(MeasuredContent& content, const Json& options, bool on_photographs) {
   constexpr std::array paths{"mesh",    "faces", "frames",   "segmenter",      "cfg",

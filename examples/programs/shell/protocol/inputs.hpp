@@ -128,9 +128,9 @@ inline std::vector<evaluate::Control> textures_of(const Car& loaded, const Proto
   return textures;
 }
 
-/// The car in the shape that the run has optimised; nothing if the run has left the shape as it is.
-/// Offsets are in lengths of the car: a normalised one is moved within the scale of the original, and is not
-/// normalised again.
+/// The car in the shape that the run has optimised; nothing if the run has kept the shape.
+/// Offsets are in lengths of the car: a normalised one is moved within the scale of the original,
+/// and is not normalised again.
 inline std::optional<raster::PaintedMesh> reshaped_car(const raster::PaintedMesh& car,
                                                        const ProtocolRequest& request) {
   const auto offsets = read_offsets_of(request.camouflage, car);

@@ -67,7 +67,7 @@ struct FrameViews {
   camouflage::View<float> original;
   std::optional<camouflage::View<float>> reshaped{};
 
-  /// Whether something of the car shows, in each of its shapes.
+  /// Whether a part of the car is visible, in each of its shapes.
   [[nodiscard]] bool show_car() const {
     return original.visible_pixels > 0 && (!reshaped || reshaped->visible_pixels > 0);
   }
@@ -163,8 +163,8 @@ class ProtocolMeasurement {
   [[nodiscard]] std::size_t view_of(std::size_t frame) const {
     return protocol_.view_of ? protocol_.view_of(frame) : frame;
   }
-  /// Makes the views of a frame, unless they are the last ones. Their pictures stay, too, if nothing but the
-  /// texture changes them.
+  /// Makes the views of a frame, unless they are the last ones. Keeps their pictures, too, if only
+  /// the texture changes them.
   const FrameViews& views_of(std::size_t frame, const ProtocolSource& source) {
     const std::size_t number = view_of(frame);
     const bool is_last = views_ && view_number_ == number;

@@ -40,7 +40,7 @@ struct ProtocolResult {
   std::vector<evaluate::Cell> cells;       ///< of the table, row by row
   std::vector<ProtocolSection> sections;
   std::vector<std::vector<std::string>> class_names{};  ///< of each detector, empty where it has none
-  /// The effect of the first section as a share of that of the second, see Protocol::parts.
+  /// The first section's effect divided by the second's, see Protocol::parts.
   std::optional<evaluate::PairedRatio> effect_kept{};
   std::vector<std::pair<std::string, std::string>>
       pictures{};  ///< descriptions, and the bytes of their PNG files

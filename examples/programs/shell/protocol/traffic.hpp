@@ -16,7 +16,7 @@ inline io::Frame hidden_frame(const evaluate::ProtocolFrame& frame, std::size_t 
   return hidden;
 }
 
-/// The street of a frame without its car, and the mask of what other vehicles leave to be seen of it. Scenes
+/// The street of a frame without its car, and the mask of its part that other vehicles do not hide. Scenes
 /// are drawn until that is a share of the frame's group; hidden_frame() if none of some hundred will do.
 inline io::Frame traffic_street(const scenes::Vehicle& vehicle, const evaluate::ProtocolFrame& frame,
                                 std::size_t size_px, Random random) {
