@@ -19,7 +19,7 @@ if [ $# -eq 0 ]; then
   compilers+=(g++/native aarch64-linux-gnu-g++ clang++-14/aarch64)
 fi
 
-# What a build for arm64 links with, from Debian, unpacked below root.
+# Libraries that a build for arm64 links with, from Debian, unpacked below root.
 unpack_arm64_libraries() {
   [ ! -d root ] || return 0
   rm -rf lists root.part
@@ -41,7 +41,7 @@ configure_settings() {
   is_here "$compiler" || return 1
   settings=(-DCMAKE_CXX_COMPILER="$compiler")
   flags=()
-  # Of libstdc++ 12 clang 17 and later say that its std::stable_sort calls what it has deprecated.
+  # clang 17 and later warn that std::stable_sort of libstdc++ 12 calls a deprecated function.
   if [[ $compiler =~ ^clang\+\+-(1[7-9]|2) ]]; then flags=(-Wno-deprecated-declarations); fi
   case $1 in
     */libc++)

@@ -21,8 +21,8 @@ template <class S>
 }
 }  // namespace
 
-// std::complex of other scalars than the three of the standard is not promised to work; that of GCC's and
-// clang's libraries does, and costs nothing to have.
+// The standard promises std::complex for its three scalars only. That of GCC's and clang's libraries
+// takes others, too, at no cost.
 TEST_CASE("complex numbers of variables have the derivatives of Cauchy and Riemann", "[autodiff][complex]") {
   const std::complex<double> at(0.7, -0.4), expected = slope(at);
   ActiveTape<double> tape;

@@ -40,9 +40,9 @@ const std::map<std::string, std::vector<Row>>& table() {
   return rows;
 }
 
-/// Distance in units in the last place of the reference, denormals having the spacing of the smallest,
-/// sixteen of which are as good as none: what a formula rounds there on its way, it may multiply. Where the
-/// reference overflows, ∞ is right, as is a number a rounding away from it.
+/// Distance in units in the last place of the reference, denormals have the spacing of the smallest. Sixteen
+/// of these count as none: a formula may multiply its roundings there. Where the reference overflows, ∞ is
+/// right, as is a number a rounding away from it.
 double ulps(double found, double expected) {
   constexpr double largest = std::numeric_limits<double>::max() * (1 - 0x1p-50);
   constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -121,8 +121,8 @@ void check_bounds(const std::string& name, const Worst& worst, const std::array<
   }
 }
 
-/// The terms of which derivatives are sums that cancel; the bound of digamma beside its roots below −20 is
-/// absolute.
+/// Terms of derivatives whose sums cancel; the bound of digamma beside its
+/// roots below −20 is absolute.
 Sizes sizes_by_name(const std::string& name, const Row& row) {
   const double by_root = row[0] < -20 ? 0x1p-10 : 0;
   if (name == "sigmoid") return {0, 0, 0, row[2]};

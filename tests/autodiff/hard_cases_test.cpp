@@ -125,7 +125,7 @@ TEST_CASE("denormal adjoints are not flushed", "[autodiff][hard]") {
 }
 
 TEST_CASE("an infinite slope upstream of what has no adjoint does no harm", "[autodiff][hard]") {
-  // max() takes the constant: what comes back to √0 is 0, and 0·∞ must not become NaN.
+  // max() takes the constant: the adjoint of √0 is 0, and 0·∞ must not become NaN.
   CHECK(gradient_of([](const auto& x) { return max(sqrt(x[0]), 1.0); }, {0})[0] == 0);
   CHECK(gradient_of([](const auto& x) { return 0.0 * log(x[0]) + x[0]; }, {0})[0] == 1);
   CHECK(gradient_of(

@@ -39,7 +39,7 @@ Series in_reverse_mode(const Function& f, double x) {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();  ///< at a kink, see kinks_test.cpp
 
-/// Equal but for a few roundings of each number, which is relative to the largest where it is 0.
+/// Equal within a few roundings of each number, or of the largest number where it is 0.
 bool agrees(const Series& found, const Series& expected) {
   for (std::size_t k = 0; k < found.size(); ++k) {
     const double size = expected[k] == 0 ? 1 : std::abs(expected[k]);
@@ -244,7 +244,7 @@ TEST_CASE("lengths have two derivatives within 6 ulp, whether their legs are den
       const auto a = static_cast<Wide>(x), b = static_cast<Wide>(y), h = std::hypot(a, b), cubed = h * h * h;
       const std::array<Wide, 6> expected = {a / h,          b / h,          b * b / cubed,
                                             -a * b / cubed, -a * b / cubed, a * a / cubed};
-      check_within(6, length, x, y, expected);  // five rounded operations, of which two are hypot's
+      check_within(6, length, x, y, expected);  // five rounded operations, two of them hypot's
       check_within(6, with_zero, x, y, expected);
     }
 }

@@ -212,7 +212,7 @@ TEST_CASE("adjoint vectors name what does not fit", "[autodiff][jacobian]") {
 }
 
 namespace {
-/// y[i] = x[i % n]² · x[(i + 1) % n] + sin(Σ x), of which the sum is computed once: [m] from [n].
+/// y[i] = x[i % n]² · x[(i + 1) % n] + sin(Σ x), with the sum computed once: [m] from [n].
 auto curved(std::size_t m) {
   return [m](const auto& x) {
     using S = std::remove_cvref_t<decltype(x[0])>;

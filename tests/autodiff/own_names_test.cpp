@@ -4,7 +4,7 @@
 #include "../support/catch.hpp"
 
 // A user's templates, named like functions of ours that <cmath> does not have, and called with an explicit
-// argument. Each returns what ours would not.
+// argument. Each returns another value than ours.
 
 using tapestry::Dual;
 using tapestry::Tape;

@@ -144,7 +144,7 @@ inline void append_sides(std::vector<System>& systems, Eigen::Index n, const std
 }
 
 /// Systems of every pattern of zeros in A, of 2 and 3 equations, that are not singular.
-/// \param is_kept  of a pattern, in which bit i·n + j is set where A[i, j] is not 0
+/// \param is_kept  of a pattern: bit i·n + j is set where A[i, j] is not 0
 template <class IsKept>
 std::vector<System> systems_where(const std::array<double, 9>& numbers, unsigned side_count,
                                   const IsKept& is_kept) {

@@ -45,7 +45,7 @@ Variable<double> pipeline(const raster::PaintedMesh& body, const detect::Detecto
          0.01 * loss::smoothness(image::batch_of(std::vector{drawn.picture}), {{everywhere}});
 }
 
-/// The derivative along a direction of one input beside a central difference of the whole.
+/// Compares the derivative along a direction of one input with a central difference of the whole.
 template <std::size_t Rank>
 void check(const raster::RenderInputs<double>& at,
            ArrayVariable<double, Rank> raster::RenderInputs<double>::*member) {

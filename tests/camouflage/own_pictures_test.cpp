@@ -69,7 +69,7 @@ TEST_CASE("the gradient by a paint is that of the drawn picture, beside faces wi
   };
   auto gradient = tapestry::zeros<double, 2>(texels.shape());
   raster::render_adjoint(view, weights, gradient);
-  // Affine in the texels: of the difference only rounding is left, and that of float lookups when filtered.
+  // Affine in the texels: the difference is rounding alone, with that of float lookups when filtered.
   const double tolerance = filter == raster::TextureFilter::bilinear ? 1e-10 : 1e-3;
   CHECK(std::abs(dot(gradient, direction) - (drawn(0.5) - drawn(-0.5))) < tolerance);
   CHECK(std::abs(dot(weights, raster::render(view, texels)) - drawn(0)) < tolerance);

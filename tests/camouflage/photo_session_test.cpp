@@ -17,7 +17,7 @@ image::Conditions moving_camera(double turn, double roll, double zoom) {
   return conditions;
 }
 
-/// The box around what is not black in a picture of a white car on black.
+/// The box around the pixels that are not black in a picture of a white car on black.
 detect::Box box_of_white(const Array<double, 3>& picture) {
   double left = 1e9, right = -1, top = 1e9, bottom = -1;
   for (std::size_t y = 0; y < picture.shape(0); ++y)

@@ -175,7 +175,7 @@ TEST_CASE("a shared training gives the same bits for any number of processes", "
     for (const auto& result : results) CHECK((result == results.front()));
     return results.front();
   };
-  for (const std::size_t processes : {1U, 2U, 3U, 4U})  // of which four are more than views in a step
+  for (const std::size_t processes : {1U, 2U, 3U, 4U})  // four are more than views in a step
     CHECK((shared(processes) == alone.parameter()));
 }
 

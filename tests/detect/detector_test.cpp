@@ -139,7 +139,7 @@ TEST_CASE("a picture that changes within a window has the bits of a whole pass t
     CAPTURE(step);
     test::repaint(images, 0, window, random);
     test::repaint(images, 1, everything, random);
-    if (step == 2) images(0, detector.input_height() / 2, 0, 1) += 0.5F;  // what was kept does not hold
+    if (step == 2) images(0, detector.input_height() / 2, 0, 1) += 0.5F;  // kept values are invalid
     detector.forward_within(images, {&picture, nullptr}, kept, detect::Mode::input_gradient);
     detector.forward(images, whole, detect::Mode::input_gradient);
     CHECK(test::differences(kept.logits, whole.logits) == 0);

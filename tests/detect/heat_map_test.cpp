@@ -199,7 +199,7 @@ TEST_CASE("a Darknet layer's values and adjoint equal their closed form", "[dete
   const auto values = network.layer_values(pass, 0, image);
   const auto adjoint = network.layer_adjoint(pass, test::pointers_to(adjoints), 0, image);
   REQUIRE(values.shape() == Extents<3>{4, 2, 2});
-  // The head reads W · A + b, of which the score is the sum of two rows: objectness and the class.
+  // The head reads W · A + b, whose score is the sum of two rows: objectness and the class.
   const double* const weights = model.parameters().data() + model.layout().layers[2].weight;
   const double* const biases = model.parameters().data() + model.layout().layers[2].bias;
   const std::size_t objectness = 7 + 4, class_row = 7 + 5 + 1;

@@ -104,8 +104,8 @@ void check_against_darknet(const detect::DarknetModel<float>& network, const std
   free_network(darknet);
 }
 
-/// Whether Darknet as Debian has it computes a network: layers, options and activations that came later are
-/// not in it, and behind a softmax it has lost the extents. Boxes are compared of a single [region] only.
+/// Whether Debian's Darknet computes a network: it lacks later layers, options and activations, and loses the
+/// extents behind a softmax. Boxes are compared of a single [region] only.
 bool is_known_to_darknet(const detect::NetworkConfig& config) {
   using enum detect::LayerKind;
   using enum tapestry::nn::Activation;
@@ -142,7 +142,7 @@ TEST_CASE("logits of random networks equal those of Darknet", "[detect][darknet]
     const auto cfg = random_cfg_for_darknet(run.seed());
     INFO(run.repeat() << "\n" << cfg.text());
     const TemporaryFolder folder;
-    // Rounding of at most a dozen layers, some of which cancel; a layer that is another differs by O(1).
+    // Rounding of at most a dozen layers; some cancels. A wrong layer differs by O(1).
     check_against_darknet(random_model<float>(cfg.config(), run.seed()), folder.write("some.cfg", cfg.text()),
                           1e-4);
   }

@@ -105,7 +105,7 @@ TEST_CASE("logits of random networks equal those of OpenCV", "[detect][opencv][d
     const TemporaryFolder folder;
     auto config = cfg.config();
     config.batch_norm_epsilon = opencv_epsilon;
-    // Rounding of at most a dozen layers, some of which cancel; a layer that is another differs by O(1).
+    // Rounding of at most a dozen layers; some cancels. A wrong layer differs by O(1).
     check_against_opencv(random_model<float>(config, run.seed()), folder.write("some.cfg", cfg.text()), 1e-4);
   }
 }

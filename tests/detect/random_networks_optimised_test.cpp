@@ -109,8 +109,8 @@ struct Slope {
   double value, tolerance;
 };
 
-/// Central differences at two steps, of the largest pair that agrees; nothing where kinks or rounding leave
-/// none. With a kink in reach the two differ but for chance, and so they do where a step is too long.
+/// Central differences at two steps, of the largest pair that agrees; nothing if kinks or rounding let no
+/// pair agree. The two differ, except by chance, with a kink in reach or a step that is too long.
 template <class Function>
 std::optional<Slope> central_slope(Function f, double rounding) {
   for (const double h : {1e-4, 1e-5, 1e-6, 1e-7}) {
@@ -156,7 +156,7 @@ class DifferenceCheck {
     }
     const double value = weighted(pass_, weighting_);
     rounding_ = 64 * epsilon * magnitude(pass_, weighting_);
-    for (int trial = 0; trial < 2; ++trial) {  // what rounding the first layer's input does to the result
+    for (int trial = 0; trial < 2; ++trial) {  // change of the result by rounding the first layer's input
       auto moved = case_.images;
       for (double& x : moved.storage()) x *= 1 + 8 * epsilon * case_.random.uniform(-1, 1);
       rounding_ += std::abs(value_at(moved) - value);
@@ -241,7 +241,7 @@ Array<T, 4> image_adjoint(const detect::Detector<T>& detector, detect::Pass<T>& 
   return gradient;
 }
 
-/// Layers with a kink that copy_branches() does not hand over: those of relu6 and hard_mish.
+/// Layers with a kink that copy_branches() does not hand over: relu6 and hard_mish.
 std::vector<std::size_t> layers_of_other_kinks(const detect::NetworkConfig& config) {
   std::vector<std::size_t> layers;
   for (std::size_t i = 0; i < config.layers.size(); ++i)
@@ -251,8 +251,8 @@ std::vector<std::size_t> layers_of_other_kinks(const detect::NetworkConfig& conf
   return layers;
 }
 
-/// Whether a value of such a layer, all of which the detectors observe, lies on the other side of a kink in
-/// one of the passes.
+/// Whether a value of such a layer lies on the other side of a kink in one of the passes; the detectors
+/// observe all these layers.
 template <class A, class B>
 bool has_other_sides(const detect::NetworkConfig& config, const detect::Detector<A>& of_a,
                      const detect::Pass<A>& a, const detect::Detector<B>& of_b, const detect::Pass<B>& b) {
@@ -286,8 +286,8 @@ double distance(const A& a, const B& b) {
   return std::sqrt(squares);
 }
 
-/// Errors of the float pass over those that rounding the operands of the pass in double makes, of logits and
-/// of the gradient.
+/// Errors of the float pass, divided by those of a pass in double with rounded operands, of
+/// logits and of the gradient.
 struct FloatErrors {
   double logits = 0, gradient = 0;
 };

@@ -27,7 +27,7 @@ double by_decoding(const TinyHeads& heads, const Logits& logits, std::size_t ima
   return best;
 }
 
-/// Logits in which no candidate has any confidence.
+/// Logits without any confidence of a candidate.
 Logits silent(const TinyHeads& heads) {
   auto logits = heads.logits<float>(1, 1, 0, 0);
   for (auto& head : logits) std::fill(head.storage().begin(), head.storage().end(), -20.0F);

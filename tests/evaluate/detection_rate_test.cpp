@@ -82,7 +82,7 @@ TEST_CASE("photographs of a view count as one in the interval", "[evaluate]") {
 namespace {
 const double t_1 = std::tan(std::numbers::pi * 0.95 / 2);  // Student's quantile, one degree of freedom
 
-/// Wilson's interval ends where a share p is as far from the estimate as its own error allows.
+/// Wilson's interval ends at the share p whose own error reaches the estimate.
 void check_wilson_end(double end, double estimate, double variance, double t) {
   const double trials = estimate * (1 - estimate) / variance;
   CHECK((estimate - end) * (estimate - end) == Approx(t * t * end * (1 - end) / trials).epsilon(1e-7));
@@ -90,8 +90,8 @@ void check_wilson_end(double end, double estimate, double variance, double t) {
 }  // namespace
 
 TEST_CASE("P@0.5 of two seeds in two views has the interval worked out by hand", "[evaluate]") {
-  // Found in 3 of 4 pictures: views, seeds and the interaction have a variance of 1/16 each. Of the
-  // interaction's a tenth counts to the views, whose own is none; with two of each, ν = 1.
+  // Found in 3 of 4 pictures: views, seeds and the interaction have a variance of 1/16 each. A tenth of the
+  // interaction counts for the views, which add nothing themselves; with two of each, ν = 1.
   const std::vector<bool> found{true, true, true, false};
   const double variance = 1.0 / 16 + 1.0 / 16 / 10;
   for (const evaluate::PictureOrder order :

@@ -10,7 +10,7 @@ std::vector<double> zeros_like(const std::vector<double>& values) {
   return std::vector<double>(values.size(), 0.0);
 }
 
-/// By how much intervals of few pairs are wider than a bootstrap's.
+/// Factor by which intervals of few pairs are wider than a bootstrap's.
 double widening(double pairs, double t) { return std::sqrt(pairs / (pairs - 1)) * t / 1.959963984540054; }
 
 }  // namespace

@@ -8,7 +8,7 @@ namespace evaluate = tapestry::evaluate;
 using evaluate::FrameState;
 
 namespace {
-/// Outcomes of some frames, some measured, some left out, some to come.
+/// Outcomes of some frames, some measured, some left out, some pending.
 evaluate::ProtocolOutcomes random_outcomes(std::size_t frames, std::size_t textures) {
   tapestry::Random random(11);
   evaluate::ProtocolOutcomes outcomes(frames, textures);

@@ -7,8 +7,8 @@ using namespace tapestry;
 
 namespace {
 
-/// A car is found by a logistic model: logits of views, which control and paint share in part, of seeds and
-/// of draws of the control.
+/// A car is found by a logistic model: logits of views (control and paint share a part of them), of seeds,
+/// and of draws of the control.
 struct Population {
   double control, paint;                  ///< shares over all views, seeds and draws
   double views_sd, seeds_sd, control_sd;  ///< in logits, the latter of the control's seeds
@@ -41,8 +41,8 @@ double logit_of(double share, double sd) {
   return low;
 }
 
-/// What is measured of a population, and its true shares: of one seed those of this seed's paint, of one draw
-/// this draw's.
+/// Measurements of a population, and its true shares: with one seed the shares of this seed's paint,
+/// with one draw this draw's.
 struct Sample {
   Array<double, 2> control, paint;
   std::vector<bool> of_control{}, of_paint{};

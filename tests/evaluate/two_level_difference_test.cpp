@@ -256,9 +256,9 @@ TEST_CASE("intervals of shares over draws hold the truth about as often as they 
       covered_success += attack[0] <= success && success <= attack[1] ? 1U : 0U;
     }
     CAPTURE(draws, views, draw_sd);
-    // 0.93 to 0.97 with standard deviations of 0.018 and 0.012, three of each; of 6 views 0.98. Newcombe's
-    // over views alone held a difference in 0.45 and Wilson's a share in 0.38 of 3 draws that differ by a
-    // logit in 400 views, and in 0.994 of those that agree.
+    // 0.93 to 0.97 with standard deviations of 0.018 and 0.012, three of each; of 6 views 0.98. Over views
+    // alone, Newcombe's interval held a difference in 0.45 and Wilson's a share in 0.38, for 3 draws that
+    // differ by a logit in 400 views; in 0.994 for draws that agree.
     for (const std::size_t count : {covered, covered_odds, covered_rate, covered_success}) {
       CHECK(static_cast<double>(count) / static_cast<double>(trials) >= 0.88);
       if (views > 6) CHECK(static_cast<double>(count) / static_cast<double>(trials) < 0.992);

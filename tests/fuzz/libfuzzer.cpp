@@ -1,5 +1,5 @@
 // Entry points that libFuzzer calls. The target is named by TAPESTRY_FUZZ_TARGET; with TAPESTRY_FUZZ_SEEDS
-// its seeds are written to that folder, and nothing else is done. Without a target, all names are printed.
+// its seeds are written to that folder, and the program ends. Without a target, all names are printed.
 #include <cstdio>
 #include <cstdlib>
 #include <exception>

@@ -9,7 +9,7 @@
 namespace {
 using namespace tapestry;
 
-/// Small enough for the limits of tests/fuzz.sh, whatever a file asks for.
+/// Small enough for the limits of tests/fuzz.sh, whatever a file demands.
 nn::PlanBudget small_budget() {
   nn::PlanBudget budget;
   budget.nodes = budget.planned = 2048;

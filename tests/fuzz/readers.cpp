@@ -1,4 +1,4 @@
-// The compiled parts of the readers alone; those of networks are beside this.
+// The compiled parts of the readers alone; those of networks are in another file.
 #include <tapestry/io/implementation.hpp>
 
 #include <tapestry/detect/implementation.hpp>

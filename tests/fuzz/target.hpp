@@ -30,7 +30,7 @@ inline std::vector<Target>& targets() {
   return all;
 }
 
-/// An object of a target's source file, by which the program knows the target.
+/// An object in a target's source file that registers the target with the program.
 struct Registered {
   explicit Registered(Target target) { targets().push_back(std::move(target)); }
 };
@@ -47,7 +47,7 @@ inline bool is_taken(const Target& target, const std::string& bytes) {
   }
 }
 
-/// The bytes as they are, and with checksums put right.
+/// Reads the bytes unchanged, and with corrected checksums.
 inline void read_both(const Target& target, const std::string& bytes) {
   (void)is_taken(target, bytes);
   if (target.repair) (void)is_taken(target, target.repair(bytes));

@@ -52,7 +52,7 @@ int winding_number(const Polygon& polygon, const Vector2& point) {
   return winding;
 }
 
-/// The triangles run as the polygon does, their areas add up, and they cover what it winds around.
+/// The triangles have the polygon's winding, their areas add up, and they cover its inside.
 void check_covers(const Polygon& polygon, double area, PolygonShape expected = PolygonShape::concave) {
   const auto triangles = triangles_of(polygon, expected);
   REQUIRE(triangles.size() == polygon.size() - 2);

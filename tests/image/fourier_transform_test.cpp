@@ -55,7 +55,7 @@ TEST_CASE("the inverse Fourier transform gives the plane back", "[image][fourier
   for (const auto [height, width] : extents) {
     CAPTURE(height, width);
     FourierTransform transform(height, width);
-    for (int call = 0; call < 2; ++call) {  // what is kept between calls spoils nothing
+    for (int call = 0; call < 2; ++call) {  // values kept between calls change nothing
       const auto plane = random_plane(height * width, height + width + static_cast<std::size_t>(call));
       const auto back = transform.inverse(transform.forward(plane));
       for (std::size_t i = 0; i < plane.size(); ++i) CHECK(std::abs(back[i] - plane[i]) <= 4e-15);

@@ -88,7 +88,7 @@ TEST_CASE("a folded detector answers as the one it was made from", "[io][detecto
   for (const auto& layer : loaded.model.config().layers) CHECK_FALSE(layer.batch_normalize);
   // Inference folds as fold_batch_norm() does, in double and rounded once, so float keeps every bit.
   CHECK(logits_of(loaded.model, 5) == logits_of(model.network, 5));
-  // In double the folded weights carry that one rounding, 2⁻²⁴ of each, through five convolutions in turn.
+  // In double, only the folded weights' rounding, 2⁻²⁴ of each, goes through five convolutions.
   const auto kept = logits_of(model.network.cast<double>(), 5);
   const auto folded = logits_of(loaded.model.cast<double>(), 5);
   REQUIRE(folded.size() == kept.size());

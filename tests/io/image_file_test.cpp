@@ -327,8 +327,8 @@ TEST_CASE("a large picture is packed by several threads into one stream of the s
 }
 
 TEST_CASE("a picture becomes a JPEG", "[io][image]") {
-  // A level picture loses what rounding its frequency of zero loses: half a step of quantisation, of which
-  // quality 100 has one level, and half a level in each conversion of colours.
+  // A level picture loses the rounding of its frequency of zero: half a step of quantisation, one level at
+  // quality 100, and half a level in each conversion of colours.
   Array<std::uint8_t, 3> level(Extents<3>{20, 30, 3});
   for (std::size_t i = 0; i < level.size(); ++i)
     level.data()[i] = std::array<std::uint8_t, 3>{200, 90, 40}[i % 3];

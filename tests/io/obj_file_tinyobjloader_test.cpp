@@ -117,7 +117,7 @@ struct OddPolygon {
   bool operator==(const OddPolygon&) const = default;
 };
 
-/// An OBJ with oddities, and what it means by the format's definition.
+/// An OBJ with oddities, and its meaning by the format's definition.
 struct OddObj {
   std::string text;
   std::vector<std::array<double, 3>> positions{};
@@ -125,7 +125,7 @@ struct OddObj {
   std::vector<std::array<double, 3>> normals{};
   std::vector<std::optional<std::array<float, 3>>> colours{};  ///< of the positions
   std::vector<OddPolygon> polygons{};
-  std::string reason{};     ///< for refusing it; empty if it is to be read
+  std::string reason{};     ///< for refusing it; empty if it must be read
   bool is_for_peer = true;  ///< whether tinyobjloader is known to read it as defined
 };
 
@@ -178,7 +178,7 @@ class OddObjWriter {
     return line;
   }
 
-  /// What may stand behind the numbers of a record.
+  /// Text that may follow the numbers of a record.
   std::string tail() { return one_in(8) ? one_of({"#c", " # c", " ", "\t", " #"}) : ""; }
 
   void add_lists() {

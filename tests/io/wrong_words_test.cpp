@@ -14,8 +14,8 @@ using namespace tapestry;
 using test::contains;
 
 namespace {
-/// What one word makes of a file: "" if it is read, "names" if only the number of classes is missing, else
-/// the refusal.
+/// Result of one word for a file: "" if it is read, "names" if only the number of classes is
+/// missing, else the refusal.
 std::string refusal(const std::string& path, const std::string& word) {
   try {
     static_cast<void>(io::read_detector<float>({.weights = path, .description = word}));

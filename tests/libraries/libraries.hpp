@@ -1,10 +1,10 @@
 #pragma once
 
-// Two shared libraries, each of which uses Tapestry for itself: one hides its symbols, the other does not.
+// Two shared libraries that each use Tapestry for themselves: one hides its symbols, the other does not.
 extern "C" {
 /// Records x² on the library's own tape, and calls `meanwhile` in the middle of it.
 [[gnu::visibility("default")]] void quadratic_record(double x, void (*meanwhile)());
-/// The derivative of what was recorded last on this thread.
+/// The derivative of the last recording on this thread.
 [[gnu::visibility("default")]] double quadratic_slope();
 /// How many statements that is.
 [[gnu::visibility("default")]] int quadratic_statements();

@@ -7,7 +7,7 @@
 // A shared library that hides its symbols and links tapestry::compiled. Two of these are made.
 extern "C" {
 /// d Σ x² / dx of a picture of x everywhere, by way of an operation of the compiled library. Calls
-/// `meanwhile` in the middle of the recording, and again within a loop of its own.
+/// `meanwhile` in the middle of the recording, and again within a loop.
 [[gnu::visibility("default")]] double picture_slope(double x, double (*meanwhile)(double));
 /// The thread limit that the compiled part of the library sees after this one has set it.
 [[gnu::visibility("default")]] int picture_threads(int limit);

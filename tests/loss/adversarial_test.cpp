@@ -364,7 +364,7 @@ TEST_CASE("max_score still pulls where the detector is utterly sure", "[loss][ad
   predict(heads, logits, {1, 0, 1, 3}, 20, 16, 100.0);
   const auto predictions = view(heads, logits);
   const loss::Target target{0, loss::decoded_box(predictions, {1, 0, 1, 3})};
-  // o = p: the chance to miss is 2e−100, and each of the two logits owns half of the slope.
+  // o = p: the chance to miss is 2e−100, and each of the two logits has half of the slope.
   CHECK(loss::max_score(predictions, target) == Approx(100 - std::log(2.0)).epsilon(1e-12));
   auto adjoint = zeros_like(logits);
   loss::max_score_adjoint(predictions, target, 1.0, loss::to_add_to(adjoint));

@@ -85,7 +85,7 @@ TEST_CASE("losses of distance heads equal the ones worked out by hand", "[loss][
   const auto surest = loss::adversarial(predictions, target, AdversarialLoss::max_score);
   CHECK(surest.total == Approx(-std::log(1 - sigma(2))).epsilon(1e-12));  // and not its square
 
-  // Cells of (56, 24): that of the coarse candidate, and of the fine head one without any score.
+  // Cells of (56, 24): the coarse candidate's, and in the fine head one without any score.
   const auto coded = loss::adversarial(predictions, target, AdversarialLoss::as_coded);
   CHECK(coded.classification == Approx(2).epsilon(1e-12));  // of −60 the largest mean is 0
   const double of_coarse = loss::softplus(-2.0) / 24, of_fine = (60 + loss::softplus(1.0)) / 96;

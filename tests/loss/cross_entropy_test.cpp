@@ -16,7 +16,7 @@ Array<T, 4> one(T value) {
   return tapestry::filled<T, 4>({1, 1, 1, 1}, value);
 }
 
-/// −t · log σ(x) − (1 − t) · log σ(−x) and its slope, in numbers of which no exponential here overflows.
+/// −t · log σ(x) − (1 − t) · log σ(−x) and its slope, in numbers whose exponentials do not overflow.
 double entropy_of(double logit, double wanted) {
   const auto x = static_cast<long double>(logit), t = static_cast<long double>(wanted);
   return static_cast<double>(t * std::log1p(std::exp(-x)) + (1 - t) * std::log1p(std::exp(x)));

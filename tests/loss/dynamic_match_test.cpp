@@ -170,7 +170,7 @@ TEST_CASE("two boxes on one cell: it has the one that costs less", "[loss][dynam
 TEST_CASE("tied costs go to the first cell and the first truth", "[loss][dynamic_match]") {
   const TinyHeads detector(DecodeFamily::yolox);
   auto logits = flat_logits(detector);
-  for (std::size_t h = 0; h < 2; ++h) {  // coarse heads propose nothing that meets the truth
+  for (std::size_t h = 0; h < 2; ++h) {  // no box of the coarse heads meets the truth
     for (std::size_t i = 0; i < logits[h].size(); ++i) logits[h].data()[i] = 0;
     for (std::size_t row = 0; row < logits[h].shape(2); ++row)
       for (std::size_t column = 0; column < logits[h].shape(3); ++column) logits[h](0, 0, row, column) = 40;

@@ -63,7 +63,7 @@ TEMPLATE_TEST_CASE("non_printability_adjoint agrees with central differences", "
     Array<TestType, 2> gradient = xt::zeros_like(texels);
     for (int half = 0; half < 2; ++half)  // two halves make a whole only if the adjoint adds
       loss::non_printability_adjoint(texels, used, palette, spread, TestType(0.5), gradient);
-    // Third derivatives are those of a log-sum of Gaussians: below 2 · |p|³/σ⁴ · 2σ², some hundreds.
+    // Third derivatives of a log-sum of Gaussians: below 2 · |p|³/σ⁴ · 2σ², some hundreds.
     const auto tolerance = 100 * test::central_difference_tolerance(value(texels));
     CHECK(std::abs(test::dot(gradient, direction) - test::central_difference(value, texels, direction)) <=
           tolerance);
@@ -110,7 +110,7 @@ TEST_CASE("texels that no face refers to neither count nor move", "[loss][printa
   const auto none = tapestry::zeros<double, 2>({2, 2});
   CHECK(loss::non_printability(texels, none, red) == 0);
   texels(0, 0) = std::numeric_limits<double>::quiet_NaN();
-  CHECK(std::isnan(loss::non_printability(texels, used, red)));  // what counts does not hide it
+  CHECK(std::isnan(loss::non_printability(texels, used, red)));  // other texels do not hide it
 }
 
 TEST_CASE("on the tape the score has its value and its gradient, for any number of threads",

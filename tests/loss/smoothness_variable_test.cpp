@@ -11,7 +11,7 @@ using namespace tapestry;
 using namespace tapestry::test;
 
 namespace {
-/// Of two pictures, [6, 8, 3]: one in a corner, one wholly.
+/// Masks of two pictures, [6, 8, 3]: a corner of one, the whole other.
 std::vector<loss::PlacedMask<double>> two_masks() {
   const auto share = [](Array<double, 2> mask) {
     return std::make_shared<const Array<double, 2>>(std::move(mask));

@@ -29,7 +29,7 @@ TEST_CASE("the training loss on the tape is yolo_training() and its adjoint", "[
   CHECK(terms.total.value() == expected.total);
 
   tape.reverse(
-      Variable<double>(terms.total + 3 * terms.objectness));  // a user's own weight beside the total's
+      Variable<double>(terms.total + 3 * terms.objectness));  // a user's own weight besides the total
   options.objectness += 3;
   std::vector<Array<double, 4>> adjoint;
   for (const auto& head : values) adjoint.push_back(xt::zeros_like(head));

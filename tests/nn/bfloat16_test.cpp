@@ -55,8 +55,8 @@ std::vector<float> hard_values() {
   return values;
 }
 
-/// The kernels of every instruction set of this machine; those of the best one have instructions for bfloat16
-/// if it has, and the others emulate them.
+/// The kernels of every instruction set of this machine; the best set's kernels use the machine's
+/// instructions for bfloat16 if it has them; the others emulate them.
 std::vector<nn::Kernels<float>> all_kernels() {
   std::vector<nn::Kernels<float>> all;
   for (int set = 0; set <= static_cast<int>(nn::best_instruction_set()); ++set)
@@ -72,7 +72,7 @@ nn::Buffer<float> convolved(nn::Engine engine, const nn::ConvolutionShape& s, co
   return out;
 }
 
-/// out[y, x, m] by the definition, in the order of the kernels; `used(value)` is what becomes of an operand.
+/// out[y, x, m] by the definition, in the order of the kernels; `used(value)` converts an operand.
 template <class Sum, class Used>
 std::vector<Sum> summed(const nn::ConvolutionShape& s, const nn::Buffer<float>& in,
                         const nn::Buffer<float>& weights, Used used) {
@@ -219,7 +219,7 @@ TEST_CASE("the error of one layer in bfloat16 is below 2.5e-3, by tiles below 1.
       CHECK(error < (has_tiles ? 1.2e-2 : 2.5e-3));
       CHECK(error > 1e-4);  // it is rounded at all
 
-      // The adjoint's parts: of a stride of 1 one by tiles, else four, by tiles of two taps too.
+      // The adjoint's parts: one by tiles for a stride of 1, else four, with tiles of two taps too.
       nn::Buffer<float> adjoint(s.in_size()), exact(s.in_size());
       for (const auto& part :
            nn::pack_convolution_adjoint<float>(s, [&](std::size_t i) { return weights.data()[i]; })) {

@@ -139,7 +139,7 @@ void check_shape(const nn::ConvolutionShape& s, std::size_t images) {
   CHECK(largest_difference(weights_adjoint, weights_adjoint_expected) <= 8 * rounding);
 }
 
-/// One convolution of one image, or a window of it; what is not written stays -7.
+/// One convolution of one image, or a window of it; outputs that are not written stay -7.
 template <class T>
 struct WindowCase {
   nn::Engine engine;
@@ -196,8 +196,8 @@ std::vector<nn::MapWindow> windows_in(std::size_t rows, std::size_t columns) {
           {{rows / 3, rows}, {0, columns}}};
 }
 
-/// Within a window all is as in the whole; what shares tiles with it may be written, too, and nothing else
-/// is. No bit in it depends on inputs that are not needed, be they NaN.
+/// Within a window all outputs are as in the whole. Outputs that share tiles with it may be written, too, and
+/// no others. No bit in it depends on inputs that are not needed, be they NaN.
 template <class T>
 std::size_t window_faults(const WindowCase<T>& test, const nn::Buffer<T>& whole,
                           const nn::MapWindow& window) {
@@ -226,7 +226,7 @@ std::size_t window_faults(const WindowCase<T>& test, const nn::Buffer<T>& whole,
   return count;
 }
 
-/// No bit outside of what a window of the input reaches depends on it.
+/// Outputs beyond the reach of an input window do not depend on it.
 template <class T>
 std::size_t reach_faults(const WindowCase<T>& test, const nn::Buffer<T>& whole, const nn::MapWindow& window) {
   const nn::PackedConvolution<T>& packed = test.packed;
@@ -268,8 +268,8 @@ TEMPLATE_TEST_CASE("convolution and its adjoints equal the sums of their definit
   check_shape<TestType>(nn::square_convolution(5, 6, 9, 10, 3, 1, 1), 7);
 }
 
-// Rows belong to threads: to write back what lies behind one would undo what its thread does there. At the
-// last row AddressSanitizer sees such a store, since nothing lies behind it.
+// Rows belong to threads: writing behind a row would undo the next thread's work. At the last row
+// AddressSanitizer sees such a store, since no memory follows it.
 TEST_CASE("few channels touch nothing behind their rows", "[nn][convolution]") {
   for (std::size_t channels = 1; channels <= 4; ++channels)
     for (const std::size_t columns : std::vector<std::size_t>{1, 2, 5, 9}) {

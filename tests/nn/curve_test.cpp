@@ -57,7 +57,7 @@ TEMPLATE_TEST_CASE("curves keep to their stated error", "[nn][curve]", float, do
     for (std::size_t i = 0; i < x.size(); ++i) {
       CAPTURE(static_cast<int>(kind), x[i], y[i]);
       const long double exact = value_of(kind, static_cast<long double>(x[i]));
-      // where e^x is cut, x of it are left
+      // the error where e^x is cut at the least normal number
       const long double cut = 3 * least * std::max(1.0L, std::abs(static_cast<long double>(x[i])));
       CHECK(std::abs(static_cast<long double>(y[i]) - exact) <= 6 * epsilon * std::abs(exact) + cut);
     }

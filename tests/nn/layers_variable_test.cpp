@@ -34,8 +34,8 @@ Array<double, 4> convolved(const Array<double, 4>& x, const Array<double, 4>& w,
   return y;
 }
 
-/// Σ weight · y² / 2 of what `network` makes of computed operands: its value, and the largest difference
-/// between its gradient by x and central differences, beside the largest slope.
+/// Σ weight · y² / 2 of the results of `network` for computed operands: its value, the largest difference
+/// between its gradient by x and central differences, and the largest slope.
 template <class Network>
 double gradient_error(const Array<double, 4>& x0, const Network& network) {
   const auto value_of = [&](const Array<double, 4>& at, Array<double, 4>* gradient) {

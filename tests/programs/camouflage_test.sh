@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# camouflage from the outside: what a run leaves behind, bits, resuming after any death, refusals.
+# camouflage from the outside: a run's files, bits, resuming after any death, refusals.
 source "$(dirname "$0")/support.sh"
 needs camouflage
 # Nearly all runs are measured on four frames, for a measurement takes longest.
@@ -40,7 +40,7 @@ for file in command.out two/report.html; do
   grep -Eq "$effect" "$file" && pass || fail "no effect beyond matched noise in $file"
 done
 
-# The verdict stands first in the page and in what is printed, and has the table's counts.
+# The verdict stands first in the page and in the output, and has the table's counts.
 verdict=$(sed -n 's/^  "verdict": "\(.*\)",$/\1/p' two/metrics.json)
 [ "$(grep -m 1 '^Found in\|^No verdict' command.out)" = "$verdict" ] && grep -qF "<p class=\"verdict\">$verdict</p>" two/report.html && pass ||
   fail "the verdict '$verdict' is not everywhere"
@@ -54,7 +54,7 @@ expect_same one/history.csv two/history.csv
 expect_same one/metrics.csv two/metrics.csv
 expect_same one/views.csv two/views.csv
 
-# Controls that are the same for every paint can be left out; all else stays.
+# Controls that are the same for every paint can be left out; all others stay.
 expect_exit 0 "matched controls alone" "$camouflage" "${quick[@]}" --controls matched --output matched
 expect_same matched/texture.npz two/texture.npz
 expect_same matched/metrics.csv <(sed '/^\(random\|white\|grey\|black\|red\|green\|blue\),/d' two/metrics.csv)
@@ -110,7 +110,7 @@ jpegs=$(grep -o '/9j/4AAQ' cubes/report.html | wc -l)
 expect_exit 0 "evaluate draws the run's scenes again" "$programs/evaluate" --run cubes --threads 1 --output cubes_again
 expect_same cubes_again/metrics.csv cubes/metrics.csv
 expect_same cubes_again/views.csv cubes/views.csv
-# Colours are blended in light, or as in the paper; a manifest from before there was a choice is of the latter.
+# Colours are blended in light, or as in the paper; older manifests mean the latter.
 grep -q '"colour-space": "linear"' two/manifest.json && pass || fail "the manifest does not name the colour space"
 expect_exit 0 "colours blended by their numbers" "$camouflage" "${quick[@]}" --colour-space encoded --output by_numbers
 grep -q '"colour-space"' by_numbers/manifest.json && fail "a manifest names what was no choice before" || pass
@@ -146,7 +146,7 @@ expect_exit 2 "an unknown light" "$camouflage" --light moon --output none
 expect_exit 2 "an unknown colour space" "$camouflage" --colour-space gamma --output none
 expect_error_line '--colour-space .*gamma'
 
-# An atlas is filtered, or looked up at single places; a manifest from before there was a choice is of the latter.
+# An atlas is filtered, or looked up at single places; older manifests mean the latter.
 grep -q '"filter": "anisotropic"' two/manifest.json && pass || fail "the manifest does not name the filter"
 expect_exit 0 "single lookups" "$camouflage" "${quick[@]}" --filter bilinear --output unfiltered
 grep -q '"filter"' unfiltered/manifest.json && fail "a manifest names what was no choice before" || pass
@@ -168,7 +168,7 @@ kill_until_done killed $kills 1 "$camouflage" "${quick[@]}"
 expect_same killed/texture.npz two/texture.npz
 expect_same killed/history.csv two/history.csv
 
-# Stopped politely: saves, says how to go on, and goes on to the same bits. (F15)
+# Stopped by a signal: saves, prints the command that resumes, and resumes to the same bits. (F15)
 long=(--frames "four frames" --scenes 40 --texels 32 --epochs 60 --checkpoint-steps 1000)
 "$camouflage" "${long[@]}" --profile --output stopped >/dev/null 2>stopped.err &
 process=$!
@@ -280,7 +280,7 @@ expect_exit 2 "a palette for nothing" "$camouflage" "${brief[@]}" --palette colo
 expect_error_line '^error: --palette needs --printability'
 [ -e senseless ] && fail "a refused run left a folder behind" || pass
 
-# What is kept of a network's layers changes no bit.
+# Kept layers of a network change no bit.
 expect_exit 0 "layers kept" "$camouflage" "${brief[@]}" --epochs 3 --output kept_layers
 expect_exit 0 "layers not kept" "$camouflage" "${brief[@]}" --epochs 3 --keep-layers-mib 0 --output all_layers
 cmp -s kept_layers/texture.npz all_layers/texture.npz && pass || fail "kept layers change the texture"
@@ -302,7 +302,7 @@ echo '# another day' >>own/car_sedan.mtl
 expect_exit 7 "resumed with other colours" "$camouflage" --resume --output own_mesh
 expect_error_line 'inputs have changed: own/car_sedan.mtl \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\)$'
 
-# As is a measurement of the run, unless another input is given on purpose.
+# So is a measurement of the run, unless it names the other input.
 expect_exit 7 "measured with other colours" "$programs/evaluate" --run own_mesh --output remeasured
 expect_error_line '^error: own_mesh: inputs have changed since the run: own/car_sedan.mtl \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\);'
 expect_exit 7 "a protocol with other colours" "$programs/evaluate" --protocol views --quick --run own_mesh --output remeasured
@@ -312,7 +312,7 @@ expect_exit 0 "other colours on purpose" "$programs/evaluate" --run own_mesh --a
 grep -q '^warning: own_mesh: inputs have changed since the run: own/car_sedan.mtl' command.err && pass || fail "no warning"
 grep -A 2 '"changed_inputs"' remeasured/metrics.json | grep -q own/car_sedan.mtl && pass || fail "metrics.json does not name what has changed"
 grep -q 'Inputs have changed since the run: own/car_sedan.mtl' remeasured/report.html && pass || fail "nor does the page"
-# So is that of the run it is compared with, though the measured one is as it was.
+# So is a measurement whose run to compare with has changed.
 expect_exit 0 "a run after the change" "$camouflage" "${own[@]}" --output own_later
 expect_exit 7 "against a run with other colours" "$programs/evaluate" --run own_later --against own_mesh
 expect_error_line '^error: own_mesh: inputs have changed since the run: own/car_sedan.mtl '
@@ -343,7 +343,7 @@ cp "$assets/frames/test/003.npz" "four frames"
 expect_exit 0 "everything as it was" "$programs/evaluate" --run own_mesh
 expect_exit 2 "changes of nothing" "$programs/evaluate" --clean-only --accept-changed-inputs
 
-# Failures on the way leave what can be resumed.
+# Failures on the way leave a run that can be resumed.
 (
   ulimit -f 16 # KiB a file (F06)
   exec "$camouflage" "${brief[@]}" --epochs 2 --output limited >command.out 2>command.err
@@ -390,7 +390,7 @@ for foreign in 's/"program": "camouflage"/"program": "other"/' 's/"version": "[^
   expect_exit 4 "resuming it" "$camouflage" --resume --output damaged
 done
 
-# What cannot even be looked at is unreadable input, or output that cannot be written.
+# A path without access is unreadable input, or output that cannot be written.
 ln -s loop loop
 long=$(printf 'n%.0s' $(seq 300))
 for name in loop "$long"; do
@@ -401,7 +401,7 @@ for name in loop "$long"; do
   expect_exit 3 "weights that cannot be inspected" "$camouflage" --check --cfg "$assets/detector.cfg" --weights "$name"
 done
 
-# What a killed process left is taken away by the next one; a signal that was ignored at the start stays so.
+# The next process removes a killed one's temporaries; a signal that was ignored at the start stays ignored.
 touch limited/checkpoint.npz.tapestry-part99999-0
 expect_exit 0 "resumed after a kill" "$camouflage" --resume --output limited
 ls -A limited | grep -q part && fail "what a killed process left is still there" || pass
@@ -459,7 +459,7 @@ wait "$process"
 grep -q $'\e\|\u202e' stopped.err && fail "a terminal takes orders from a name" || pass
 [ -e "$name/.lock" ] && fail "the lock is left behind" || pass
 
-# A hang-up, and what batch queues send before the time is up, which may come again. (F15)
+# A hang-up, and the signals that batch queues send before the time is up, perhaps again. (F15)
 for signal in HUP USR1 XCPU; do
   "$camouflage" "${brief[@]}" --epochs 100000 --output "by_$signal" >/dev/null 2>stopped.err &
   process=$!

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What every program has in common: --help, --version, --config, hints; and their installation.
+# Common to all programs: --help, --version, --config, hints; and their installation.
 source "$(dirname "$0")/support.sh"
 names="camouflage convert_weights detect evaluate harden make_dataset render train_detector train_segmenter"
 [ -e "$programs/../CMakeCache.txt" ] || exit 77
@@ -27,7 +27,7 @@ done
 expect_refusal 2 'unknown option --azimtuh; did you mean --azimuth\?$' "a near miss" "$programs/render" --azimtuh 3
 expect_refusal 2 'did you mean --cfg' "neighbours exchanged in a short word" "$programs/convert_weights" --cgf x
 
-# Options from a file are those of the command line, which wins.
+# A file may hold the options of the command line, which wins.
 convert=$programs/convert_weights
 "$convert" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" --fold --output expected.onnx >/dev/null
 printf '%s\n' "# a comment" "cfg = \"$assets/detector.cfg\"" "weights = '$assets/detector.weights'" "fold = true" \
@@ -46,7 +46,7 @@ sed 's/fold = true/fold = false/' convert.toml >plain.toml
 expect_exit 0 "a flag left out" "$convert" --config plain.toml --output plain.onnx
 grep -q 'batch normalisation kept' command.out && pass || fail "fold = false folds"
 
-# --quiet leaves results, warnings and errors; --verbose tells more.
+# --quiet prints results, warnings and errors; --verbose prints more.
 sed 's/^\[net\]/[net]\nwidht=3/' "$assets/detector.cfg" >odd.cfg
 odd=(--cfg odd.cfg --weights "$assets/detector.weights" --output odd.onnx)
 expect_exit 0 "a quiet program" "$convert" --quiet "${odd[@]}"
@@ -145,7 +145,7 @@ wait "$process"
 [ $? -eq 130 ] && pass || fail "not stopped"
 grep -q -- '--resume --output stopped --threads 2$' stopped.err && pass || fail "to go on: $(cat stopped.err)"
 
-# Installed, the programs find what is bundled beside them, and have pages and completions.
+# Installed, the programs find the bundled files beside them, and have pages and completions.
 expect_exit 0 "installing" cmake --install "$programs/.." --prefix "$PWD/prefix"
 for name in $names; do
   expect_exit 0 "installed $name" "prefix/bin/$name" --version

@@ -12,7 +12,7 @@ expect_exit 0 "without conditions" "$camouflage" --scenes 24 --texels 32 --epoch
 if cmp -s plain/texture.npz two/texture.npz; then fail "conditions change nothing"; else pass; fi
 grep -q '"conditions"' plain/manifest.json && fail "a manifest names conditions that are not there" || pass
 
-# Of a method that paints parts, the rest is neither printed nor counted as printable; of a clean car, nothing is.
+# If a method paints parts, only these are printed and counted as printable; of a clean car nothing is.
 expect_exit 0 "parts, printed" "$camouflage" "${quick[@]}" --method das --printability 5 --output parts
 expect_exit 0 "parts measured" "$evaluate" --run parts --output parts_plain
 expect_exit 0 "parts measured in print" "$evaluate" --run parts --conditions print --draws 1 --output parts_printed
@@ -20,7 +20,7 @@ expect_same <(grep '^clean,' parts_plain/metrics.csv) <(grep '^clean,' parts_pri
 [ "$(grep '^matched noise,' parts_plain/metrics.csv)" != "$(grep '^matched noise,' parts_printed/metrics.csv)" ] && pass ||
   fail "the matched noise is not printed"
 
-# Killed on the way and resumed: the step's number says what is drawn next.
+# Killed on the way and resumed: the step's number decides the next draws.
 kill_until_done killed 3 1 "$camouflage" "${quick[@]}"
 expect_same killed/texture.npz two/texture.npz
 

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# convert_weights from the outside, and the programs that take what it writes.
+# convert_weights from the outside, and the programs that read its files.
 source "$(dirname "$0")/support.sh"
 needs convert_weights detect
 frame=$(ls "$assets"/frames/test/*.npz | head -n 1)
 cfg=(--cfg "$assets/detector.cfg")
 weights=(--weights "$assets/detector.weights")
 
-# With nothing to be found in PATH: no Python and no other tool takes part.
+# With an empty PATH: no Python and no other tool takes part.
 expect_exit 0 "keeping batch normalisation" env PATH=/nonexistent "$convert_weights" "${cfg[@]}" "${weights[@]}" --output kept.onnx
 grep -q 'batch normalisation kept, decode darknet' command.out && pass || fail "no summary"
 grep -q "cfg sha256 $(sha256sum <"$assets/detector.cfg" | cut -d' ' -f1)" command.out && pass || fail "another hash of the cfg"
@@ -38,7 +38,7 @@ expect_error_line "decode' is not supported; expected darknet, ultralytics or sc
 head -c 50000 kept.onnx >cut.onnx
 expect_refusal 3 'cut.onnx' "a cut file" "$detect" "${cfg[@]}" --weights cut.onnx "$frame"
 
-# The decode family goes with the file; asking for another is one error, and so it is where a cfg says it.
+# The decode family goes with the file; another one is one error, also from a cfg.
 expect_exit 0 "an ultralytics detector" "$convert_weights" "${cfg[@]}" "${weights[@]}" --decode ultralytics --output ultralytics.onnx
 grep -q 'decode ultralytics' command.out && pass || fail "no word on the decode family"
 expect_exit 0 "detecting with it" "$detect" --json --weights ultralytics.onnx "$frame"
@@ -96,7 +96,7 @@ expect_error_line 'cut.safetensors: another size than that of its tensors'
 expect_exit 2 "writing one" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output no.safetensors
 expect_error_line '^error: --output no.safetensors must end in .onnx'
 
-# The cfg within is used when none is given, and nothing else holds one.
+# The cfg within is used when none is given, and no other file holds one.
 expect_exit 0 "detecting without a cfg" "$detect" --json --weights kept.onnx "$frame"
 expect_same darknet.json command.out
 expect_exit 0 "detecting with a folded one, without a cfg" "$detect" --json --weights folded.onnx "$frame"
@@ -159,7 +159,7 @@ expect_refusal 2 'heads of the decode family scaled' "training a scaled one" $tr
 expect_exit 2 "a form that would lose the decode family" $train "${cfg[@]}" --weights ultralytics.onnx --output no
 expect_error_line '^error: --output no would lose the decode family ultralytics'
 
-# Another network than the bundled one, to which the bundled cfg would not fit.
+# Another network than the bundled one, which the bundled cfg does not fit.
 sed '0,/^filters=8$/s//filters=6/' "$assets/detector.cfg" >narrow.cfg
 narrow="$programs/train_detector --steps 2 --batch 2 --fresh 1 --pool 4 --validate 1"
 expect_exit 0 "random weights, converted at once" $narrow --cfg narrow.cfg --output narrow.onnx

@@ -52,7 +52,7 @@ expect_refusal 2 '--sheet takes a name that ends with .png' "a sheet that is no 
 expect_refusal 2 '^error: --sheet: ./drawn/.* is one of the pictures' "a sheet over a picture" "$detect" --sheet "./$copy" "$copy"
 expect_exit 5 "a sheet that cannot be written" "$detect" --sheet nowhere/sheet.png "$frame"
 
-# A network of 80 classes without names has COCO's, and that is said; else classes are numbers.
+# A network of 80 classes without names gets COCO's, with a message; else classes are numbers.
 for classes in 80 79; do
   sed "s/^classes=.*/classes=$classes/" "$assets/detector.cfg" |
     awk -v filters=$((3 * (classes + 5))) '{ lines[NR] = $0 } /^filters=/ { last = NR } /^\[yolo\]/ { lines[last] = "filters=" filters }
@@ -72,7 +72,7 @@ grep -q '^  person ' classes80.out && pass || fail "COCO's names are not taken"
 grep -q 'COCO' classes79.err && fail "79 classes are taken for COCO's" || pass
 grep -q '^  0 ' classes79.out && pass || fail "classes without names are not numbers"
 
-# How a picture goes into the network: as --fit says, or letter_box of the cfg, or in a letterbox.
+# Placement of a picture on the input: by --fit, or letter_box of the cfg, or in a letterbox.
 wide=$sources/examples/assets/result.png
 weights=(--weights "$assets/detector.weights")
 expect_exit 0 "the usual fit" "$detect" --json "$wide"
@@ -97,7 +97,7 @@ expect_exit 0 "--fit above letter_box=0" "$detect" --json --cfg box0.cfg "${weig
 expect_same command.out usual.json
 expect_refusal 2 '^error: --fit' "an unknown fit" "$detect" --fit crop "$frame"
 
-# Several pictures of which one is broken: it is told, the others are there. (F29)
+# Several pictures, one of them broken: it gets a message, the others their results. (F29)
 head -c 900 "drawn/$(basename "$frame" .npz)-detections.png" >cut.png
 mkfifo pipe.png
 : >empty.png

@@ -3,7 +3,7 @@
 source "$(dirname "$0")/support.sh"
 needs evaluate
 
-# Four bundled frames as pictures with nothing drawn in, and what the detector finds there, moved by a pixel.
+# Four bundled frames as pictures without a drawn car, and the detector's boxes there, moved by a pixel.
 mapfile -t frames < <(ls "$assets"/frames/test/*.npz | head -n 4)
 expect_exit 0 "pictures" "$programs/detect" --confidence 1 --annotate drawn "${frames[@]}"
 mkdir -p yolo/images yolo/labels voc/Annotations
@@ -49,7 +49,7 @@ expect_exit 0 "a list" "$evaluate" --dataset yolo/train.txt --dataset-names "$as
 expect_same yolo.csv list.csv
 expect_exit 0 "COCO" "$evaluate" --dataset coco.json --images yolo/images --csv coco.csv --results coco.results.json
 expect_exit 0 "VOC" "$evaluate" --dataset voc --images yolo/images --csv voc.csv --threads 1
-# Classes come in the order of ids, names or numbers, and VOC has only those that occur: of no others it has detections.
+# Classes come in the order of ids, names or numbers, and VOC has only those that occur: its detections have no others.
 sorted() { sed -n '2p' "$1" | cut -d , -f 1,2,4-; sed '1,2d' "$1" | awk -F , '$2 > 0' | sort; }
 for format in yolo coco voc; do sorted $format.csv >$format.sorted; done
 expect_same yolo.sorted coco.sorted

@@ -26,7 +26,7 @@ awk -F , 'NR == FNR { if (FNR > 1) { cell = substr($1, 2) "," substr($2, 2, leng
   $1 != "all" && FNR > 1 { if (found[$1 "," $2 "," $3] != $7 || frames[$1 "," $2 "," $3] != 9) exit 1; cells++ }
   END { exit cells != 240 }' two/frames.csv two/views.csv && pass || fail "frames.csv has other figures than views.csv"
 
-# 48 cells and the whole, 5 textures each; the cells add up, and what was found in clean is the denominator.
+# 48 cells and the whole, 5 textures each; the cells add up, and the pictures found in clean are the denominator.
 [ "$(wc -l <two/views.csv)" -eq 246 ] && pass || fail "views.csv has $(wc -l <two/views.csv) lines"
 awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) column[$i] = i; next }
   { frames = $column["frames"]; detected = $column["detected"]; clean = $column["detected_in_clean"]; hidden = $column["hidden"] + 0 }
@@ -42,8 +42,8 @@ awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) column[$i] = i; next }
 expect_exit 0 "one thread" "$evaluate" --protocol views "${small[@]}" --threads 1 --output one
 expect_same_report views one two
 
-# Without a material file all but the paint is dark, as when a file says so, and not of a mesh's light grey. So it is where
-# materials have a texture alone, which is not there.
+# Without a material file all but the paint is dark, as with a file that states so, and not light grey. The same for
+# materials with only a texture that is missing.
 mkdir bare absent stated
 sed 's/^mtllib.*/mtllib dark.mtl/' "$assets/car_sedan.obj" | tee bare/car.obj absent/car.obj >stated/car.obj
 grep ^newmtl "$assets/car_sedan.mtl" | sed 's/$/\nKd 0.09 0.09 0.10/; s/^newmtl body\nKd.*/newmtl body\nKd 0.8 0.8 0.8/' >stated/dark.mtl
@@ -71,7 +71,7 @@ awk -F , -v lines=79 "$hidden_shares" whole/occlusion.csv && pass || fail "the h
 for table in two/views.csv whole/occlusion.csv; do
   [ -z "$(head -n 1 "$table" | tr , '\n' | sort | uniq -d)" ] && pass || fail "two columns of $table have one name"
 done
-# Without a car there is something to find at most among rectangles, and nothing to hide.
+# Without a car only rectangles can be found, and nothing is hidden.
 awk -F , '$3 == "no car" { rows++; if ($13 != "" || $14 != "") exit 1 } $1 == "all" { found[$3] = $7 }
   END { exit !(rows == 13 && found["no car"] < found["clean"]) }' whole/occlusion.csv && pass || fail "the rows without a car"
 # Behind other vehicles the same table, and without the car nothing but those.
@@ -88,7 +88,7 @@ expect_exit 0 "again, with nothing left to do" "$evaluate" --protocol occlusion 
 grep -q '^this process: .* for 0 frames' command.out && pass || fail "frames were measured again"
 expect_same whole/occlusion.csv before.csv
 
-# Printed and photographed: beside each view as it is, for whatever threads and after any death. (F01)
+# Printed and photographed: besides each unchanged view, with any threads and after any death. (F01)
 physical=(--protocol physical --run run --quick --controls matched --size 128)
 expect_exit 0 "printed and photographed, two threads" "$evaluate" "${physical[@]}" --threads 2 --output physical
 for words in 'photographed' 'effect beyond matched noise' 'worst cell: ' 'seed 1' 'confidence above 0.25' 'JPEG of quality 50 to 95'; do

@@ -55,7 +55,7 @@ for signal in TERM INT HUP; do
   goes_on "stopped-$signal"
 done
 
-# Killed with all that it has started, at any time.
+# Killed at any time, with all its child processes.
 for tenths in 1 3 5 8 12 17 23; do
   (variants_in killed "${both[@]}") >/dev/null 2>&1 &
   process=$!
@@ -64,7 +64,7 @@ for tenths in 1 3 5 8 12 17 23; do
   wait "$process" 2>/dev/null
 done
 goes_on killed
-# The script alone killed: what it had started ends by itself, and until then the same command is refused or does something else.
+# The script alone killed: its child ends by itself; until then the same command is refused or does other work.
 (variants_in orphan "${both[@]}") >/dev/null 2>&1 &
 process=$!
 at_work "orphan/out/runs/first-1/.lock" "$process"

@@ -25,7 +25,7 @@ done
 grep -q '^| fca | [0-9.]* \[[0-9.]*, [0-9.]*\] | [0-9.]* \[[0-9.]*, [0-9.]*\] |$' $tables/1-methods.md && pass || fail "$(head -n 12 $tables/1-methods.md)"
 grep -q '^fca & .* \\\\$' $tables/1-methods.tex && grep -q 'toprule' $tables/1-methods.tex && grep -q 'found, \\% (P@0.5)' $tables/1-methods.tex &&
   pass || fail "$(head -n 9 $tables/1-methods.tex)"
-# The share that is kept stands where an effect differs from none, which is a matter of luck in runs as short as these.
+# The kept share is written if an effect differs from none: a matter of luck in runs as short as these.
 kept=$(awk -F , 'NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next } $at["kept"] != "" { n++ } END { print n + 0 }' $tables/2-physical.csv)
 [ "$(grep -c 'effect kept when photographed' $tables/2-physical.md)" = "$((kept > 0))" ] && pass || fail "a table of the share that is kept"
 grep -q '^| fca | [0-9.]* / [0-9.]* |' $tables/9-attention.md && pass || fail "no attention"
@@ -41,7 +41,7 @@ done
   while read -r path; do [ -e "$path" ] || echo "no $path"; done) >lost.txt
 [ ! -s lost.txt ] && pass || fail "links that lead nowhere: $(head -n 3 lost.txt)"
 
-# The figures of a row are those of its measurement.
+# A row has its measurement's figures.
 awk -F , 'NR == FNR { if ($2 == "detector" && $3 == "adversarial") { found = $7; sure = $11 } next }
   $1 == "fca" && $2 == "detector" && $3 == "adversarial" { exit !($7 == found && $11 == sure) }' \
   whole/out/measured/digital-fca-1/digital.csv $tables/1-methods.csv && pass || fail "other figures than those measured"
@@ -50,7 +50,7 @@ effect=$(sed -nE 's/.*"difference": ([-0-9.e]+),$/\1/p' whole/out/measured/digit
 awk -F , -v effect="$effect" '$1 == "fca" && $2 == "detector" && $3 == "adversarial" { exit ($22 - effect) ^ 2 > 1e-15 }' $tables/1-methods.csv &&
   pass || fail "the effect is not $effect"
 
-# Hard examples: those in which the detector finds the car, and as many others where there are some.
+# Hard examples: those with a found car, and as many others, if there are any.
 if [ -e whole/out/tables/5-hard.csv ]; then
   found=$(grep -c '^detector,adversarial,1,' whole/out/measured/digital-fca-1-train/photographs.csv)
   [ "$(ls whole/out/frames-hard_detector-1/train | wc -l)" = "$found" ] && pass || fail "not the frames in which it is found"
@@ -90,7 +90,7 @@ expect_same variants/tables/variants.md before.md
 expect_exit 7 "the same table with other options" env -u FURTHER SEEDS="1 2" bash "$experiments/variants.sh" variants "$COMMON --frames own --epochs 2" first=
 expect_exit 2 "too few words" bash "$experiments/variants.sh" none
 
-# Every part of the page of experiments, from one command, and what it has done is not done again.
+# Every part of the page of experiments, from one command, and finished parts are not done again.
 cp second.onnx third.onnx && cp second.onnx fourth.onnx
 page() { # [FOLDER]
   env -u COMMON -u FRAMES -u FURTHER CAR="--mesh $assets/car_sedan.obj --material body" NAMES="$assets/detector.names" SIZE=128 \
@@ -103,7 +103,7 @@ options_of() { grep -E '"(learning-rate|smoothness-weight)"' "$1/manifest.json";
 for run in stronger/runs/paper-1 hardened/optimised; do
   [ "$(options_of page/$run)" = "$(options_of page/paper/runs/fca-1)" ] && pass || fail "$run has not the options of fca"
 done
-# A paint of the tables is not made again: all other options of the search are those of the tables.
+# A paint of the tables is not made again: the search has all other options from the tables.
 [ page/stronger/runs/fca-1 -ef page/paper/runs/fca-1 ] && [ page/stronger/measured/digital-fca-1 -ef page/paper/measured/digital-fca-1 ] &&
   pass || fail "fca is made twice"
 settings_of() { sed '/"outputs": {/,/}/d' "$1/manifest.json"; }

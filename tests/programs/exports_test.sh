@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What a run exports is the paint that it optimised, whatever texture coordinates its mesh has.
+# A run exports the paint that it optimised, for any texture coordinates of its mesh.
 source "$(dirname "$0")/support.sh"
 needs camouflage render
 
@@ -39,7 +39,7 @@ done
 [ "$(sed -n 's/.*"width": \([0-9]*\).*/\1/p' halved/texture.json)" = 16 ] && pass || fail "half of the texels are never seen"
 [ "$(sed -n 's/.*"width": \([0-9]*\).*/\1/p' whole/texture.json)" = 32 ] && pass || fail "another atlas of whole.obj"
 
-# Without texture coordinates, or with shared ones, every face has a chart of its own in what is exported.
+# Without texture coordinates, or with shared ones, every face has a chart of its own in the exported mesh.
 exports_well plain --texture cube --texels 4
 cp mirrored.obj shared.obj
 exports_well shared --texture cube --texels 4
@@ -62,7 +62,7 @@ expect_exit 0 "one colour on a palette" "$camouflage" --mesh palette.obj --mater
 grep -q '^warning: palette.obj: 100 % of the painted area' command.err && pass || fail "no word on it: $(cat command.err)"
 exports_well palette --texture cube --texels 4
 
-# Several materials with texture coordinates, of which one is painted and another has a picture of its own.
+# Several materials with texture coordinates, one painted, another with a picture of its own.
 awk '$1 == "usemtl" && $2 == "body" && ++parts % 2 { print "usemtl hood"; next } { print }' whole.obj >several.obj
 exports_well several --texels 16
 exports_well several-cubes --mesh several.obj --texture cube --texels 4
@@ -91,7 +91,7 @@ expect_exit 2 "a moved mesh with pictures" "$camouflage" --mesh several.obj --ma
   --frames frames --method mesh_adv --output moved
 expect_error_line 'moves the mesh with its own textures \(map_Kd\); it needs --filter bilinear'
 
-# A paint of another layout is refused, with what is found and what is expected. (N29)
+# A paint of another layout is refused, naming the found and the expected one. (N29)
 otherwise='the texture is laid on a car in another way'
 start=("$camouflage" --frames frames --epochs 1 --material body --output none)
 expect_exit 4 "texels of another mesh" "${start[@]}" --mesh halved.obj --texels 16 --start whole/texture.npz
@@ -144,7 +144,7 @@ expect_exit 0 "charts on the mesh that is written with them" "$render" --mesh sh
 expect_exit 0 "that mesh alone" "$render" --mesh shared/painted.obj --filter bilinear --size 128 --output alone.png
 expect_same charts.png alone.png
 
-# A texture without a description: what is assumed is said; a description of another picture is refused.
+# A texture without a description: the assumptions are printed; a description of another picture is refused.
 mkdir bare && cp halved/texture.png bare
 expect_exit 0 "no description" "$render" --mesh halved.obj --material body --texture bare/texture.png --size 128 --output bare.png
 grep -q '^bare/texture.png: no description beside it; assumed: its width is 1 in u' command.out && pass || fail "$(cat command.out)"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What a run's bits depend on beside its options: the build, the folder where it began, and what it has written.
+# Dependence of a run's bits on more than its options: the build, the folder where it began, and what it has written.
 source "$(dirname "$0")/support.sh"
 needs camouflage evaluate tabulate
 
@@ -12,7 +12,7 @@ on() { TAPESTRY_INSTRUCTION_SET=$1 "${@:2}"; } # SET COMMAND...
 fact() { sed -n "s/^  \"$1\": \"\(.*\)\",\{0,1\}$/\1/p" "$2"; } # NAME FILE
 states() { sed -i "s/^\(  \"$2\": \"\).*\(\",\{0,1\}\)$/\1$3\2/" "$1"; } # FILE NAME VALUE
 
-# A run goes on with the instruction set that it began with, wherever this processor has it. (F12)
+# A run continues with its first instruction set, if this processor has it. (F12)
 expect_exit 0 "a run" "$camouflage" "${brief[@]}" --epochs 40 --output best
 best=$(fact instruction_set best/manifest.json)
 expect_exit 0 "a run of the portable set" on portable "$camouflage" "${brief[@]}" --epochs 40 --output whole
@@ -53,7 +53,7 @@ grep -A 9 '"resumed_by"' damaged/manifest.json | grep -q '"compiler"' && [ "$(fa
 expect_exit 0 "its measurement" "$evaluate" --run damaged
 grep -q '^warning: damaged was made by another build: .*compiler (was cc, now' command.err && pass || fail "measured without a word"
 
-# A measurement goes on with its instruction set, too.
+# So does a measurement.
 protocol=(--protocol digital --quick --controls matched)
 expect_exit 0 "a measurement" "$evaluate" --run begun "${protocol[@]}" --output measured
 [ "$(fact instruction_set measured/settings.json)" = portable ] && pass || fail "the settings state no instruction set"
@@ -67,7 +67,7 @@ if [ "$best" != portable ]; then
     fail "the table does not name the instruction sets: $(grep -i 'instruction' table/table.md)"
 fi
 
-# What a run wrote stands in its manifest; another paint in its place is refused.
+# The manifest lists the files that a run wrote; another paint in place of one is refused.
 for file in texture.npz texture.png texture.json painted.obj painted.mtl painted.glb painted.png matched_noise.png result.png metrics.csv; do
   grep -q "\"$file\": \"$(sha256sum <"best/$file" | cut -d ' ' -f 1)\"" best/manifest.json && pass || fail "the manifest lacks $file"
 done

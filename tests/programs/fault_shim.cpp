@@ -39,7 +39,7 @@ const Fault& fault() {
   return wanted;
 }
 
-/// Whether this call is the one; sets errno.
+/// Whether this call must fail; sets errno.
 bool fails(std::string_view call) {
   static std::atomic<long> count{0};
   if (call != fault().call || ++count != fault().number) return false;

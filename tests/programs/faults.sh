@@ -1,5 +1,5 @@
 # Sourced by the tests of faults, after support.sh: makes the n-th call of a kind fail, for every n until a program makes no
-# n-th call, and looks at what is left. See fault_shim.cpp for the calls.
+# n-th call, and checks the files that are left. See fault_shim.cpp for the calls.
 shim=$programs/../tests/programs/libfault_shim.so
 EIO=5 EINTR=4 EACCES=13 ENOMEM=12 ENOSPC=28 EROFS=30
 
@@ -13,8 +13,8 @@ with_fault() {
   has_failed=false
   if [ -e mark ]; then has_failed=true; fi
 }
-# until_success CALL ERRNO EXITS CHECK COMMAND...: one fault after the other; CHECK looks at what is there. EXITS are
-# the exit statuses that may be; 0 is for faults that a program can do without. From the eighth on, n grows by half: of
+# until_success CALL ERRNO EXITS CHECK COMMAND...: one fault after the other; CHECK tests the files there. EXITS are the
+# exit statuses that may be; 0 is for faults that a program can do without. From the eighth on, n grows by half: of
 # allocations, which are many, and without the rare tests of all calls.
 until_success() {
   local call=$1 errno=$2 exits=$3 check=$4 n=0 count=0 harmless=0

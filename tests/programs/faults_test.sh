@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Fails the n-th system call of a kind for every n until the program makes no n-th call: what is there afterwards is the
-# old file or the new one, the exit status says which, nothing is left behind, and the next run makes it good.
+# Fails the n-th system call of a kind for every n until the program makes no n-th call: the old file or the new one is
+# there afterwards, as the exit status states; no temporary is left, and the next run succeeds.
 source "$(dirname "$0")/support.sh"
 source "$(dirname "$0")/faults.sh"
 needs convert_weights camouflage make_dataset
@@ -23,7 +23,7 @@ for call in open write fsync pread; do until_success "$call" $EINTR "0" check_co
 until_success write short "0" check_conversion "${conversion[@]}"
 until_success allocation $ENOMEM "0 8" check_conversion "${conversion[@]}" # F19
 
-# A run, which the same command, or --resume once there is a manifest, brings to the same bits.
+# A run: the same command, or --resume once there is a manifest, reaches the same bits.
 mkdir frames && cp "$assets/frames/test/000.npz" frames
 paint=("$camouflage" --frames frames --texels 4 --size 64 --epochs 2 --batch 1 --checkpoint-steps 1 --threads 1)
 "${paint[@]}" --output expected >/dev/null 2>&1 || fail "an undisturbed run"
@@ -46,7 +46,7 @@ until_success open $EIO "0 3 5" check_run "${paint[@]}" --output run
 until_success create $EROFS "5" check_run "${paint[@]}" --output run
 until_success allocation $ENOMEM "0 8" check_run "${paint[@]}" --output run
 
-# Frames of a car whose colours stand in a file of their own: who cannot look for it does not draw another car.
+# Frames of a car with a material file: if looking for that file fails, no other car is drawn.
 cp "$assets"/car_sedan.{obj,mtl} .
 draw=("$programs/make_dataset" --mesh car_sedan.obj --material body --train 1 --test 1 --size 32)
 "${draw[@]}" --output drawn >/dev/null 2>&1 || fail "undisturbed frames"

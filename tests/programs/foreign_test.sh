@@ -7,7 +7,7 @@ mkdir frames && cp "$assets"/frames/test/00[0-7].npz frames
 expect_exit 0 "a camouflage" "$programs/camouflage" --frames frames --texels 32 --epochs 20 --output run
 expect_exit 0 "its measurement" "$evaluate" --run run --seed 1 --output own
 
-# The texture as a picture is the same paint, but for 8 bits a channel.
+# The texture as a picture is the same paint, with 8 bits a channel.
 same='NR == FNR { found[$1] = $3; best[$1] = $7; next }
   FNR > 1 && (!($1 in found) || $3 != found[$1] || ($7 - best[$1]) ^ 2 > 0.02 ^ 2) { exit 1 }
   END { exit !(FNR > 10) }'
@@ -43,7 +43,7 @@ expect_exit 2 "two camouflages" "$evaluate" --paint run/texture.png --run run
 expect_refusal 2 '^error: --paint needs --texture atlas' "a picture on a cube" "$evaluate" --paint run/texture.png --texture cube --frames frames
 expect_exit 3 "no picture" "$evaluate" --paint nothing.png --frames frames
 
-# Pictures out, detections of the same detector in: the same table, but for what suppression takes from mean confidences.
+# Pictures out, detections of the same detector in: the same table, except mean confidences, which suppression changes.
 expect_exit 0 "pictures" "$evaluate" --run run --seed 1 --pictures pictures --output exported
 [ "$(find pictures -name '*.png' | wc -l)" -eq 96 ] && pass || fail "not 8 views in 12 paints"
 expect_exit 0 "another program" "$evaluate" --dataset pictures/instances.json --results results.json

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Disks that are full or read-only: one error, nothing half written, and a run goes on when there is room. A small disk in
-# memory stands for them, which takes the right to mount.
+# Disks that are full or read-only: one error, no file half written, and the run continues when there is room. Uses a
+# small disk in memory, which needs the right to mount.
 source "$(dirname "$0")/support.sh"
 needs camouflage
 disk=$PWD/disk

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# input_gradient finds the car surely and saves a picture of what the score rests on.
+# input_gradient finds the car surely and saves a picture of the score's gradient.
 set -eu
 "$1/input_gradient" | tee score.out
 awk '{ exit !($2 > 0.9) }' score.out

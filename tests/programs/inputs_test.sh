@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What a run has read is known by its bytes: whatever is exchanged, a resumed run and a measurement notice it.
+# Inputs of a run are known by their bytes: a resumed run and a measurement notice any exchange.
 source "$(dirname "$0")/support.sh"
 needs camouflage evaluate
 
@@ -20,7 +20,7 @@ for file in mine/* frames/*.npz first/texture.npz; do
   grep -q "\"sha256\": \"$(sha256sum <"$file" | cut -d' ' -f1)\"" run/manifest.json && pass || fail "another hash of $file"
 done
 
-# Each of them exchanged for a file that reads the same but for a byte, or is not read at all any more.
+# Exchanges each for a file that differs by a byte, or is no longer read at all.
 exchanged() { # exchanged FILE COMMAND...: changes a copy of the file by the command, and puts it back afterwards
   local file=$1
   shift
@@ -72,7 +72,7 @@ expect_error_line '^error: frames/000.npz: the file has changed since it was fir
 wait
 cp "$assets/frames/test/000.npz" frames
 
-# A measurement says what it read, and notices what the run did not read.
+# A measurement lists its inputs, and notices those that the run did not read.
 expect_exit 0 "measured" "$evaluate" --run run --output measured
 for file in run/texture.npz mine/detector.weights frames/001.npz; do
   grep -q "\"path\": \"$file\"" measured/metrics.json && pass || fail "metrics.json lacks $file"

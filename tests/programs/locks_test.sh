@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What a program writes is locked: a second one is refused, and a signal that ends the first leaves no lock. Each is stopped in
+# Outputs are locked: a second program is refused, and a signal that ends the first leaves no lock. Each is stopped in
 # the middle of its work by the shim of faults_test.sh. (F30)
 source "$(dirname "$0")/support.sh"
 shim=$programs/../tests/programs/libfault_shim.so
@@ -12,8 +12,8 @@ is_stopped_or_over() {
   state=$(cut -d' ' -f3 "/proc/$1/stat" 2>/dev/null)
   [ "$state" = T ] || [ -z "$state" ]
 }
-# locked STATUS N PROGRAM OPTION...: stopped before the N-th file gets its name; STATUS is that of SIGTERM, or any. OUT stands for
-# a name that is new each time.
+# locked STATUS N PROGRAM OPTION...: stopped before the N-th file gets its name; STATUS is SIGTERM's, or any. OUT is
+# replaced by a new name each time.
 locked() {
   local status=$1 n=$2 program=$3 signal process code options=("${@:4}")
   for signal in TERM INT; do

@@ -56,21 +56,21 @@ expect_same short/test/0002.npz metres/test/0002.npz
 expect_exit 0 "a set that is whole" "$programs/camouflage" --check --frames short
 grep -q 'make_dataset was to draw' command.err && fail "a whole set is warned of" || pass
 
-# So with the maker of what is bundled.
+# The same for make_assets, which makes the bundled files.
 expect_exit 0 "the bundled assets" "$programs/make_assets" --test 3 --size 32 --output bundled
 expect_exit 0 "more of them" "$programs/make_assets" --test 4 --size 32 --output bundled
 expect_exit 7 "fewer of them" "$programs/make_assets" --seed 2 --test 3 --size 32 --output bundled
 expect_error_line '^error: bundled/frames/test holds frames that are not replaced, such as bundled/frames/test/003.npz;'
 [ -e bundled/.lock ] && fail "the lock is left behind" || pass
 
-# The frames are what camouflage takes, the mesh's own units included: a car in centimetres.
+# camouflage reads the frames, also in the mesh's own units: a car in centimetres.
 awk '$1 == "v" { printf "v %.9g %.9g %.9g\n", 100 * $2, 100 * $3, 100 * $4; next } { print }' \
   "$assets/car_sedan.obj" >centimetres.obj
 cp "$assets/car_sedan.mtl" .
 expect_exit 0 "centimetres" frames --mesh centimetres.obj --material body --length 4.8 --output centimetres
 expect_exit 0 "camouflage takes them" "$programs/camouflage" --mesh centimetres.obj --material body \
   --frames centimetres --epochs 1 --batch 2 --texels 8 --output run
-# In frames of metres the same car has to be scaled, which the size of the car in them tells.
+# In frames of metres the same car must be scaled: its size in the frames shows it.
 plain=("$programs/camouflage" --material body --frames metres --epochs 1 --batch 2 --texels 8)
 expect_exit 4 "units of a hundredth" "${plain[@]}" --mesh centimetres.obj --output none
 expect_error_line 'the mesh is 4[0-9]* long, and a car in metres 1 to 30: --scale 0.01 makes it 4'
@@ -180,7 +180,7 @@ expect_exit 0 "a texture that is gone" frames --mesh own/car.obj --material body
 grep -q '^warning: own/skin.png: .*colours (Kd) stand in' command.err && pass || fail "no word on a texture that is gone"
 expect_same gone/test/0001.npz metres/test/0001.npz
 
-# The same car with y up and its front at +z: refused as it is, the same to the byte once it is told how it lies.
+# The same car with y up and its front at +z: refused as it is, the same to the byte with options for its axes.
 awk '$1 == "v" { print "v", $3, $4, $2; next } $1 == "vn" { print "vn", $3, $4, $2; next } { print }' \
   "$assets/car_sedan.obj" >y_up.obj
 cp "$assets/car_sedan.obj" z_up.obj

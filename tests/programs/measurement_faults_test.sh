@@ -5,7 +5,7 @@ source "$(dirname "$0")/faults.sh"
 needs train_detector evaluate
 [ -e "$shim" ] || exit 77
 
-# Training over an old file: that or a whole one of the same training is there, and can be gone on with.
+# Training over an old file: the old file or a whole new one is there, and training can continue from it.
 training=("$train_detector" --cfg "$assets/detector.cfg" --batch 1 --fresh 1 --pool 1 --validate 1 --size 64 --threads 1 --output out.weights)
 "${training[@]}" --steps 1 --seed 7 >/dev/null 2>&1 || fail "another training"
 mv out.weights old
@@ -49,7 +49,7 @@ until_success pread $EIO "3" check_measurement "${measuring[@]}" --output run
 for call in write fsync pread; do until_success "$call" $EINTR "0" check_measurement "${measuring[@]}" --output run; done
 until_success allocation $ENOMEM "0 8" check_measurement "${measuring[@]}" --output run
 
-# The figures of the plain car, and those of a data set, whose files are whole or not there.
+# The figures of the plain car and of a data set: files are whole or absent.
 figures=("$evaluate" --clean-only --frames frames --threads 1)
 "${figures[@]}" --output figures >/dev/null 2>&1 || fail "undisturbed figures"
 check_figures() {

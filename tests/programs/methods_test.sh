@@ -6,7 +6,7 @@ mkdir frames && cp $(ls "$assets"/frames/test/*.npz | head -n 4) frames
 quick=(--frames frames --texels 32 --epochs 6 --checkpoint-steps 1)
 expect_exit 0 "fca" "$camouflage" "${quick[@]}" --output two
 
-# Other methods than FCA's, whose manifest says nothing of methods, as before there was a choice.
+# Other methods than FCA's; FCA's manifest names no method, as older ones.
 grep -q '"method"' two/manifest.json && fail "a manifest names what was no choice before" || pass
 expect_exit 0 "every method" "$camouflage" --list-methods
 cp command.out methods
@@ -50,7 +50,7 @@ expect_error_line 'front.obj: the method upc paints roof, hood and doors'
 expect_exit 4 "a check of a car without panels" "$camouflage" "${front[@]}" --check
 [ -e none ] && fail "a refused method left a folder behind" || pass
 
-# A method that moves the shape, too: the car that it writes and that evaluate measures is another.
+# A method that moves the shape, too: it writes, and evaluate measures, another car.
 moving=("${quick[@]}" --method mesh_adv --filter bilinear)
 for file in texture.npz painted.obj painted.glb history.csv metrics.csv; do expect_same "mesh_adv/$file" "mesh_adv-one/$file"; done
 of_kind() { grep "^$1 " "$2"; }

@@ -29,7 +29,7 @@ for name in camouflage convert_weights detect evaluate harden make_dataset rende
 done
 grep -q 'MIT' root/usr/share/doc/tapestry-tools/copyright && pass || fail "the copyright names no licence"
 grep -Eq '^ Maintainer: .+ <[^ @]+@[^ @]+>$' fields && pass || fail "nobody can be written to: $(grep Maintainer fields)"
-# It depends on MPI where a program in it does, and there alone.
+# It depends on MPI if and only if a program in it does.
 depends=$(sed -n 's/^ Depends: //p' fields)
 echo "the package depends on: ${depends:-nothing that is stated}"
 linked=$(objdump -p root/usr/bin/camouflage root/usr/bin/evaluate | grep -ic 'needed.*libmpi')

@@ -82,8 +82,8 @@ TEST_CASE("faces without area are counted", "[programs][panels]") {
 }
 
 namespace {
-/// Lengths along the edges of a mesh over those along its panel, from the ends of long ways: what folding a
-/// print onto the mesh would pull or leave over.
+/// Lengths along the edges of a mesh over those along its panel, from the ends of long ways: stretch and
+/// slack of a print folded onto the mesh.
 std::array<double, 2> way_ratios(const tapestry::geometry::Mesh& mesh, const shell::PaintPanel& panel) {
   using Place = std::array<double, 2>;
   std::map<Place, std::size_t> numbers;

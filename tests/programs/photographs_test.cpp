@@ -21,7 +21,7 @@ std::string header_of(char orientation) {
 TEST_CASE("the field of view of a photograph is that of its lens, turned with it",
           "[programs][photographs]") {
   const tapestry::test::TemporaryFolder folder;
-  // 2 · atan(18 / 36), and 2 · atan(12 / 36) where the picture stands.
+  // 2 · atan(18 / 36), and 2 · atan(12 / 36) for an upright picture.
   CHECK(shell::stated_fov_deg(folder.write("lies.jpg", header_of(1))) == Approx(53.130102));
   CHECK(shell::stated_fov_deg(folder.write("stands.jpg", header_of(6))) == Approx(36.869898));
   CHECK(shell::stated_fov_deg(folder.write("none.png", "\x89PNG")) == 0);

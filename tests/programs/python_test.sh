@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The Python package as it is built: what it computes, what it refuses, its stubs, its notebook, and PyTorch where it is.
+# The built Python package: results, refusals, stubs, notebook, and PyTorch if installed.
 source "$(dirname "$0")/support.sh"
 ls "$programs"/python/tapestry/_tapestry*.so >/dev/null 2>&1 || {
   echo "skipped: the Python package is not built; it needs python3-dev, python3-numpy and pybind11-dev"
@@ -19,7 +19,7 @@ mkdir frames && cp "$assets"/frames/test/00[0-3].npz frames
 expect_exit 0 "a camouflage" "$programs/camouflage" --frames frames --texels 16 --epochs 2 --output run
 expect_exit 0 "the package" "$python" "$here/python_test.py" "$assets" run/texture.npz
 
-# Its cells run as they are, beside the assets; at most 15 lines of them are code.
+# Its cells run unchanged beside the assets; at most 15 lines of them are code.
 mkdir notebook && ln -s "$assets" assets && cd notebook || exit 1
 cp "$sources/examples/python/fca.ipynb" .
 expect_exit 0 "the notebook" "$python" "$here/notebook_test.py" fca.ipynb

@@ -36,7 +36,7 @@ for count in 1 2 3; do
   [ "$(grep -c 'frame 432 of 432' command.err)" -eq 1 ] && pass || fail "progress of $count ranks: $(cat command.err)"
 done
 
-# One of two ranks is killed after something was saved: the run ends, and goes on with three.
+# One of two ranks is killed after a checkpoint: the run ends, and continues with three.
 touch started
 mpirun -n 2 "${here[@]}" "$evaluate" --threads 1 "${small[@]}" --output killed >/dev/null 2>killed.err &
 process=$!

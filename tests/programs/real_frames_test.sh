@@ -27,12 +27,12 @@ expect_exit 0 "masks by the names of frames" "$programs/camouflage" --check --ma
 expect_exit 0 "faces by number" "$programs/camouflage" --check --mesh "$data/mesh/audi_et_te.obj" \
   --faces "$data/mesh/exterior_face.txt" --frames "$data/carla"
 
-# How the camouflage fares with a detector it was not made for is reported, whatever it is.
+# The report includes the effect on a detector the paint was not made for.
 expect_exit 0 "transfer to another detector" "$programs/evaluate" --run real --size 416 \
   --cfg "$data/detectors/mobilenetv2-yolov3-nano.cfg" --weights "$data/detectors/mobilenetv2-yolov3-nano.weights" \
   --names "$data/detectors/coco.names" --class car
 cat command.out
-# Where the score of the car comes from: a picture beside each frame, by every kind of map.
+# Heat maps of the car's score: a picture beside each frame, by every kind of map.
 yolox=(--weights "$data/detectors/yolox_nano.onnx" --names "$data/detectors/coco.names")
 for kind in layer_cam grad_cam grad_cam_plus_plus; do
   expect_exit 0 "heat maps" "$programs/detect" "${yolox[@]}" --heat-map "$kind" --heat-map-kind $kind "$data/carla/data1.npz"

@@ -137,7 +137,7 @@ expect_exit 0 "the export" "$render" --mesh out.obj --size 96 --material paint -
 expect_same one.png two.png
 expect_exit 0 "the export with its own texture" "$render" --mesh out.obj --size 96 --output two.png
 expect_same one.png two.png
-# Texels beside the charts of a user's atlas take the colours around them: viewers filter over the charts' rims.
+# Texels beside the charts of a user's atlas take nearby colours: viewers filter over the charts' rims.
 expect_exit 0 "export of its texture" "$render" --size 96 --material body --texture car.png --export gutter.obj --output two.png
 cmp -s car.png gutter.png && fail "texels beside the charts are exported as they are" || pass
 # O35
@@ -145,7 +145,7 @@ sed 's/ out.png/ absent.png/' out.mtl >other.mtl && sed 's/out.mtl/other.mtl/' o
 expect_exit 0 "a texture that is not there" "$render" --mesh other.obj --size 96 --output two.png
 grep -q 'absent.png.*stand in for this texture' command.err && pass || fail "no word on the texture"
 cmp -s one.png two.png && fail "a texture that is not there is drawn" || pass
-# Three walls: two textures, one of them shared and of one pixel, and a colour. What is exported looks the same.
+# Three walls: two textures, one of them shared and of one pixel, and a colour. The exported mesh looks the same.
 printf 'P6 1 1 255\n\377\200\100' >dot.ppm
 printf 'newmtl a\nmap_Kd car.png\nnewmtl b\nmap_Kd dot.ppm\nnewmtl c\nmap_Kd dot.ppm\nnewmtl d\nKd 0 1 0\n' >walls.mtl
 { printf 'mtllib walls.mtl\nvt -1 0\nvt 2 0\nvt 2 1\nvt -1 1\n'

@@ -18,7 +18,7 @@ done
 grep -q "^frame d=5 48,peer:llvmpipe,1,,,,,[0-9]" $csv && pass || fail "a peer that was not built has a value"
 grep -Eq "^frame d=5 48,4x4-working,1,,,[0-9.]+,,[0-9]" $csv && pass || fail "no working memory"
 
-# Errors of gradients: of a face's colour, of positions by the integral and by what is inside faces alone.
+# Errors of gradients: of a face's colour, of positions by the integral, and by the inside of faces alone.
 error_of() { awk -F, -v row="$1" '$1 "," $2 == row { print $5 }' $csv; }
 is_below() { awk -v a="$1" -v b="$2" 'BEGIN { exit !(a != "" && a + 0 < b) }'; }
 found=$(error_of 'step d=5 48,8x8')

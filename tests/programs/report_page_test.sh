@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The pages of a run, of its evaluation and of a hardening in a browser, as wide as a screen and as a telephone: drawn, listed, without an error, and with nothing
-# fetched from beside it. Skipped where there is no Chromium.
+# The pages of a run, of its evaluation and of a hardening in a browser, as wide as a screen and as a telephone: drawn,
+# listed, without an error, and without a fetched file. Skipped where there is no Chromium.
 source "$(dirname "$0")/support.sh"
 camouflage=$programs/camouflage
 [ -x "$camouflage" ] || exit 77
@@ -24,8 +24,8 @@ if [ -x "$programs/harden" ]; then
   cp hardening/report.html alone/hardening.html
 fi
 
-# open_page NAME WIDTH VIEWS SEARCH FOUND: what a script of the test's says of the page once it has settled. A frame is as
-# narrow as it is to be; Chromium's own window has at least 500 pixels.
+# open_page NAME WIDTH VIEWS SEARCH FOUND: result of the test's script on the page once it has settled. A frame sets the
+# width; Chromium's own window has at least 500 pixels.
 open_page() {
   cat "alone/$1.html" - >alone/page.html <<END
 <script>setTimeout(() => {

@@ -59,7 +59,7 @@ expect_figures_of_run() {
 expect_file() {
   if [ -s "$1" ]; then pass; else fail "$1 is missing or empty"; fi
 }
-# wait_for SECONDS COMMAND...: until the command succeeds, but no longer; what follows tells whether it did.
+# wait_for SECONDS COMMAND...: until the command succeeds, at most so long; the caller tests whether it did.
 wait_for() {
   local tenths=$(($1 * 10))
   shift
@@ -119,7 +119,7 @@ kill_until_measured() {
   [ "$code" -eq 0 ] && pass || fail "a measurement after a kill ended with $code: $(cat killed.err)"
   echo "killed $kills times"
 }
-# expect_same_report PROTOCOL FOLDER FOLDER: every file but what it cost.
+# expect_same_report PROTOCOL FOLDER FOLDER: every file except the cost.
 expect_same_report() {
   local file each=frames.csv
   [ "$1" != digital ] || each=photographs.csv

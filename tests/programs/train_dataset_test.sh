@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# train_detector over own labelled pictures: label forms, learning, bits after a stop, what is written, refusals.
+# train_detector over own labelled pictures: label forms, learning, bits after a stop, written files, refusals.
 source "$(dirname "$0")/support.sh"
 train=$programs/train_detector
 evaluate=$programs/evaluate
@@ -8,7 +8,7 @@ export_detector=$programs/../tests/programs/export_detector
 [ -x "$train" ] && [ -x "$export_detector" ] && [ -e "$assets/detector.weights" ] || exit 77
 "$export_detector" . || fail "the models to train are not written"
 
-# Drawn frames as pictures, with what the bundled detector finds there for labels, in three forms; one shows nothing.
+# Drawn frames as pictures, labelled with the bundled detector's boxes, in three forms; one picture is empty.
 mapfile -t frames < <(ls "$assets"/frames/test/*.npz | head -n 6)
 expect_exit 0 "pictures" "$programs/detect" --confidence 1 --annotate drawn "${frames[@]}"
 mkdir -p yolo/images yolo/labels voc
@@ -41,7 +41,7 @@ coco=(--dataset coco.json --images yolo/images --classes vehicle=car)
 bundled=(--cfg "$assets/detector.cfg" --weights "$assets/detector.weights" --names "$assets/detector.names" --size 96)
 short=(--batch 2 --steps 3 --validate-every 2 --learning-rate 0.001)
 
-# The three forms are the same boxes: what learns from them has the same bits.
+# The three forms are the same boxes: training on them gives the same bits.
 expect_exit 0 "COCO" "$train" "${coco[@]}" "${bundled[@]}" "${short[@]}" --threads 2 --output coco
 grep -q '^learns from coco.json: 5 pictures, . without objects, .*car [1-9]' command.out && pass || fail "no count of objects"
 grep -q '^held out of it, a share of 0.2 drawn by the seed: 1 pictures' command.out && pass || fail "no word on what is held out"
@@ -54,7 +54,7 @@ for file in detector.onnx history.csv; do
 done
 cmp -s coco/checkpoint.npz yolo.run/checkpoint.npz && fail "two runs with one identity" || pass
 
-# From random weights: the loss falls, and what is written measures as in memory.
+# From random weights: the loss falls, and the written file measures as in memory.
 fresh=(--dataset yolo --validation yolo --dataset-names "$assets/detector.names" --size 64 --batch 4 --steps 150 --validate-every 60)
 expect_exit 0 "random weights" "$train" "${fresh[@]}" --output fresh
 awk -F , 'NR > 1 && NR <= 31 { first += $5 } NR > 121 { last += $5 } END { exit !(NR == 151 && last < 0.8 * first) }' fresh/history.csv &&

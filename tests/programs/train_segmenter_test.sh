@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# train_segmenter from the outside, and --mask u2net of the programs that take what it writes.
+# train_segmenter from the outside, and --mask u2net of the programs that read its files.
 source "$(dirname "$0")/support.sh"
 train=$programs/train_segmenter
 [ -x "$train" ] || exit 77

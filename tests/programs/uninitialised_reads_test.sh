@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The pool, tapes of several threads, the renderer and networks decide nothing by memory that nobody wrote, and write none
-# of it: valgrind's memcheck follows every byte up to branches and to what the programs write out. It knows no AVX-512.
+# The pool, tapes of several threads, the renderer and networks neither branch on memory that nobody wrote nor write it
+# out: valgrind's memcheck follows every byte up to branches and to what the programs write out. It knows no AVX-512.
 # MemorySanitizer would need the standard library compiled for it, which Debian has not.
 source "$(dirname "$0")/support.sh"
 if ! command -v valgrind >/dev/null; then
@@ -10,7 +10,7 @@ fi
 memcheck=(valgrind --quiet --error-exitcode=99 --leak-check=no)
 export TAPESTRY_THREADS=2
 
-# What it is to find: a branch, and a byte of a file.
+# Faults that it must find: a branch, and a byte of a file.
 cat >planted.cpp <<'END'
 #include <cstdio>
 #include <memory>

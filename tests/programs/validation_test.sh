@@ -35,7 +35,7 @@ for loss in paper vanish; do
 done
 cmp -s paper/best.npz whole/best.npz && fail "the loss had no part in the run" || pass
 
-# What was held back was not optimised on.
+# Held-out views were not optimised on.
 expect_exit 0 "without validation" "${run[@]}" --output without
 grep -q '"validation": null' without/metrics.json && pass || fail "a validation that nobody asked for"
 cmp -s whole/texture.npz without/texture.npz && fail "the held-back views were optimised on" || pass
@@ -49,7 +49,7 @@ rm torn/metrics.json torn/best.npz
 expect_exit 3 "the best paint is lost" "$camouflage" --resume --output torn
 expect_error_line 'torn/best.npz: the best paint so far is missing'
 
-# A 0 that says "none" is not one that leaves the choice to the program.
+# A 0 for "none" differs from a 0 that leaves the choice to the program.
 expect_exit 7 "resumed without validation" "$camouflage" --resume --validation 0 --output whole
 expect_error_line '--validation \(was 2, now 0\)'
 expect_exit 0 "resumed with texels left open" "$camouflage" --resume --texels 0 --validation 2 --output whole

@@ -10,8 +10,8 @@ using geometry::Camera, geometry::Mesh, raster::TextureKind, raster::TextureLayo
 
 namespace {
 
-/// A square of two faces over the whole picture, its uv those of the picture, and a third face beside it that
-/// has no uv.
+/// A square of two faces over the whole picture, its uv span the picture, and a third
+/// face beside it without uv.
 Mesh screen() {
   Mesh mesh;
   mesh.positions = {{-2, -2, 2}, {2, -2, 2}, {2, 2, 2}, {-2, 2, 2}, {9, 9, 2}};
@@ -67,7 +67,7 @@ TEST_CASE("an atlas baked into cubes and back keeps the picture", "[raster][bake
   const auto before = picture_of(mesh, atlas(64), texels);
   const auto cubes = raster::bake_cube({mesh, painted, atlas(64)}, texels, cube);
   const auto back = raster::bake_atlas({mesh, painted, cube}, cubes, atlas(96));
-  // A cube's taps beside the plane a + b + c = s − 1 are normalised ones, so even a ramp is only nearly kept.
+  // A cube's taps beside the plane a + b + c = s − 1 are normalised, so even a ramp changes a little.
   CHECK(test::relative_distance(picture_of(mesh, cube, cubes), before) <= 0.02);
   CHECK(test::relative_distance(picture_of(mesh, atlas(96), back), picture_of(mesh, cube, cubes)) <= 0.005);
 }

@@ -24,8 +24,8 @@ const Vector3& corner(const Mesh& mesh, std::size_t face, std::size_t k) {
   return mesh.positions[static_cast<std::size_t>(mesh.faces[face][k % 3])];
 }
 
-/// Whether a side of one face goes through another one: the volumes of the tetrahedra that it spans with the
-/// other's sides have one sign, those with its ends opposite ones.
+/// Whether a side of one face goes through another one: the tetrahedra of it and the other's sides have
+/// volumes of one sign, those with its ends of opposite signs.
 bool pierces(const Mesh& mesh, std::size_t face, std::size_t other) {
   const auto volume = [](const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d) {
     return geometry::dot(geometry::subtract(a, d),

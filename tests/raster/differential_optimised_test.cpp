@@ -158,7 +158,7 @@ class PlainFace {
             std::clamp(value + doubt, least_, most_ * (1 + 1e-5))};
   }
 
-  /// Whether it is there for certain, all doubts considered.
+  /// Whether it is there in spite of every doubt.
   [[nodiscard]] bool is_certain(double column, double row) const {
     if (is_edge_on_ || inside(column, row) < doubtful) return false;
     const double value = inverse_depth_.at(column, row);
@@ -238,10 +238,10 @@ RandomView turned(RandomView view, Random& random) {
   return view;
 }
 
-/// No component of the vertex gradient exceeds three times the largest of a grid of 8 x 8, or it does by
-/// chance, up to thirty times: a sample that hits a face a tenth of a sample thick counts ten times what
-/// there is of it, for those that miss such faces. Chance leaves the mean over views that differ by less than
-/// a pixel; a wrong derivative stays.
+/// No component of the vertex gradient exceeds three times the largest one of a grid of 8 x 8, or by
+/// chance thirty times: a sample that hits a face a tenth of a sample thick counts ten times the face's
+/// area, in place of faces that samples miss. Chance leaves the mean over views that differ by less than a
+/// pixel; a wrong derivative stays.
 std::string wrong_gradient(const RandomView& view, std::uint64_t seed) {
   const auto colours = random_array<double>({view.mesh.positions.size(), 3}, seed);
   const auto weights = random_array<double>({view.height, view.width, 3}, seed + 2, 0.5, 1);
@@ -251,7 +251,7 @@ std::string wrong_gradient(const RandomView& view, std::uint64_t seed) {
     raster::vertex_adjoint(surface, camera, weights, sum, raster::BoundaryIntegral{samples});
   };
   std::vector<Vector3> fine(view.mesh.positions.size(), Vector3{0, 0, 0}), coarse = fine;
-  // Where the fine grid sees no more than dust, the coarse one may see a pixel of it by chance.
+  // If the fine grid sees only dust, the coarse one may see a pixel of it by chance.
   const double dust = 1e-3;
   Random random(seed);
   double finest = 0, found = 0;

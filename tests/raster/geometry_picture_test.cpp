@@ -156,7 +156,7 @@ TEMPLATE_TEST_CASE("off edges the gradients of pictures of geometry agree with c
 
 TEST_CASE("a half plane that moves takes its depth along, and its edge",
           "[raster][geometry_picture][gradient]") {
-  // At depth 2 a unit of the world spans 4 pixels; the edge stands at column 9.3, of which samples see 0.25.
+  // At depth 2 a unit of the world spans 4 pixels; the edge stands at column 9.3, samples see 0.25 of it.
   const double x = 2 * (9.3 / 8 - 1);
   const auto mesh = test::triangle_soup({{Vector3{x, -60, 2}, Vector3{x, 60, 2}, Vector3{-120, 0, 2}}});
   auto weights = tapestry::zeros<double, 2>({side, side});

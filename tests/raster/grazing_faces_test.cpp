@@ -38,8 +38,8 @@ TEST_CASE("a line keeps the part where a function is not negative", "[raster][ve
   CHECK(kept(row, {1, 0, -17}) == std::array{16.0, 16.0});
 }
 
-// The triangle has legs of 8 px along row 4 and of 4 px down column 4; all borders of what hides it, and
-// where they cross its own, lie between pixels, where sums over lines are exact.
+// The triangle has legs of 8 px along row 4 and of 4 px down column 4; all borders of the faces that hide it,
+// and their crossings with its own, lie between pixels, where sums over lines are exact.
 TEST_CASE("the spans of a face have the area of its visible part", "[raster][vertex_gradient]") {
   using Corners = std::array<Vector3, 3>;
   const Corners triangle{Vector3{-1, -1, 2}, Vector3{1, -1, 2}, Vector3{-1, 0, 2}};

@@ -10,7 +10,7 @@ using namespace tapestry;
 
 TEST_CASE("a principal point beside the picture's centre shows a window of the larger picture",
           "[raster][camera]") {
-  // Faces of one texel each, so that all of a sample's colour is which face it shows, and how it is lit.
+  // Faces of one texel each, so that a sample's colour depends only on its face and the light.
   const auto mesh = test::random_triangles(150, 1, 0.6);
   const auto painted = test::every_face(mesh);
   const raster::TextureLayout cube{raster::TextureKind::cube, 0, 0, 1, 1};

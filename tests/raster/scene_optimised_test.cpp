@@ -187,7 +187,7 @@ TEST_CASE("ground keeps its light but where a car hides the sun or the sky", "[r
   light.direction = {1, 0, 1};
   const auto sunny = shade(light, above, size, size);
   const double lit = 3 * std::sqrt(0.5) + 0.5;
-  CHECK(at(sunny, -3.0, 0) <= 0.5 / lit + 0.01);  // the sun's shadow: what is left is at most the sky
+  CHECK(at(sunny, -3.0, 0) <= 0.5 / lit + 0.01);  // the sun's shadow: at most the sky is left
   CHECK(at(sunny, -3.0, 0) >= 0.25 / lit);
   CHECK(at(sunny, 4.5, 0) > 0.98);
   const auto from_below = geometry::look_at({0, 0, -20}, {0, 0, 0}, {0, 1, 0}, 0.6, 0.6);

@@ -32,7 +32,7 @@ geometry::Camera camera() {
 
 Array<double, 1> some_pose() { return {0.1, -0.05, 0.2, 0.02, 0.05, -0.03}; }
 
-/// Derivatives beside those expected: the length of their difference over that of the latter.
+/// Derivatives and the expected ones: the length of their difference, divided by that of the expected.
 struct Score {
   double error_squared = 0, expected_squared = 0;
   void add(double found, double expected) {

@@ -1,4 +1,4 @@
-// Faces so thin in a picture that a sample which hits one stands for far more than there is of it.
+// Faces so thin in a picture that a sample on one stands for far more than the face's area.
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/detail/vertex_gradient/sliver.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
@@ -14,11 +14,11 @@ using geometry::Camera, geometry::Mesh, geometry::Vector3;
 namespace {
 
 /// A square over the whole picture, and before it a face that is 2·half_width px wide, by the grid of 4 x 4
-/// samples so placed that it takes a column of samples all the same: coordinates are rounded to 1/256 of a
-/// sample, the face's left edge falls on the samples' centres and its third corner beside it.
+/// samples placed so that it still owns a column of samples: coordinates are rounded to 1/256 of a sample,
+/// the face's left edge falls on the samples' centres and its third corner beside it.
 /// \param depth  of the third corner; 2, as the others have: a needle; else a face seen edge-on
 Mesh square_behind_sliver(double half_width, double depth) {
-  const double between = (20 + 128.5 / 256) / 4;  // px, where rounding goes one way or the other
+  const double between = (20 + 128.5 / 256) / 4;  // px, where rounding changes direction
   const auto at = [](double column, double row, double z) {
     const double half = side / 2.0;
     return Vector3{(column / half - 1) * z, (row / half - 1) * z, z};
@@ -107,7 +107,7 @@ TEST_CASE("the factor of a sliver is the square of ten times its height over the
 
 TEST_CASE("a face of a hundredth of a sample's cell, but no sliver, counts as its samples do",
           "[raster][vertex_gradient]") {
-  // Those that samples hit stand for those that none hits.
+  // Faces that samples hit stand for faces that none hits.
   const std::array<Vector3, 3> small{Vector3{0, 0, 1}, Vector3{0.0145, 0, 1}, Vector3{0, 0.0145, 1}};
   CHECK(raster::detail::sliver_factor(small, {0, 0, 1}, {0.1, 0.1}) == 1);
 }

@@ -11,7 +11,7 @@ namespace {
 
 using UvTriangle = std::array<std::array<double, 2>, 3>;
 
-/// Triangles of uv alone, each with uvs of its own; where they are in space does not matter.
+/// Triangles of uv alone, each with uvs of its own; their places in space do not matter.
 raster::PaintedMesh body_of(const std::vector<UvTriangle>& triangles, std::size_t height, std::size_t width) {
   raster::PaintedMesh body;
   body.layout.height = height;
@@ -196,10 +196,10 @@ TEST_CASE("the share of the paint without texels is that of faces at points of a
   CHECK(raster::starved_share(mixed) == Approx(1.0 / 3));
   mixed.painted[2] = 0;
   CHECK(raster::starved_share(mixed) == 0);
-  std::vector<UvTriangle> fine;  // no face of it has a texel of its own, but they hang together
+  std::vector<UvTriangle> fine;  // no face has a texel of its own, but all are connected
   for (double i = 0; i < 400; ++i) fine = both(fine, rectangle(i / 400, (i + 1) / 400, 0, 1));
   CHECK(raster::starved_share(body_of(fine, 4, 4)) == 0);
-  // A cell of a palette for many faces: less than a hundredth of what is due to their area.
+  // A cell of a palette for many faces: less than a hundredth of their area's share.
   std::vector<UvTriangle> cell;
   for (int i = 0; i < 100; ++i) cell = both(cell, rectangle(0.5, 0.52, 0.5, 0.52));
   CHECK(raster::starved_share(body_of(cell, 100, 100)) == 1);

@@ -65,7 +65,7 @@ TEST_CASE("visit_atlas_taps equals weights worked out by hand", "[raster][atlas]
   CHECK(lookup(2.0 / 16, 1 - 1.0 / 8) == Approx((0 + 1 + 16 + 17) / 4.0));
   CHECK(lookup(2, 0) == Approx(127));  // the border itself is not wrapped
   CHECK(lookup(0, 1) == Approx(0));
-  CHECK(lookup(2 + 1e-12, -1e-12) == Approx(127));  // nor what rounding makes of it
+  CHECK(lookup(2 + 1e-12, -1e-12) == Approx(127));  // nor its rounded values
   CHECK(lookup(2.3, 1.4) == Approx(lookup(0.3, 0.4)));
   CHECK(lookup(-0.7, -3.2) == Approx(lookup(1.3, 0.8)));
 }

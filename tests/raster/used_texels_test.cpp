@@ -51,8 +51,8 @@ TEST_CASE("used_texels equals the texels worked out by hand", "[raster][used_tex
   const auto used = raster::used_texels<double>(body);
   for (std::size_t row = 0; row < 8; ++row)
     for (std::size_t column = 0; column < 8; ++column) {
-      // The centres' neighbourhoods of ±1 overlap [2, 4]² within rows 1 to 4 and columns 1 to 4; of these the
-      // upper right one lies beyond the slanted edge x = y: its nearest corner, (column − ½, row + 1½).
+      // The centres' neighbourhoods of ±1 overlap [2, 4]² within rows 1 to 4 and columns 1 to 4; the upper
+      // right one of them lies beyond the slanted edge x = y: its nearest corner, (column − ½, row + 1½).
       const bool in_square = row >= 1 && row <= 4 && column >= 1 && column <= 4;
       const bool below_edge = static_cast<double>(column) - 0.5 < static_cast<double>(row) + 1.5;
       CHECK(used(row, column) == (in_square && below_edge ? 1.0 : 0.0));
@@ -124,7 +124,7 @@ TEST_CASE("a face without extent on a border of the atlas uses what its lookups 
         };
         CHECK(count(used) <= 2 * count(looked_up) + 4);
       }
-  for (const double at : {0.0, 1.0}) {  // what files give to faces without a texture
+  for (const double at : {0.0, 1.0}) {  // values that files give to faces without a texture
     auto body = body_of({{{{at, at}, {at, at}, {at, at}}}}, 8, 8);
     body.layout.filter = raster::TextureFilter::anisotropic;
     const auto grey = tapestry::filled<double, 2>({64, 3}, 0.7);

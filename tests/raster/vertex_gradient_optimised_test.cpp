@@ -28,7 +28,7 @@ double brute_force_loss(const Scene<Model>& scene, const Array<double, 3>& weigh
 }
 
 /// Greatest error of a policy's gradient along some motions, over the greatest derivative among them; the
-/// reference moves there and back by `step`, which is long beside the distance of its samples.
+/// reference moves there and back by `step`, which is long against the distance of its samples.
 template <class Model, class Policy>
 double error_against_brute_force(const Scene<Model>& scene, const Policy& policy, double step = 0.02) {
   const auto weights = smooth_weights();
@@ -185,7 +185,7 @@ struct ScoredView {
         size(side_px),
         pixel(distance * 2 * camera.tan_half_fov_x / static_cast<double>(side_px)) {}
 
-  /// The middle of the picture alone, as a picture of its own.
+  /// Keeps the middle of the picture alone.
   void crop(std::size_t to) {
     camera.tan_half_fov_x *= static_cast<double>(to) / static_cast<double>(size);
     camera.tan_half_fov_y = camera.tan_half_fov_x;

@@ -45,7 +45,7 @@ TEST_CASE("with a region the car is the piece with most pixels in it", "[segment
         Rows{"######", "......", "......", "......"});
   CHECK(shown(segment::car_component(mask, segment::Region{-9, 1.5, 1, 99})) ==
         Rows{"......", "......", "#.....", "......"});  // at the edge, and a region that leaves the picture
-  // Nothing in the region, or a region of nothing: no car, though there are pieces.
+  // No piece in the region, or an empty region: no car, though there are pieces.
   for (const segment::Region none :
        {segment::Region{0, 3, 6, 4}, segment::Region{2, 2, 2, 2}, segment::Region{7, 7, 9, 9},
         segment::Region{0, 0, std::numeric_limits<double>::quiet_NaN(), 4}})

@@ -163,7 +163,7 @@ TEST_CASE("the gradient of a mask agrees with central differences in double", "[
     };
     tape.reverse(tapestry::record_scalar(test::dot(mask.value(), weights), pullback, mask));
     const auto exact = tapestry::cast<double>(picture), gradient = tapestry::cast<double>(input.adjoint());
-    // Roundings of float in some 30 operations of either direction, each of at most 100 ε of the whole.
+    // Roundings of float in some 30 operations of either direction, each at most 100 ε of the whole.
     const double rounding = 30 * tolerance * std::sqrt(test::dot(gradient, gradient));
     const auto check = [&](const Array<double, 3>& direction) {
       const double slope = test::dot(gradient, direction);

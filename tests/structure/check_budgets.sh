@@ -43,7 +43,7 @@ fi
 echo "lines now, and since release $(awk '$1 == "#release" { print $2 }' "$table"):"
 join <(sums "$lines_of" 2) <(sums "$table" 3) | awk '{ printf "  %-10s %6d  %+d\n", $1, $2, $2 - $3 }'
 
-# The table before: that of the last commit if this one is changed and not committed, or else that of the commit's parent.
+# The earlier table: the last commit's if the table has uncommitted changes, else the parent commit's.
 tracked=tests/structure/budgets.txt
 if ! git rev-parse --quiet --verify HEAD >/dev/null 2>&1; then
   echo "no commit is at hand: budgets are not compared with those before"

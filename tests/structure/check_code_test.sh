@@ -5,7 +5,7 @@ check=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/check_code.sh
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# expect STATUS WORDS: what check_code.sh makes of the folder.
+# expect STATUS WORDS: runs check_code.sh on the folder.
 expect() {
   local status=0
   "$check" "$folder" >"$folder/said" || status=1

@@ -25,7 +25,7 @@ int main() {
   return x.adjoint() == 1 ? 0 : 1;
 }
 END
-# What tapestry/implementation.hpp brings of this, without the minutes that the rest takes.
+# The part of tapestry/implementation.hpp that matters here; the rest takes minutes.
 echo '#include <tapestry/core/implementation.hpp>' | tee first.cpp >second.cpp
 
 # expect_refusal WORDS ARGUMENT...: the linker prints one line with these words and the remedy.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# page_figures_test.sh: the figures of docs/EXPERIMENTS.md are those of the files that page.sh made, docs/results/NAME.md, and
-# theirs those of NAME.csv. In the page, <!-- results: NAME NAME --> opens a part whose figures come from these files,
+# page_figures_test.sh: the figures of docs/EXPERIMENTS.md equal those of page.sh's files, docs/results/NAME.md, and
+# these equal NAME.csv's. In the page, <!-- results: NAME NAME --> opens a part whose figures come from these files,
 # <!-- end of results --> ends it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -46,8 +46,8 @@ figures() {
         if ($at["kept"] != "") print $1 "\t" range($at["kept"], $at["kept_low"], $at["kept_high"], 100, 1) } }' "$1"
 }
 
-# cells FILE: each cell of its tables of Markdown as LABEL, COLUMN and CELL, separated by tabs, without marks of emphasis. Where
-# the table's title says what is shown, COLUMN once more with this before it, such as "found: ".
+# cells FILE: each cell of its tables of Markdown as LABEL, COLUMN and CELL, separated by tabs, without marks of
+# emphasis. If the table's title names its figure, COLUMN once more with that name before it, such as "found: ".
 cells() {
   awk -F '|' 'function plain(text) { gsub(/[*`]/, "", text); gsub(/^ +| +$/, "", text); return text }
     /^\*\*/ { shown = "" }
@@ -61,8 +61,8 @@ cells() {
     !/^\|/ { columns = 0 }' "$1"
 }
 
-# A part of the page: the cells of its tables stand in those of the files, in a row and a column of the same names; so do
-# figures of its text with a point, in per cent or in points, anywhere.
+# A part of the page: the cells of its tables stand in the files' tables, in a row and a column of the same names.
+# Figures of its text with a point, in per cent or in points, stand anywhere there.
 parts=0 checked=0
 check_part() { # NAMES TEXT
   local name known="" written="" cell figure
@@ -108,7 +108,7 @@ for csv in docs/results/*.csv; do
       <(cells "${csv%.csv}.md") - || fail "${csv%.csv}.md lacks this of its CSV"
 done
 
-# Odds and effects are those of the counts, half a picture from a share of 0 or 1, and lie inside their intervals.
+# Odds and effects follow from the counts, half a picture away from shares of 0 or 1, and lie inside their intervals.
 for csv in docs/results/*.csv; do
   awk -F , 'function share(found, all) { return found % all ? found / all : (found + 0.5) / (all + 1) }
     function far(value, expected) { return (value / expected - 1) ^ 2 > 1e-12 }

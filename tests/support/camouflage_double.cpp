@@ -1,4 +1,4 @@
-// What tests of gradients need of camouflage/ in double: the library compiles it for float alone.
+// Parts of camouflage/ in double for tests of gradients: the library compiles it for float alone.
 #include <tapestry/camouflage/implementation/method/method.hpp>
 #include <tapestry/camouflage/implementation/objective.hpp>
 #include <tapestry/camouflage/implementation/paint.hpp>

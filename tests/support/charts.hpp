@@ -98,7 +98,7 @@ inline std::vector<double> amplitudes(const Array<float, 2>& colours, const rast
   return power;
 }
 
-/// How far the amplitudes of `a` are from those of `b`, relative to the latter, over the three channels.
+/// Distance of the amplitudes of `a` and `b`, relative to those of `b`, over the three channels.
 inline double spectrum_distance(const Array<float, 2>& a, const Array<float, 2>& b,
                                 const raster::TextureChart& chart, std::size_t band = 1) {
   double difference = 0, total = 0;

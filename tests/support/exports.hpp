@@ -30,7 +30,7 @@ Array<T, 4> picture_of(const detect::Detector<T>& detector, const std::filesyste
   return picture;
 }
 
-/// Holds the framework's results against detections: each is there.
+/// Checks that each of the framework's results is among the detections.
 /// \param counts_classes  whether labels are those of the detector, too
 inline void require_results(const std::filesystem::path& folder, const std::vector<detect::Detection>& found,
                             bool counts_classes) {

@@ -36,7 +36,7 @@ inline constexpr std::size_t scoring_motions = 8;
 
 /// x, y, scale, or one of five motions that bend the mesh.
 /// \param kind   below scoring_motions
-/// \param pixel  length in the world of about a pixel: that of the motion
+/// \param pixel  length of the motion in the world, about a pixel
 [[nodiscard]] inline std::vector<geometry::Vector3> scoring_motion(const geometry::Mesh& mesh,
                                                                    const geometry::Camera& camera,
                                                                    std::size_t kind, double pixel) {

@@ -49,8 +49,8 @@ template <class T>
   return weighting;
 }
 
-/// Values of the adjoint of a kept pass that differ from those of a whole one: within the images' windows
-/// they are added, elsewhere nothing is.
+/// Number of values where a kept pass's adjoint differs from a whole one's: it adds within
+/// the images' windows only.
 template <class Network, class T>
 [[nodiscard]] std::size_t adjoint_differences(const Network& network, detect::Pass<T>& kept_pass,
                                               detect::Pass<T>& whole_pass,

@@ -5,8 +5,8 @@
 /// Models of a few hundred bytes whose loops grow.
 namespace tapestry::test::onnx {
 
-/// The body of a loop: its nodes, with "i", "go" and "v" as inputs, and what it makes of v, then what it
-/// scans.
+/// The body of a loop: its nodes, with "i", "go" and "v" as inputs, and as outputs the new
+/// v, then the scanned values.
 inline std::string loop_body(const std::vector<std::string>& nodes, const std::vector<std::string>& results,
                              const std::string& goes_on = "go") {
   ModelParts parts;

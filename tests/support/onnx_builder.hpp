@@ -125,7 +125,7 @@ inline std::string int64_tensor(const std::string& name, const std::vector<std::
                                 const std::vector<std::int64_t>& values) {
   return tensor(name, int64, dims, bytes_field(9, raw_integers(values, 8)));
 }
-/// The field of a TensorProto that has its elements in a file beside the model's.
+/// The field of a TensorProto whose elements are in a file beside the model's.
 inline std::string external(const std::vector<std::pair<std::string, std::string>>& entries) {
   std::string fields;
   for (const auto& [key, value] : entries)
@@ -244,7 +244,7 @@ inline ModelParts small_model() {
   return parts;
 }
 
-/// A model of many operators, that of a picture [1, 2, 3, 4].
+/// A model of many operators, for a picture [1, 2, 3, 4].
 inline ModelParts model_of_many() {
   const auto numbers = [](std::size_t count) {
     std::vector<float> values(count);

@@ -8,7 +8,7 @@
 
 namespace tapestry::test {
 
-/// A node of a network's vocabulary with the extents of what it is given.
+/// A node of a network's vocabulary with the extents of its operands.
 struct OperatorCase {
   std::string operation;
   std::vector<nn::Shape> shapes;  ///< of the operands that the network is given, in the node's order
@@ -137,7 +137,7 @@ class OperatorRun {
 };
 
 /// Largest difference between the adjoints of a network and central differences of each input element, in
-/// units of what those may err by: rounding, a few ε·Σ|wᵢ·yᵢ|/h, and truncation, h²·|f'''|/6 with third
+/// units of their largest error: rounding, a few ε·Σ|wᵢ·yᵢ|/h, and truncation, h²·|f'''|/6 with third
 /// derivatives up to 600. With h = ε^(1/3) both are multiples of h².
 inline double adjoint_error(OperatorRun& run, std::size_t outputs) {
   run.forward(nn::Mode::input_gradient);
@@ -163,7 +163,7 @@ inline double adjoint_error(OperatorRun& run, std::size_t outputs) {
 }
 
 /// Adjoints against central differences, written and added to, with tensors of four axes stored either way;
-/// and results that do not depend on that, nor on what a pass keeps.
+/// and results that depend neither on that nor on the values that a pass keeps.
 inline void check_operator(const OperatorCase& given) {
   std::vector<double> first;
   for (const bool is_behind : {false, true})

@@ -6,7 +6,7 @@
 
 namespace tapestry::test {
 
-/// An operand of the operator under test: what the network is given, a constant, or nothing.
+/// An operand of the operator under test: an input of the network, a constant, or none.
 struct TestOperand {
   enum class Kind { given, constant, left_out };
   Kind kind = Kind::left_out;
@@ -35,9 +35,9 @@ inline TestOperand numbers(std::vector<double> values, nn::ElementType type = nn
   return {TestOperand::Kind::constant, {count}, std::move(values), type};
 }
 
-/// A network that applies one operator twice, for the results y and z, to operands that a node before it
-/// passes on: the first of the two to pull back finds their adjoints fresh, and the other one adds. It runs
-/// as it is described.
+/// A network that applies one operator twice, for the results y and z, to operands that a
+/// node before it passes on: the first pullback finds their adjoints fresh, the second one
+/// adds. It runs as it is described.
 struct OperatorNetwork {
   nn::Node node{};
   std::vector<TestOperand> operands{};
@@ -116,7 +116,7 @@ double largest_difference(const std::vector<T>& found, const std::vector<double>
   return largest;
 }
 
-/// A sum, and that of its terms' absolute values.
+/// A sum, and the sum of its terms' absolute values.
 struct Objective {
   double value = 0, magnitude = 0;
 };

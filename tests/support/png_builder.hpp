@@ -71,7 +71,7 @@ inline std::size_t png_channels(int colour_type) {
   return colour_type == 2 ? 3 : colour_type == 4 ? 2 : colour_type == 6 ? 4 : 1;
 }
 
-/// The predictor of that name: what is nearest to left + above - above left.
+/// The predictor of that name: the nearest to left + above - above left.
 inline unsigned paeth(unsigned left, unsigned above, unsigned corner) {
   const int estimate = static_cast<int>(left + above) - static_cast<int>(corner);
   const auto distance = [&](unsigned value) {

@@ -9,8 +9,8 @@ namespace tapestry::test {
 
 /// A small random network in Darknet's vocabulary: every kind of layer and activation, with heads or without.
 ///
-/// One draw a statement, so that every compiler makes the same network of a seed. Sections are drawn with
-/// little regard to what fits; what the reader of cfg files refuses is drawn again.
+/// One draw a statement, so that every compiler makes the same network of a seed. Sections are drawn almost
+/// freely; cfg files that the reader refuses are drawn again.
 class RandomCfg {
  public:
   explicit RandomCfg(std::uint64_t seed) {
@@ -199,7 +199,7 @@ class RandomCfg {
     return "activation=" + std::string(nn::name_of(chosen)) + "\n";
   }
 
-  /// Layers before this one, of which close ones are the likelier.
+  /// Layers before this one, close ones are likelier.
   [[nodiscard]] std::string sources(std::size_t count) {
     std::string text;
     for (std::size_t i = 0; i < count && !shapes_.empty(); ++i) {

@@ -29,7 +29,7 @@ class RandomNetworkParts {
     shapes[name] = shape;
     return name;
   }
-  /// A new constant, or now and then one that is there and fits.
+  /// A new constant, or sometimes an old one that fits.
   std::string constant(const nn::Shape& shape, double low, double high) {
     for (const auto& [name, other] : description.constants)
       if (other.type == nn::ElementType::floating && other.shape == shape && is_within(other, low, high) &&
@@ -104,7 +104,7 @@ class RandomNetworkParts {
   }
 
   Random random;
-  std::map<std::string, nn::Shape> shapes{};  ///< of inputs and of what nodes make
+  std::map<std::string, nn::Shape> shapes{};  ///< of inputs and of nodes' results
   std::set<std::string> read{};
   std::vector<std::string> pictures{};  ///< of an even number of channels, rows and columns
 };

@@ -301,7 +301,7 @@ inline void add_decomposed_cases(std::vector<VocabularyCase>& all) {
 }
 }  // namespace detail
 
-/// Every operator that has a derivative, in the forms in which its adjoint may read other operands.
+/// Every operator that has a derivative, in all forms whose adjoints may read other operands.
 inline std::vector<VocabularyCase> vocabulary_cases() {
   std::vector<VocabularyCase> all;
   detail::add_elementwise_cases(all);

@@ -7,7 +7,7 @@
 
 using tapestry::Array, tapestry::ArrayVariable, tapestry::Variable, tapestry::test::ActiveTape;
 
-// Functions of arrays beside those of the same name of vectors of variables.
+// Compares functions of arrays with those of the same name for vectors of variables.
 
 namespace {
 template <class T>

@@ -8,9 +8,9 @@ namespace tapestry::test {
 /// doubles.
 using Wide = long double;
 
-/// One operation of a random expression: what it is in C++, with a, b, c for its operands and S for their
-/// type; whether values of the operands are far enough from kinks, ties and edges of its domain, and its
-/// slopes not above about 10; and how many of a, b, c it has.
+/// One operation of a random expression: its text in C++, with a, b, c for its operands and S for their type;
+/// whether values of the operands are far enough from kinks, ties and edges of its domain, and its slopes not
+/// above about 10; and how many of a, b, c it has.
 template <class S>
 struct ScalarStep {
   const char* text;

@@ -25,7 +25,7 @@ Matrix<S> positive_definite(std::span<const S> x) {
   return a.transpose() * a;
 }
 
-/// The Hessian of f, of records, beside that of g, for which Eigen's own decompositions record every step.
+/// Compares the Hessian of f, of records, with that of g, where Eigen's own decompositions record every step.
 template <class F, class G>
 void check_hessians(const F& f, const G& g) {
   std::vector<double> x;

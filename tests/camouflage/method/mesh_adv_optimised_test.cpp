@@ -17,7 +17,7 @@ namespace {
 template <class T>
 using Views = std::vector<std::shared_ptr<const camouflage::View<T>>>;
 
-/// Views that keep what they are drawn by.
+/// Views that keep their Sight.
 template <class T>
 Views<T> views_of(const raster::PaintedMesh& car, const std::vector<tapestry::io::Frame>& frames,
                   std::size_t samples = 2) {

@@ -33,7 +33,7 @@ struct NamedTransformation {
   image::Transformation transformation;
 };
 
-/// One of each kind, and those with something to cut, none of which meets a kink on a picture in .1 to .6.
+/// One of each kind, and those that cut values; none meets a kink on a picture in .1 to .6.
 std::vector<NamedTransformation> all_kinds() {
   image::LightChange shadow{{0.9, 1.1, 1.3}, 0.6, 0.7, 0.1, 0.2};
   return {{"warp", turned()},

@@ -185,8 +185,8 @@ TEST_CASE("JPEG of quality 100 and of a constant change little", "[image][transf
 }
 
 TEST_CASE("smooth rounding stays within an eighth of a step and a half", "[image][transform][jpeg]") {
-  // The smooth one of two pictures that differ in their rounding only lies between the exact one and
-  // itself before: at equal cosines their luma differs by at most (1/2)³ of a step for each coefficient.
+  // Takes two pictures that differ in their rounding only. The smooth one lies between the exact one and its
+  // input: at equal cosines their luma differs by at most (1/2)³ of a step for each coefficient.
   const auto picture = random_array<double>({8, 8, 3}, 3, 0.3, 0.7);
   const auto hard = image::transformed(picture, image::JpegCompression{50, false, false});
   const auto smooth = image::transformed(picture, image::JpegCompression{50, false, true});
@@ -229,9 +229,9 @@ TEST_CASE("JPEG equals libjpeg-turbo's compression and decompression", "[image][
     to_theirs += std::pow(int(ours.data()[i]) - int(theirs.data()[i]), 2);
     to_picture += std::pow(int(ours.data()[i]) - int(bytes.data()[i]), 2);
   }
-  // Theirs rounds luma, chroma and colours to whole numbers on the way, which tips a coefficient here and
-  // there to its neighbour. A wrong table, scale or order of coefficients differs as much as the picture
-  // does.
+  // libjpeg also rounds luma, chroma and colours to whole numbers: a few coefficients
+  // become their neighbours. A wrong table, scale or order of coefficients differs as
+  // much as the picture does.
   INFO("quality " << quality << ", halved " << is_halved << ": rms from theirs "
                   << std::sqrt(to_theirs / static_cast<double>(ours.size())) << ", from the picture "
                   << std::sqrt(to_picture / static_cast<double>(ours.size())));

@@ -64,7 +64,7 @@ void check_all_refused(const std::vector<BadContent>& rows) {
   }
 }
 
-/// Reads bytes of which nothing is known: a description, or a FileError of the file.
+/// Reads arbitrary bytes: a description, or a FileError of the file.
 bool is_accepted(const std::string& bytes) {
   try {
     (void)io::parse_onnx(bytes, "a.onnx");

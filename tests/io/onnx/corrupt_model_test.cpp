@@ -221,7 +221,7 @@ std::vector<Corruption> of_extents() {  // X23, X24, X25
     return onnx::int64_tensor(name, {static_cast<std::int64_t>(values.size())}, values);
   };
   return {
-      // 60 · 5581 · 8681 · 49477 · 384773 = 3 · 2⁶⁴ + 12, and there are 12 elements
+      // 60 · 5581 · 8681 · 49477 · 384773 = 3 · 2⁶⁴ + 12, for 12 elements
       {"shape that overflows to what is there", ending("Reshape", {{60, 5581, 8681, 49477, 384773}}),
        mismatch, "a tensor [60, 5581, 8681, 49477, 384773] is too large"},
       {"negative extent", ending("Reshape", {{-5, -1}}), mismatch, "extent -5, expected 0 to 2147483647"},

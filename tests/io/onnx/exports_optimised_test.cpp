@@ -1,5 +1,5 @@
-// Runs networks as today's exporters write them, beside what the frameworks made of them in double: results,
-// the adjoint of a weighted sum of them by the input, and by weights that keep their names.
+// Runs networks as today's exporters write them, and compares with the frameworks' numbers in double:
+// results, and the adjoints of their weighted sum by the input and by weights that keep their names.
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <tapestry/io/file_source.hpp>
@@ -155,8 +155,8 @@ struct Run {
   }
 };
 
-/// Weights whose names the file keeps: how many, and the largest distance of their gradients. Those that are
-/// almost nothing, as a bias before a normalisation, say nothing.
+/// Weights whose names the file keeps: how many, and the largest distance of their gradients. Gradients near
+/// 0, as of a bias before a normalisation, prove nothing.
 template <class T>
 std::pair<std::size_t, double> weight_distance(const Run<T>& run) {
   const auto facts = nlohmann::json::parse(io::read_text_file(run.folder / "meta.json"));

@@ -1,5 +1,5 @@
 // Runs ONNX's own test vectors, as Debian's package libonnx-testdata installs them: a model, and for each set
-// of inputs what a reference implementation made of them.
+// of inputs the results of a reference implementation.
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
@@ -130,9 +130,9 @@ nn::NetworkDescription bound(nn::NetworkDescription description, const TestSet& 
   return description;
 }
 
-/// Runs a set with all inputs given, with the first one alone and with none: each way that the network can be
-/// made must give the results expected, and one must be possible.
-/// \returns what is wrong, or empty
+/// Runs a set with all inputs given, with the first one alone and with none: each way that can be built must
+/// give the expected results, and one must be possible.
+/// \returns the fault, or empty
 std::string judge(const nn::NetworkDescription& description, const TestSet& set) {
   std::string refusal;
   bool has_run = false;

@@ -1,5 +1,5 @@
-// Models of a kilobyte whose loops grow: what exceeds the budget of docs/SECURITY.md is refused soon, and
-// before memory is taken for it. Peaks are those of the whole process.
+// Models of a kilobyte whose loops grow: a model beyond the budget of docs/SECURITY.md is refused soon,
+// before memory is taken. Peaks are those of the whole process.
 
 #include <fstream>
 #include <iostream>
@@ -22,7 +22,7 @@ double mib_of(const std::string& line) {
   return 0;
 }
 
-/// What a model's plan and one pass cost, and the sentence that refused it.
+/// Cost of a model's plan and of one pass, and the sentence that refused it.
 struct Outcome {
   std::string refusal{};
   ErrorKind kind{};

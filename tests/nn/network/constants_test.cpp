@@ -12,7 +12,7 @@ nn::Constant whole(std::vector<double> values) {
   return {{values.size()}, nn::ElementType::integer, std::move(values)};
 }
 
-/// What a network of constants alone computes beforehand as "y".
+/// Value "y" that a network of constants alone computes beforehand.
 template <class T>
 std::vector<T> computed(std::vector<nn::Node> nodes, std::map<std::string, nn::Constant> constants) {
   nn::NetworkDescription description;

@@ -19,7 +19,7 @@ double value_of(const CaseOperand& operand, std::size_t place, std::size_t i, ta
 }
 
 /// The node behind a Neg for each operand of `computed`, the others constant; and behind the node a Cos of
-/// each input, so that memory that the node released is written over before the adjoint.
+/// each input, which overwrites memory that the node released before the adjoint.
 struct Behind {
   nn::NetworkDescription description{};
   std::vector<std::vector<double>> values{};  ///< of the inputs

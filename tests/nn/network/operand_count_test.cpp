@@ -12,7 +12,7 @@ using Counts = std::pair<std::size_t, std::size_t>;
 constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
 
 /// Least and most operands at the opsets of the vocabulary's cases, where they are not one and one.
-/// Source: onnx.ai, Operators.md; those of Tapestry's own operators: their headers.
+/// Source: onnx.ai, Operators.md; for Tapestry's own operators, their headers.
 const std::map<std::string, Counts>& counts() {
   static const std::map<std::string, Counts> all = [] {
     std::map<std::string, Counts> known{{"BatchNormalization", {5, 5}},

@@ -38,7 +38,7 @@ double dot(const Numbers& a, const Numbers& b) {
 }
 
 /// A network with its inputs one behind the other, and the objective Σ w·y over the first of its results,
-/// some of which have no weight.
+/// some have no weight.
 template <class T>
 class Run {
  public:
@@ -110,17 +110,17 @@ class Run {
   std::vector<nn::Buffer<T>> inputs_;
 };
 
-/// A slope by differences, and what it may err by.
+/// A slope by differences, and its largest error.
 struct Slope {
   double value = 0, error = 0;
   bool is_smooth = false;  ///< within the steps
 };
 
-/// \param value  of the objective, a step along the direction
-/// D(h) errs by h²·f'''/6, a third of what D(2h) differs by, and by rounding: values of a network are good to
-/// some 100 ε of the largest, over h. Where f is not smooth D(h) and D(2h) differ by far more; but they agree
-/// where a kink lies at the point itself, as of zeros by any weights. There the slopes to both sides differ
-/// as much over h as over 2h, elsewhere half as much.
+/// \param value  of the objective, a step along the direction D(h) errs by h²·f'''/6, a third of its
+/// difference to D(2h), and by rounding: values of a network err by some 100 ε of the largest, over h.
+/// Where f is not smooth D(h) and D(2h) differ by far more; but they agree where a kink lies at the
+/// point itself, as of zeros by any weights. There the slopes to both sides differ as much over h as
+/// over 2h, elsewhere half as much.
 template <class Value>
 Slope slope_of(Value value, double magnitude) {
   constexpr double h = 1e-5;
@@ -218,7 +218,7 @@ void check_float(const nn::NetworkDescription& description, std::size_t outputs,
   tally.expect_at_most(error, bound, "gradient in float");
 }
 
-/// The description with every value of a node as a result, behind its own: so nothing can be merged.
+/// The description with every value of a node as a further result: so nothing can be merged.
 nn::NetworkDescription opened(nn::NetworkDescription description) {
   for (const nn::Node& node : description.nodes)
     for (const std::string& name : node.outputs)
@@ -253,7 +253,7 @@ struct BatchRun {
   }
 };
 
-/// Each of a batch has the bits that it has alone, and the adjoint of the weights is the sum of theirs.
+/// Each of a batch has the same bits as alone, and the adjoint of the weights is the sum of theirs.
 void check_batch(const nn::NetworkDescription& description, std::uint64_t seed, Tally& tally) {
   constexpr std::size_t batch = 3;
   const nn::Network<float> network(description);
@@ -315,7 +315,7 @@ void check_network(std::uint64_t seed, std::uint64_t point, Tally& tally) {
   tally.expect(run.results() == results, "results on three threads differ");
 }
 
-/// Where a network lies that fails, for those who want to read it elsewhere.
+/// Path of a failing network's file, to read it elsewhere.
 std::string saved(std::uint64_t seed) {
   const auto path =
       std::filesystem::temp_directory_path() / ("tapestry-network-" + std::to_string(seed) + ".onnx");

@@ -111,7 +111,7 @@ class RandomStages {
     });
   }
 
-  /// As many of the largest as there are positive ones.
+  /// The largest values, as many as are positive.
   void add_largest(const std::string& from) {
     const std::string truths = node("Cast", {node("Greater", {from, number(0)})}, {{"to", std::int64_t(7)}});
     const std::string count = node("ReduceSum", {truths, "zero"}, {{"keepdims", std::int64_t(1)}});
@@ -241,7 +241,7 @@ bool is_close(const std::vector<Numbers>& a, const std::vector<Numbers>& b, doub
   });
 }
 
-/// \returns what is wrong, or nothing
+/// \returns the fault, or nothing
 std::string judged(std::uint64_t seed) {
   const RandomStages program(seed);
   tapestry::Random random(seed + 77);

@@ -51,8 +51,8 @@ std::vector<std::string> operations(const nn::NetworkDescription& description) {
   return all;
 }
 
-/// Checks that results and the gradient with respect to x are those of the network as described, and which
-/// operations are left.
+/// Checks that results and the gradient with respect to x equal those of the network as described, and that
+/// these operations are left.
 void check(const Builder& builder, const std::vector<std::string>& expected) {
   CHECK(operations(simple(builder.network)) == expected);
   const nn::Network<double> plain(builder.network, {}, false, false), simple(builder.network);

@@ -163,7 +163,7 @@ TEST_CASE("Einsum is the sum over all letters that its result leaves out", "[nn]
     check(network_of("Einsum", operands, {{"equation", equation}}), einsum(terms, result, operands));
   };
   run("ab,bc->ac", {"ab", "bc"}, "ac");
-  run(" ab , bc ", {"ab", "bc"}, "ac");  // the result by letters that are there once
+  run(" ab , bc ", {"ab", "bc"}, "ac");  // the result has the letters that occur once
   run("abd,acd->abc", {"abd", "acd"}, "abc");
   run("ab,cd->dbca", {"ab", "cd"}, "dbca");  // an outer product
   run("ab,ab->", {"ab", "ab"}, "");

@@ -160,7 +160,7 @@ TEST_CASE("non-maximum suppression chooses the best boxes that do not overlap", 
   CHECK(results_of(given, {}) == std::vector<double>{0, 0, 3, 0, 0, 0, 0, 0, 1});
   given.constants[2] = integers({2});
   CHECK(results_of(given, {}) == std::vector<double>{0, 0, 3, 0, 0, 0});
-  given.constants[2] = integers({std::ldexp(1.0, 62)});  // what torch writes for no limit
+  given.constants[2] = integers({std::ldexp(1.0, 62)});  // torch's value for no limit
   CHECK(results_of(given, {}) == std::vector<double>{0, 0, 3, 0, 0, 0, 0, 0, 1, 0, 0, 2});
   given.constants[4] = numbers({1}, {0.92});
   CHECK(results_of(given, {}) == std::vector<double>{0, 0, 3});

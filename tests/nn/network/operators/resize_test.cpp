@@ -131,8 +131,8 @@ TEST_CASE("Resize interpolates linearly", "[nn][network][resize]") {
 }
 
 TEST_CASE("Resize interpolates by cubics", "[nn][network][resize]") {
-  // At t = 0.25 and 0.75 the weights are those of Keys' kernel: −0.10546875, 0.87890625, 0.26171875,
-  // −0.03515625
+  // At t = 0.25 and 0.75 Keys' kernel has the weights −0.10546875,
+  // 0.87890625, 0.26171875, −0.03515625
   const std::vector<double> ramp = {1, 2, 3, 4};
   const auto at = [&](std::vector<double> weights, std::vector<double> values) {
     double sum = 0;
