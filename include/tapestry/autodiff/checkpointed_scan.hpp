@@ -8,8 +8,8 @@
 namespace tapestry {
 namespace detail {
 
-/// How many steps can be reversed with `snapshots` states kept, each step computed at most `repeats` times
-/// beforehand: (snapshots + repeats)! / (snapshots! repeats!), or `enough` if that is less.
+/// Number of steps that can be reversed with `snapshots` states kept, each step computed at most `repeats`
+/// times beforehand: (snapshots + repeats)! / (snapshots! repeats!), or `enough` if that is less.
 [[nodiscard]] inline std::size_t reversible_steps(std::size_t snapshots, std::size_t repeats,
                                                   std::size_t enough) {
   std::size_t count = 1;

@@ -1,7 +1,7 @@
 #pragma once
-/// The functions of variables and duals, and with array_functions.hpp of arrays, element by element; each
-/// with the derivative it takes at kinks and poles in its comment. Each is one row of one of the headers
-/// below, which those operators of networks read, too, that call <cmath>. A row is a line that names the
+/// The functions of variables and duals, and with array_functions.hpp of arrays, element by element;
+/// each comment states the derivative at kinks and poles. Each is one row of one of the headers below,
+/// which those operators of networks read, too, that call <cmath>. A row is a line that names the
 /// function, and a type with
 ///
 ///   value(x)                 f(x)

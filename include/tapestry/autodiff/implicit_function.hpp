@@ -83,13 +83,13 @@ class ImplicitRecord final : public TapeRecord<T> {
 ///   const Variable<double> x = implicit_function<double>(residual, std::array{root}, std::array{p})[0];
 ///
 /// \param residual    F: takes two std::span<const Variable<T>>, x and p, and returns
-///                    std::vector<Variable<T>> of as many as x; computes the same whenever called, uses no
-///                    other active variables, and is copied
+///                    std::vector<Variable<T>> of x's size; computes the same whenever called, uses no other
+///                    active variables, and is copied
 /// \param solution    x, any number of numbers
 /// \param parameters  p, any number of variables, active or passive
 /// \returns           the solution as variables; passive, with nothing recorded, if all parameters are
 /// \throws DomainError  as any statement
-/// \throws ShapeError   in the reverse sweep, if F has other than as many numbers as x
+/// \throws ShapeError   in the reverse sweep, if F and x differ in size
 /// \throws NumericError in the reverse sweep, if ∂F/∂x is singular, as at a double root: a pivot is exactly 0
 template <std::floating_point T, class Residual>
 [[nodiscard]] std::vector<Variable<T>> implicit_function(

@@ -107,9 +107,9 @@ class HessianPlan {
 
 /// The entries of the Hessian at x in the plan's pattern, in its order, row by row and in both triangles,
 /// exact but for rounding, and symmetric. Each is read from the product with the direction of the lower of
-/// its two colours, in the row of the other, where no other entry meets it. Entries that the pattern wrongly
-/// leaves out are added to others. Unknown entries are NaN and counted, see hessian(). Kinks on a diagonal
-/// outside the pattern, as that of |x|, count, too.
+/// its two colours, in the other variable's row: no other entry meets it there. Entries that the pattern
+/// wrongly leaves out are added to others. Unknown entries are NaN and counted, see hessian(). Kinks on a
+/// diagonal outside the pattern, as that of |x|, count, too.
 ///
 ///   HessianPlan plan(hessian_pattern(f, x));                 // once
 ///   const auto values = sparse_hessian(f, x, plan);          // at each x

@@ -61,8 +61,8 @@ class Objective {
   using Views = ViewSpan<T>;
 
   /// \param detector     must outlive the objective
-  /// \param used_texels  if given, smoothness counts steps in the atlas instead of the pictures, between
-  ///                     texels where this, [height, width] of the atlas, is 1
+  /// \param used_texels  [height, width] of the atlas; if given, smoothness counts steps between its texels
+  ///                     of 1 instead of steps in the pictures
   /// \throws DomainError if the detector has no class of that index, or no raw logits
   Objective(const detect::Detector<T>& detector, ObjectiveOptions options,
             std::shared_ptr<const Array<T, 2>> used_texels = nullptr)
@@ -127,9 +127,9 @@ class Objective {
   [[nodiscard]] Evaluated<T> evaluate(const DrawnPaint<T>& paint, Views views,
                                       const PhotoSession* session = nullptr);
 
-  /// Whether a thread for each view computes a step faster than all threads for one view after the other:
-  /// where the detectors' weights are few. Large networks have layers that are long enough to share, and
-  /// passes that take much memory.
+  /// Whether a step is faster with a thread for each view than with all threads on one view after the
+  /// other: with few weights in the detectors. Large networks have layers that are long enough to share,
+  /// and passes that take much memory.
   [[nodiscard]] bool prefers_views_side_by_side() const { return ensemble_.weight_count() <= lane_weights; }
 
   /// The terms of the last operator().

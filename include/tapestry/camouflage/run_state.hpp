@@ -26,7 +26,7 @@ struct Checkpoint {
 };
 
 /// Takes memory of at most 4 times the file, 24 times its arrays and 1 MiB.
-/// \throws FileError: malformed (damaged, or numbers that no training comes to), mismatch (another format, or
+/// \throws FileError: malformed (damaged, or numbers that no training reaches), mismatch (another format, or
 ///         members that do not fit each other)
 template <std::floating_point T>
 [[nodiscard]] Checkpoint<T> read_checkpoint(const std::string& path);

@@ -63,7 +63,7 @@ template <std::floating_point T>
 using ViewSpan = std::span<const std::shared_ptr<const View<T>>>;
 
 namespace detail {
-/// Which pixels are covered wholly, as are those right of and below them: colour steps between them belong to
+/// Pixels that are covered wholly, with their right and lower neighbours: colour steps between them belong to
 /// the paint, not to its outline.
 template <std::floating_point T>
 Array<T, 2> interior_of(const Array<T, 2>& coverage);
@@ -105,8 +105,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours);
 
-/// Texels that the operator of a view takes, see raster::stored_texels(): the same in all views of a car, and
-/// of a fine texture more work than a picture. Parameter as for picture_of().
+/// Texels that the operator of a view takes, see raster::stored_texels(): the same in all views of a car. For
+/// a fine texture they take longer than a picture. Parameter as for picture_of().
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> texels_of(const View<T>& view, const Array<T, 2>& colours);
 

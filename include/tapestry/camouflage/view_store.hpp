@@ -21,7 +21,7 @@ class ViewStore {
   using Loader = std::function<io::Frame()>;
   using ViewPointer = std::shared_ptr<const View<T>>;
 
-  /// How views are made, and how many are kept.
+  /// Settings for making and keeping views.
   struct Settings {
     std::size_t height = 0;  ///< of the network's input
     std::size_t width = 0;

@@ -51,8 +51,8 @@ template <std::floating_point T>
 
 /// A YOLO network, version 2 to 4 and relatives, as Darknet's files hold it: a cfg and the parameters in
 /// Darknet's order. It makes the detectors that run; see network_description(). A detector of a network
-/// without heads, such as a classifier, has the last layer's output, [N, C, H, W], in the place of logits, be
-/// it before or behind a softmax.
+/// without heads, such as a classifier, has the last layer's output, [N, C, H, W], in the place of logits,
+/// before or behind a softmax.
 template <std::floating_point T>
 class DarknetModel {
  public:

@@ -20,8 +20,8 @@ enum class Background { none, first, last };
 /// precision.
 inline constexpr double claim_tolerance = 1e-3;
 
-/// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. Names may
-/// also name inner values, such as those before suppression; these may lack the axis of the picture, [N,
+/// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. Inner
+/// values may be named, too, such as those before suppression; these may lack the axis of the picture, [N,
 /// channels]. Name logits rather than probabilities: where a probability is rounded to 1, its gradient is 0.
 /// If N depends on the picture, as with proposals, the head has room for most_candidates; missing ones have a
 /// box of no extent and the least probability.
@@ -64,8 +64,8 @@ struct OutputClaim {
   std::atomic<bool> is_judged = false;
 };
 
-/// Names of values that were added to a network: logits are [1, 4 + K, 1, N], scores, of whose values the
-/// description states something, [1, N, channels] or [1, channels, N].
+/// Names of values that were added to a network: logits are [1, 4 + K, 1, N], scores, with values as
+/// described, are [1, N, channels] or [1, channels, N].
 struct AddedOutputs {
   std::string logits{}, scores{};
 };

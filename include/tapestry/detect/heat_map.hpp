@@ -49,8 +49,8 @@ template <std::floating_point T>
 [[nodiscard]] Array<T, 2> grad_cam(const Array<T, 3>& values, const Array<T, 3>& adjoint);
 
 /// Grad-CAM++: each channel by its positive adjoints, weighted so that several instances count as one does.
-/// The score is taken as e^s of the s whose adjoint is given.
-/// Source: Chattopadhay et al., "Grad-CAM++" (WACV 2018), eq. 18 and 19.
+/// The score is taken as e^s, with the adjoint of s given. Source: Chattopadhay et al., "Grad-CAM++"
+/// (WACV 2018), eq. 18 and 19.
 /// \throws ShapeError if the extents differ
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> grad_cam_plus_plus(const Array<T, 3>& values, const Array<T, 3>& adjoint);

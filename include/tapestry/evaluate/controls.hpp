@@ -21,8 +21,8 @@ void require_chart_colours(const char* operation, const Array<float, 2>& colours
 
 /// Rounds of matched_noise(), each imposing values, then spectrum; later rounds change little.
 inline constexpr std::size_t matched_noise_rounds = 30;
-/// The same of picture_with_noise(), which draws noise for every picture: of a car's outline the spectrum is
-/// as close after one round as after thirty, to a hundredth.
+/// The same of picture_with_noise(), which draws noise for every picture: in a car's outline one round brings
+/// the spectrum as close as thirty rounds, to a hundredth.
 inline constexpr std::size_t picture_noise_rounds = 1;
 
 /// The control for an optimised texture: noise with its colours and its spectrum, but without its design. In

@@ -202,8 +202,8 @@ template <std::predicate<std::size_t> Belongs>
                                                      const std::vector<double>& found_confidence,
                                                      const PictureOrder& order);
 
-/// The effect of a texture beyond a control on mean best confidence in some frames, as a share of that in
-/// others which show the same views in the same order. Nothing if the second does not differ from 0, or if
+/// The effect of a texture beyond a control on mean best confidence in some frames, divided by that in
+/// other frames of the same views in the same order. Nothing if the second does not differ from 0, or if
 /// one of them lacks frames.
 ///
 /// \param control, texture           their numbers in the outcomes

@@ -36,8 +36,8 @@ namespace detail {
 /// to 97 %. With the whole interaction in a, and only the rest in b, draws that agree had 98 to 99 %.
 ///
 /// \param differences  [draw, view]
-/// \param most  no difference can be larger, such as 1 of shares: the interval stays within ± most, where the
-///              mean of all views and draws is
+/// \param most  largest possible difference, such as 1 for shares: the interval stays within ± most, as
+///              the mean does
 /// \returns  pairs counts views; with one draw paired_bootstrap()'s result; with
 ///           fewer than two views an interval from −∞ to ∞
 /// \throws ShapeError without a draw; NumericError for a number that is not finite, or whose square is not;

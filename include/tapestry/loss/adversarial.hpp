@@ -28,7 +28,7 @@ namespace tapestry::loss {
 ///            the target best, see responsible(): lowering the best of each scale
 ///            until none is left hides the target. A scale without a box on the
 ///            target adds nothing.
-/// as_coded   what FCA's published program minimises, defects and all: per scale the mean CIoU over the
+/// as_coded   what FCA's published program minimises, with its defects: per scale the mean CIoU over the
 ///            matched candidates (so far as there are any), the objectness entropy with target 1 at the
 ///            matched candidates, which RAISES objectness there, weighted 4, 1, 0.4 by scale, and the mean
 ///            raw class logit, cut at 0. Matching is that of box_assignment.hpp; boxes are decoded as the

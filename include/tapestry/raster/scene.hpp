@@ -113,8 +113,8 @@ class GroundShade {
   ///   (sun · L_z · V + A · E/π) / (sun · L_z + E/π),
   ///
   /// V and A being the visible shares of sun and sky, E the sky's irradiance from above; 1 where the ground
-  /// is not seen, or beyond its reach. A photograph of empty ground multiplied by it, in proportion to light,
-  /// shows the ground below the bodies.
+  /// is not seen, or beyond its reach. Multiplying a photograph of empty ground by it, in proportion to
+  /// light, gives the ground below the bodies.
   ///
   /// \param light  its occlusion and shadow are not read
   /// \returns      [height, width]

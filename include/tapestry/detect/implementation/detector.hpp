@@ -20,7 +20,7 @@ namespace detail {
   });
 }
 
-/// How messages call the nodes that make these values.
+/// Names in messages for the nodes that make these values.
 [[nodiscard]] inline std::vector<std::string> labels_of(const nn::NetworkDescription& network,
                                                         const std::vector<std::string>& values) {
   std::vector<std::string> labels;

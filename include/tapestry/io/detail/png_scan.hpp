@@ -24,7 +24,7 @@ struct PngHeader {
   std::size_t palette_size = 0;  ///< bytes of its content
   bool has_alpha = false;        ///< whether it states opacity, by a channel or a colour
   int orientation = 1;           ///< by its EXIF block, see turned_upright()
-  std::size_t end_at = 0;        ///< where a sound end chunk is missing behind whole picture data, else 0
+  std::size_t end_at = 0;        ///< place of a missing end chunk behind whole picture data, else 0
 };
 
 /// Whether a file is a PNG by its first bytes, which a transfer as text would change.

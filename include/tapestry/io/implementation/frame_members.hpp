@@ -180,8 +180,8 @@ geometry::Camera read_camera(const Members& file) {
   return camera;
 }
 
-/// ambient, directional, direction towards the light x y z, colour r g b; products of the others have room in
-/// a float.
+/// ambient, directional, direction towards the light x y z, colour r g b; products of
+/// the others fit in a float.
 template <class Members>
 raster::Light read_light(const Members& file) {
   constexpr double most = 1e9;

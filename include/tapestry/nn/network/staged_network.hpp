@@ -64,8 +64,8 @@ class StagedPass {
 /// A network whose extents depend on values: of boxes kept by suppression, of a condition's branch, of a
 /// number of rounds. It runs as networks of fixed extents, one after the other: each has all nodes whose
 /// extents are known. Integers and truths that it computes are constants of the next. Gradients run back
-/// through all of them. Selections (by NonMaxSuppression, NonZero, TopK, a condition) count as constant,
-/// which they are but where they jump.
+/// through all of them. Selections (by NonMaxSuppression, NonZero, TopK, a condition) count as constant: they
+/// are, except where they jump.
 template <std::floating_point T>
 class StagedNetwork {
  public:

@@ -156,7 +156,7 @@ class FaceField {
   std::vector<double> end_;                  // of each segment, from its line's first end
   std::vector<std::uint32_t> place_;         // of each segment among those of all cells
   std::vector<std::uint32_t> cell_begin_;    // first place of each cell, and the end
-  std::array<std::vector<double>, 4> ends_;  // of segments by place: columns and rows
+  std::array<std::vector<double>, 4> ends_;  // columns and rows of the segments
   std::vector<std::uint32_t> begin_;         // first near face of each place, and the end
   std::vector<std::uint32_t> near_;          // slots
   std::vector<Listed> listed_;               // the first stands for all faces that are not listed

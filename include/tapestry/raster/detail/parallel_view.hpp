@@ -115,8 +115,8 @@ class ParallelView {
   }
 
   /// Whether the face in a texel lies above the receiver there. Faces that meet within a texel differ in
-  /// height by up to the difference of their slopes; this much, but at most two texels, is not taken for a
-  /// shadow.
+  /// height by up to the difference of their slopes; that much, at most
+  /// two texels, is not a shadow.
   [[nodiscard]] bool hides(double column, double row, std::size_t face, const Plane& own,
                            const geometry::Vector3& at) const {
     const double size = static_cast<double>(pixels_);

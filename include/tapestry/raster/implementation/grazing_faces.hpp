@@ -142,7 +142,7 @@ void GrazingSpans::find_along(const FaceField& field, const PictureLine& line, F
 }
 
 /// Removes the faces that one hides; of faces in one place, the lower index is seen. Two faces compare their
-/// 1/z by the same numbers, so that rounding hides neither or one of them, never both.
+/// 1/z by the same numbers: rounding never hides both.
 void GrazingSpans::hide(const FaceField& field, const Face& own, std::int32_t hider,
                         const FaceWeights& weights, const PictureLine& line, std::vector<Range>& parts) {
   if (hider == own.face || parts.empty()) return;

@@ -14,8 +14,8 @@ template <std::size_t Rank>
 }
 
 /// Memory of forgotten arrays, kept for the next recording: fresh pages of the system cost more than most
-/// operations. Holds at most the size once in use together, and frees arrays of other sizes before it
-/// allocates. Any thread may give back.
+/// operations. Holds at most the largest size that was in use at once, and frees arrays of other sizes before
+/// it allocates. Any thread may give back.
 template <class T>
 class ArrayMemory {
  public:

@@ -185,8 +185,8 @@ template <DifferentiableArray M, detail::ArrayPair<M> X, detail::ArrayPair<M> Y>
                                                                             std::move(second));
 }
 
-/// Each element held within [low, high]; the derivative is 1 on the closed interval and for a NaN, which
-/// stays one, and 0 outside.
+/// Each element clamped to [low, high]. A NaN stays NaN. The derivative is 1 on the closed interval and
+/// for a NaN, and 0 outside.
 template <DifferentiableArray X>
 [[nodiscard]] auto clamp(const X& x, std::type_identity_t<detail::ArrayScalarType<X>> low,
                          std::type_identity_t<detail::ArrayScalarType<X>> high) {

@@ -34,8 +34,8 @@ namespace detail {
   return ((x - root) - root_rest) * sum;
 }
 
-/// Bernoulli numbers B₂, B₄ … B₂₄ of the asymptotic series; not constexpr, which a quotient of long doubles
-/// is not where they are pairs of doubles (PowerPC).
+/// Bernoulli numbers B₂, B₄ … B₂₄ of the asymptotic series; not constexpr: on PowerPC long doubles are pairs
+/// of doubles, and their quotients are not constexpr.
 inline const std::array<long double, 12> even_bernoulli = {
     1.0L / 6, -1.0L / 30,     1.0L / 42,      -1.0L / 30,       5.0L / 66,       -691.0L / 2730,
     7.0L / 6, -3617.0L / 510, 43867.0L / 798, -174611.0L / 330, 854513.0L / 138, -236364091.0L / 2730};

@@ -84,8 +84,8 @@ class Interactions {
 struct InteractionTag {};
 }  // namespace detail
 
-/// A number that records which of the variables it was computed from meet in an operation that is not linear;
-/// hessian_pattern() calls a function with such numbers. It works wherever a Dual does.
+/// A number that records which of its variables meet in a nonlinear operation; hessian_pattern() calls a
+/// function with such numbers. It works wherever a Dual does.
 template <std::floating_point T>
 class Dual<T, 1, detail::InteractionTag> {
  public:

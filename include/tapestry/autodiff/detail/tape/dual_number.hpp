@@ -132,8 +132,8 @@ template <class T, class... X>
   }
 }
 
-/// Value and slope of an operation at a kink where its slope is 0, a subgradient: of duals, whose derivatives
-/// of that slope are not known, where 0 would pass for one. A zero does not hide them, see chain().
+/// Value and slope of an operation at a kink where its slope is 0, a subgradient: for duals the derivatives
+/// of that slope are unknown, not 0. A zero does not hide them, see chain().
 template <class T, class... X>
 [[nodiscard]] constexpr T value_at_kink([[maybe_unused]] bool is_kink, const T& f,
                                         [[maybe_unused]] const X&... operands) {

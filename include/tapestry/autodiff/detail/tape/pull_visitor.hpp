@@ -44,9 +44,9 @@ struct PullVisitor {
   }
 
   /// Consecutive statements of one kind. A value that one statement writes and the next one reads stays in a
-  /// register: memory takes three times as long as a sum. Such a value is the operand written last (the first
-  /// unit if there is one) if it is the next statement, as in sums and products of many terms; or the last
-  /// general operand if the next statement has it, too, as in products of a matrix and a vector.
+  /// register: memory takes three times as long as a sum. Such a value is the operand written last (or the
+  /// first unit) if it is the next statement, as in sums and products of many terms; it is the last general
+  /// operand if the next statement has it, too, as in products of a matrix and a vector.
   template <std::size_t Plus, std::size_t Minus, std::size_t General>
   class Run {
    public:

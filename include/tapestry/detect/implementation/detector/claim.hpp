@@ -28,7 +28,7 @@ inline void require_classes(const DetectorDescription& kind) {
   return claim;
 }
 
-/// Holds the values of the output with scores against their description: probabilities lie from 0 to 1,
+/// Checks the values of the output with scores against the description: probabilities lie from 0 to 1,
 /// numbers of classes, where the score is above 0, are whole and below K. NaN passes.
 ///
 /// \param shape   [1, N, channels], or [1, channels, N] where channels are first; N may be 0

@@ -106,7 +106,7 @@ inline void require_value(const nn::NetworkDescription& network, const std::stri
   return batched;
 }
 
-/// Whether a network has nodes whose results may have other extents for other values.
+/// Whether the extents of a network's results may depend on values.
 [[nodiscard]] inline bool may_depend_on_values(const nn::NetworkDescription& network) {
   constexpr std::array<std::string_view, 5> choosing{"If", "Loop", "NonMaxSuppression", "NonZero", "TopK"};
   return std::ranges::any_of(network.nodes, [&](const nn::Node& node) {

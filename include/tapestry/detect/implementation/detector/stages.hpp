@@ -10,8 +10,8 @@
 #include <tapestry/nn/network/tensor.hpp>
 
 /// \file
-/// Detectors whose candidates are as many as the picture has proposals: logits of a network in stages, [1, 4
-/// + K, 1, n], in an array with room for more.
+/// Detectors with as many candidates as the picture has proposals: logits of a network in stages, [1, 4 + K,
+/// 1, n], in an array with room for more.
 
 namespace tapestry::detect {
 namespace detail {

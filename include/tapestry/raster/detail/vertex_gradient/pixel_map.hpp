@@ -9,8 +9,8 @@
 namespace tapestry::raster::detail {
 
 /// Neural Mesh Renderer's gradient of positions; it is not the derivative of any picture. Every edge of every
-/// face is followed along each row and column that crosses it. Each pixel there whose loss would fall if the
-/// edge moved to it adds its gain, divided by its distance from the edge. Source: Kato, Ushiku, Harada,
+/// face is followed along each row and column that crosses it. Each pixel there adds its gain, the fall of
+/// the loss if the edge moved to it, divided by its distance from the edge. Source: Kato, Ushiku, Harada,
 /// "Neural 3D Mesh Renderer" (CVPR 2018), section 3, and its program's rules: pixels outside the face count
 /// up to the border of the picture, only where the pixel inside the edge shows the face; pixels inside count
 /// up to the face's other side; only gains count.

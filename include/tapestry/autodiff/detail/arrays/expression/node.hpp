@@ -78,7 +78,7 @@ struct NumberNode {
   [[nodiscard]] std::tuple<> leaves() const { return {}; }
 };
 
-/// Operations that take so long that their values are kept for the pullback.
+/// Costly operations: their values are kept for the pullback.
 template <class Operation>
 inline constexpr bool is_costly = !requires {
   Operation::is_cheap;

@@ -120,7 +120,7 @@ inline void decompose_attention(OperatorContext& context, Decomposer& parts) {
   AttentionParts(context, parts).write();
 }
 
-/// Places of the taps of patches in a picture of any number of axes.
+/// Places of patches' taps in a picture with any number of axes.
 struct PatchPlaces {
   struct Axis {
     std::int64_t extent = 0, block = 0, dilation = 1, stride = 1, pad = 0;

@@ -240,7 +240,7 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// Ranges of the attributes of a convolution, and of these others.
+/// Ranges of the attributes of a convolution, and of further ones.
 [[nodiscard]] inline std::vector<AttributeRange> convolution_ranges(std::vector<AttributeRange> others = {}) {
   others.push_back({"group", 1, largest_extent});
   return window_ranges(std::move(others));

@@ -38,7 +38,7 @@ struct KernelAttributes {
 /// Settings of a window beyond this are rejected.
 inline constexpr std::int64_t largest_window = std::int64_t(1) << 20U;
 
-/// Ranges of the attributes of a window, and of these others.
+/// Ranges of the attributes of a window, and of further ones.
 [[nodiscard]] inline std::vector<AttributeRange> window_ranges(std::vector<AttributeRange> others = {}) {
   for (const char* const name : {"kernel_shape", "strides", "dilations"})
     others.push_back({name, 1, largest_window});
