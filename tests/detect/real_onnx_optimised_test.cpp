@@ -117,8 +117,8 @@ TEST_CASE("a trained network in half precision finds the cars that ONNX Runtime 
   const std::string path = data + "detectors/yolov5n_fp16.onnx";
   if (test::is_absent(path)) return;
   const detect::Detector<float> detector(io::read_onnx(path), detect::known_description("yolov5"));
-  // ONNX Runtime rounds the result of each of 60 layers by 2^-11: √60 · 2^-11 of a logit of 5 are .02; the
-  // logistic function leaves at most a quarter.
+  // ONNX Runtime rounds the result of each of 60 layers by 2^-11: √60 · 2^-11 of a logit of 5 are .02, after
+  // the logistic function at most a quarter of that.
   check_cars("yolov5n_fp16", detector, cars_of_yolov5n, .005);
 }
 

@@ -21,7 +21,7 @@ Array<float, 2> numbered(std::size_t count) {
   return colours;
 }
 
-/// Which texel each one's colour comes from; fails where channels were parted.
+/// Index of the texel that each colour comes from; fails if its channels were separated.
 std::vector<std::size_t> sources(const Array<float, 2>& colours) {
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < colours.shape(0); ++i) {

@@ -34,7 +34,7 @@ TEST_CASE("fits place by hand", "[image][letterbox]") {
   for (const auto kind : image::fit_kinds) {
     CHECK_THROWS_AS(image::placement(0, 3, 416, 416, kind), tapestry::DomainError);
     CHECK_THROWS_AS(image::picture_from_canvas(3, 3, 0, 416, kind), tapestry::DomainError);
-    CHECK(is(image::placement(7, 7, 21, 21, kind), 21, 21, 0, 0));  // of one shape all are the same
+    CHECK(is(image::placement(7, 7, 21, 21, kind), 21, 21, 0, 0));  // with equal shapes all kinds agree
   }
 }
 

@@ -197,7 +197,7 @@ std::vector<nn::MapWindow> windows_in(std::size_t rows, std::size_t columns) {
 }
 
 /// Within a window all outputs are as in the whole. Outputs that share tiles with it may be written, too, and
-/// no others. No bit in it depends on inputs that are not needed, be they NaN.
+/// no others. Unneeded inputs, even NaN, change no bit in it.
 template <class T>
 std::size_t window_faults(const WindowCase<T>& test, const nn::Buffer<T>& whole,
                           const nn::MapWindow& window) {

@@ -41,7 +41,7 @@ done
 cmp -s layer_cam/data1-heat_map.png grad_cam/data1-heat_map.png && fail "all kinds are one" || pass
 expect_exit 4 "a layer that is not there" "$programs/detect" "${yolox[@]}" --heat-map none --layer nowhere "$data/carla/data1.npz"
 expect_error_line "no node makes the layer 'nowhere'"
-# How much of the attention lies on the car: of the plain car most, and the camouflage's share and its pictures are told.
+# Share of the attention on the car: largest on the plain car; the camouflage's share and pictures are printed.
 expect_exit 0 "attention" "$programs/evaluate" --run real "${yolox[@]}" --size 416 --protocol attention --controls matched --output attention
 grep -E '^attention on the car, % of the heat map: yolox_nano \(the car covers [0-9.]+ %' command.out && pass || fail "no shares of attention"
 awk '/^attention on the car/ { inside = 1 } inside && $1 == "clean" { share = $2; exit } END { exit !(share > 60 && share <= 100) }' command.out && pass ||

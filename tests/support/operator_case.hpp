@@ -16,7 +16,7 @@ struct OperatorCase {
   std::map<std::size_t, nn::Constant> constants{};  ///< the other operands, by their places
   std::int64_t opset = 17;
   double low = -1, high = 1;    ///< range of random values
-  std::vector<double> kinks{};  ///< which those keep away from by 0.01
+  std::vector<double> kinks{};  ///< operands keep 0.01 away from these
   std::size_t output_count = 1;
   std::size_t smooth_outputs = 1;  ///< so many have an adjoint
 };

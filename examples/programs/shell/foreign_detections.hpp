@@ -121,8 +121,8 @@ inline ExportedPictures read_exported_pictures(const std::string& folder) {
   }
 }
 
-/// Refuses boxes that are corners (left, top, right, bottom): all of them could be, and read so more lie over
-/// the car of their picture.
+/// Refuses boxes that are corners (left, top, right, bottom): all could be corners, and as corners more of
+/// them lie over their picture's car.
 /// \throws FileError (mismatch)
 inline void require_no_corners(const std::string& path, const ExportedPictures& all) {
   std::size_t as_sides = 0, as_corners = 0;

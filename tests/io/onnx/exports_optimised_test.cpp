@@ -155,8 +155,8 @@ struct Run {
   }
 };
 
-/// Weights whose names the file keeps: how many, and the largest distance of their gradients. Gradients near
-/// 0, as of a bias before a normalisation, prove nothing.
+/// Weights whose names the file keeps: their number, and the largest distance of their gradients. Gradients
+/// near 0, as of a bias before a normalisation, prove nothing.
 template <class T>
 std::pair<std::size_t, double> weight_distance(const Run<T>& run) {
   const auto facts = nlohmann::json::parse(io::read_text_file(run.folder / "meta.json"));

@@ -16,7 +16,7 @@ namespace files = std::filesystem;
 using namespace tapestry;
 
 namespace {
-/// Vectors of operators that are supported which are not run all the same: part of the name, part of the
+/// Vectors of supported operators that are not run: part of the name, part of the
 /// network's error, and the reason.
 struct Exception {
   std::string name, complaint, reason;

@@ -38,7 +38,7 @@ double dot(const Numbers& a, const Numbers& b) {
 }
 
 /// A network with its inputs one behind the other, and the objective Σ w·y over the first of its results,
-/// some have no weight.
+/// without weights for some.
 template <class T>
 class Run {
  public:

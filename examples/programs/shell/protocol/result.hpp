@@ -5,7 +5,7 @@
 
 namespace tapestry::shell {
 
-/// Number of neighbours of each name: the draws of that texture.
+/// Number of draws of each texture: neighbours of one name are its draws.
 inline std::vector<std::size_t> draws_of(const std::vector<evaluate::Control>& textures) {
   std::vector<std::size_t> draws;
   for (std::size_t k = 0; k < textures.size(); ++k)
