@@ -30,7 +30,7 @@ namespace detail {
 [[nodiscard]] inline std::vector<std::uint32_t> star_colours(const JacobianPattern& pattern) {
   constexpr std::uint32_t none = 0xFFFFFFFFU;
   std::vector<std::uint32_t> colours(pattern.row_count(), none);
-  std::vector<std::size_t> forbidden_for;  // by colour: 1 + the variable that may not take it
+  std::vector<std::size_t> forbidden_for;  // for each colour, 1 + the variable that may not take it
   std::vector<std::size_t> order(colours.size());
   std::iota(order.begin(), order.end(), std::size_t(0));
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -41,7 +41,7 @@ namespace detail {
     for (const auto w : pattern.row(v)) {
       if (w == v) continue;
       if (colours[w] != none) forbid(colours[w]);
-      if (colours[w] == 0) continue;  // none is lower, and a hub of many comes first
+      if (colours[w] == 0) continue;  // no colour is lower, and a hub comes first
       for (const auto x : pattern.row(w))
         if (x != v && colours[x] != none && (colours[w] == none || colours[x] < colours[w]))
           forbid(colours[x]);

@@ -14,12 +14,12 @@ struct TapeStatistics {
     std::string name;
     std::size_t count = 0;
     std::size_t operands = 0;
-    std::size_t bytes = 0;  ///< on the tape, without adjoints and what operations with a pullback hold
+    std::size_t bytes = 0;  ///< on the tape, without adjoints and data of pullbacks
   };
 
   Row all;                      ///< everything
   std::vector<Row> statements;  ///< scalar statements by their number of operands; inputs have none
-  std::vector<Row> operations;  ///< those with a pullback, array inputs included, the most frequent first
+  std::vector<Row> operations;  ///< operations with a pullback, with array inputs, the most frequent first
   std::vector<Row> labels;      ///< counts of each label, in the order in which labels begin
 
   /// Prints a table; the header `ostream` must be included.

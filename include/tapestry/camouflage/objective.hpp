@@ -26,7 +26,7 @@ struct Evaluated {
   ObjectiveTerms terms;
 
   /// Adds a term to the loss.
-  /// \param term  where its value goes; null: to the total alone
+  /// \param term  receives the value; null: only the total does
   void add(double ObjectiveTerms::*term, const Variable<T>& value, double weight) {
     if (term != nullptr) terms.*term = static_cast<double>(value.value());
     loss += static_cast<T>(weight) * value;

@@ -42,7 +42,7 @@ struct ObjectiveTerms {
 struct ObjectiveTerm {
   const char* name;
   double ObjectiveTerms::*value;
-  const char* brief;             ///< its name where a line has all terms; empty: left out there
+  const char* brief;             ///< short name for a line with all terms; empty: not in it
   const char* option = nullptr;  ///< null: no weight
   double& (*weight)(ObjectiveOptions& options) = nullptr;
   const char* help = nullptr;  ///< shown for the option

@@ -33,12 +33,12 @@ struct View {
   std::array<std::size_t, 2> frame_extents{};  ///< rows and columns of the frame's picture
   /// Texture → m·O, [h, w, 3], multiplied by its coverage m·c.
   std::shared_ptr<const raster::TextureOperator<T>> paint_to_picture;
-  image::PixelWindow window;  ///< where that lies in the frame; empty if nothing shows
+  image::PixelWindow window;  ///< its place in the frame; empty if nothing shows
   /// [h, w], 1 where a pixel and those right and below are all car.
   std::shared_ptr<const Array<T, 2>> interior;
   detect::Box target{0, 0, 0, 0};  ///< around the car's visible part, pixels of the input
   std::size_t visible_pixels = 0;  ///< pixels that show the car
-  double hidden_share = 0;         ///< of the car's silhouette in the picture, by the frame's mask
+  double hidden_share = 0;         ///< share of the car's silhouette hidden by the frame's mask
   /// Position of the camera around the middle of the car, in units of half the car's longest side; all 0 for
   /// a camera right there.
   geometry::Orbit orbit{};

@@ -84,7 +84,7 @@ extern template class ViewStore<float>;
 /// Which views of a store show the car.
 struct UsableViews {
   std::vector<std::size_t> indices;   ///< ascending
-  std::vector<std::string> warnings;  ///< one for each view that does not show it
+  std::vector<std::string> warnings;  ///< one for each view without the car
 };
 
 /// Prepares every view of a store once and sorts out those in which the car is hidden; throws as its loaders.

@@ -28,7 +28,7 @@ class Pool {
     std::unique_ptr<Object> take() {
       const std::lock_guard lock(mutex_);
       if (objects_.empty()) {
-        objects_.reserve(++count_);  // so that none has to be thrown away
+        objects_.reserve(++count_);  // so that no object is thrown away
         return std::make_unique<Object>();
       }
       auto object = std::move(objects_.back());

@@ -165,7 +165,7 @@ class Detector {
   /// Activations of an observed layer for one image, [C, H, W].
   ///
   /// \param pass   of forward() in another mode than inference
-  /// \param layer  its place among those that were named
+  /// \param layer  its index among the named layers
   /// \throws DomainError if there is no such layer or image, or the pass kept nothing or only windows
   [[nodiscard]] Array<T, 3> layer_values(const Pass<T>& pass, std::size_t layer, std::size_t image) const;
 

@@ -25,7 +25,7 @@ struct Pass {
 
   Mode mode = Mode::inference;
   std::size_t images = 0;
-  std::vector<nn::NetworkPass<T>> graph{};  ///< one for each image, or one for all
+  std::vector<nn::NetworkPass<T>> graph{};  ///< one pass for each image, or one for all
   std::vector<nn::StagedPass<T>> stages{};  ///< of a network in stages, instead of `graph`
   std::vector<nn::Buffer<T>> inputs{};      ///< images as the network takes them
 

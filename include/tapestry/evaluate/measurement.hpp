@@ -45,7 +45,7 @@ struct Measurement {
   std::vector<double> best_confidence{};   ///< one entry a picture, see best_confidence()
   std::vector<ViewOutcome> outcomes{};     ///< one entry a picture
   FateCounts fates{};                      ///< of the outcomes
-  std::vector<std::string> class_names{};  ///< of the detector, where it has some
+  std::vector<std::string> class_names{};  ///< the detector's names, if it has some
   DetectionRate rate{};
   double mean_best_confidence = 0;     ///< over the pictures, 0 without any: a rate hides what a mean shows
   std::vector<DetectionRate> sweep{};  ///< the rate at each threshold of the meter's sweep
@@ -132,7 +132,7 @@ template <std::invocable<const MeasuredPicture&> Visit>
   std::vector<std::vector<bool>> found_in_sweep(meter.settings().sweep.size());
   const std::size_t draws = photography.draws;
   using ViewPointer = camouflage::ViewStore<float>::ViewPointer;
-  std::vector<ViewPointer> shown(views.size());  // those whose pictures are being made
+  std::vector<ViewPointer> shown(views.size());  // views whose pictures are being made
   const auto making = std::make_unique<std::mutex[]>(views.size());
   const auto view_of = [&](std::size_t place) {
     const std::lock_guard lock(making[place]);
@@ -217,7 +217,7 @@ struct Survey {
   std::vector<Measurement> controls;
   AttackSuccess asr;             ///< share of the views found in `clean` that `adversarial` hides
   std::optional<Effect> effect;  ///< beyond matched noise, where that is among the controls
-  std::optional<Effect> effect_beyond_other_run;  ///< where that is among the controls
+  std::optional<Effect> effect_beyond_other_run;  ///< if the other run is among the controls
 };
 
 /// The survey of measurements in the same views.

@@ -20,7 +20,7 @@ inline constexpr double protocol_half_fov_deg = 30;
 
 /// A camera of a protocol, and its place in the protocol's table.
 struct ProtocolFrame {
-  double distance = 1;       ///< from the middle of the car, whose half length is 1
+  double distance = 1;       ///< from the car's middle, in half lengths of the car
   double elevation_deg = 0;  ///< above the horizon
   double azimuth_deg = 0;    ///< 0 in front of the car, 90 at its left
   std::size_t row = 0;       ///< row of the table

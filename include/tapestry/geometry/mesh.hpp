@@ -46,7 +46,7 @@ struct MeshTopology {
   };
   std::size_t vertex_count = 0;
   std::vector<std::array<std::size_t, 2>> edges;  ///< each once, the lower index first, ascending
-  std::vector<Hinge> hinges;                      ///< at the edges of exactly two faces, ascending
+  std::vector<Hinge> hinges;                      ///< hinges at edges with exactly two faces, ascending
 };
 
 /// \throws Error (mismatch) if a face refers to a missing position

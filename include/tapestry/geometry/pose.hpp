@@ -75,7 +75,7 @@ inline void placed_adjoint(const Pose& pose, const std::vector<Vector3>& positio
 /// masks; 0.41 is about 2 / 4.86 m, the length of the normalised car over that of the real one.
 struct CarlaOptions {
   double scale = 0.41;                    ///< units of the mesh per metre
-  double z_shift_m = 0.2;                 ///< how far the vehicle's origin is raised
+  double z_shift_m = 0.2;                 ///< height added to the vehicle's origin
   double fov_rad = std::numbers::pi / 2;  ///< full field of view, horizontal and vertical
   double near = 0.1;                      ///< units of the mesh
   double far = 100;                       ///< units of the mesh

@@ -71,7 +71,7 @@ class InputLedger {
 
   struct Entry {
     FileRecord record{};
-    std::string stamp{};  ///< of RegularFile, when the file was hashed
+    std::string stamp{};  ///< RegularFile's stamp when the file was hashed
   };
 
   /// \throws FileError (mismatch) if the path held other bytes before

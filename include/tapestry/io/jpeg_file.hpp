@@ -107,7 +107,7 @@ namespace detail {
 /// Error or warning of a decoder; empty for a sound file.
 struct JpegComplaint {
   std::string text{};
-  bool is_warning = false;  ///< of damage that leaves a picture
+  bool is_warning = false;  ///< damage that leaves a picture
 };
 
 /// The part that calls libjpeg-turbo, compiled where a program includes implementation.hpp: RGB, or CMYK as

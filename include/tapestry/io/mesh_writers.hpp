@@ -77,7 +77,7 @@ namespace detail {
 struct GlbPictures {
   std::string paint;                   ///< of the painted faces; empty for none
   double u_extent = 1;                 ///< of the paint
-  std::vector<std::string> materials;  ///< of the other faces, one a material, empty for none
+  std::vector<std::string> materials;  ///< names for the other faces, one a material; empty for none
 };
 
 /// The bytes of a .glb, compiled where a program includes implementation.hpp.

@@ -18,7 +18,7 @@ struct DetectorFiles {
   std::string decode{};       ///< decode family of a Darknet network, where its files leave it open
   std::size_t size = 0;       ///< side of the square input, pixels; 0: the files' own
   std::string precision = "float";  ///< of products in convolutions: float or bfloat16
-  std::string fit{};  ///< how photographs are fitted, see image::fit_by_name(); empty: the files' own
+  std::string fit{};                ///< fit of photographs, see image::fit_by_name(); empty: the files' own
   /// Values within an ONNX model, or numbers of a Darknet network's layers, that Detector::layer_values()
   /// returns; an empty one stands for the last layer that all heads depend on.
   std::vector<std::string> layers{};

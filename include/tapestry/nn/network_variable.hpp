@@ -66,7 +66,7 @@ template <std::floating_point T>
 struct PoolingLayer {
   std::size_t size = 2;
   std::size_t stride = 2;
-  std::size_t padding = 0;  ///< on each side; what lies there is not counted
+  std::size_t padding = 0;  ///< on each side; padding is not counted
 };
 
 /// The largest value of each window in each channel, [N, H', W', C]. The first of equal ones in reading order

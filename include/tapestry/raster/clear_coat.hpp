@@ -40,7 +40,7 @@ namespace tapestry::raster {
 struct GgxReflection {
   double value = 0;
   double by_alpha = 0;
-  geometry::Vector3 by_towards{0, 0, 0};  ///< by l; the part along l has no meaning, as l has length 1
+  geometry::Vector3 by_towards{0, 0, 0};  ///< derivative by l; its part along l has no meaning, as |l| = 1
 };
 
 /// π·D·V·F·(n·l) with D at the half vector h of l and v, F = schlick_fresnel(f0, h·v): the radiance towards

@@ -18,7 +18,7 @@ struct PaintChoice {
   std::size_t rows = 64;                           ///< of an atlas; texels per edge of a cube
   TextureFilter filter = TextureFilter::bilinear;  ///< of an atlas
   image::ColourSpace space =
-      image::ColourSpace::linear;  ///< in which the mesh is lit and laid over photographs
+      image::ColourSpace::linear;  ///< space to light the mesh and lay it over photographs
 };
 
 /// Widest atlas that painted() lays out, in units of u. The uvs of a texture that repeats reach further.

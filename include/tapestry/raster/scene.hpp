@@ -22,8 +22,8 @@ struct PlacedBody {
 /// pictures with all their gradients to occlusion and shadows, takes `whole`.
 struct Scene {
   PaintedMesh whole;
-  std::vector<std::size_t> first_face;      ///< of each body, then the number of all
-  std::vector<std::size_t> first_position;  ///< of each body, then the number of all
+  std::vector<std::size_t> first_face;      ///< first face of each body, then the number of all
+  std::vector<std::size_t> first_position;  ///< first position of each body, then the number of all
 
   /// The body of a face.
   [[nodiscard]] std::size_t body_of(std::size_t face) const {

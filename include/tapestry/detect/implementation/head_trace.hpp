@@ -120,7 +120,7 @@ struct LogisticChannels {
 /// smallest first. Grids without visible anchors have no list.
 [[nodiscard]] inline std::vector<std::vector<std::array<double, 2>>> shown_anchors(
     const nn::NetworkDescription& network) {
-  constexpr std::size_t most = 9;  // of a grid; places of cells are more
+  constexpr std::size_t most = 9;  // anchors of a grid; more are places of cells
   const Makers makers(network);
   std::vector<std::vector<std::array<double, 2>>> found;
   for (const nn::Node* const node : head_trace(network, network.outputs).nodes) {

@@ -28,7 +28,7 @@ struct LabelledPicture {
 /// Pictures with labelled objects.
 struct Dataset {
   std::vector<std::string> class_names{};  ///< empty where classes are known by number only
-  std::vector<std::uint64_t> class_ids{};  ///< as the data set numbers them, beside class_names
+  std::vector<std::uint64_t> class_ids{};  ///< the data set's own numbers, one for each of class_names
   std::vector<LabelledPicture> pictures{};
   std::vector<std::string> warnings{};
 };

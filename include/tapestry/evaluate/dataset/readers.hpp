@@ -61,7 +61,7 @@ namespace tapestry::evaluate {
 /// The labels of one picture, with the class name of each object.
 struct VocAnnotation {
   std::string filename{};
-  LabelledPicture picture{};               ///< without path and id; classes are numbered 0
+  LabelledPicture picture{};               ///< without path and id; all classes have number 0
   std::vector<std::string> class_names{};  ///< one an object
 };
 

@@ -127,7 +127,7 @@ std::vector<std::uint8_t> faces_seen_around(const geometry::Mesh& mesh) {
     const double azimuth = 2 * std::numbers::pi * static_cast<double>(i % azimuths) / azimuths;
     const auto camera = geometry::orbit_camera(azimuth, elevations_deg[i / azimuths] * rad_per_deg, distance,
                                                bounds.middle(), fov_rad);
-    std::vector<std::uint8_t> samples(mesh.faces.size(), 0);  // one alone may be an edge's, by rounding
+    std::vector<std::uint8_t> samples(mesh.faces.size(), 0);  // rounding at an edge can give one sample
     for (const std::int32_t face : raster::visibility(mesh, camera, side, side, 2).face)
       if (face >= 0 && ++samples[static_cast<std::size_t>(face)] == 2)
         is_seen[static_cast<std::size_t>(face)] = 1;

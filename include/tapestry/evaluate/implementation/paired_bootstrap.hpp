@@ -20,7 +20,7 @@ double quantile(const std::vector<double>& sorted, double p) {
   const auto below = static_cast<std::size_t>(position);
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
   if (position == static_cast<double>(below) || sorted[above] == sorted[below])
-    return sorted[below];  // also where the next one is infinite
+    return sorted[below];  // also if the next one is infinite
   return sorted[below] + (position - static_cast<double>(below)) * (sorted[above] - sorted[below]);
 }
 
@@ -81,7 +81,7 @@ double student_quantile(double p, double degrees) {
     const double q = s * s / degrees;
     return q > 0 ? std::exp(-q * (degrees - 1) / 2) * std::sqrt(q / std::expm1(q)) : 1.0;
   };
-  const auto integral = [&](double end) {  // of the density from 0, by Simpson's rule
+  const auto integral = [&](double end) {  // integral of the density from 0, by Simpson's rule
     const int steps = 200;
     double sum = density(0) + density(end);
     for (int i = 1; i < steps; ++i) sum += (i % 2 == 0 ? 2 : 4) * density(end * i / steps);

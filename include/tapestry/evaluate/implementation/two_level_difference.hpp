@@ -27,7 +27,7 @@ inline Array<double, 2> linear_terms(const Array<double, 2>& first, const Array<
 
 /// Estimated parts of the variance of the mean over crossed draws and views, see two_level_difference().
 struct TwoLevelVariance {
-  double of_view_means = 0;  ///< of the mean of these: views and interaction
+  double of_view_means = 0;  ///< variance of the views' mean, with the interaction
   double views = 0;          ///< a
   double draws = 0;          ///< b
   double degrees = 0;        ///< ν
@@ -160,7 +160,7 @@ inline TwoLevelShare two_level_share(const Array<double, 2>& found) {
   }
   if (result.is_saturated())
     result.share = result.found_views > 0 ? 1 : 0;  // without rounding
-  else if (!(result.variance.sum() > 0))            // as many pictures in each view
+  else if (!(result.variance.sum() > 0))            // each view has as many pictures
     result.variance.views = result.share * (1 - result.share) / result.views;
   return result;
 }

@@ -33,7 +33,7 @@ class ExactSum {
     terms_.at(count_++) = value;
   }
 
-  std::array<double, 12> terms_{};  // of the six products of three points
+  std::array<double, 12> terms_{};  // terms of the six products of three points
   std::size_t count_ = 0;
 };
 
@@ -68,7 +68,7 @@ PolygonShape PolygonTriangulator::triangulate(std::span<const Vector3> corners) 
 }
 
 void PolygonTriangulator::flatten(std::span<const Vector3> corners) {
-  Vector3 area{}, size{};  // of the fan along each axis, with signs and without
+  Vector3 area{}, size{};  // areas of the fan along each axis, with signs and without
   for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
     const Vector3 part = cross(subtract(corners[i], corners[0]), subtract(corners[i + 1], corners[0]));
     for (std::size_t axis = 0; axis < 3; ++axis) {

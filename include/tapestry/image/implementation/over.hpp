@@ -132,7 +132,7 @@ ArrayVariable<T, 4> over(const std::vector<ArrayVariable<T, 3>>& premultiplied,
   const auto pullback = [all, batch, size, extents, space](
                             const Array<T, 4>& batch_adjoint,
                             const std::vector<Array<T, 3>*>& premultiplied_adjoints) {
-    for (std::size_t n = 0; n < all.size(); ++n)  // in turn: two may share an adjoint
+    for (std::size_t n = 0; n < all.size(); ++n)  // one by one: two may share an adjoint
       if (premultiplied_adjoints[n] != nullptr)
         detail::pull_back_laid(all[n], batch->data() + n * size, batch_adjoint.data() + n * size, extents,
                                space, premultiplied_adjoints[n]->data());

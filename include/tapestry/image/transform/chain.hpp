@@ -73,7 +73,7 @@ struct Conditions {
   double contrast = 0;        ///< largest change of contrast and of saturation, as a share, either way
   double blur_px = 0;         ///< largest standard deviation of blur, pixels of the detector's input
   double noise = 0;           ///< largest standard deviation of the sensor's noise at mid grey
-  int worst_quality = 0;      ///< of JPEG, 1 to 95: drawn between it and 95; 0 for no compression
+  int worst_quality = 0;      ///< lowest JPEG quality, 1 to 95: drawn between it and 95; 0: no JPEG
 
   /// A printer: distances of its blackest black and its whitest white from ideal ones, and the largest error
   /// of the matrix that mixes its colours.

@@ -62,7 +62,7 @@ class NameNumbers {
   }
 
   [[nodiscard]] std::uint32_t hash_of(std::string_view name) const {
-    std::uint64_t hash = 1;  // so that bytes of 0 in front count
+    std::uint64_t hash = 1;  // not 0: leading bytes of 0 count
     for (std::size_t at = 0; at < name.size(); at += 7) {
       std::uint64_t chunk = 0;
       std::memcpy(&chunk, name.data() + at, std::min<std::size_t>(7, name.size() - at));

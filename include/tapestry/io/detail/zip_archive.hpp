@@ -174,7 +174,7 @@ class ZipArchive {
 
   [[nodiscard]] std::string inflated(std::string_view packed, std::uint64_t size, std::size_t at,
                                      const std::string& name) const {
-    std::string content(static_cast<std::size_t>(size) + 1, '\0');  // one more: to notice longer streams
+    std::string content(static_cast<std::size_t>(size) + 1, '\0');  // one byte more detects longer streams
     z_stream stream{};
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
     stream.avail_in = static_cast<uInt>(packed.size());

@@ -10,7 +10,7 @@ struct Responsible {
   double objectness = 0;         ///< σ(objectness logit); of a head without objectness class_probability
   double class_probability = 0;  ///< of the target's class, σ(class_logit())
   double confidence = 0;         ///< objectness times class_probability; without objectness the latter alone
-  Overlap overlap;               ///< of its box with the target
+  Overlap overlap;               ///< overlap of its box and the target
 
   /// Score of the candidate as a detection of the target, in [0, 1].
   [[nodiscard]] double score() const { return confidence * overlap.iou; }
@@ -101,7 +101,7 @@ struct CellsOfExclusiveClasses {
 template <std::floating_point T>
 struct BestSoFar {
   std::optional<Responsible> found;
-  double score = 0;  ///< to be beaten by the next one; NaN ends the search
+  double score = 0;  ///< the next one must exceed it; NaN ends the search
   T hopeless = 0;    ///< a bound() below it cannot
 };
 

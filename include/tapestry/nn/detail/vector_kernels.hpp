@@ -146,7 +146,7 @@ struct WinogradFilterArguments {
 /// Transforms the inputs of one tile.
 template <std::floating_point T>
 struct WinogradInputArguments {
-  const T* const* pixels;  ///< of the tile in reading order, each readable up to whole vectors
+  const T* const* pixels;  ///< pixels of the tile by rows, each readable to a whole vector
   std::size_t first_channel;
   std::size_t channel_count;
   T* out;  ///< [points (point_step apart), channels]

@@ -26,7 +26,7 @@ struct WinogradPlan {
   std::size_t tiles = 0;            ///< tiles of all images
   std::size_t tiles_per_range = 0;  ///< tiles that share transformed filters
   std::size_t ranges = 0;
-  std::size_t channels_per_block = 0;  ///< of a partial sum; whole vectors
+  std::size_t channels_per_block = 0;  ///< channels of a partial sum; whole vectors
   std::size_t channels_per_word = 1;   ///< 2 where words hold pairs
   std::size_t words_per_block = 0;
   std::size_t blocks = 0;

@@ -154,7 +154,7 @@ class NetworkPass {
   std::vector<bool> is_kept_;
   std::vector<OperationState<T>> states_;  ///< one for each step and each of the batch
   std::vector<Buffer<T>> adjoints_;        ///< one for each value, while it is gathered
-  std::vector<T*> goals_;                  ///< where adjoints of inputs and weights go
+  std::vector<T*> goals_;                  ///< receive the adjoints of inputs and weights
   std::vector<Gathered> gathered_;         ///< results whose adjoints are wanted
   bool wants_inputs_ = false;
   bool wants_weights_ = false;

@@ -89,7 +89,7 @@ class ProgramBuilder {
     ElementType type = ElementType::floating;
     std::size_t value[2] = {no_value, no_value};  ///< plain, channels last
     bool failed = false;
-    const Node* moved_by = nullptr;  ///< of a constant, whose elements are those of the node's first operand
+    const Node* moved_by = nullptr;  ///< of a constant that moves its first operand's elements
     std::size_t moved_result = 0;
   };
 
@@ -173,7 +173,7 @@ class ProgramBuilder {
   ValueNames names_;
   PlanBudget budget_;
   std::set<std::string> repeated_before_;         ///< budget_.repeated, as earlier stages have left it
-  std::set<const Constant*> repeated_constants_;  ///< that nodes of loops' rounds read
+  std::set<const Constant*> repeated_constants_;  ///< constants that nodes of loops' rounds read
   std::size_t problem_count_ = 0;
   std::string problems_;
   std::set<std::size_t> noted_;

@@ -36,7 +36,7 @@ class StagedPass {
   struct Stage {
     std::shared_ptr<const Stage> before{};
     std::map<std::string, Constant> found{};  ///< integers and truths that the stages before have computed
-    std::map<std::string, Shape> shapes{};    ///< of the numbers that were known before
+    std::map<std::string, Shape> shapes{};    ///< extents of the numbers known before
     std::unique_ptr<Network<T>> network{};    ///< null if there is nothing to run
     std::vector<std::string> inputs{}, outputs{};  ///< of the network
     std::vector<ElementType> types{};              ///< of its outputs

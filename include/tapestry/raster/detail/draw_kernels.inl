@@ -96,7 +96,7 @@ struct RowSetup {
   static constexpr std::size_t parts = 16 / lanes;  // vectors of a group
   Ints start[3];                                    // edges at the first row's first vector
   Ints per_vector[3];                               // change of an edge from a vector to the next
-  Ints per_row[3];                                  // and from a row to the next
+  Ints per_row[3];                                  // step from a row to the next
   Floats offset[parts];                             // lane · step of each vector of a group
   Floats low, high;                                 // bounds of 1/z
   Ints face;

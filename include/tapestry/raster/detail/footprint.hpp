@@ -71,7 +71,7 @@ class FaceInAtlas {
   std::array<std::array<double, 2>, 3> place_{};
   std::array<double, 3> depth_{};
   AtlasSteps steps_{0, 0, 0, 0};      ///< at the first corner, to a depth of 1
-  std::array<double, 2> turn_{0, 0};  ///< how steps change over the face
+  std::array<double, 2> turn_{0, 0};  ///< change of the steps over the face
 };
 
 }  // namespace tapestry::raster

@@ -41,8 +41,8 @@ struct LookupBatch {
   alignas(64) std::array<Numbers, 4> steps;    ///< AtlasSteps
   alignas(64) std::array<Numbers, 2> place;    ///< {column, row}, in units of the atlas
   alignas(64) std::array<Numbers, 2> between;  ///< two neighbouring lookups of a fragment, likewise
-  alignas(64) Numbers lookups;                 ///< how many; 0: not to be looked up
-  alignas(64) Numbers level;                   ///< of the pyramid: whole, or between two
+  alignas(64) Numbers lookups;                 ///< number of lookups; 0: none
+  alignas(64) Numbers level;                   ///< level of the pyramid: whole, or between two
 };
 
 /// Rule for choosing lookups.

@@ -46,7 +46,7 @@ struct MomentBatch {
 /// A face near a line of a picture.
 struct LineFace {
   std::array<std::array<double, 3>, 3> w;  ///< its weights, a·column + b·row + c, see FaceWeights
-  std::array<double, 3> change;            ///< of the weights from the line to the points beside it
+  std::array<double, 3> change;            ///< change of the weights from the line to the points beside it
   double face;
 };
 
@@ -66,7 +66,7 @@ struct LinePoints {
   Values hidden_from{};                   ///< 1/z of faces that hide the point
   Values hider{};                         ///< a face that hides the point, or −1
   std::array<Values, 2> inverse_depth{};  ///< 1/z of the nearest face on each side, 0 for none
-  std::array<Values, 2> face{};  ///< that face, of equals the lowest; −1 if none is nearer than those known
+  std::array<Values, 2> face{};           ///< that face, of equals the lowest; −1 if no nearer one is found
 };
 
 /// The kernels of one instruction set; see raster_kernels.inl for what each computes.

@@ -262,7 +262,7 @@ class CoatedFit {
   std::vector<CoatedPoint> mirrors_;
   SurroundingsFit surroundings_, gloss_;
   std::vector<double> sun_;     ///< (1 − F) · max(0, n·L) · V
-  std::vector<LitPoint> matt_;  ///< what is left for sun and sky, below the coat
+  std::vector<LitPoint> matt_;  ///< the rest for sun and sky, below the coat
   SkyBasis basis_;              ///< of matt_
   std::vector<double> counts_, shading_;
   std::vector<std::array<double, 3>> targets_;

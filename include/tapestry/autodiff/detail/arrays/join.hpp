@@ -40,7 +40,7 @@ template <class T, std::size_t Rank>
   std::size_t outer = 1, inner = 1;
   for (std::size_t a = 0; a < Rank; ++a) (a < axis ? outer : a == axis ? extents[a] : inner) *= extents[a];
   extents[axis] = 0;
-  std::vector<std::size_t> lengths;  // of each part: elements for one index before the axis
+  std::vector<std::size_t> lengths;  // elements of each part for one index before the axis
   for (const auto& part : parts) {
     Extents<Rank> expected = extents;
     expected[axis] = part.shape()[axis];

@@ -70,7 +70,7 @@ class JacobiSVD<Matrix, Preconditioner> {
     using Numbers = tapestry::detail::Numbers<Scalar>;
     constexpr unsigned parts = ComputeFullU | ComputeThinU | ComputeFullV | ComputeThinV;
     constexpr auto given = static_cast<unsigned>(Preconditioner);
-    options |= given & parts;  // where versions of Eigen after 3.4 have them
+    options |= given & parts;  // if Eigen, after 3.4, has them
     const MatrixType a(input.derived());
     const JacobiSVD<Numbers, static_cast<int>(given & ~parts)> svd(
         tapestry::detail::numbers_of(a), ((options & ComputeFullU) != 0 ? ComputeFullU : ComputeThinU) |

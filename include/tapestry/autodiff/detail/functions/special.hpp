@@ -17,7 +17,7 @@ struct ExpMinusSquare {
   static auto value(DualNumber auto x) { return dual_unary<ExpMinusSquare>(x); }
   static auto partial(auto x, auto f) {
     using T = decltype(x);
-    return f == 0 ? T(0) : T(-2 * x * f);  // not the NaN of ∞ · 0
+    return f == 0 ? T(0) : T(-2 * x * f);  // avoids NaN from ∞ · 0
   }
 };
 struct Erf {
@@ -44,7 +44,7 @@ struct Tgamma {
   static auto partial(std::floating_point auto x, auto) { return gamma_derivative(x); }
   template <DualNumber T>
   static T partial(const T& x, const T& gamma_x) {
-    if (x > 1 && !isfinite(gamma_x)) return gamma_x;  // where ψ² outgrows the slopes of ψ, below 0
+    if (x > 1 && !isfinite(gamma_x)) return gamma_x;  // below 0, ψ² outgrows the slopes of ψ
     return gamma_x * polygamma<0>(x);
   }
 };

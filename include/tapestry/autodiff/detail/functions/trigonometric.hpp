@@ -32,8 +32,7 @@ struct Acos {
 struct Atan {
   static auto value(auto x) { return atan(x); }
   static auto partial(auto x, auto) {
-    if (abs(x) > Base<decltype(x)>(0x1p60F))
-      return 1 / x / x;  // where 1 is lost beside x², and x² would overflow
+    if (abs(x) > Base<decltype(x)>(0x1p60F)) return 1 / x / x;  // 1 is lost beside x², and x² would overflow
     return 1 / (1 + x * x);
   }
 };

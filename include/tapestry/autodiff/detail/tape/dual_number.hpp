@@ -94,7 +94,7 @@ namespace detail {
 /// rule, and slopes of slopes with them.
 struct Kinks {
   std::size_t met = 0;
-  std::size_t varying = 0;  ///< those whose operands have tangents; without ties
+  std::size_t varying = 0;  ///< operations whose operands have tangents; without ties
 };
 [[nodiscard]] inline Kinks& kinks() {
   thread_local Kinks counts;

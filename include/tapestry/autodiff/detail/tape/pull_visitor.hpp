@@ -19,7 +19,7 @@ struct PullVisitor {
   using Value = typename Adjoints::Value;
 
   Adjoints adjoints;
-  Word index;  ///< behind the statement that comes next
+  Word index;  ///< end of the next statement
   PullBack& pull_back;
 
   [[gnu::always_inline]] void skip(std::size_t count) {

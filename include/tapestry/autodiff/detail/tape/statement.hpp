@@ -61,7 +61,7 @@ struct OperandCounts {
 /// A statement's byte on a tape: its operand counts, or another kind of entry.
 enum class StatementKind : std::uint8_t {
   input = 0,           ///< no operands
-  chunk_begin = 0xFD,  ///< no statement: stands before the first of a piece of memory
+  chunk_begin = 0xFD,  ///< no statement: stands before the first statement of a piece of memory
   many_pairs = 0xFE,   ///< general operands, their number in the word behind them
   record = 0xFF,       ///< an operation with a pullback
 };

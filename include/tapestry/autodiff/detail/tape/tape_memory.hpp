@@ -11,7 +11,7 @@ struct WriteHead {
   static constexpr std::size_t usual_words = 64;  ///< most words of a usual statement
 
   Word* words = nullptr;
-  Word* usual_limit = nullptr;    ///< before it, there is room for a statement of usual_words
+  Word* usual_limit = nullptr;    ///< below it a statement of usual_words fits
   Link next{};                    ///< link of the next statement
   std::uintptr_t kinds_base = 0;  ///< the kind of statement i is at kinds_base + i
 
@@ -33,7 +33,7 @@ struct Chunk {
   PageMemory memory;
   std::size_t word_count = 0;
   std::uint32_t first_index = 0;  ///< of its first statement
-  Word* words_end = nullptr;      ///< where the head was when it left
+  Word* words_end = nullptr;      ///< place of the head when it left
 
   [[nodiscard]] Word* words() const { return reinterpret_cast<Word*>(memory.get()); }
   [[nodiscard]] StatementKind* kinds() const {

@@ -140,7 +140,7 @@ template <class E>
   if (head.has_usual_room() && formula.difference(next) >> 32U == 0) [[likely]] {
     Word* const words = head.words;
     __builtin_prefetch(words + prefetched_words, 1);
-    const std::uintptr_t kinds_base = head.kinds_base;  // all read before the first word is written
+    const std::uintptr_t kinds_base = head.kinds_base;  // read all before writing the first word
     operands.write(words);
     *reinterpret_cast<StatementKind*>(kinds_base + next.index()) = kind_of(counts);
     head.words = words + words_of<T>(counts);

@@ -18,7 +18,7 @@ struct Method {
 
   /// For each texel the row of the parameter that paints it, or `unpainted`; null: texel i has row i.
   std::shared_ptr<const std::vector<std::size_t>> row_of_texel{};
-  std::size_t row_count = 0;  ///< of the parameter, if row_of_texel is given
+  std::size_t row_count = 0;  ///< rows of the parameter, if row_of_texel is given
   /// Colours of unpainted texels, [texel, 3]; may be empty where there are none.
   Array<T, 2> elsewhere{};
   /// Bounds of the colours of each row, [row, 3], in [0, 1]; empty: 0 and 1.

@@ -81,7 +81,7 @@ void Detector<T>::run(const Array<T, 4>& images, const std::vector<KeptPicture<T
   const std::size_t each = mode == Mode::training && trains_together_ ? pass.images : 1;
   const std::size_t count = pass.images / each;
   const std::size_t lanes = pass.times == nullptr ? detail::lanes_for(network_, count) : 1;
-  pass.graph.resize(mode == Mode::inference ? lanes : count);  // each lane serves image after image
+  pass.graph.resize(mode == Mode::inference ? lanes : count);  // each lane computes image after image
   pass.inputs.resize(pass.graph.size());
   resize_logits(pass);
   if (stages_) return run_stages(images, pass);

@@ -175,9 +175,8 @@ class ObjMaterials {
 
   LoadedMesh& loaded_;
   LineOddities& oddities_;
-  std::vector<std::size_t>
-      undefined_lines_;           // where a material is first used, one each; 0 once it is defined
-  std::size_t library_line_ = 0;  // of the first file that is read
+  std::vector<std::size_t> undefined_lines_;  // line of each material's first use; 0 once it is defined
+  std::size_t library_line_ = 0;              // of the first file that is read
   std::size_t most_;
   std::uint64_t bytes_left_;
   std::unordered_set<std::string> names_;

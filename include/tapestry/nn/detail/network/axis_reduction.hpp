@@ -8,10 +8,10 @@ namespace tapestry::nn {
 /// How a tensor in row-major order is reduced along some of its axes. Lanes are neighbours with one result
 /// each. Where the last axis is itself reduced, a lane is a single value.
 struct AxisReduction {
-  LoopNest<2> kept{};     ///< over groups of lanes: places among the values and among the results
-  LoopNest<1> reduced{};  ///< over the values of a lane
+  LoopNest<2> kept{};     ///< loops over groups of lanes: places among values and results
+  LoopNest<1> reduced{};  ///< loop over the values of a lane
   std::size_t lanes = 1;
-  std::ptrdiff_t lane_step = 0;  ///< from a lane's result to the next
+  std::ptrdiff_t lane_step = 0;  ///< step from a lane's result to the next
   std::size_t count = 1;         ///< number of values that go to one result
 
   AxisReduction() = default;

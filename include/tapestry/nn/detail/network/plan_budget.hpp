@@ -7,7 +7,7 @@ namespace tapestry::nn {
 /// Amounts left to the plans of one network, all its stages together. Counts: every machine refuses the same
 /// files. Each is checked before its objects are made. docs/SECURITY.md states them.
 struct PlanBudget {
-  std::size_t nodes = std::size_t(3) << 15U;    ///< that others are taken apart into
+  std::size_t nodes = std::size_t(3) << 15U;    ///< nodes that others are taken apart into
   std::size_t planned = std::size_t(1) << 19U;  ///< nodes that later stages plan anew
   std::size_t stages = std::size_t(1) << 10U;
   std::size_t bytes = std::size_t(1) << 27U;   ///< results and weights of what the bodies of loops compute

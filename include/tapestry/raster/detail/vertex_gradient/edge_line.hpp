@@ -37,7 +37,7 @@ struct EdgeLine {
   Affine inverse_depth;          ///< 1/z where it appears
   std::array<double, 2> way;     ///< unit, in the picture, from its first end to the other
   double length;                 ///< in the picture
-  double hidden_to = 0;          ///< how far, in pixels from its first end, it is known to be hidden
+  double hidden_to = 0;          ///< hidden from its first end up to here, in pixels
 
   [[nodiscard]] bool has(std::int32_t face) const {
     return std::any_of(own.begin(), own.end(), [&](const HalfEdge& half) { return half.face == face; });

@@ -9,7 +9,7 @@ namespace tapestry::detail {
 template <class T, std::size_t Rank, class Adjoints>
 struct ElementPass {
   const RowPlan<Rank>& plan;
-  const Adjoints& adjoints;  ///< of the leaves, in order, null where none is wanted
+  const Adjoints& adjoints;  ///< adjoints of the leaves, in order; null if not wanted
   T* root;                   ///< values of a costly root, else null
   T* kept;                   ///< other costly values, [kept_count, plan.size], or null
   bool goes_back;            ///< root is read, not written
@@ -118,7 +118,7 @@ class ViewCursor {
       strides_ = view.strides_in(pass.plan.extents);
       step_ = strides_[Rank - 1];
     } else {
-      step_ = pass.plan.extents.empty() ? 1 : 0;  // one of no axes repeats beside others
+      step_ = pass.plan.extents.empty() ? 1 : 0;  // a node without axes repeats
     }
   }
   void seek(const auto& index) {

@@ -135,7 +135,7 @@ class EinsumParts {
  private:
   struct Term {
     std::string value;
-    Subscripts axes;  ///< each once, of the letters' extents
+    Subscripts axes;  ///< each letter once, of its extents
   };
 
   [[nodiscard]] static bool has(const Subscripts& axes, char axis) {

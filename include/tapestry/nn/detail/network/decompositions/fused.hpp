@@ -36,7 +36,7 @@ class AttentionParts {
     for (const std::size_t past : {4U, 5U})
       if (context.has_input(past)) throw DomainError({"past keys, input ", past, ", are not supported"});
     if (context.number("softcap", 0) != 0) throw DomainError("attribute 'softcap' is not supported");
-    context.ignore("qk_matmul_output_mode");  // of a result that is refused where it is read
+    context.ignore("qk_matmul_output_mode");  // its result is refused if it is read
     context.ignore("softmax_precision");
     const Shape &q = context.input(0).shape, &k = context.input(1).shape;
     if (q.size() != k.size() || (q.size() != 3 && q.size() != 4) || context.input(2).shape.size() != q.size())

@@ -17,7 +17,7 @@ struct ConvolutionPlan {
   ConvolutionShape shape{};
   std::size_t images = 1;
   std::size_t addend = no_operand;  ///< operand of the output's extents that is added to the result
-  bool adds_first = false;          ///< before the activation, not after it
+  bool adds_first = false;          ///< adds before the activation, not after it
   std::size_t weight = 1;           ///< operands
   std::size_t bias = no_operand;
   bool has_computed_weights = false;

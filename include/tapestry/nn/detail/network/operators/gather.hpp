@@ -9,7 +9,7 @@ namespace tapestry::nn {
 
 /// Blocks of neighbouring elements of a tensor that some indices select.
 struct IndexPlan {
-  LoopNest<2> nest{};                     ///< over the blocks: places among the indices, and in the tensor
+  LoopNest<2> nest{};                     ///< loops over the blocks: places among indices, and in the tensor
   std::vector<std::ptrdiff_t> strides{};  ///< step in the tensor for one unit of each index of a block
   Shape extents{};                        ///< extent of the axis of each of these indices
   std::size_t block = 1;                  ///< elements of a block

@@ -58,7 +58,7 @@ struct PadRun {
 
 struct PadSettings {
   std::string mode;
-  std::vector<std::int64_t> pads;  ///< before each axis, then behind each
+  std::vector<std::int64_t> pads;  ///< zeros before each axis, then behind each
   std::vector<std::int64_t> axes;
   double fill = 0;
 };

@@ -97,8 +97,8 @@ struct Piece {
 
 /// Whether pieces cover all of the operands and results.
 struct Coverage {
-  bool of_inputs = true;   ///< each element of an operand is copied exactly once
-  bool of_outputs = true;  ///< each element of a result is written
+  bool of_inputs = true;   ///< whether each element of an operand is copied exactly once
+  bool of_outputs = true;  ///< whether each element of a result is written
 };
 
 /// An operation that puts elements elsewhere: Transpose, Slice, Concat, Split, Pad and their like.

@@ -199,7 +199,7 @@ class Reduce : public Operation<T> {
   Reduction kind_;
   bool is_integer_;
   AxisReduction plan_;
-  LoopNest<2> nest_;  ///< over x: places in x and y
+  LoopNest<2> nest_;  ///< loops over x: places in x and in y
 };
 
 namespace detail {

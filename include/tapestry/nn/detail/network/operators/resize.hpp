@@ -158,7 +158,7 @@ class Resize : public Operation<T> {
   Shape in_;
   std::vector<ResizeTable> tables_;
   T extrapolation_;
-  std::size_t repeat_ = 0;  ///< of each row and column, if nothing else is done; else 0
+  std::size_t repeat_ = 0;  ///< repeats of each row and column, if that is all; else 0
 };
 
 /// Resize and Upsample.

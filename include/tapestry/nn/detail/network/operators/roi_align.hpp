@@ -108,7 +108,7 @@ class RoiAlign : public Operation<T> {
   /// The samples of a box, along both axes.
   struct Grid {
     detail::RoiAxis across, down;
-    std::size_t samples = 0;  ///< of an output pixel; 0 for a box that is empty or not finite
+    std::size_t samples = 0;  ///< samples of an output pixel; 0 for an empty or infinite box
   };
 
   [[nodiscard]] Grid grid_of(const T* boxes, std::size_t box) const {

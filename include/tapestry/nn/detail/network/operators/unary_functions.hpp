@@ -34,7 +34,7 @@ struct VectorFunction {
 template <std::floating_point T, class Row, Reads From = Reads::input>
 struct OfTape : Function<From> {
   static T value(T x, T, T) { return Row::value(x); }
-  static T slope(T from, T, T) { return Row::partial(from, from); }  // which reads one of the two
+  static T slope(T from, T, T) { return Row::partial(from, from); }  // partial() reads one of the two
 };
 
 /// |x|.
