@@ -129,7 +129,7 @@ void take_over_run(Options& options) {
                      &detector.weights, &detector.names})
     paths.push_back(path);
   for (auto& weights : options.protocol.further_weights) paths.push_back(&weights);
-  if (options.detector.detector.find_first_of("./") != std::string::npos)  // else the word of a family
+  if (options.detector.detector.find_first_of("./") != std::string::npos)  // else it is the word of a family
     paths.push_back(&options.detector.detector);
   const auto folder = go_where_it_began(run, "camouflage", paths);
   if (!folder.empty()) remark("paths of the run start in " + folder);

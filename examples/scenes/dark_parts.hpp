@@ -15,7 +15,7 @@ namespace tapestry::scenes {
   for (std::size_t face = 0; face < mesh.faces.size(); ++face)
     if (painted[face] != 0 && mesh.face_materials[face] >= 0)
       is_on_paint[static_cast<std::size_t>(mesh.face_materials[face])] = 1;
-  std::int32_t part = -1;  // in place of none, and of materials that painted faces have, too
+  std::int32_t part = -1;  // replaces no material, or one that painted faces have
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
     if (painted[face] != 0) continue;
     const std::int32_t at = mesh.face_materials[face];

@@ -47,7 +47,7 @@ io::Frame frame_of(const Scene& scene, const Picture& picture, const Array<float
   frame.light = seen.light;
   auto& mask = frame.mask.emplace(alone.shape());
   for (std::size_t i = 0; i < alone.size(); ++i) {
-    const float visible = picture.car_mask.data()[i];  // of a pixel half hidden, the larger half decides
+    const float visible = picture.car_mask.data()[i];  // for a partly hidden pixel the larger part decides
     mask.data()[i] = visible > 0 && visible >= 0.5F * alone.data()[i] ? 255 : 0;
   }
   const auto box = std::find_if(picture.boxes.begin(), picture.boxes.end(),

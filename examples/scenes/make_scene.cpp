@@ -156,7 +156,7 @@ void add_occluder(SceneBuilder& builder, Random& random) {
                   random.uniform(0, 2 * std::numbers::pi)};
   for (int attempt = 0; attempt < 20; ++attempt) {
     const Prop prop = any_prop(random, random.chance(0.15));
-    if (prop.radius * length / (length - range) > 0.8) continue;  // as wide as it looks at the car
+    if (prop.radius * length / (length - range) > 0.8) continue;  // its width as seen at the car
     return place_prop(builder, prop, pose);
   }
 }

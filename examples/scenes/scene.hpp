@@ -52,8 +52,8 @@ struct Shadow {
   };
   std::vector<Side> sides;
   std::array<double, 2> centre;
-  double reach;     ///< from the centre to where the shadow has ended
-  double softness;  ///< from the outline to full light
+  double reach;     ///< distance from the centre to the shadow's end
+  double softness;  ///< distance from the outline to full light
   double depth;     ///< share of the light that is missing inside
 };
 

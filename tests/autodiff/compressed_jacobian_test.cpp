@@ -182,7 +182,7 @@ TEST_CASE("a pattern made by hand is sorted, and one entry too many does no harm
   CHECK(pattern.transposed() == JacobianPattern(4, 3, {{0, 2}, {1, 2}, {2, 1}, {3, 0}}));
   ActiveTape<double> tape;
   const Variables x = inputs_of(tape, 4);
-  const Variables roots = {x[3] * x[3], 2 * x[2], x[1]};  // of what is named but (2, 0)
+  const Variables roots = {x[3] * x[3], 2 * x[2], x[1]};  // all of the pattern but (2, 0)
   std::vector<double> values(4);
   tapestry::compressed_jacobian(tape, roots, x, JacobianPlan(pattern), values);
   CHECK(values == std::vector<double>{2 * x[3].value(), 2, 0, 1});

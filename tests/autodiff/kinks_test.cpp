@@ -231,7 +231,7 @@ void check_sparse(const Case& c) {
     INFO("function " << c.number << " at " << row << ", " << column << ": " << found[number]);
     CHECK(agrees(found[number], h[2 * row + column]));
   });
-  CHECK(found.unknown == nans_in(h));  // of the diagonal also those outside the pattern
+  CHECK(found.unknown == nans_in(h));  // also counts the diagonal outside the pattern
 }
 
 void check_nested(const Case& c) {

@@ -91,7 +91,7 @@ TEST_CASE("an operation that carries tangents has second derivatives", "[autodif
   const auto report = tapestry::check_hessian(f, std::vector<double>{0.7});
   INFO(report.to_text());
   CHECK(report.passed());
-  const auto linear = [](auto x) {  // its slope is a constant, and captured by nothing
+  const auto linear = [](auto x) {  // its slope is a constant that nothing captures
     using T = typename decltype(x)::value_type::value_type;
     const auto twice = [](T value_adjoint, T* x_adjoint) { *x_adjoint += 2 * value_adjoint; };
     return exp(tapestry::record_scalar(T(2 * x[0].value()), twice, x[0]));

@@ -275,7 +275,7 @@ TEST_CASE("a position that is no longer on the tape is refused", "[autodiff][tap
   CHECK_THROWS_AS(tape.rewind(late), DomainError);
   const Variable<double> u = tape.input(2.0);
   CHECK(Variable<double>(u * u).value() == 4);
-  CHECK_THROWS_AS(tape.rewind(late), DomainError);  // as long as before, but rewound over
+  CHECK_THROWS_AS(tape.rewind(late), DomainError);  // as long as before, but rewound
   tape.rewind(start);
   tape.clear();
   CHECK_THROWS_AS(tape.rewind(start), DomainError);

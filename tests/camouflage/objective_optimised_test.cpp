@@ -216,7 +216,7 @@ TEST_CASE("the loss of an ensemble is the mean of its members', and so is the gr
   const auto start = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 3, -1, 1);
   const Array<double, 2> mean =
       (test::pipeline_gradient(one, views, start) + test::pipeline_gradient(other, views, start)) / 2;
-  for (int pass = 0; pass < 2; ++pass)  // with memory of its own, then with that of the step before
+  for (int pass = 0; pass < 2; ++pass)  // with own memory, then with that of the step before
     CHECK(test::relative_distance(test::pipeline_gradient(ensemble, views, start), mean) <= 1e-13);
   CHECK(ensemble.terms().total == Approx((one.terms().total + other.terms().total) / 2).epsilon(1e-13));
   CHECK(ensemble.terms().iou == Approx((one.terms().iou + other.terms().iou) / 2).epsilon(1e-13));

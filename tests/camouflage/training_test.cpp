@@ -193,7 +193,7 @@ TEST_CASE("a step learns from the worst share of its views", "[camouflage][train
     gradients.push_back(parameter.adjoint());
   }
   fixture.batch = 4;
-  fixture.worst_share = 0.4;  // of four views the worst one and 0.6 of the next
+  fixture.worst_share = 0.4;  // the worst of four views and 0.6 of the next
   auto training = fixture.training(1);
   training.step();
   const auto weights = camouflage::worst_view_weights(losses, 0.4);

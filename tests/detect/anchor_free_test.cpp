@@ -185,7 +185,7 @@ TEST_CASE("saturated anchor-free logits decode to finite boxes and NaN to none",
   for (std::size_t c = 0; c < head.channel_count(); ++c) {
     auto logits = tapestry::filled<double, 4>({1, head.channel_count(), 2, 3}, -20);
     for (std::size_t i = 0; i < head.channel_count(); ++i) logits(0, i, 1, 0) = i == c ? not_a_number : 9;
-    const bool is_class = c >= head.class_channel(0);  // beside an objectness, two classes are left
+    const bool is_class = c >= head.class_channel(0);  // two classes remain beside an objectness
     CHECK(decoded(head, logits).size() == (is_class && head.has_objectness() ? 2 : 0));
   }
 }

@@ -206,7 +206,7 @@ TEST_CASE("logits of Debian's classifiers equal those of Darknet", "[detect][dar
       ".cfg";
   if (is_absent(path)) return;
   std::string cfg = io::read_text_file(path);
-  cfg.erase(cfg.find("[softmax]"));  // behind which random logits of this size leave one class alone
+  cfg.erase(cfg.find("[softmax]"));  // behind a softmax random logits leave one class
   const TemporaryFolder folder;
   const std::string cut = folder.write("cut.cfg", cfg);
   check_against_darknet(random_model<float>(io::read_classifier_config(cut), 3), cut, 5e-6);

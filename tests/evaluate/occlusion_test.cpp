@@ -67,7 +67,7 @@ TEST_CASE("overlapping rectangles hide a pixel once, and those beside the car no
   CHECK(hidden.share() == 0);
   hidden.hide({0, 0, 11, 21});  // the first pixel, by its lower right corner
   CHECK(hidden.share() == 0.25);
-  hidden.hide({10, 20, 1, 2});  // this one again, and the next
+  hidden.hide({10, 20, 1, 2});  // this pixel again, and the next
   CHECK(hidden.share() == 0.5);
   hidden.hide({12, 20, 5, 5});
   hidden.hide({10, 23, 2, 9});

@@ -232,12 +232,12 @@ class OddObjWriter {
       if (names_normals) line += (names_uvs ? "/" : "//") + (has_normals_ ? index(normal, 4) : "3");
       if (!names_normals && one_in(12)) {
         line += names_uvs ? "/" : "//";
-        odd_.is_for_peer = false;  // it takes the next corner's index for the missing one
+        odd_.is_for_peer = false;  // tinyobj takes the next corner's index for the missing one
       }
     }
     if (one_in(12)) {
       line.insert(line.rfind(' '), " \\\n");
-      odd_.is_for_peer = false;  // it takes the backslash for an index
+      odd_.is_for_peer = false;  // tinyobj takes the backslash for an index
     }
     const bool is_zero = std::ranges::any_of(polygon.corners, [&](const PolygonCorner& corner) {
       return corner[2] >= 0 && odd_.normals[static_cast<std::size_t>(corner[2])] == std::array<double, 3>{};

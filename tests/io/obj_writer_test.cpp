@@ -133,7 +133,7 @@ TEST_CASE("texels that no painted face refers to are written with the colours ar
   };
   io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 1, 1}, layout}, texture);
   CHECK(is_red());
-  layout.kind = raster::TextureKind::cube;  // which is written with charts of the faces
+  layout.kind = raster::TextureKind::cube;  // written with charts of the faces
   CHECK_THROWS_WITH(io::write_painted_obj(folder.path("car.obj"), {mesh, {1, 1, 1}, layout}, texture),
                     contains("write_painted_obj: texture is [16, 16, 3], expected [32, 32, 3]"));
 }
@@ -147,7 +147,7 @@ TEST_CASE("a mesh that cannot be written leaves nothing behind", "[io][obj]") {
                   DomainError);
   mesh.positions[1][1] = std::numeric_limits<double>::infinity();
   CHECK_THROWS_AS(io::write_obj(folder.path("car.obj"), mesh), NumericError);
-  for (const std::string name : {"a\nv 9 9 9", "\x1b[31m"}) {  // which would be records of their own
+  for (const std::string name : {"a\nv 9 9 9", "\x1b[31m"}) {  // would be separate records
     CHECK_THROWS_WITH(io::write_obj(folder.path(name + ".obj"), small_mesh()), contains("control character"));
     auto named = small_mesh();
     named.materials[0].name = name;

@@ -87,7 +87,7 @@ TEST_CASE("losses of distance heads equal the ones worked out by hand", "[loss][
 
   // Cells of (56, 24): the coarse candidate's, and in the fine head one without any score.
   const auto coded = loss::adversarial(predictions, target, AdversarialLoss::as_coded);
-  CHECK(coded.classification == Approx(2).epsilon(1e-12));  // of −60 the largest mean is 0
+  CHECK(coded.classification == Approx(2).epsilon(1e-12));  // the largest mean of −60 counts as 0
   const double of_coarse = loss::softplus(-2.0) / 24, of_fine = (60 + loss::softplus(1.0)) / 96;
   CHECK(coded.objectness == Approx(1.0 * of_coarse + 4.0 * of_fine).epsilon(1e-12));
 }

@@ -26,7 +26,7 @@ TEST_CASE("attention equals what is worked out by hand", "[loss][attention]") {
   CHECK(loss::attention(Array<double, 2>{{0.0, -1.0}}) == 0);
   CHECK(loss::attention(Array<double, 2>{{std::nan(""), 0.0}}) == 0);
   const auto everywhere = tapestry::filled<double, 2>({3, 4}, 1e9);
-  CHECK(loss::attention(everywhere) == 12);  // one part that leaves nothing over
+  CHECK(loss::attention(everywhere) == 12);  // one part covers everything
   CHECK(loss::attention(tapestry::zeros<double, 2>({0, 4})) == 0);
 }
 

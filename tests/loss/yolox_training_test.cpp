@@ -51,7 +51,7 @@ TEST_CASE("yolox_training at logits 0 equals the terms worked out by hand", "[lo
   const loss::DynamicMatches matches{{{{2, 0, 3, 5}, {1, {40, 24, 9, 8}}, 0.25}}};
   const auto terms = terms_of(detector, logits, matches);
   CHECK(terms.box == Approx(1 - std::pow(64.0 / 72, 2)));
-  CHECK(terms.objectness == Approx((2 * 3 + 4 * 6 + 8 * 12) * once));  // at logit 0 whatever is wanted
+  CHECK(terms.objectness == Approx((2 * 3 + 4 * 6 + 8 * 12) * once));  // logits of 0, so for any goal
   CHECK(terms.classification == Approx(3 * once));
   CHECK(terms.total == Approx(5 * terms.box + terms.objectness + terms.classification));
   const auto adjoint = adjoint_of(detector, logits, matches);

@@ -343,7 +343,7 @@ TEMPLATE_TEST_CASE("a window of a convolution has the bits of the whole one, and
                    "[nn][convolution]", float, double) {
   auto all = shapes();
   all.push_back(nn::square_convolution(21, 26, 32, 40, 3, 1, 1));    // large enough for every engine's tiles
-  all.push_back(nn::square_convolution(22, 25, 70, 32, 3, 2, 1));    // and those of a stride's adjoint
+  all.push_back(nn::square_convolution(22, 25, 70, 32, 3, 2, 1));    // and tiles of a stride's adjoint
   all.push_back(nn::square_convolution(9, 12, 256, 16, 3, 1, 1));    // inputs are copied with a gap
   all.push_back(nn::square_convolution(13, 13, 256, 128, 1, 1, 0));  // not at all
   const auto engine = GENERATE(nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,

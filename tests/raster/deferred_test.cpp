@@ -141,7 +141,7 @@ TEST_CASE("an outline along columns blends by the share of the pixel that it cov
     const auto out = raster::antialias(pixels, colour);
     const double covered = 5 + 2.5 * right - 7;
     CHECK(out(5, 7, 0) == Approx(0.5 + 1.5 * covered).epsilon(1e-12));
-    CHECK(out(5, 6, 0) == 2);  // where the two faces of the rectangle meet nothing blends
+    CHECK(out(5, 6, 0) == 2);  // nothing blends between the rectangle's two faces
     CHECK(out(5, 8, 0) == 0.5);
     std::vector<Vector3> gradient(4, Vector3{0, 0, 0});
     Array<double, 3> row = tapestry::zeros<double, 3>({10, 10, 1});

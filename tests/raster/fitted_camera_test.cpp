@@ -57,7 +57,7 @@ TEST_CASE("a silhouette by the fitted camera is that of the photograph, in its p
   double beside = 0, difference = 0, inside = 0;
   for (std::size_t y = 0; y < 64; ++y)
     for (std::size_t x = 0; x < 64; ++x) {
-      if (y < 12 || y >= 52) continue;  // beside the photograph the camera sees on
+      if (y < 12 || y >= 52) continue;  // the camera sees on beside the photograph
       difference += std::abs(canvas(y, x) - photo(y - 12, x));
       inside += photo(y - 12, x);
     }

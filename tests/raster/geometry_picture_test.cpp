@@ -78,7 +78,7 @@ Picture<Output> weights_off_edges(const Mesh& mesh, const Camera& camera) {
   for (std::size_t i = 0; i < large * large; ++i) {
     const std::size_t row = i / large, column = i % large;
     const auto face_at = [&](std::size_t down,
-                             std::size_t right) {  // of 9 x 9 places from the pixel before on
+                             std::size_t right) {  // 9 x 9 places, from the pixel before on
       return shown.face[(3 * row + down - 3) * 3 * large + 3 * column + right - 3];
     };
     bool keeps = row > 0 && column > 0 && row + 1 < large && column + 1 < large;

@@ -138,9 +138,9 @@ TEST_CASE("unused texels take the colours around them, used ones keep theirs", "
   used(1, 1) = used(6, 6) = 1;
   const auto filled = raster::with_unused_filled(layout, used, texels);
   for (std::size_t c = 0; c < 3; ++c) {
-    CHECK(filled(0, c) == texels(9, c));  // of one block of two by two with the first
+    CHECK(filled(0, c) == texels(9, c));  // in one block of 2 × 2 with the first
     CHECK(filled(9, c) == texels(9, c));
-    CHECK(filled(3 * 8 + 2, c) == texels(9, c));  // of one block of four by four
+    CHECK(filled(3 * 8 + 2, c) == texels(9, c));  // in one block of 4 × 4
     CHECK(filled(54, c) == texels(54, c));
     CHECK(filled(7 * 8, c) == Approx((texels(9, c) + texels(54, c)) / 2));  // of none but the whole
   }
@@ -242,7 +242,7 @@ TEST_CASE("level and lookups follow the singular values of the map into the atla
         CHECK(between.norm() == 0);
       }
     }
-    CHECK(error <= 1e-7);  // of a sum of squares, whose rounding turns nearly round footprints
+    CHECK(error <= 1e-7);  // rounding of a sum of squares turns nearly round footprints
   }
 }
 

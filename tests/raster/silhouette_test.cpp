@@ -67,7 +67,7 @@ TEST_CASE("a silhouette on the tape depends on positions and pose", "[raster][si
   CHECK((raster::silhouette(mesh, Camera{}, side, side, {}, pose).value() == coverage.value()));
   tape.reverse(coverage, weights);
   const auto gradient = gradient_of(mesh, weights);
-  Vector3 shift{};  // of all positions at once: what the pose's translation does
+  Vector3 shift{};  // moves all positions at once, as the pose's translation does
   for (std::size_t i = 0; i < gradient.size(); ++i) {
     shift = geometry::add(shift, gradient[i]);
     for (std::size_t k = 0; k < 3; ++k) CHECK(positions.adjoint()(i, k) == gradient[i][k]);

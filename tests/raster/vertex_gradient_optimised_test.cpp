@@ -77,7 +77,7 @@ TEST_CASE("closed meshes of which inner sides show agree with a brute-force pict
     CHECK(error_against_brute_force(lit, raster::BoundaryIntegral{8}, step) <= 0.05);
   };
   SECTION("the camera is inside") { check(put(box(true), 1, {0, 0, -2.4}), 5e-3); }
-  SECTION("near cuts it open") {  // as with a face behind the camera that keeps it from being closed
+  SECTION("near cuts it open") {  // as if a face behind the camera kept it open
     const Scene<raster::Light> closed{put(box(true), 1, {0.2, 0.3, -1.3}), test::solid, warm};
     auto open = closed;
     open.mesh.positions.insert(open.mesh.positions.end(), {{0, 0, -5}, {1, 0, -5}, {0, 1, -5}});

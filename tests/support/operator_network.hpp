@@ -20,7 +20,7 @@ inline std::vector<double> random_values(std::size_t count, std::uint64_t seed, 
                                          double high = 1) {
   Random random(seed);
   std::vector<double> values(count);
-  // in single precision, so that both precisions begin with the same
+  // rounded to float, so that both precisions start equal
   for (double& value : values) value = static_cast<double>(static_cast<float>(random.uniform(low, high)));
   return values;
 }

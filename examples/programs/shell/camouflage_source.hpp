@@ -67,7 +67,7 @@ inline void require_other_than_own(const std::string& path, const Bitmap& pictur
     if (body.painted[face] != 0) textures.insert(texture_of(body.mesh, face));
   textures.erase("");
   if (textures.empty()) return;
-  std::vector<bool> shown(colours.size());  // by a texel's centre: others may show no face's colour alone
+  std::vector<bool> shown(colours.size());  // shown at a texel's centre: others may mix faces
   for (std::size_t face = 0; face < body.painted.size(); ++face)
     if (body.painted[face] != 0)
       raster::for_each_atlas_texel(

@@ -142,7 +142,7 @@ int parse_arguments(CLI::App& app, int argc, char** argv) {
   add_general_options(app, argv[0]);
   form_help(app);
   require_sound_values(app);
-  app.get_config_ptr()->check([](const std::string& path) {  // before CLI11 would block on a FIFO
+  app.get_config_ptr()->check([](const std::string& path) {  // before CLI11 blocks on a FIFO
     (void)io::RegularFile(path, ConfigFile::most_bytes);
     return std::string();
   });

@@ -64,7 +64,7 @@ class PictureExport {
   void finish(std::size_t draws, Json about) {
     if (folder_.empty()) return;
     for (std::size_t id = images_.size() + 1; std::filesystem::remove(path_of(id)); ++id) {
-    }  // of a longer export that was interrupted
+    }  // removes files of a longer, interrupted export
     Json categories = Json::array();
     for (std::size_t k = 0; k < class_names_.size(); ++k)
       categories.push_back({{"id", k + 1}, {"name", class_names_[k]}});

@@ -114,7 +114,7 @@ class MixedBatch {
     std::shared_ptr<const camouflage::View<float>> view;
     Array<float, 2> colours;
     bool is_photo = false;
-    std::size_t place = 0;  ///< of the view among the usable ones
+    std::size_t place = 0;  ///< index of the view among the usable ones
     scenes::Variation variation;
   };
 

@@ -56,7 +56,7 @@ class PdfPage {
   /// Clips later drawing to the union of some triangles, at least one, until end_clip().
   void begin_clip(const std::vector<std::array<PagePoint, 3>>& triangles) {
     content_ += "q\n";
-    for (const auto& [a, b, c] : triangles) {  // all turn to the left, so that overlaps do not cancel out
+    for (const auto& [a, b, c] : triangles) {  // all turn left, so that overlaps do not cancel
       const bool is_left = (b[0] - a[0]) * (c[1] - a[1]) >= (b[1] - a[1]) * (c[0] - a[0]);
       content_ += point(a) + "m " + point(is_left ? b : c) + "l " + point(is_left ? c : b) + "l h\n";
     }

@@ -65,7 +65,7 @@ TEST_CASE("inverse and log-determinants have the gradients of differences in lon
                       well_conditioned(n, 1));
     check_gradient_of([](const auto& a) { return matrix::log_determinant(a); },
                       [](const LongMatrix& a) { return std::log(std::abs(a.determinant())); }, bound,
-                      MatrixXd(-well_conditioned(n, 2)));  // of odd extents the determinant is negative
+                      MatrixXd(-well_conditioned(n, 2)));  // the determinant is negative for odd extents
     check_gradient_of([](const auto& a) { return matrix::log_determinant_positive_definite(a); },
                       [](const LongMatrix& a) { return std::log(symmetric(a).determinant()); }, bound,
                       random_positive_definite(n, 3));

@@ -222,7 +222,7 @@ TEST_CASE("a zero that hides an infinite slope is counted, with the labels aroun
   CHECK(found.statement == 2);
   CHECK(found.description() == "1 times 0 met a number that is not finite, first in statement 2, root");
   tape.reverse(Variable<double>(2 * x));
-  CHECK(tape.zero_products().count == 2);  // what nothing depends on: both logarithm and root
+  CHECK(tape.zero_products().count == 2);  // the unused ones: logarithm and root
   tape.reverse(root);
   CHECK(x.adjoint() == infinity);
   CHECK(tape.zero_products().count == 0);

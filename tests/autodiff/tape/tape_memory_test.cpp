@@ -41,7 +41,7 @@ TEST_CASE("every mixture of active, passive and older operands has the derivativ
   const std::array<double, 4> values = {2, 3, 5, 7};
   const std::array<double, 4> slopes = {1 + 5, -1, 2 - 7, -5};  // of a − b + a·c − c·d
   for (unsigned mixture = 0; mixture < 81;
-       ++mixture) {  // each operand passive, recorded before a rewind, or after
+       ++mixture) {  // each operand passive, or recorded before or after a rewind
     tape.clear();
     std::array<Variable<double>, 4> x;
     const auto kind = [&](std::size_t i) { return mixture / std::array{1U, 3U, 9U, 27U}[i] % 3; };

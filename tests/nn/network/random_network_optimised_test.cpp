@@ -141,7 +141,7 @@ struct Tally {
   std::size_t kinked = 0;             ///< gradients in float beside a kink
   std::size_t beside = 0;             ///< networks with a wrong slope at one point and none at another
   std::string problems{};             ///< of the network at hand
-  std::string slopes{};               ///< of them that are wrong, at the point at hand
+  std::string slopes{};               ///< wrong slopes at this point
 
   void expect(bool holds, const std::string& what) {
     if (!holds) problems += (problems.empty() ? "" : "; ") + what;

@@ -96,7 +96,7 @@ TEST_CASE("orders, sums and triangles are those of ONNX", "[nn][network]") {
   CHECK(results_of({"Hardmax", {{2, 2}}, {{"axis", zero}}}, {{1, 4, std::nan(""), 4}}) ==
         std::vector<double>{0, 1, 1, 0});
   CHECK(results_of({"Hardmax", {{1, 2, 2}}, {}, {}, 11}, {{1, 4, 5, 4}}) ==
-        std::vector<double>{0, 0, 1, 0});  // of all axes from the second on
+        std::vector<double>{0, 0, 1, 0});  // normalises over all axes from the second on
   CHECK(results_of({"EyeLike", {{2, 3}}, {{"k", one}}}, {std::vector<double>(6, 7)}) ==
         std::vector<double>{0, 1, 0, 0, 0, 1});
   CHECK(results_of({"EyeLike", {{3, 2}}, {{"k", std::int64_t(-1)}}}, {std::vector<double>(6, 7)}) ==
