@@ -4,7 +4,7 @@
 #include <of-C++20>  // there is none: a compiler ends here, and not after thousands of other errors
 #endif
 
-/// The one home of the version: CMake reads these three numbers.
+/// The only place of the version: CMake reads these three numbers.
 #define TAPESTRY_VERSION_MAJOR 0
 #define TAPESTRY_VERSION_MINOR 3
 #define TAPESTRY_VERSION_PATCH 0

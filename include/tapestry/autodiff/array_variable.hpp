@@ -42,7 +42,7 @@ class ArrayAdjoint {
     if (const std::size_t number = lane_number(); number <= several_.size())
       lane(number).holds = Holds::forgotten;
   }
-  /// Frees the memory of an adjoint that is not read before something is added to it again.
+  /// Frees the memory of an adjoint that is next added to, not read.
   void release() { release(lane()); }
   void detach() noexcept {
     release(single_);

@@ -35,7 +35,7 @@ void add_adjoints(T* adjoints, std::span<const Variable<T>> variables, std::span
     if (variables[i].is_active()) adjoints[variables[i].link().index()] += parts[i];
 }
 
-/// A computation from passive variables, refused if it used an active one all the same.
+/// A computation from passive variables; refuses the use of an active one.
 template <class T>
 class PassiveOnly {
  public:
@@ -87,7 +87,7 @@ class CheckpointRecord final : public TapeRecord<T> {
     const std::span<const T> result_adjoints(adjoints + statement + 1, result_count_);
     if (std::all_of(result_adjoints.begin(), result_adjoints.end(), [](const T& x) { return is_zero(x); }))
       return;
-    std::vector<T> input_adjoints;  // zero for the second entry of the same variable
+    std::vector<T> input_adjoints;  // 0 for a repeated variable's second entry
     for (const Variable<T>& input : inputs_)
       input_adjoints.push_back(input.is_active() ? std::exchange(adjoints[input.link().index()], T(0))
                                                  : T(0));

@@ -37,7 +37,7 @@ inline constexpr bool carries_numbers<Dual<T, N, Tag>> = requires(Dual<T, N, Tag
   x.tangents().size();
 };
 
-/// found_at(x), with the tangents of the derivative as hessian() has them at kinks.
+/// found_at(x), with the derivative's tangents at kinks as in hessian().
 template <class D, class FoundAt>
 [[nodiscard]] ValueAndDerivative<D> known_derivative(const D& x, FoundAt found_at) {
   using T = typename D::value_type;

@@ -17,7 +17,7 @@
 /// atan, erf, erfc, tgamma, logsumexp, hypot and atan2), its error is within 4 ε of the terms. digamma, and
 /// with it the slopes of lgamma and tgamma, is within 1e-18 beside its roots below −20. A derivative
 /// below 2^-1070 may be off by 16 units of the smallest number, or 0 where a length overflows. The slope of
-/// x / y by y has the digits of x / y, which are few where that is denormal. Where a third derivative
+/// x / y by y is as accurate as x / y: few digits where x / y is denormal. Where a third derivative
 /// overflows, it may be NaN for atan2, by both operands, or on a tape of duals of duals; those of exp2 are
 /// infinite where exp2 is. tests/autodiff/function_rows.hpp lists every function for this.
 ///

@@ -13,7 +13,7 @@ namespace tapestry {
 /// Settings of a gradient check.
 struct GradientCheckOptions {
   double tolerance = 1e-6;  ///< largest relative error that passes
-  double step = 0;  ///< h at arguments up to 1, scaled by |x| above; 0: ε^(1/3), with Richardson ε^(1/5)
+  double step = 0;          ///< step at |x| ≤ 1, times |x| above; 0: ε^(1/3), with Richardson ε^(1/5)
   bool richardson = false;  ///< extrapolate from h and h/2: error O(h⁴) instead of O(h²)
   std::size_t subset = 0;   ///< how many entries to check, drawn without repetition; 0: all
   std::uint64_t seed = 1;   ///< of the draw

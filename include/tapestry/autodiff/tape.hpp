@@ -43,8 +43,8 @@ using Position = detail::TapePosition;
 /// a scope ends before one that began later, or on another thread, each operation that needs its thread's
 /// active tape throws a DomainError until every scope of the thread has ended.
 ///
-/// A scope can be returned, and put into an optional that is empty: scope.emplace(tape.activate()). It
-/// cannot be assigned, for the scope on the right would have begun before that on the left ends.
+/// A scope can be returned, and put into an optional that is empty: scope.emplace(tape.activate()). It cannot
+/// be assigned: the right scope would begin before the left one ends.
 template <class T>
 class ActiveScope {
   using State = detail::TapeState<T>;
@@ -70,7 +70,7 @@ class ActiveScope {
       return;
     }
     const bool is_last = depth_ == State::scope_count && State::active == state_.get();
-    State::scope_count -= State::scope_count > 0;  // 0 where this thread has the address of one that ended
+    State::scope_count -= State::scope_count > 0;  // 0 if this thread reuses the address of an ended one
     const bool is_only = State::scope_count == 0;
     State::active = is_last ? previous_ : is_only ? &detail::no_tape<T> : &detail::disordered_tapes<T>;
     state_->claim.release();
@@ -189,11 +189,11 @@ class Tape {
   [[nodiscard]] ZeroProducts zero_products() const { return detail::zero_products(state()); }
 
   /// Sets every variable's adjoint to seed · d root / d variable. Adjoints start from zero each time, so that
-  /// a second call repeats the first and does not add to it. A passive root depends on nothing, which is no
-  /// error: every adjoint is then zero. A zero passes nothing on, see zero_products(). Where an infinite
-  /// adjoint or a NaN has met a zero partial derivative, sweeps a second time by that rule: pullbacks are
-  /// then called again. If a pullback throws, so does this; the tape stays usable, with the adjoints computed
-  /// so far.
+  /// a second call repeats the first and does not add to it. A passive root is no error: every
+  /// adjoint is then zero. A zero passes nothing on, see zero_products(). Where an infinite adjoint
+  /// or a NaN has met a zero partial derivative, sweeps a second time by that rule: pullbacks are
+  /// then called again. If a pullback throws, so does this; the tape stays usable, with the
+  /// adjoints computed so far.
   /// \throws DomainError if root is not on this tape, or if called from within a pullback
   void reverse(const Variable<T>& root, T seed = T(1)) {
     const detail::Link link = root.link();

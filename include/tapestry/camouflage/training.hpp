@@ -100,8 +100,8 @@ class Training {
   /// The views that a step takes, none prepared.
   [[nodiscard]] Batch batch_of(std::uint64_t step);
 
-  /// The views of the step at hand, prepared here unless they were during the last one; next_ becomes the
-  /// step's after it.
+  /// The views of this step, prepared here unless the last step prepared them; next_ then
+  /// holds the following step's.
   [[nodiscard]] std::vector<ViewPointer> next_batch();
 
   void prepare_next(std::size_t i) {

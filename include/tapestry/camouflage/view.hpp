@@ -18,7 +18,7 @@ template <std::floating_point T>
 struct Sight {
   geometry::Camera camera;           ///< camera of the frame, in the network's input
   raster::Light light;               ///< see io::frame_light()
-  Array<T, 2> mask;                  ///< m, [H, W], 1 where the car would show
+  Array<T, 2> mask;                  ///< m, [H, W], 1 where the car may show
   std::size_t samples_per_axis = 2;  ///< of a pixel
 };
 
@@ -34,7 +34,7 @@ struct View {
   /// Texture → m·O, [h, w, 3], multiplied by its coverage m·c.
   std::shared_ptr<const raster::TextureOperator<T>> paint_to_picture;
   image::PixelWindow window;  ///< its place in the frame; empty if nothing shows
-  /// [h, w], 1 where a pixel and those right and below are all car.
+  /// [h, w], 1 where a pixel and its right and lower neighbours are all car.
   std::shared_ptr<const Array<T, 2>> interior;
   detect::Box target{0, 0, 0, 0};  ///< around the car's visible part, pixels of the input
   std::size_t visible_pixels = 0;  ///< pixels that show the car
@@ -48,8 +48,8 @@ struct View {
   /// Light estimated from the photograph, without the maps that it was drawn with; null
   /// where the frame's own light was used.
   std::shared_ptr<const raster::EstimatedLight> photo_light{};
-  /// IoU of the car's silhouette and the frame's mask; none without a mask, or where no photograph was to be
-  /// kept.
+  /// IoU of the car's silhouette and the frame's mask; none without a mask, or if the
+  /// photograph need not be kept.
   std::optional<double> registration{};
   std::optional<bool> shows_car{};          ///< see PhotoLight::shows_car; none where that was not called
   bool keeps_photograph = false;            ///< whether faces without paint show the frame's own pixels

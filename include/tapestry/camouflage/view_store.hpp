@@ -6,7 +6,7 @@
 
 namespace tapestry::camouflage {
 
-/// Bytes that a prepared view holds, besides small change.
+/// Bytes of a prepared view, without small members.
 template <std::floating_point T>
 [[nodiscard]] std::size_t view_bytes(const View<T>& view);
 

@@ -23,7 +23,7 @@ struct Box {
   return {(left + right) / 2, (top + bottom) / 2, right - left, bottom - top};
 }
 
-/// Part of a box inside another; of extents 0 where they do not meet.
+/// Part of a box inside another; of extents 0 if they do not meet.
 [[nodiscard]] inline Box clipped(const Box& box, const Box& frame) {
   const double left = std::max(box.left(), frame.left());
   const double top = std::max(box.top(), frame.top());

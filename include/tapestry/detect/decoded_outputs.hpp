@@ -41,8 +41,8 @@ struct DecodedOutputs {
   /// Names the numbers of the classes, [N], where an end-to-end output has three parts, with boxes [N, 4] and
   /// scores [N]. Empty: they are one output.
   std::string labels{};
-  /// Width and height of the picture in whose pixels boxes are, of values within networks that resize their
-  /// input; 0: the input's own.
+  /// Width and height of the picture that boxes are in pixels of, for values within networks that resize
+  /// their input; 0: the input's own.
   std::array<double, 2> extent{};
   /// Whether boxes are [N, K, 4], one for each entry of the scores: the surest class's box counts, for
   /// equally sure classes the mean of their boxes.

@@ -37,7 +37,7 @@ class KeptPicture;
 /// logits; boxes_and_scores and end_to_end are the exceptions, see DecodedOutputs. The first call of
 /// forward() checks the values that a description states, probabilities and numbers of classes. Pictures of a
 /// batch run one after another on all threads, those of a small network side by side: a batch costs no more a
-/// picture than one. Only a network that takes a batch's statistics runs it together.
+/// picture than one. Only a network with batch statistics runs the batch together.
 ///
 /// A network whose extents depend on the picture, as of proposals or behind a suppression, runs as an
 /// nn::StagedNetwork, with gradients to the picture; it does not train, and forward_within() computes all.

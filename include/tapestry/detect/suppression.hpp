@@ -18,7 +18,7 @@ namespace tapestry::detect {
 struct SuppressionMeasure {
   std::optional<double> distance_exponent{};  ///< β, above 0; none: the IoU alone
 
-  /// Never above the IoU, and 0 where that is 0.
+  /// At most the IoU, and 0 where the IoU is 0.
   [[nodiscard]] double operator()(const Box& a, const Box& b) const {
     const double overlap = iou(a, b);
     if (!distance_exponent || overlap == 0) return overlap;

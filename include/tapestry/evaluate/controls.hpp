@@ -12,8 +12,8 @@
 namespace tapestry::evaluate {
 namespace detail {
 
-/// \throws ShapeError unless colours are [texel, 3] with the texels of the charts; NumericError for one of
-///         these whose colour is not finite
+/// \throws ShapeError unless colours are [texel, 3] with the texels of the charts; NumericError if the colour
+///         of such a texel is not finite
 void require_chart_colours(const char* operation, const Array<float, 2>& colours,
                            const std::vector<raster::TextureChart>& charts);
 

@@ -34,7 +34,7 @@ struct Photography {
   image::Conditions conditions{};
   std::size_t draws = 1;  ///< photographs of each view
   std::uint64_t seed = 1;
-  bool in_bytes = false;  ///< whether pictures are measured as files of 8 bits a channel hold them
+  bool in_bytes = false;  ///< whether pictures are first rounded to 8 bits a channel
 };
 
 /// Results of one texture over a set of views.

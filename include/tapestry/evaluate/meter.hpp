@@ -26,7 +26,7 @@ struct ViewResult {
   bool found = false;
   ViewOutcome outcome{};               ///< found, renamed, lost, …, of those detections
   std::vector<bool> found_in_sweep{};  ///< at each threshold of the sweep
-  double found_confidence = 0;  ///< the car is found at every threshold below it, down to the least of the
+  double found_confidence = 0;  ///< the car is found at each threshold below it, down to the least of the
                                 ///< sweep's and the meter's own; 0 if at none of them
   double best_confidence = 0;   ///< of the car, whatever the thresholds; see best_confidence()
 };

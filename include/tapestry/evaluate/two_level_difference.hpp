@@ -25,8 +25,8 @@ namespace detail {
 /// quadrature, each end with its own, as by Zou and Donner ("Construction of confidence limits about
 /// effect measures", Statistics in Medicine 27, 2008). z and t(ν) are quantiles of the normal and of
 /// Student's distribution; with f they correct a bootstrap of few views (Hesterberg, "What teachers
-/// should know about the bootstrap", The American Statistician 69, 2015). An end of the bootstrap on the
-/// other side of m counts as m.
+/// should know about the bootstrap", The American Statistician 69, 2015). If an end of the bootstrap lies on
+/// the other side of m, it counts as m.
 ///
 /// ν differs from Satterthwaite's (Biometrics Bulletin 2, 1946), which has w² and (1 − w)²: w is as uncertain
 /// as b, and where three draws make most of the variance, that interval holds the truth in 92 % only.
@@ -72,7 +72,7 @@ namespace detail {
 /// draws most have 97 % and more; differences about .5 have 86 % where two seeds of noise differ by a logit.
 ///
 /// \param control, camouflage  share of each view's pictures with a found car, [draw, view]
-/// \param of_views  rate_difference() of all pictures: the result where the draws of neither differ
+/// \param of_views  rate_difference() of all pictures: the result if the draws of both agree
 /// \throws ShapeError unless both have the same extents
 [[nodiscard]] PairedDifference two_level_rate_difference(const Array<double, 2>& control,
                                                          const Array<double, 2>& camouflage,

@@ -187,7 +187,7 @@ struct Occlusion {
 ///
 /// \param coverage       [h, w], share of each pixel that shows the car
 /// \param place          where that lies in a picture of height × width pixels
-/// \returns  nothing where no such share can be had: the car does not show, or in a few pixels only
+/// \returns  nothing if no such share is possible: the car shows in no or few pixels
 /// \throws ShapeError if the place has another size than the coverage or leaves the picture
 [[nodiscard]] std::optional<Occlusion> draw_occlusion(const Array<float, 2>& coverage,
                                                       const image::PixelWindow& place, std::size_t height,

@@ -9,7 +9,7 @@ namespace tapestry::geometry {
 enum class PolygonShape {
   fan,        ///< right as a fan around its first corner: convex polygons, and others that all of it sees
   concave,    ///< cut into other triangles
-  crossing,   ///< crosses itself so that no triangles of its corners cover it
+  crossing,   ///< crosses itself: no triangles of its corners cover it
   intricate,  ///< not finished within the work allowed
 };
 
@@ -55,7 +55,7 @@ class PolygonTriangulator {
     return orientation(points_[before_[corner]], points_[corner], points_[next_[corner]]);
   }
 
-  /// Corners that turn left are never the only ones in an ear's way.
+  /// Corners that turn left never block an ear alone.
   void classify(std::size_t corner);
 
   void retire(std::size_t corner);

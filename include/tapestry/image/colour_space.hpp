@@ -49,9 +49,9 @@ template <std::floating_point T>
 // Fine black and white stripes that blend in a far pixel give half the light, which a camera writes as
 // 0.735; the mean of their numbers is 0.5.
 //
-// Source of the curve: IEC 61966-2-1, but that its two parts take turns where they cross. The standard
-// rounds that place (to 0.04045 and 0.0031308), which leaves a step of 2e-8 that a derivative would not see.
-// Both parts continue beyond 0 to 1.
+// Source of the curve: IEC 61966-2-1, except that its two parts meet where they cross. The standard rounds
+// that place (to 0.04045 and 0.0031308), which leaves a step of 2e-8 that a derivative would not see. Both
+// parts continue beyond 0 to 1.
 namespace tapestry::image {
 
 /// Space in which colours are blended, filtered and lit. Colours that are read, optimised, shown to a

@@ -123,7 +123,7 @@ JpegComplaint decode_jpeg(std::string_view file, const JpegHeader& header, bool 
 }  // namespace detail
 
 /// Decodes a JPEG, sequential or progressive, of Huffman or arithmetic coding, as RGB, [H, W, 3], turned
-/// upright by its EXIF orientation. Grey is repeated in the three channels, CMYK is taken for inverted as
+/// upright by its EXIF orientation. Grey is repeated in the three channels, CMYK counts as inverted, as
 /// Adobe's programs store it; colour profiles are ignored. Decoding is left to libjpeg-turbo. Takes memory of
 /// at most 4 times the file, 24 bytes a pixel and 1 MiB.
 ///

@@ -10,7 +10,7 @@
 ///     reader.ParseFromFile("car.obj");
 ///     const auto mesh = io::mesh_of(reader.GetAttrib(), reader.GetShapes(), reader.GetMaterials());
 ///
-/// read_obj() of obj_file.hpp stays the reader for programs that have none; it states why.
+/// Other programs use read_obj() of obj_file.hpp, which states why.
 namespace tapestry::io {
 
 /// tinyobj::attrib_t.

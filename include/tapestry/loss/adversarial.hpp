@@ -29,10 +29,10 @@ namespace tapestry::loss {
 ///            until none is left hides the target. A scale without a box on the
 ///            target adds nothing.
 /// as_coded   what FCA's published program minimises, with its defects: per scale the mean CIoU over the
-///            matched candidates (so far as there are any), the objectness entropy with target 1 at the
-///            matched candidates, which RAISES objectness there, weighted 4, 1, 0.4 by scale, and the mean
-///            raw class logit, cut at 0. Matching is that of box_assignment.hpp; boxes are decoded as the
-///            head does it; in the program that is the ultralytics family of detect::DecodeFamily.
+///            matched candidates (if any), the objectness entropy with target 1 at the matched candidates,
+///            which RAISES objectness there, weighted 4, 1, 0.4 by scale, and the mean raw class logit, cut
+///            at 0. Matching is that of box_assignment.hpp; boxes are decoded as the head does it; in the
+///            program that is the ultralytics family of detect::DecodeFamily.
 /// max_score  −log(1 − max σ(obj) · p(class) · IoU) over all candidates, see max_score().
 /// vanish     a soft maximum of max_score over all classes, see vanish(); its value is the term max_score.
 /// The others only hide the target's own class: a box with

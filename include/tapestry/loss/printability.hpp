@@ -60,9 +60,9 @@ template <class UsedTexels>
 ///
 /// s is the squared distance to the nearest printable colour plus at most 2σ²·ln K, and exactly that distance
 /// for a palette of one colour: the log-likelihood of a mixture of Gaussians around the printable colours.
-/// Its gradient is twice the difference from the mean of the palette near t, so that it is 0 between two
-/// equally near colours. Source: Sharif et al., "Accessorize to a crime" (CCS 2016), eq. 5, whose score is
-/// the product over the palette of |t − p[k]|: that has a kink at every printable colour, and with a large
+/// Its gradient is twice the difference from the mean of the palette near t, so it is 0 between two equally
+/// near colours. Source: Sharif et al., "Accessorize to a crime" (CCS 2016), eq. 5, whose score is the
+/// product over the palette of |t − p[k]|: that has a kink at every printable colour, and with a large
 /// palette next to no slope elsewhere. Thys et al. (CVPRW 2019) take the distance to the nearest colour,
 /// which has kinks; this is its smooth form.
 ///

@@ -142,8 +142,8 @@ void smoothness_adjoint(const Render& render, const VehicleMask& mask,
 ///
 ///   L = Σ U[y,x]·U[y+1,x]·(C[y+1,x] − C[y,x])² + Σ U[y,x]·U[y,x+1]·(C[y,x+1] − C[y,x])²
 ///
-/// summed over the colour channels too; texels that no painted face refers to have no part in it. Charts that
-/// touch in the atlas count as neighbours, whether or not they do on the car.
+/// summed over the colour channels too; texels that no painted face refers to do not count. Charts that touch
+/// in the atlas count as neighbours, whether or not they do on the car.
 ///
 /// \param texels  C, [H·W, channel], row by row from the top, colour in [0, 1]
 /// \param used    U, [H, W], 1 where a painted face refers to the texel and 0 elsewhere, as

@@ -45,7 +45,7 @@ template <std::floating_point T>
                                                const YoloxTrainingOptions& options = {});
 
 /// Adds total_adjoint · ∂total/∂logits; arguments otherwise as in yolox_training(). A box that does not meet
-/// its truth has no slope, and where edges coincide it is as in iou_with_gradient().
+/// its truth has no slope, and where edges coincide the slope is as in iou_with_gradient().
 template <std::floating_point T>
 void yolox_training_adjoint(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
                             const DynamicMatches& matches, std::size_t input_height, std::size_t input_width,

@@ -35,7 +35,7 @@ struct MapWindow {
   return {hull(a.rows, b.rows), hull(a.columns, b.columns)};
 }
 
-/// A range grown until it begins at a multiple of `step` and ends at one or at `extent`.
+/// A range grown to begin at a multiple of `step` and to end at another one or at `extent`.
 [[nodiscard]] constexpr BlockRange aligned(BlockRange range, std::size_t step, std::size_t extent) {
   return {range.begin / step * step, std::min(extent, block_count(range.end, step) * step)};
 }

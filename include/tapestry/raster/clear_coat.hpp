@@ -20,7 +20,7 @@ namespace tapestry::raster {
 /// to the surface's normal; ∫ D·cos = 1 over the hemisphere. Source: Walter et al., Microfacet Models for
 /// Refraction through Rough Surfaces (EGSR 2007), eq. 33, with the tangent written out.
 /// \param alpha        its width, in (0, 1]
-/// \param sine_square  sin², passed apart from the cosine, since narrow lobes need all of its digits
+/// \param sine_square  sin², passed besides the cosine, since narrow lobes need all of its digits
 [[nodiscard]] inline double ggx_density(double alpha, double cosine, double sine_square) {
   const double q = sine_square + alpha * alpha * cosine * cosine;
   return alpha * alpha / (std::numbers::pi * q * q);
@@ -208,7 +208,7 @@ struct PreparedClearCoat {
     return inner.at(face, b) * (1 - light.coat * point(face, b).fresnel);
   }
 
-  /// Radiance that the coat adds, whatever is painted below it.
+  /// Radiance that the coat adds, for any paint below it.
   [[nodiscard]] std::array<double, 3> reflected(std::size_t face, const std::array<double, 3>& b) const {
     const CoatedPoint seen = point(face, b);
     const double sun =

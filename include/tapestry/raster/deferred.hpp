@@ -7,8 +7,8 @@
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 
-/// Deferred shading: a picture in four steps, each with its adjoint. Between them a user shades by
-/// own formulas on the tape.
+/// Deferred shading: a picture in four steps, each with its adjoint. Between them a user adds own
+/// formulas of shading on the tape.
 ///
 ///   rasterise    mesh, camera -> face and barycentric coordinates b at the centre of each pixel
 ///   interpolate  b, attributes of corners -> attributes of pixels, such as uv, normal or position
@@ -17,8 +17,8 @@
 ///
 /// Positions move a picture within faces through b, and its outlines through antialias(). Source: Laine et
 /// al., "Modular Primitives for High-Performance Differentiable Rendering" (SIGGRAPH Asia 2020). Deviation:
-/// where an outline crosses is found on view rays instead of in clip space, which needs no near plane. One
-/// sample a pixel: render() counts coverage by several, and integrates along outlines between pixels, too.
+/// finds an outline's crossing on view rays instead of in clip space; this needs no near plane. One sample a
+/// pixel: render() counts coverage by several, and integrates along outlines between pixels, too.
 namespace tapestry::raster {
 
 /// Faces at the centres of a picture's pixels.
@@ -28,7 +28,7 @@ struct PixelFaces {
   std::size_t height = 0;
   std::size_t width = 0;
   std::vector<std::int32_t> face{};  ///< [H · W], -1 where none shows
-  /// mesh_edges() of the mesh, which go on as long as its faces stay.
+  /// mesh_edges() of the mesh, valid as long as its faces do not change.
   std::shared_ptr<const MeshEdges> edges{};
 };
 
@@ -49,7 +49,7 @@ struct PixelFaces {
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> barycentrics(const PixelFaces& pixels);
 
-/// Adds ∂L/∂positions, the faces of pixels held still, to positions_adjoint, one entry a position.
+/// Adds ∂L/∂positions, with constant faces of pixels, to positions_adjoint, one entry a position.
 /// \param adjoint  ∂L/∂b, [H, W, 3]
 /// \throws ShapeError if an argument does not fit
 template <std::floating_point T>

@@ -60,7 +60,7 @@ struct PreparedPhotographedLight : PreparedOutdoorLight, KeptPhotograph {
     return surroundings ? sum * (1 - seen.fresnel) : sum;
   }
 
-  /// Radiance that the coat adds, whatever is painted below it.
+  /// Radiance that the coat adds, for any paint below it.
   [[nodiscard]] std::array<double, 3> reflected(std::size_t face, const std::array<double, 3>& b) const;
 };
 
@@ -81,9 +81,9 @@ struct EstimatedLight {
 /// For a given sun the sky follows from the normal equations; the sun is searched for over directions. Points
 /// far off, of trim, reflections and dirt, count less and less in four rounds.
 ///
-/// A photograph shows light times paint, and nothing in it separates one from the other. With `paint`
-/// it is the light that gives such paint this look. Without `paint` it is white, and as strong as
-/// makes white paint white where it is brightest (99th percentile of the points): the photograph is
+/// A photograph shows light times paint, and nothing in it separates one from the other. With
+/// `paint` the light gives such paint this look. Without `paint` it is white, and as strong as makes
+/// white paint white where it is brightest (99th percentile of the points): the photograph is
 /// assumed to be well exposed.
 ///
 /// \param mesh          casts the shadows
@@ -99,7 +99,7 @@ struct EstimatedLight {
 /// paint itself shows them. Sky, sun, the observed colour, gloss and the surroundings are fitted in turn,
 /// with the sun fixed at that of `matt`, gloss and surroundings from 4 × 8 to 64 × 128 texels. None is
 /// negative, and the surroundings are at most twice as bright as white paint. Neighbouring texels are drawn
-/// together where few points mirror them. Points count by the inverse of their differences, as encoded
+/// together where few points mirror them. Points weigh by the inverse of their differences, as encoded
 /// colours; a channel at 1 is a bound, not a value.
 ///
 /// \param points  with colours in proportion to light, and with the channels at 1 that estimated_light() is

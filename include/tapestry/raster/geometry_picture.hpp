@@ -104,9 +104,9 @@ struct GeometryMoments {
   std::array<double, 3> place{};  ///< Σ coverage·b
 };
 
-/// A face is seen where a ray, at a fixed point of the picture, meets its plane: at p. A displacement d of
-/// the face there moves p along the ray by the share (n·d)/(n·p) of its distance. As d = Σ b_k·dq_k, each
-/// corner gets n/(n·p) times its sum.
+/// A ray through a fixed point of the picture meets the face's plane at p. A displacement d of the face
+/// there moves p along the ray by the share (n·d)/(n·p) of its distance. As d = Σ b_k·dq_k, each corner
+/// gets n/(n·p) times its sum.
 inline void add_plane_shares(const geometry::Mesh& mesh, const std::array<geometry::Vector3, 3>& corners,
                              const GeometryMoments& moments, std::vector<VertexShare>& shares) {
   const geometry::Vector3 normal =

@@ -63,7 +63,7 @@ struct RenderInputs {
   ArrayVariable<T, 2> texels{};     ///< [texel_count, 3], of a filtered atlas all levels; always given
   ArrayVariable<T, 2> positions{};  ///< [V, 3], instead of the mesh's own
   /// [6], w (radians) and t (units of the world): the body is seen at exp(w)·x + t, and its light moves with
-  /// it. This equals moving the camera around a world that keeps still, see geometry::posed()
+  /// it. This equals moving the camera around a fixed world, see geometry::posed()
   ArrayVariable<T, 1> pose{};
   ArrayVariable<T, 1> light{};  ///< see light_parameters()
 };
@@ -142,7 +142,7 @@ void pull_back_shape(const PosedView<Model>& view, const FragmentBands& fragment
 /// by the sun's direction lacks the shadow's motion, which can be larger than the rest. Textures that are
 /// drawn from unmoved cameras again and again are faster through a TextureOperator that is kept.
 ///
-/// \param body      copied: it may change or go once this returns
+/// \param body      copied: it may change or end once this returns
 /// \param light     Unlit, Light (flat), SmoothLight, OutdoorLight, or a ClearCoat over one of them; with
 ///                  numbers of its own or of inputs.light
 /// \param gradient  BoundaryIntegral or InteriorOnly, see vertex_adjoint(); its samples_per_axis is the

@@ -93,8 +93,8 @@ inline void append_pictures(MeshPictures& pictures, std::size_t first_face, std:
 
 /// Level ground below bodies.
 struct Ground {
-  double height = 0;  ///< z
-  double reach = 3;  ///< half the side of the square that is computed, in lengths of the bodies' longest side
+  double height = 0;                 ///< z
+  double reach = 3;                  ///< half the side of the computed square, in longest sides of the bodies
   std::size_t cells = 96;            ///< of that square along a side, 2 to 1024
   std::size_t directions = 256;      ///< see ambient_occlusion()
   std::size_t shadow_pixels = 1024;  ///< of the square in the view from the sun

@@ -24,7 +24,7 @@ template <std::floating_point T>
 ///
 /// \param silhouette_adjoint  ∂L/∂silhouette, [H, W]
 /// \param positions_adjoint   one entry a position of the mesh
-/// \param samples_per_axis    pieces of the outline are at most its inverse long, in pixels
+/// \param samples_per_axis    pieces of the outline are at most 1/samples_per_axis pixels long
 /// \param edges               mesh_edges() of the mesh, when they are kept from view to view; null: found now
 /// \throws ShapeError unless there is an entry a position and edges are the mesh's; otherwise as silhouette()
 template <std::floating_point T>
@@ -48,7 +48,7 @@ template <std::floating_point T>
 /// silhouette() on the active tape, differentiable by positions and pose; its pullback is
 /// silhouette_adjoint(). Nothing is drawn but the outline. Passive inputs record nothing.
 ///
-/// \param mesh       copied: it may change or go once this returns
+/// \param mesh       copied: it may change or end once this returns
 /// \param positions  [V, 3], instead of the mesh's own; of extent 0: the mesh's own
 /// \param pose       [6], w (radians) and t (units of the world): the mesh is seen at exp(w)·x + t, see
 ///                   geometry::posed(); of extent 0: no pose

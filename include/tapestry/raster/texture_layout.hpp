@@ -10,8 +10,8 @@ namespace tapestry::raster {
 /// interpolated over its faces. solid: one colour for all painted faces.
 enum class TextureKind { atlas, cube, vertex, solid };
 
-/// Properties of a kind of texture. Code treats textures by these; this header and detail/texture_kinds.hpp
-/// alone distinguish kinds.
+/// Properties of a kind of texture. Other code reads these traits; only this header and
+/// detail/texture_kinds.hpp distinguish kinds.
 struct TextureTraits {
   TextureKind kind;
   std::string_view name;  ///< in options and descriptions of textures

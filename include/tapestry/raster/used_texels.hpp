@@ -102,8 +102,8 @@ void for_each_texel_of(const UvTriangle& corner, const TextureLayout& layout, st
 
 /// Distances, in texels, to move a triangle along an axis: 0, unless the triangle has no extent and lies on a
 /// border of the atlas, as unused uv often do. Then it is moved to the side that lookups read, see wrapped();
-/// to both sides where rounding decides.
-/// \param axis  0 for columns, 1 for rows, which run against v
+/// to both sides if rounding decides.
+/// \param axis  0 for columns, 1 for rows; rows run against v
 [[nodiscard]] std::vector<double> moves_off_border(const UvTriangle& corner, std::size_t axis, double size);
 
 /// Calls visit(face, row, column) for the texels that lookups in each painted face read.

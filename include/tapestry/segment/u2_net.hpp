@@ -29,8 +29,8 @@ namespace detail {
 /// \throws ShapeError unless there are three channels
 [[nodiscard]] Array<float, 3> u2_net_input(const Array<float, 3>& picture);
 
-/// Adds (∂x/∂p)ᵀ · input_adjoint to picture_adjoint, [S, S, 3]. All values are divided by the first of equal
-/// largest ones.
+/// Adds (∂x/∂p)ᵀ · input_adjoint to picture_adjoint, [S, S, 3]. Divides all values by the largest
+/// one, of equal ones the first.
 void u2_net_input_adjoint(const Array<float, 3>& picture, const Array<float, 3>& input_adjoint,
                           Array<float, 3>& picture_adjoint);
 

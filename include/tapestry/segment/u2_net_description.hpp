@@ -11,7 +11,7 @@ struct ResidualU {
   std::size_t out;     ///< channels that leave it
 };
 
-/// A network of the U²-Net family, with a single stage that dilates where the published ones have two.
+/// A network of the U²-Net family, with one dilated stage instead of the published two.
 struct U2NetShape {
   std::size_t side = 320;           ///< of the square input, pixels; a multiple of every stride
   std::vector<ResidualU> stages{};  ///< fine to coarse; the decoder has the same but the last

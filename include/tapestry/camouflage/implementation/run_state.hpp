@@ -11,7 +11,7 @@ inline ObjectiveTerms terms_of(const double* row) {
   return terms;
 }
 
-/// Whether the numbers are finite, squares not negative, and all lists as long as they should be.
+/// Whether the numbers are finite, squares not negative, and all lists of the required length.
 template <std::floating_point T>
 void require_sound_state(const std::string& path, const TrainingState<T>& state) {
   const auto require = [&](const char* name, std::span<const T> values, double lowest) {

@@ -71,7 +71,7 @@ inline detect::Box box_around(const image::PixelWindow& window) {
           height};
 }
 
-/// PhotoLight::shows_car of a frame without a mask; none where it cannot be asked.
+/// PhotoLight::shows_car of a frame without a mask; none if there is no such rule.
 template <std::floating_point T>
 std::optional<bool> car_is_shown(const io::Frame& frame, const geometry::Mesh& car, const Sight<T>& sight,
                                  const Array<T, 3>& picture, const std::optional<PhotoLight>& photo) {

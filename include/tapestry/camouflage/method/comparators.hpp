@@ -37,7 +37,7 @@ template <std::floating_point T>
 /// One colour for the whole body, optimised from its start like every other method; another start may end in
 /// another colour. The gain of a method over it is the gain of its pattern.
 ///
-/// Source: ours; the papers measure single colours at most, as the solid controls of the tables do.
+/// Source: ours; the papers at most measure single colours, like the tables' solid controls.
 template <std::floating_point T>
 [[nodiscard]] Method<T> solid_paint(const raster::PaintedMesh& car) {
   Method<T> method;

@@ -31,7 +31,7 @@ class BoxGrid {
     for (; side > 0; side /= 2) levels_.push_back({side, std::vector<std::vector<Box>>(side * side)});
   }
 
-  /// Adds a box, unless it can overlap nothing: a box that shares no area with itself shares none at all.
+  /// Adds a box, unless it overlaps nothing: a box without area shares none with itself.
   void insert(const Box& box) {
     if (!(intersection(box, box) > 0)) return;
     const Reach reach = reach_of(box);

@@ -35,7 +35,7 @@ namespace detail {
   return text.str();
 }
 
-/// Holds heads of raw outputs against the convolutions that make these.
+/// Checks heads of raw outputs against the convolutions that make them.
 inline void require_raw_layers(const nn::NetworkDescription& network, const DetectorDescription& kind) {
   const auto raw = raw_outputs(network);
   const std::vector<std::size_t> filters = filter_counts(network, raw);
@@ -79,7 +79,7 @@ inline void require_raw_layers(const nn::NetworkDescription& network, const Dete
   }
 }
 
-/// Holds the scores of a decoded output against the node that makes them.
+/// Checks the scores of a decoded output against the node that makes them.
 inline void require_decoded_scores(const nn::NetworkDescription& network, const DetectorDescription& kind) {
   if (kind.decoded.score_form == ScoreForm::probabilities) return;
   if (kind.decoded.scores == kind.decoded.boxes) return;  // boxes come first there

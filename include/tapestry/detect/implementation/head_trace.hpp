@@ -39,7 +39,7 @@ class Makers {
     return found == makers_.end() ? nullptr : found->second;
   }
 
-  /// The first node that `passes` does not hold of, on the way back along first inputs.
+  /// The first node, going back along first inputs, for which `passes` is false.
   template <class Passes>
   [[nodiscard]] const nn::Node* behind(std::string_view value, Passes passes) const {
     const nn::Node* node = of(value);

@@ -31,7 +31,7 @@ struct ViewOutcome {
 };
 
 /// \param detections  as they come out of suppression
-/// \param related     classes that count as like the target's own
+/// \param related     classes that count as similar to the target's own
 [[nodiscard]] ViewOutcome outcome_of(const std::vector<detect::Detection>& detections,
                                      const loss::Target& target, const std::vector<std::size_t>& related);
 

@@ -9,7 +9,7 @@ namespace tapestry::evaluate {
 enum class FrameState : std::uint8_t {
   pending = 0,
   measured = 1,
-  left_out = 2,  ///< nothing of the car shows, or the protocol's change cannot be made to it
+  left_out = 2,  ///< no part of the car shows, or the protocol's change is impossible
 };
 
 /// Outcomes of a detector on every picture of a protocol: each frame with each texture, the clean one first.

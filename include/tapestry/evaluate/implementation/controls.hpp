@@ -68,7 +68,7 @@ void shuffle_in_a_cycle(std::vector<Item>& items, Random& random) {
   for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random.index(i - 1)]);
 }
 
-/// Share of the values of some texels that two paints have alike.
+/// Share of the values of some texels that are equal in two paints.
 inline double share_in_place(const Array<float, 2>& a, const Array<float, 2>& b,
                              const raster::TextureChart& chart) {
   std::size_t same = 0;

@@ -70,7 +70,7 @@ inline TwoLevelVariance two_level_variance(const Array<double, 2>& differences) 
   return variance;
 }
 
-/// The interval of the views' means, made one of other draws and views, see two_level_difference().
+/// Extends the interval of the views' means to other draws and views, see two_level_difference().
 inline std::array<double, 2> widened(const PairedDifference& of_views, const TwoLevelVariance& variance,
                                      double level) {
   const auto views = static_cast<double>(of_views.pairs);

@@ -10,8 +10,8 @@
 
 namespace tapestry::io::detail {
 
-/// Bytes begin … end − 1 of a text, deflated as if all before them had been. Parts one behind the other are
-/// one stream, without a header.
+/// Deflates bytes begin … end − 1 of a text as if all before them had been deflated. Parts one behind the
+/// other are one stream, without a header.
 ///
 /// \param is_last  ends the stream; other parts end at a whole byte
 /// \param level, memory_level  of zlib

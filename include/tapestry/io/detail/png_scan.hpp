@@ -27,7 +27,7 @@ struct PngHeader {
   std::size_t end_at = 0;        ///< place of a missing end chunk behind whole picture data, else 0
 };
 
-/// Whether a file is a PNG by its first bytes, which a transfer as text would change.
+/// Whether a file is a PNG by its first bytes, which reveal a transfer as text.
 [[nodiscard]] inline bool is_png(std::string_view file) { return file.starts_with("\x89PNG\r\n\x1a\n"); }
 
 namespace detail {

@@ -22,7 +22,7 @@ struct FrameParts {
   }
 };
 
-/// A mask of a file; any level but 0 stays one.
+/// A mask of a file: 1 for any level but 0.
 inline Array<std::uint8_t, 2> read_mask_part(const FrameParts& parts, const Frame& frame) {
   const auto grey = io::read_mask(parts.mask);
   const std::array<std::size_t, 2> picture{frame.image.shape(0), frame.image.shape(1)};

@@ -191,7 +191,7 @@ class GlbBuilder {
   std::string buffer_;
 };
 
-/// Unpainted faces, one primitive a material; in one with a picture, another for faces without uv.
+/// Unpainted faces, one primitive a material; with a picture, another primitive for faces without uv.
 inline void add_plain_primitives(GlbBuilder& builder, const geometry::Mesh& mesh,
                                  const std::vector<std::uint8_t>& painted,
                                  const std::vector<std::string>& pictures) {

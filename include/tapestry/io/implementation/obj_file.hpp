@@ -250,7 +250,7 @@ class ObjParser {
   ObjMaterials materials_;
   std::int32_t material_ = -1;
   std::int32_t group_ = -1;
-  std::array<std::size_t, 3> before_first_{};  // line of the first that reaches back to none of its kind
+  std::array<std::size_t, 3> before_first_{};  // line of the first relative index without a target
   std::size_t short_line_ = 0;                 // of the last face of fewer than three corners
   bool is_last_line_open_ = false;
   bool has_zero_normal_ = false;

@@ -162,7 +162,7 @@ struct SourcedDescription {
 
 /// Gives a detector the class names that its model's metadata have, see parse_exported_names(). A class
 /// without one is named by its number.
-/// \returns where they are from, or why they are not taken
+/// \returns their source, or the reason why they are not used
 template <std::floating_point T>
 [[nodiscard]] std::string take_exported_names(const std::string& path, const std::string& text,
                                               detect::Detector<T>& detector) try {

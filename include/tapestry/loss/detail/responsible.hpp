@@ -52,7 +52,7 @@ template <std::floating_point T>
   return best;
 }
 
-/// The logits that decide about the cells of one anchor, in a head with four box channels and objectness.
+/// The logits that bound the cells of one anchor's scores, in a head with four box channels and objectness.
 template <std::floating_point T>
 struct CellsWithObjectness {
   const T *box, *objectness, *of_class;  ///< of the first cell
@@ -128,7 +128,7 @@ void search_cells(const Predictions<T>& predictions, Candidate candidate, const 
 }  // namespace detail
 
 /// The candidate of a head that finds the target best: the largest σ(obj) · p(class) · IoU, or p(class) · IoU
-/// for a head without objectness. None if no score is above `beaten`, which is 0 or more; so also if no box
+/// for a head without objectness. None if no score is above `beaten`, which is at least 0; so none if no box
 /// overlaps the target. Ties go to the first candidate; the losses built on this have their kinks there,
 /// since they differentiate the chosen candidate only. The first score that is NaN wins, so that a NaN among
 /// the logits is never overlooked.

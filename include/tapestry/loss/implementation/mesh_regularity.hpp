@@ -16,7 +16,7 @@ void add_to_row(Array<T, 2>& positions_adjoint, std::size_t vertex, const geomet
   for (std::size_t k = 0; k < 3; ++k) positions_adjoint.data()[3 * vertex + k] += static_cast<T>(value[k]);
 }
 
-/// Mean of the neighbours minus the position, of every position; 0 of one without neighbours.
+/// Mean of the neighbours minus the position, for every position; 0 without neighbours.
 /// \param degree  receives the number of neighbours
 template <std::floating_point T>
 [[nodiscard]] std::vector<geometry::Vector3> umbrellas(const geometry::MeshTopology& topology,

@@ -185,7 +185,7 @@ void image_terms_adjoint(const Predictions<T>& predictions, const std::vector<Ta
 
 /// The terms of a training loss on the tape, as one record.
 /// \param options     with the weights of the terms
-/// \param adjoint_of  adds to its second argument the derivative of the total under the weights of its first
+/// \param adjoint_of  adds to its second argument the total's derivative with the weights in its first
 template <std::floating_point T, class Options, class AdjointOf>
 [[nodiscard]] YoloTrainingVariables<T> record_training_terms(const YoloTrainingTerms& terms,
                                                              const Options& options, AdjointOf adjoint_of,

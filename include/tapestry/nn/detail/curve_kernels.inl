@@ -1,7 +1,7 @@
 // Activations that are curves, for one instruction set. Curve defines them.
 #include <tapestry/nn/detail/lane_kernels.inl>
 
-/// The smaller and the larger of each lane and a number, in the form that is one instruction; NaN stays.
+/// The smaller and the larger of each lane and a number, in forms that become one instruction; NaN stays.
 template <std::floating_point T>
 inline Register<T> at_most(T most, const Register<T>& x) {
   const Register<T> bound = most + Register<T>{};
@@ -31,8 +31,8 @@ inline Register<T> scaled_by_power(const Register<T>& x, [[maybe_unused]] const 
   return x * (Register<T>)(((Bits)shifted + Format::bias) << Format::mantissa_bits);
 }
 
-// Functions below work on N vectors side by side, an operation at a time, since one vector's operations wait
-// for one another.
+// Functions below work on N vectors side by side, an operation at a time, since operations on one
+// vector wait for each other.
 #define TAPESTRY_FOR_EACH _Pragma("GCC unroll 4") for (int i = 0; i < N; ++i)
 
 /// x = exp x in each lane as tapestry::detail::vector_exp(), but cut at both ends, where it stays finite.

@@ -36,8 +36,8 @@ struct WinogradPlan {
   /// transformed first, and each task transforms the filters of its panel. Sharing writes less to memory
   /// where there are few filters.
   bool shares_filters = false;
-  /// Whether transformed filters are kept from pass to pass: where they are few, to read them takes less
-  /// time.
+  /// Whether transformed filters are kept from pass to pass: if they are
+  /// few, reading them is faster.
   bool keeps_filters = false;
 
   // Distances in memory, a cache line longer than needed so that points do not fall into one cache set.

@@ -73,8 +73,8 @@ struct NetworkDescription {
 [[nodiscard]] NetworkDescription pruned(NetworkDescription description, std::vector<std::string> outputs);
 
 /// A sentence about the first of stated_shapes, outputs first, that differs from the extents that the nodes
-/// compute for the description's inputs. None if none differs, or if an input has an open extent: the others
-/// were stated for an unknown value of it. Values that cannot be computed are left out.
+/// compute for the description's inputs. None if none differs, or if an input has an open extent: the stated
+/// extents are then for an unknown one. Values that cannot be computed are left out.
 [[nodiscard]] std::optional<std::string> untrue_shape(const NetworkDescription& description);
 
 }  // namespace tapestry::nn

@@ -43,7 +43,7 @@ class Network {
     prepare();
   }
 
-  /// Extents of all inputs; parameters and errors as of the constructor.
+  /// Extents of all inputs; parameters and errors as in the constructor.
   [[nodiscard]] static std::map<std::string, Shape> input_shapes(const NetworkDescription& description,
                                                                  const std::map<std::string, Shape>& wanted);
 

@@ -91,7 +91,7 @@ struct WeightBlock {
   std::string name{};  ///< of the description's constant
   Shape shape{};
   std::size_t offset = 0;  ///< among the weights
-  /// How the elements came from that constant, the first move first; none if they are as it has them.
+  /// How the elements came from that constant, the first move first; none if they are unchanged.
   std::vector<WeightMove> moves{};
   Shape constant_shape{};  ///< before the moves
   std::int64_t opset = 0;

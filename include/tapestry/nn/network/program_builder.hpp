@@ -26,8 +26,8 @@ template <std::floating_point T>
 [[nodiscard]] bool is_channels_last(const Operator<T>& kind, const std::vector<FoldOperand>& operands);
 }  // namespace detail
 
-/// The results of a node all of whose operands are known beforehand. Elements that are moved keep their
-/// values; arithmetic, comparisons and casts are computed in double, and all else in T.
+/// The results of a node with all operands known beforehand. Elements that are moved keep their values;
+/// arithmetic, comparisons and casts are computed in double, and all else in T.
 ///
 /// \param most  elements that they may have
 /// \throws DomainError or ShapeError if the node is not supported or its results are too large
@@ -108,7 +108,7 @@ class ProgramBuilder {
   /// Name of a node in messages: of a part, behind the description's.
   [[nodiscard]] std::string label_of_part(const Node& node) const;
 
-  /// Queues the parts of a node, if it is taken apart. \returns whether it is
+  /// Queues a node's parts, if it is taken apart. \returns whether it is
   bool take_apart(const Node& node, const Decomposable& kind);
 
   /// Names of all values, those between parts included.
@@ -139,7 +139,7 @@ class ProgramBuilder {
 
   void note_weights(const ProgramStep<T>& step);
 
-  /// The weights of a constant, under the name of the description's that its elements came from.
+  /// The weights of a constant, under the name of the description's constant with its elements.
   [[nodiscard]] WeightBlock block_of(const ProgramValue& value) const;
 
   /// Moves the weights to the front of the constants, in the order of their first reading.
@@ -162,14 +162,14 @@ class ProgramBuilder {
   std::map<std::string, std::unique_ptr<Constant>> stored_;
   std::vector<std::unique_ptr<Constant>> folded_;
   std::map<const Node*, Decomposition> taken_apart_;
-  /// A node to add, and whether it is of a loop's round.
+  /// A node to add, and whether it belongs to a loop's round.
   struct Waiting {
     const Node* node;
     bool is_repeated;
   };
   std::vector<Waiting> waiting_;  ///< the next one last
   const Node* root_ = nullptr;    ///< the description's node that is being added
-  bool is_repeated_ = false;      ///< whether the node that is being added is of a loop's round
+  bool is_repeated_ = false;      ///< whether the node being added belongs to a loop's round
   ValueNames names_;
   PlanBudget budget_;
   std::set<std::string> repeated_before_;         ///< budget_.repeated, as earlier stages have left it

@@ -52,7 +52,7 @@ template <std::floating_point T>
 }
 
 /// Meaning of the elements of a tensor. All are computed in one floating type. Integers (indices and extents)
-/// are exact in it as far as its digits reach, 2^24 in float; a Boolean is 0 or 1.
+/// are exact in it up to its digits, 2^24 in float; a Boolean is 0 or 1.
 enum class ElementType { floating, integer, boolean };
 
 /// A tensor whose values are known before a network runs: weights, and numbers that shapes are computed from.

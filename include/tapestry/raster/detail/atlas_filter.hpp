@@ -54,7 +54,7 @@ class AtlasFilter {
     raster_kernels().choose_lookups(rule_, batch, count);
   }
 
-  /// Calls visit(Tap) for a fragment that choose() has been called for.
+  /// Calls visit(Tap) for a fragment after choose() for it.
   template <class Visit>
   void visit_chosen(const LookupBatch& batch, std::size_t i, Visit visit) const {
     const auto finer = static_cast<std::size_t>(batch.level[i]);
@@ -82,7 +82,7 @@ class AtlasFilter {
       const float* const sum = sums.data() + 8 * i;
       auto& colour = colours[i];
       for (std::size_t c = 0; c < 3; ++c) colour[c] = sum[c] + sum[c + 3];
-      // A texel that is no number counts only where it has a weight.
+      // A NaN texel counts only if its weight is not 0.
       if (batch.lookups[i] > 0 && std::isfinite(colour[0] + colour[1] + colour[2])) continue;
       batch.lookups[i] = lookups[i];
       colour = {0, 0, 0};

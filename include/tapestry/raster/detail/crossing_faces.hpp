@@ -72,7 +72,7 @@ class SeenFaces {
     std::vector<std::int32_t> faces_;
     std::array<std::int32_t, 256> last_{};  // faces plus 1, by their last bits
     std::vector<std::int32_t> shown_;
-    std::vector<std::int32_t> several_;  // the number of a pixel's faces, then these
+    std::vector<std::int32_t> several_;  // the number of a pixel's faces, then the faces
   };
 
   /// No seen faces: an unknown picture.

@@ -16,7 +16,7 @@ namespace tapestry::raster {
 class FaceField {
  public:
   /// \param faces  must outlive this, as must seen
-  /// \param seen   faces that are known to be seen, which are tested first
+  /// \param seen   faces known to be seen: they are tested first
   FaceField(const FacesInView& faces, const SeenFaces& seen, const geometry::Camera& camera);
 
   /// Marks a line of the picture and up to 1e-5 px beside it; returns its index, which counts from 0.

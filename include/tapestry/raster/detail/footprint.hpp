@@ -36,7 +36,7 @@ class FaceInAtlas {
                                       2 * camera.tan_half_fov_y / height * inverse};
     for (std::size_t way = 0; way < 2; ++way) {
       turn_[way] = pixel[way] * total[way];
-      for (std::size_t axis = 0; axis < 2; ++axis)  // relative to a corner, which the sums of c_k leave out
+      for (std::size_t axis = 0; axis < 2; ++axis)  // relative to a corner: the sums of c_k leave it out
         steps_[2 * way + axis] = pixel[way] * size_[axis] *
                                  ((place_[1][axis] - place_[0][axis]) * c[1][way] +
                                   (place_[2][axis] - place_[0][axis]) * c[2][way]);

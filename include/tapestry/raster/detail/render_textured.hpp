@@ -14,7 +14,7 @@ template <std::floating_point T>
 struct TexturedPicture {
   Array<T, 3> colour;                ///< [H, W, 3], lit colour times coverage, row 0 on top
   Array<T, 2> coverage;              ///< [H, W] share of the pixel that shows any face, in [0, 1]
-  std::size_t non_finite_faces = 0;  ///< faces left out since a corner is not finite
+  std::size_t non_finite_faces = 0;  ///< faces left out because a corner is not finite
 };
 
 namespace detail {

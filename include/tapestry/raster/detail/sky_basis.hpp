@@ -20,7 +20,7 @@ namespace detail {
 /// equally bright everywhere.
 inline constexpr std::size_t lobe_count = 33;
 
-/// A part of the sky: a distant light under which a surface that faces it is about 1.
+/// A part of the sky: a distant light that gives a surface facing it about 1.
 [[nodiscard]] inline Harmonics sky_lobe(std::size_t index) {
   const double pi = std::numbers::pi;
   if (index + 1 == lobe_count)

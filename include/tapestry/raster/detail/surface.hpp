@@ -44,7 +44,7 @@ class SurfaceColour {
     return colour;
   }
 
-  /// Whether any two faces agree along an edge whose ends they share; false where it has to be computed.
+  /// Whether any two faces agree along an edge whose ends they share; false if unknown.
   [[nodiscard]] bool is_continuous() const {
     return std::same_as<Lighting, PreparedUnlit> && layout_.traits().is_interpolated &&
            std::find(painted_.begin(), painted_.end(), 0) == painted_.end();

@@ -23,13 +23,13 @@ namespace tapestry::raster {
 struct BoundaryIntegral {
   /// For the interior and the search for intersecting faces; pieces of outlines are at most 1 / this long.
   std::size_t samples_per_axis = 4;
-  bool intersections = true;  ///< whether faces that samples see are searched for intersections
+  bool intersections = true;  ///< whether sampled faces are searched for intersections
   /// mesh_edges() of the mesh, when they are kept from view to view; null: they are found by every call.
   std::shared_ptr<const MeshEdges> edges{};
 };
 
-/// The motion inside faces only, with outlines held still: the gradient of rasterisers that treat visibility
-/// as constant. Keeps a fifth to a third of the derivative.
+/// The motion inside faces only, with constant outlines: the gradient of rasterisers that treat visibility as
+/// constant. Keeps a fifth to a third of the derivative.
 struct InteriorOnly {
   std::size_t samples_per_axis = 4;
 };
@@ -171,10 +171,10 @@ void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera
 /// units of L per unit of the world. Sums are in double and the same for any number of threads.
 ///
 /// The picture is premultiplied by its coverage: beside the mesh it is 0. Flat light turns with its faces;
-/// the normals of smooth light are held still. At a seam of duplicated vertices each side receives half.
-/// Where the mesh is cut by near or far, the cut's own motion is left out. A face thinner in the picture than
-/// a tenth of the distance of samples counts less than its samples would, since it would outweigh all others:
-/// see sliver_factor().
+/// the normals of smooth light are constant. At a seam of duplicated vertices each side receives half.
+/// Where the mesh is cut by near or far, the cut's own motion is left out. A face thinner in the picture
+/// than a tenth of the distance of samples counts less than its samples would, since it would outweigh all
+/// others: see sliver_factor().
 ///
 /// \param render_adjoint     ∂L/∂picture, [H, W, 3]
 /// \param positions_adjoint  one entry a position of the mesh

@@ -89,7 +89,7 @@ inline void project(const Projection& p, const std::array<double, 3>* world, std
   }
 }
 
-/// The highest of some indices; negative ones count as beyond all others.
+/// The highest of some indices; negative ones count as higher than all others.
 inline std::uint32_t highest_index(const std::int32_t* indices, std::size_t count) {
   using Unsigned = Register<std::uint32_t>;
   Unsigned most = {};
@@ -107,8 +107,8 @@ inline std::uint32_t highest_index(const std::int32_t* indices, std::size_t coun
   return highest;
 }
 
-/// Lists the faces that may own a sample: not outside one plane with all corners, and with a sample in their
-/// box. For faces to be cut, or with an unusable corner, ~face is listed instead. Returns their number.
+/// Lists the faces that may own a sample: not all corners outside one plane, and a sample in the face's box.
+/// For faces to be cut, or with an unusable corner, ~face is listed instead. Returns their number.
 /// \param faces  of a mesh; first … first + count − 1 are looked at, and their corners must exist
 inline std::size_t list_faces(const std::array<std::int32_t, 3>* faces, std::int32_t first,
                               std::int32_t count, const ScreenVertex* vertices, std::int32_t columns,

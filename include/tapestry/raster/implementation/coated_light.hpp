@@ -18,8 +18,8 @@ inline constexpr double environment_togetherness = 0.001;
 /// showed there.
 inline constexpr double brightest_surroundings = 2;
 
-/// Weight of the square of gloss: where gloss and surroundings explain a photograph alike, prefers the
-/// surroundings.
+/// Weight of the square of gloss: if gloss and surroundings explain a photograph
+/// equally well, surroundings win.
 inline constexpr double gloss_smallness = 10;
 
 /// Surroundings that points of a photograph mirror, fitted from coarse to fine.
@@ -167,7 +167,7 @@ class CoatedFit {
     return light;
   }
 
-  /// Mean absolute difference of points and channels; bounds that hold differ by nothing.
+  /// Mean absolute difference of points and channels; bounds that hold add 0.
   [[nodiscard]] double error() const {
     double sum = 0;
     for (std::size_t p = 0; p < points_.size(); ++p)

@@ -72,7 +72,7 @@ inline constexpr double lowest_sun = 0.1;
   return best;
 }
 
-/// The colour that fits points of known shading best, and how far each is off.
+/// The colour that fits points of known shading best, and each point's distance.
 struct ColourFit {
   std::array<double, 3> colour{0, 0, 0};
   std::vector<double> distance{};  ///< Euclidean

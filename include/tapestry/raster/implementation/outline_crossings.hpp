@@ -70,7 +70,7 @@ class SeenPoints {
     const auto& [a, b, c] = corners(pixels_.face[pixel]);
     return {{position(a), position(b), position(c)}, ray(pixel)};
   }
-  /// Adds to a position's adjoint that of its view coordinates.
+  /// Adds the adjoint of its view coordinates to a position's adjoint.
   void add(const geometry::Vector3& view_adjoint, std::int32_t index,
            std::vector<geometry::Vector3>& positions_adjoint) const {
     auto& to = positions_adjoint[static_cast<std::size_t>(index)];

@@ -3,9 +3,9 @@
 
 namespace tapestry::detail {
 
-// clang warns where a loop did not become one of vectors. That is no mistake: bodies that call functions of
-// <cmath> never do. It warns at the function that the loop was inlined into, so functions that hold loops of
-// any bodies stand here and are never inlined.
+// clang warns of loops that it did not vectorise. That is no mistake: bodies that call functions of <cmath>
+// never do. It warns at the function that the loop was inlined into, so functions that hold loops of any
+// bodies stand here and are never inlined.
 #if defined(__clang__)
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wpass-failed"
@@ -46,7 +46,7 @@ template <std::size_t Largest = 64, class Body>
   plain_block<Largest>(count, own);
 }
 
-// Sanitizers make these loops large and slow to compile, and look at all memory in the plain one as well.
+// Sanitizers make these loops large and slow to compile, and also check all memory in the plain loop.
 #if defined(__x86_64__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(TAPESTRY_ONE_INSTRUCTION_SET)
 template <std::size_t Largest, class Body>

@@ -95,8 +95,8 @@ void release(Array<T, Rank>& array, ArrayMemory<T>* memory) noexcept {
   array = Array<T, Rank>();
 }
 
-/// A shared array with elements of any value, whose memory returns to where it came from; `memory` may be
-/// null.
+/// A shared array with elements of any value, whose memory returns to its
+/// source; `memory` may be null.
 template <class T, std::size_t Rank>
 [[nodiscard]] std::shared_ptr<Array<T, Rank>> shared_array(const Extents<Rank>& extents,
                                                            std::shared_ptr<ArrayMemory<T>> memory) {

@@ -59,7 +59,7 @@ template <std::size_t Rank>
   return rest;
 }
 
-/// The largest of `count` elements, NaN if one is NaN, −∞ if count is 0.
+/// The largest of `count` elements: NaN if one is NaN, −∞ if count is 0.
 template <class T>
 [[nodiscard]] T largest_of_line(const T* line, std::size_t count, std::size_t step) {
   T top = -std::numeric_limits<T>::infinity();
@@ -248,7 +248,7 @@ template <class T>
   return b == b && (is_further || a != a);
 }
 
-/// The element that is better than those before it and no worse than those behind.
+/// The element that is better than all before it and no worse than all behind it.
 /// \throws ShapeError if there are none
 template <class T, std::size_t Rank, class Better>
 [[nodiscard]] Variable<T> extreme(const char* operation, const ArrayVariable<T, Rank>& x, Better is_better) {

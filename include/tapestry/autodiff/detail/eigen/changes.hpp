@@ -2,8 +2,8 @@
 #include <Eigen/Core>
 #include <tapestry/autodiff/functions.hpp>
 
-// Matrices computed from one of variables: their values by Eigen's algorithm in numbers, their changes with
-// it to first order. The numbers may be duals, which have derivatives of their own.
+// Matrices computed from one of variables: values by Eigen's algorithm in numbers, and changes to first
+// order. The numbers may be duals, which have derivatives of their own.
 
 namespace tapestry::detail {
 

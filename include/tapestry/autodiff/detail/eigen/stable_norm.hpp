@@ -22,7 +22,7 @@ template <class B>
 
 /// A step of Eigen's stableNorm(), which calls it unqualified: adds the entries of a vector to a sum of
 /// squares, both divided by a scale. The scale is a number. Eigen's own has derivatives, which cancel in the
-/// norm, but not where the square of a scale is no number any more.
+/// norm, except where the square of a scale is not finite.
 ///
 ///   |x| = scale · √ssq,   ssq = Σ (xᵢ / scale)²
 ///

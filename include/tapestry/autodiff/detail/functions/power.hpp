@@ -43,7 +43,7 @@ template <Scalar T>
   T lower = half, upper = half;
   for (int k = 0; k < n; ++k) (k % 2 == 0 ? lower : upper) = (k % 2 == 0 ? lower : upper) / x;
   const bool grows = std::abs(number_of(factor)) > 1, lower_is_less = number_of(lower) < number_of(upper);
-  T& scaled = grows == lower_is_less ? lower : upper;  // cannot overflow or vanish unless the result does
+  T& scaled = grows == lower_is_less ? lower : upper;  // overflows or vanishes only if the result does
   scaled = scaled * factor;
   product = lower * upper;
   return true;
@@ -62,7 +62,7 @@ struct PowSlope {
     }
     if (factor == 0 || (power == 0 && std::isinf(y))) return T(0);
     if (std::isnan(power) || (x != 0 && is_normal_number(power) && is_normal_number(slope))) return slope;
-    T size = 0;  // the power is 0, ∞ or lost digits; its slope may have not
+    T size = 0;  // the power is 0, ∞ or lost digits; its slope may be sound
     if (lowered_power(std::abs(x), y, N, factor, size))
       return x < 0 && std::signbit(power) == (N % 2 == 0) ? -size : size;
     return factor * std::pow(x, y - T(N));
@@ -96,7 +96,7 @@ struct PowSlope {
 };
 struct Pow {
   static constexpr bool skips_zero = true;
-  /// Points where the slope by x or its derivative is infinite, and with it the slope by y.
+  /// Points where the slope by x or its derivative is infinite; the slope by y is infinite there, too.
   static bool is_kink(auto x, auto y) { return x == 0 && y < 2 && !(y == 0 || y == 1); }
   static auto value(auto x, auto y) { return pow(x, y); }
   static auto partial_x(auto x, auto y, auto pow_xy) { return PowSlope<1>::value(x, y, pow_xy); }
@@ -119,7 +119,7 @@ struct Pow {
   }
 
  private:
-  /// x^y · factor, 0 where the power is and no digits of it are lost, and at x = y = 0.
+  /// x^y · factor, 0 where the power is exactly 0, and at x = y = 0.
   template <Scalar T>
   static T times(const T& x, const T& y, const T& pow_xy, const T& factor) {
     if (x == 0 && y == 0) return T(0);
@@ -181,7 +181,7 @@ template <DualNumber D, std::size_t N>
     for (T& value : values) value = value * scale;
     scaled_length = length_of(values);
   }
-  const auto curvature = [&](const T& a, const T& b) {  // a infinite quotient would meet a leg that is 0
+  const auto curvature = [&](const T& a, const T& b) {  // an infinite quotient would meet a leg of 0
     const bool is_less = abs(a) < abs(b);
     return (is_less ? b : a) * ((is_less ? a : b) / scaled_length) * scale;
   };

@@ -65,7 +65,7 @@ template <class S>
 template <class T>
 using Wide = std::conditional_t<std::is_same_v<T, float>, double, T>;
 
-/// The scalar of this value, with these partial derivatives by the entries of x.
+/// Makes a scalar of this value, with these partial derivatives by the entries of x.
 template <std::floating_point T>
 [[nodiscard]] T with_partials(const T& value, std::span<const T>, const std::vector<T>&) {
   return value;

@@ -122,8 +122,8 @@ template <class X, class Y>
 requires detail::Arguments<X, Y>
 [[nodiscard]] auto fmin(const X& x, const Y& y) { return detail::make_binary<detail::Fmin>(x, y, "fmin"); }
 
-/// x held within [low, high]. The derivative by x is 1 on the closed interval and for a NaN, which stays one,
-/// and 0 outside.
+/// x held within [low, high]. A NaN stays NaN. The derivative by x is 1 on the closed interval and
+/// for a NaN, and 0 outside.
 template <int = 0, Differentiable X, Number N>
 [[nodiscard]] auto clamp(const X& x, N low, N high) {
   return detail::make_binary<detail::AtMost>(detail::make_binary<detail::AtLeast>(x, low), high);
@@ -147,7 +147,7 @@ requires detail::Arguments<X, Y>
 }
 
 /// |x| with the sign of y, −0 being negative. The derivative by x is 1 where the signs agree and −1 where
-/// they do not; that by y, between its jumps, is 0.
+/// they do not; the derivative by y, between its jumps, is 0.
 template <class X, class Y>
 requires detail::Arguments<X, Y>
 [[nodiscard]] auto copysign(const X& x, const Y& y) {

@@ -50,11 +50,11 @@ struct Spread {
   [[nodiscard]] T size() const { return std::max(std::abs(low), std::abs(high)); }
 };
 
-/// Second derivatives at a point where the rules for kinks and for zeros would decide: as the limit of those
-/// around it. The function is taken as smooth there if its gradient and its second derivatives are the same
-/// on all sides, at two distances, the far one 256 times the near one, which is some roundings of x. Any two
-/// variables move together and against each other, and all move by different amounts. Points where the
-/// function is not finite, or throws, are outside its domain and are left out.
+/// Second derivatives at a point where the rules for kinks and for zeros would decide: the limit of second
+/// derivatives around it. The function is taken as smooth there if its gradient and its second derivatives
+/// are the same on all sides, at two distances, the far one 256 times the near one, which is some roundings
+/// of x. Any two variables move together and against each other, and all move by different amounts. Points
+/// where the function is not finite, or throws, are outside its domain and are left out.
 template <class T>
 class Surroundings {
  public:

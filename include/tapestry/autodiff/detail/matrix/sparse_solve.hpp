@@ -16,7 +16,7 @@ struct SparseScalarOf<S> {
   using type = typename S::ExpressionScalar;
 };
 
-/// The matrix by columns, and the slot of the entries in that order; an entry stored as 0 is one.
+/// The matrix by columns, and the slot of the entries in that order; an entry stored as 0 counts, too.
 template <class T, class S>
 [[nodiscard]] auto sparse_input(const Eigen::SparseMatrix<S>& entries, Eigen::SparseMatrix<T>& numbers) {
   MatrixInput<T, EntriesSlot<T>> input;

@@ -4,9 +4,9 @@
 
 namespace tapestry::detail {
 
-// Calls that throw nothing; their exceptions are thrown afterwards. Around a call that may throw, GCC keeps
-// no floating-point number in a register if there is a destructor to run: a loop that accumulates a number
-// for use behind the call would store and load it in each iteration.
+// Calls whose exceptions are caught, and thrown again afterwards. Around a call that may throw, GCC keeps no
+// floating-point number in a register if there is a destructor to run: a loop that accumulates a number for
+// use behind the call would store and load it in each iteration.
 //
 
 /// The exception of such a call on this thread.
@@ -18,7 +18,7 @@ namespace tapestry::detail {
   std::rethrow_exception(std::exchange(deferred_exception(), nullptr));
 }
 
-/// Calls f(). \returns false if it threw; throw_deferred() is to follow
+/// Calls f(). \returns false if it threw; the caller must call throw_deferred()
 template <class F>
 [[nodiscard, gnu::noinline]] bool succeeds(F f) noexcept {
   try {

@@ -7,7 +7,7 @@
 
 namespace tapestry {
 
-/// A statement of a tape whose value, or one of whose partial derivatives, is not finite.
+/// A statement of a tape with a value or partial derivative that is not finite.
 struct NonFinite {
   std::size_t statement = 0;  ///< counted from 1
   bool is_value = false;      ///< else a partial derivative

@@ -24,7 +24,7 @@ class LabelScope {
 
 namespace detail {
 
-/// The first statement with a value that was watched, or a partial derivative, that is not finite.
+/// The first statement with a watched value or a partial derivative that is not finite.
 template <class T>
 [[nodiscard]] std::optional<NonFinite> first_non_finite(const TapeState<T>& state) {
   std::optional<NonFinite> first = state.first_value();

@@ -18,7 +18,7 @@ using PageMemory = std::unique_ptr<std::byte, platform::FreePages>;
 }
 
 /// Allocates arrays that are walked through at random: on small pages, finding the page costs more than the
-/// load. Numbers that are given no value have none.
+/// load. Numbers stay uninitialised without a value.
 template <class T>
 struct HugePageAllocator {
   using value_type = T;

@@ -62,7 +62,7 @@ template <DualNumber T>
   return x.is_zero();
 }
 
-/// a || b, without a branch that would keep a loop from being one of vectors.
+/// a || b, without a branch: loops stay vectorised.
 [[nodiscard]] constexpr bool either(bool a, bool b) {
   return (static_cast<int>(a) | static_cast<int>(b)) != 0;
 }
@@ -91,8 +91,8 @@ template <class T>
 template <DualNumber T>
 [[nodiscard]] constexpr T chain(const T& factor, const T& partial);
 
-/// The same of duals, where something may be 0 or NaN. A number of 0 that has the tangent NaN, as the slope
-/// at a kink, is no zero: where it meets one that changes, the tangent of the product is NaN.
+/// The same for duals, whose parts may be 0 or NaN. A number of 0 that has the tangent NaN, as the slope at a
+/// kink, is no zero: where it meets one that changes, the tangent of the product is NaN.
 template <DualNumber T>
 [[nodiscard, gnu::noinline]] constexpr T chain_with_care(const T& factor, const T& partial) {
   const auto meets_kink = [](const T& x, const T& y, std::size_t k) {
@@ -131,7 +131,7 @@ template <DualNumber T>
   return chain_with_care(factor, partial);
 }
 
-/// Whether chain() of two numbers hid one that is not finite.
+/// Whether chain() of two numbers took 0 · ∞ or 0 · NaN as 0.
 template <std::floating_point T>
 [[nodiscard]] bool hides_infinity(T factor, T partial) {
   return (factor == T(0) && !std::isfinite(partial)) || (partial == T(0) && !std::isfinite(factor));

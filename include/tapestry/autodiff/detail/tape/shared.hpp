@@ -27,7 +27,7 @@ class Shared {
     return made;
   }
 
-  /// Gives up the reference but not its count: the T stays for ever, where searches for leaks find it.
+  /// Gives up the reference without lowering its count: the T stays for ever, and searches for leaks find it.
   void abandon() noexcept {
     counted_->next = __atomic_exchange_n(&abandoned_, counted_, __ATOMIC_ACQ_REL);
     counted_ = nullptr;

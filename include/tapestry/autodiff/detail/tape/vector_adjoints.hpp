@@ -125,7 +125,7 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
     std::memset(static_cast<void*>(all() + number * (block * Width)), 0, block_bytes);
   }
 
-  /// Moves the window down until `bottom` is the block behind its last.
+  /// Moves the window down until it ends before the block `bottom`.
   [[gnu::noinline]] void leave_blocks(std::size_t bottom, bool is_touched) noexcept {
     if (bottom < floor_) bottom = floor_;
     for (; top_ + 1 > bottom; --top_, is_touched = true) {
@@ -153,7 +153,7 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
   std::vector<std::uint8_t> is_written_;  // by block of memory_
   std::vector<std::uint8_t> is_kept_;
   std::size_t capacity_ = 0;  // blocks
-  std::size_t floor_ = 0;     // the first block that comes into the window
+  std::size_t floor_ = 0;     // the first block that enters the window
   std::size_t top_ = 0;       // the block that the sweep is in
   std::size_t size_ = 0;
 };

@@ -40,7 +40,7 @@ struct Operands {
 
 /// Records a formula that the fast way cannot record: with passive or older variables, without room, without
 /// an active tape, or on a tape that watches values. Throws nothing, see deferred_throw.hpp.
-/// \returns a passive link if it failed; throw_deferred() is to follow
+/// \returns a passive link if it failed; the caller must call throw_deferred()
 template <class T>
 [[nodiscard, gnu::noinline]] Link record_carefully(const T& value, const Link* links, const T* partials,
                                                    std::size_t count) noexcept {

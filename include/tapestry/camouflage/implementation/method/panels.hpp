@@ -30,7 +30,7 @@ class PaintedBox {
   geometry::Bounds bounds_{};
 };
 
-/// The panel at a place of the box with this normal, of any length and side.
+/// The panel at a place of the box, by a normal of any length and side.
 [[nodiscard]] inline std::optional<Panel> panel_at(const std::array<double, 3>& place,
                                                    const std::array<double, 3>& normal) {
   const double length = std::hypot(normal[0], normal[1], normal[2]);

@@ -114,7 +114,7 @@ inline void require_value(const nn::NetworkDescription& network, const std::stri
   });
 }
 
-/// Stands for a network that runs in stages wherever one of fixed extents is asked for.
+/// Stands for a network that runs in stages wherever one of fixed extents is required.
 template <std::floating_point T>
 [[nodiscard]] nn::Network<T> stand_in(const std::string& path, const nn::Shape& input) {
   nn::NetworkDescription same;

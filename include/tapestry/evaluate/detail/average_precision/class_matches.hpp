@@ -70,7 +70,7 @@ class ClassMatches {
     return truth.is_crowd || truth.is_ignored || !range.holds(truth.area);
   }
 
-  /// Larger for the truth that a detection takes sooner.
+  /// Larger for the truth that a detection prefers.
   [[nodiscard]] std::tuple<bool, double> preference(const Overlap& overlap, const AreaRange& range) const {
     return {!is_ignored(truths_[overlap.truth], range), overlap.share};
   }

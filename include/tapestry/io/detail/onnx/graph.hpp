@@ -12,8 +12,8 @@
 namespace tapestry::io {
 
 /// Checks that each value is made once, and sorts the nodes so that each value is made before it is read.
-/// Files should be sorted like this, but converters to half precision append their Casts at the end.
-/// Source: ONNX, docs/IR.md, Graphs.
+/// Files should be in this order, but converters to half precision append their Casts at the end. Source:
+/// ONNX, docs/IR.md, Graphs.
 class ValueOrder {
  public:
   /// \param description  inputs and constants are complete; it and the nodes must outlive this

@@ -12,7 +12,7 @@ namespace tapestry::io {
 
 namespace detail {
 
-/// Reads a graph within a node. Its nodes are in order, as the format requires: a value that none before has
+/// Reads a graph within a node. Its nodes are in order, as the format requires: a value that no earlier node
 /// made is one of the graph around it.
 class SubgraphReader {
  public:

@@ -127,7 +127,7 @@ struct LargestStep {
   static double next(double best, double value) { return value > best || value != value ? value : best; }
   static double join(double best, double part) { return best != best ? best : next(best, part); }
 };
-/// to[place] = scale · Σ of its values, or that added.
+/// to[place] = scale · Σ of its values, or += that.
 template <std::floating_point T>
 void sum_to(const AxisReduction& plan, const T* from, double scale, bool is_uninitialised, T* to) {
   reduce<SumStep>(plan, from, static_cast<const T*>(nullptr), [&](std::ptrdiff_t place, double sum) {

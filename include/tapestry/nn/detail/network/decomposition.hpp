@@ -29,8 +29,8 @@ struct ValueNames {
   }
 };
 
-/// Writes the nodes that take the place of one. Values between them are called as its first result, with a
-/// number behind.
+/// Writes the nodes that take the place of one. Values between them get its first
+/// result's name with a number.
 class Decomposer {
  public:
   using Names = std::vector<std::string>;

@@ -110,7 +110,7 @@ class OperatorContext {
     return *value;
   }
   [[nodiscard]] const Constant* tensor(const std::string& name) { return find<Constant>(name, "a tensor"); }
-  /// Marks an attribute as read that makes no difference here.
+  /// Marks an attribute without effect here as read.
   void ignore(const std::string& name) { asked_.insert(name); }
 
   /// The place, as stored, of an axis that may count from the end. \throws DomainError outside `rank`

@@ -50,7 +50,7 @@ struct ElementFunction {
 [[nodiscard]] inline double greater_of(double a, double b) { return a > b || a != a ? a : b; }
 [[nodiscard]] inline double lesser_of(double a, double b) { return a < b || a != a ? a : b; }
 
-/// The functions of operators that have one, whatever their operands.
+/// Functions of operators that compute one for any operands.
 [[nodiscard]] inline const std::map<std::string, ElementFunction, std::less<>>& element_functions() {
   static const std::map<std::string, ElementFunction, std::less<>> functions{
       {"Abs", {&unary::Abs<double>::value}},

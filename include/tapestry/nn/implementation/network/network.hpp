@@ -57,7 +57,7 @@ Program<T> Network<T>::build(NetworkDescription&& description, const std::map<st
   ProgramBuilder<T> finder(description, shapes, pictures_channels_last, false);
   static_cast<void>(finder.build());
   finder.expand(description);
-  // Facts point to constants, which a move leaves where they are.
+  // Facts point to constants, which stay in place when this moves.
   const NetworkDescription simple =
       simplified(std::move(description), finder.facts(), std::is_same_v<T, float>);
   return ProgramBuilder<T>(simple, shapes, pictures_channels_last).build();

@@ -14,8 +14,8 @@ struct FaceMoments {
   std::array<double, 3> second{};                ///< Σ b_k·(Σ_j σ_j·b_j)
   std::array<double, 3> place{};                 ///< Σ coverage·b
 
-  /// Sets the sums that are derivatives, for σ_j = Σ_c value_c·slope[c][j], and the place, from the
-  /// sums of RasterKernels::add_moments().
+  /// Sets the place and the sums that are derivatives, for σ_j = Σ_c value_c·slope[c][j], from the sums of
+  /// RasterKernels::add_moments().
   void set(const std::array<std::array<double, 8>, 4>& sums, const ColourSlope<3>& slope) {
     for (std::size_t c = 0; c < 3; ++c) {
       const auto& [whole, x, y, xx, xy, yy, unused_6, unused_7] = sums[c];
@@ -110,7 +110,7 @@ class MomentSums {
 
   std::int32_t face_ = -1;  // of the last fragment
   std::size_t place_ = 0;
-  bool is_flat_ = false;  // whether its colour has one slope, so that values are adjoints of colours, not σ
+  bool is_flat_ = false;  // whether its colour has one slope; values are then adjoints of colours, not σ
   BandMoments<FaceLight> faces_;
   std::vector<std::array<std::array<double, 8>, 4>> sums_;
   MomentBatch batch_;

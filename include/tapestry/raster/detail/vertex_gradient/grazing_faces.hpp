@@ -63,7 +63,7 @@ class GrazingSpans {
     return {1e-3 * field.rays().step[0], 1e-3 * field.rays().step[1]};
   }
 
-  /// Finds the parts that no face that samples see hides, and marks them.
+  /// Finds and marks the parts that no sampled face hides.
   void find(FaceField& field);
 
   /// Calls visit(fragment) for points of the visible part of a face, with the share of a pixel that each

@@ -158,7 +158,7 @@ inline void add_light_adjoint(const geometry::Mesh& mesh, const geometry::Camera
   turning.add_adjoint(towards, light_adjoint * light.directional, positions_adjoint);
 }
 
-/// Without a light, or with normals that are held still, nothing turns.
+/// Without a light, or with constant normals, nothing turns.
 template <class OtherLight>
 requires(!std::same_as<OtherLight, Light>) void add_light_adjoint(const geometry::Mesh&,
                                                                   const geometry::Camera&, const OtherLight&,

@@ -62,7 +62,7 @@ class Intersections {
     std::array<double, 2> from{};  // its ends in the picture
     std::array<double, 2> to{};
     std::size_t marked = 0;   // of the field
-    std::int32_t hider = -1;  // the face that hid the last point that was hidden
+    std::int32_t hider = -1;  // the face that hid the last hidden point
   };
 
   /// A face of a line, and the derivatives with respect to its corners along its normal.
@@ -104,7 +104,7 @@ class Intersections {
     const Affine at_i = weights[0].inverse_depth(), at_j = weights[1].inverse_depth();
     const Affine d{at_i.a - at_j.a, at_i.b - at_j.b, at_i.c - at_j.c};
     line.steepness = std::sqrt(d.a * d.a + d.b * d.b);
-    // The point of the line nearest to the box's middle, and the way along it.
+    // The point of the line nearest to the box's middle, and the direction along it.
     const std::array<double, 2> middle{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
     if (!(line.steepness > 1e-9 * std::abs(at_i.at(middle[0], middle[1])))) return false;  // coplanar
     const double off = d.at(middle[0], middle[1]) / (line.steepness * line.steepness);

@@ -130,7 +130,7 @@ class Outlines {
   /// Follows a line from its first end, as long as faces that samples see hide it: most edges of most meshes
   /// are hidden from end to end.
   void hide_by_seen(EdgeLine& line) const {
-    constexpr double beyond = 1e-7;  // px; past the border of a face that hides
+    constexpr double beyond = 1e-7;  // px beyond the border of a hiding face
     constexpr int most = 8;          // faces
     for (int i = 0; i < most && line.hidden_to <= line.length; ++i) {
       const auto [column, row] = line.at(line.hidden_to + beyond);

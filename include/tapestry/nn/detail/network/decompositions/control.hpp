@@ -19,7 +19,7 @@ namespace tapestry::nn::detail {
   return constant.at(0) != 0;
 }
 
-/// If, as the branch that its condition chooses. Source: onnx.ai, Operators.md.
+/// If becomes the branch that its condition chooses. Source: onnx.ai, Operators.md.
 inline void decompose_if(OperatorContext& context, Decomposer& parts) {
   const auto &otherwise = context.graph("else_branch"), &then = context.graph("then_branch");
   const bool holds = truth_of(context, 0);
@@ -39,7 +39,7 @@ inline void decompose_if(OperatorContext& context, Decomposer& parts) {
   for (std::size_t i = 0; i < results.size(); ++i) parts.finish(i, "Identity", {results[i]});
 }
 
-/// Loop, as its first round and a Loop of the others. Scanned results of finished rounds follow the other
+/// Loop becomes its first round and a Loop of the others. Scanned results of finished rounds follow the other
 /// carried values, in pieces of 32 rounds: long loops then neither copy all results at every round nor carry
 /// a name for each. Source: onnx.ai, Operators.md.
 class LoopParts {

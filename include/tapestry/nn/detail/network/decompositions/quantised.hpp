@@ -15,7 +15,7 @@ class QuantisedParts {
   std::string dequantised(std::size_t first, std::size_t axis) {
     return parts_.add("Mul", {shifted(first, first + 2, axis), spread(first + 1, first, axis)});
   }
-  /// x − zero point, which may be left out.
+  /// x − zero point; the zero point may be left out.
   std::string shifted(std::size_t x, std::size_t zero, std::size_t axis) {
     const std::string value = floating(x);
     return context_.has_input(zero) ? parts_.add("Sub", {value, spread(zero, x, axis)}) : value;

@@ -14,7 +14,7 @@ namespace tapestry::nn::detail {
   return rank == 3 || rank == 5;
 }
 
-/// Convolutions and pools of three axes as some of pictures, [N, C, H, W].
+/// Convolutions and pools of three axes become several of pictures, [N, C, H, W].
 class ThreeAxesParts {
  public:
   ThreeAxesParts(OperatorContext& context, Decomposer& parts)
@@ -33,7 +33,7 @@ class ThreeAxesParts {
                        {whole(x_[0]), whole(x_[1]), -1});
   }
 
-  /// The sum over taps of the depth, of convolutions of the pictures that each meets.
+  /// Sum over the depth's taps of convolutions of the pictures under each tap.
   void convolve() {
     const Shape& w = context_.input(1).shape;
     if (w.size() != 5) throw ShapeError({"input 1 is ", w, ", expected five axes"});

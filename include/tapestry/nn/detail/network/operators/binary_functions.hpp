@@ -57,7 +57,7 @@ struct Div : VectorFunction {
   static T by_b(T a, T b) { return -(a / b) / b; }
 };
 
-/// Towards 0; not a number where b is 0.
+/// Rounds towards 0; NaN where b is 0.
 template <std::floating_point T>
 struct IntegerDiv : Discrete {
   static T value(T a, T b) { return std::trunc(a / b); }

@@ -11,7 +11,7 @@ namespace tapestry::nn {
 template <std::floating_point T>
 class LayerNormalization : public Operation<T> {
  public:
-  /// \param scale, bias  place of its value for each element of a row
+  /// \param scale, bias  place of the value for each element of a row
   LayerNormalization(const Shape& shape, std::vector<std::size_t> scale, std::vector<std::size_t> bias,
                      double epsilon)
       : Operation<T>({{shape, ElementType::floating}}),

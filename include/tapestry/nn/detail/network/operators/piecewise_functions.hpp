@@ -13,7 +13,7 @@ struct Relu : VectorFunction<Reads::input> {
   [[gnu::always_inline]] static T value(T x, T, T) { return x <= 0 ? T(0) : x; }
 };
 
-/// Between a and b, or b if that is below a; of derivative 1 at either.
+/// Clipped to [a, b], or b if b is below a; the derivative at both ends is 1.
 template <std::floating_point T>
 struct Clip : VectorFunction<Reads::input> {
   [[gnu::always_inline]] static T value(T x, T a, T b) {
@@ -23,7 +23,7 @@ struct Clip : VectorFunction<Reads::input> {
   [[gnu::always_inline]] static T slope(T x, T a, T b) { return x >= a && x <= b ? T(1) : T(0); }
 };
 
-/// a · x + b between 0 and 1, of derivative 0 where it reaches them.
+/// a · x + b between 0 and 1, with derivative 0 at both.
 template <std::floating_point T>
 struct HardSigmoid : VectorFunction<Reads::input> {
   [[gnu::always_inline]] static T value(T x, T a, T b) {

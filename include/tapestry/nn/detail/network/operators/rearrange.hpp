@@ -33,7 +33,7 @@ class StridedCopy {
     if (is_onto_) {
       parallel_for_each_run(nest_, body);
     } else {
-      for_each_run(nest_, body);  // places may be added to more than once
+      for_each_run(nest_, body);  // one place may be added to several times
     }
   }
 

@@ -154,7 +154,7 @@ class Reduce : public Operation<T> {
     });
   }
 
-  /// dx = scale · dy, or that added, where dy is `step` apart.
+  /// dx = scale · dy, or += that, with dy `step` apart.
   static void spread(const T* dy, std::ptrdiff_t step, T scale, bool is_uninitialised, T* dx,
                      std::size_t count) {
     if (is_uninitialised) {

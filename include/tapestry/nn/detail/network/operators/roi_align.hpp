@@ -8,7 +8,7 @@
 namespace tapestry::nn {
 
 /// Boxes of feature maps, resampled to one size. Differentiable by features and by boxes; the number of
-/// samples, and which weighted pixel is the largest, are held still.
+/// samples, and the choice of the largest weighted pixel, count as constant.
 template <std::floating_point T>
 class RoiAlign : public Operation<T> {
  public:

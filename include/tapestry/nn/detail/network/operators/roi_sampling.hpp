@@ -23,7 +23,7 @@ namespace detail {
 struct RoiTaps {
   std::size_t low = 0, high = 0;
   double share = 0;
-  bool is_outside = false;  ///< more than a pixel beyond the picture: it counts as 0
+  bool is_outside = false;  ///< more than a pixel outside the picture: counts as 0
   bool moves = false;       ///< whether the share grows with the place
 
   RoiTaps(double place, std::size_t extent) {

@@ -93,7 +93,7 @@ class Softmax : public Operation<T> {
   [[nodiscard, gnu::always_inline]] static T larger(T best, T value) {
     return value > best || value != value ? value : best;
   }
-  /// Whether all x are masked whose largest this is.
+  /// Whether all x with this largest value are masked.
   [[nodiscard]] bool is_masked(T largest) const {
     return masks_ && largest == -std::numeric_limits<T>::infinity();
   }

@@ -137,7 +137,7 @@ class EditableGraph {
       places.insert(std::ranges::upper_bound(places, i), i);
     }
   }
-  /// Undoes note_uses(), except for values that another node has been noted for since.
+  /// Undoes note_uses(), except for values with a newer noted node.
   void forget_uses(std::size_t i) {
     for (const std::string& output : node(i).outputs)
       if (const auto found = makers_.find(output); found != makers_.end() && found->second == i)
