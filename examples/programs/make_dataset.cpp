@@ -265,8 +265,8 @@ std::string differences(const Json& was, const Json& now) {
   return text;
 }
 
-/// Requires that a data set may be written to a folder. A folder with the same manifest holds a data set that
-/// was interrupted or is drawn again.
+/// Checks that a data set may be written to a folder. A folder with the same manifest holds an interrupted
+/// data set, or one to draw again.
 /// \throws Error (in_use) for a folder that holds anything but frames of this data set
 void require_own_folder(const std::string& folder, const Json& manifest) {
   const auto refuse = [&](const std::string& what) {

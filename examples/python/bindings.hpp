@@ -97,7 +97,7 @@ template <class Element, std::size_t Rank>
                               kept->data(), owner);
 }
 
-/// A box by its rims, from a row as detections have them.
+/// A box by its rims, from a row of detections.
 [[nodiscard]] inline detect::Box box_of(const float* row) {
   const auto rim = [&](std::size_t i) { return static_cast<double>(row[i]); };
   return detect::box_from_corners(rim(0), rim(1), rim(2), rim(3));
@@ -116,7 +116,7 @@ inline void warn(const std::vector<std::string>& warnings) {
     if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0) throw py::error_already_set();
 }
 
-/// A painted mesh, and whether it has the length 2 that frames without a camera see.
+/// A painted mesh, and whether it has length 2, as frames without a camera need.
 struct Mesh : raster::PaintedMesh {
   bool is_normalised = false;
 

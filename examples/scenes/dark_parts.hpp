@@ -5,7 +5,7 @@ namespace tapestry::scenes {
 
 /// Makes the faces without paint whose colour no file states as dark as glass and tyres. Meshes have a light
 /// grey by default: a car from a file without materials would have white windows, which detectors do not
-/// know. A file that states this very grey, as exporters do, is taken to state nothing.
+/// know. A file that states this very grey, as exporters do, counts as stating nothing.
 /// \param painted  one entry a face
 [[nodiscard]] inline geometry::Mesh with_dark_parts(geometry::Mesh mesh,
                                                     const std::vector<std::uint8_t>& painted) {

@@ -56,7 +56,7 @@ io::Frame frame_of(const Scene& scene, const Picture& picture, const Array<float
   return frame;
 }
 
-/// The scene, its main car's faces without extent.
+/// The scene with its main car's faces shrunk to points.
 Scene without_car(Scene scene) {
   const SceneObject& car = scene.objects[scene.car_object];
   for (std::size_t face = car.face_begin; face < car.face_end; ++face)

@@ -13,7 +13,7 @@ BodyStyle any_style(Random& random, double van_chance) {
 }
 
 /// Width of a mesh in the picture, in shares of the picture.
-/// \param nearest  depth of points nearer than it
+/// \param nearest smallest depth that a point counts with
 double width_in_picture(const geometry::Mesh& mesh, const geometry::Camera& camera, double nearest) {
   double low = 1e9, high = -1e9;
   for (std::size_t i = 0; i < mesh.positions.size(); i += 5) {

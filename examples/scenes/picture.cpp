@@ -40,7 +40,7 @@ float ground_factor(const Scene& scene, const Point& eye, const Point& ray, doub
   return static_cast<float>(light_share(scene.shadows, x, y) * (1 + 2 * scene.ground_contrast * grain));
 }
 
-/// The colours that a picture is made of before it is put together.
+/// Colours of a picture's parts before composition.
 class Shader {
  public:
   Shader(const Scene& scene, std::size_t height, std::size_t width)

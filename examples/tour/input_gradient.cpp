@@ -1,5 +1,5 @@
 // Saves the gradient of a detector's surest score with respect to a photograph as a picture: the pixels that
-// it rests on. Takes an .onnx or a .weights file, the latter with its .cfg beside it, and a photograph.
+// decide it. Takes an .onnx or a .weights file, the latter with its .cfg beside it, and a photograph.
 #include <cstdio>
 #include <filesystem>
 #include <tapestry/detect/box_decode_variable.hpp>

@@ -27,7 +27,7 @@ void add(Vector& to, double factor, const Vector& from) {
   for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * from[i];
 }
 
-/// About H⁻¹·gradient, or less of it where the valley curves down.
+/// About H⁻¹·gradient, or a shorter step where the valley curves down.
 Vector newton_step(const Vector& x, const Vector& gradient) {
   Vector step(x.size()), residual = gradient, direction = gradient;
   const double enough = 1e-4 * dot(gradient, gradient);

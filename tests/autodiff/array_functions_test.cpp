@@ -69,7 +69,7 @@ TEST_CASE("a reduction's result of no axes goes with numbers, scalars and arrays
   tape.reverse(sum(w * (z - y)));
   CHECK(x.adjoint() == Array<double, 1>{21, 21, 21});
   CHECK(y.adjoint() == Array<double, 2>(-w));
-  tape.reverse(sum(exp(largest_along(x, 0) - x)));  // e³ + e² + 1, of whose slopes the largest has the sum
+  tape.reverse(sum(exp(largest_along(x, 0) - x)));  // e³ + e² + 1; the sum goes to the largest one's slope
   CHECK(std::abs(x.adjoint()(2) - (std::exp(3) + std::exp(2))) <= 32 * epsilon);
   CHECK(std::abs(x.adjoint()(0) + std::exp(3)) <= 32 * epsilon);
   tape.reverse(sum(where(y < z, z * y, y)));  // 8 is not below 7

@@ -70,7 +70,7 @@ TEST_CASE("the first of a checkpoint's results may be the root, whatever was swe
   const std::vector<Variable<double>> x = {tape.input(2.0), tape.input(3.0)};
   const auto swap = [](Variables v) { return std::vector<Variable<double>>{v[1] * 1.0, v[0] * 1.0}; };
   const auto results = tapestry::checkpoint<double>(swap, x);
-  tape.reverse(Variable<double>(5 * results[1]));  // leaves an adjoint behind the root that follows
+  tape.reverse(Variable<double>(5 * results[1]));  // leaves an adjoint behind the next root
   tape.reverse(results[0]);
   CHECK(x[0].adjoint() == 0);
   CHECK(x[1].adjoint() == 1);

@@ -4,11 +4,11 @@
 namespace tapestry::test {
 using Wide = long double;  // 64 bits of mantissa on x86
 
-/// A function of one number, for all tests of them all.
+/// A function of one number, for tests of all functions.
 struct FunctionRow {
   const char* name;                 ///< in reference/function_table.txt, too
   double f, f1, f2, f3;             ///< bounds in ulp of the errors of value and derivatives up to the third
-  double low, high;                 ///< ends of the numbers that `slope` is for
+  double low, high;                 ///< range of arguments for `slope`
   Wide (*slope)(Wide x) = nullptr;  ///< the derivative by another formula
 };
 

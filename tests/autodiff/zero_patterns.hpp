@@ -67,7 +67,7 @@ inline std::vector<Slopes> duals_of(const System& system) {
   return inputs;
 }
 
-/// Numbers of slopes of X that are far from the expected ones.
+/// Counts of slopes of X that are far from the expected ones.
 template <int Size, int Columns, class Solve>
 int wrong_slopes(const System& system, const AnySize<Slopes>& expected, const Solve& solve) {
   int wrong = 0;

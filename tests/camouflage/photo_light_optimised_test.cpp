@@ -309,7 +309,7 @@ TEST_CASE("faces without paint show the photograph where its mask is the car's s
             std::max(largest, static_cast<double>(std::abs(picture.data()[i] - view.background.data()[i])));
     return largest;
   };
-  const auto without_mask = view_of();  // nothing agrees that the photograph holds the car
+  const auto without_mask = view_of();  // nothing confirms that the photograph holds the car
   CHECK_FALSE(without_mask.keeps_photograph);
   CHECK_FALSE(without_mask.registration);
   CHECK_FALSE(without_mask.shows_car);

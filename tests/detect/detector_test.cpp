@@ -316,7 +316,7 @@ TEST_CASE("decoded outputs may be described in every form", "[detect][graph_dete
   description.constants["rows"] = rows;
   description.constants["nothing"] = {{1}, nn::ElementType::floating, std::vector<float>{0}};
   description.constants["axes"] = {{2}, nn::ElementType::integer, std::vector<double>{2, 3}};
-  // A mean of the picture times 0, so that the output hangs on it.
+  // A mean of the picture times 0, so that the output depends on it.
   description.nodes = {{"", "GlobalAveragePool", {"images"}, {"mean"}},
                        {"", "ReduceMax", {"mean"}, {"most"}, {{"keepdims", std::int64_t(0)}}},
                        {"", "Mul", {"most", "nothing"}, {"none"}},

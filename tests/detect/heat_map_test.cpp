@@ -285,7 +285,7 @@ TEST_CASE("adjoints of Darknet layers add up to the slope by their convolution's
 }
 
 namespace {
-/// How far pull_back_layer() is from the slopes of weights · layer by the pictures, along one direction.
+/// Distance of pull_back_layer() from the slopes of weights · layer by the pictures, along one direction.
 template <class Detector>
 void check_pull_back_layer(const Detector& detector, std::size_t layer, std::size_t side) {
   const auto images = test::pictures<double>(2, side);

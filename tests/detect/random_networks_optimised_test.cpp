@@ -104,7 +104,7 @@ double magnitude(const detect::Pass<double>& pass, const Weighting& weighting) {
   return sum;
 }
 
-/// Derivative at 0 of a function of the step, and how far it may be off.
+/// Derivative at 0 of a function of the step, and its largest error.
 struct Slope {
   double value, tolerance;
 };
@@ -270,7 +270,7 @@ bool has_other_sides(const detect::NetworkConfig& config, const detect::Detector
   return false;
 }
 
-/// Every number off by up to `unit` of itself.
+/// Changes every number by up to `unit` of itself.
 template <std::size_t Rank>
 Array<double, Rank> rounded(Array<double, Rank> array, double unit, Random& random) {
   for (double& x : array.storage()) x *= 1 + unit * random.uniform(-1, 1);

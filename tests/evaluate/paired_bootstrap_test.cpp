@@ -262,7 +262,7 @@ std::array<std::vector<bool>, 2> pairs_of(const std::array<std::size_t, 4>& coun
 }  // namespace
 
 TEST_CASE("the difference of two rates has Newcombe's interval", "[evaluate][paired_bootstrap]") {
-  // Worked out by the formulas of the paper in another language.
+  // Computed by the paper's formulas in another language.
   const auto check = [](const std::array<std::size_t, 4>& counts, double mean, double low, double high) {
     const auto [first, second] = pairs_of(counts);
     const auto found = evaluate::rate_difference(first, second);

@@ -145,7 +145,7 @@ TEST_CASE("controls of a camouflage of parts cover these parts, patches each pie
     for (std::size_t texel = 0; texel < colours.shape(0); ++texel)
       if (paint.painted[texel] == 0)
         for (std::size_t c = 0; c < 3; ++c) REQUIRE(colours(texel, c) == paint.colours(texel, c));
-    auto charts = pieces;  // patches keep to their piece, noise to all of them
+    auto charts = pieces;  // patches stay in their piece, noise in all pieces
     if (control.name == evaluate::matched_noise_name) charts = {evaluate::joined_chart(pieces, car.layout)};
     for (const auto& chart : charts)
       for (std::size_t c = 0; c < 3; ++c)

@@ -11,7 +11,7 @@ const double infinity = std::numeric_limits<double>::infinity();
 const double z = 1.959963984540054;                        // normal quantile at 0.975
 const double t_1 = std::tan(std::numbers::pi * 0.95 / 2);  // Student's with one degree of freedom
 
-/// Draws in views that have an effect each, the draw another, and both together a third.
+/// Draws in views: each view, each draw and each pair has an effect.
 /// \param draw_scale  of the draws' effects in standard errors of the mean over views
 Array<double, 2> simulated(std::size_t draw_count, std::size_t view_count, double draw_scale, Random random) {
   Array<double, 2> differences({draw_count, view_count});
@@ -361,7 +361,7 @@ TEST_CASE("odds of pictures are those of the sample, however many a view has", "
   control(1, 7) = 2.0 / 3;
   for (std::size_t miss = 0; miss < 22; ++miss) camouflage(miss % 3, miss) = 0;
   const auto odds = evaluate::odds_ratio(control, camouflage, 3, 1);
-  CHECK(odds.ratio == Approx(719.0 / 1 * 22 / 218));  // 72.6; half a view made it 14.1 [4.2, 49.7]
+  CHECK(odds.ratio == Approx(719.0 / 1 * 22 / 218));  // 72.6; with half a view 14.1 [4.2, 49.7]
   CHECK(odds.interval[0] > 1);
   CHECK(odds.interval[0] < odds.ratio);
   CHECK(odds.interval[1] == infinity);  // the car is missed in one view

@@ -109,8 +109,8 @@ TEST_CASE("N17: read_json refuses what is not sound JSON", "[io][json][bad_input
 }
 
 TEST_CASE("read_json takes every text that a parser must take", "[io][json]") {
-  // The rules of RFC 8259 as the JSONTestSuite (Seriot, Parsing JSON is a Minefield) puts them into cases,
-  // made anew.
+  // The rules of RFC 8259 as the JSONTestSuite (Seriot, Parsing JSON is a Minefield)
+  // tests them, with new cases.
   const std::vector<std::pair<std::string, std::string>> rows = {
       // Arrays and white space.
       {"[[]   ]", "[[]]"},

@@ -60,7 +60,7 @@ TEST_CASE("few names are compared with one that is looked up", "[io][name_number
     names.push_back(stem + std::to_string(i));
     REQUIRE(numbers.add(names.back(), name_of) == i);
   }
-  CHECK(compared < 50);  // two hashes of 32 bits are alike for about one pair in 2^32: 1.2 of these pairs
+  CHECK(compared < 50);  // two hashes of 32 bits agree for about one pair in 2^32: 1.2 of these pairs
   for (std::size_t i = 0; i < count; ++i) REQUIRE(numbers.find(names[i], name_of) == i);
   CHECK(compared < count + 100);
 }

@@ -364,7 +364,7 @@ std::vector<OddPolygon> polygons_of(const TinyObj& peer) {
   return polygons;
 }
 
-/// Our reader's materials that no file defines have names, tinyobjloader's have none.
+/// Materials that no file defines have names in our reader, and none in tinyobjloader.
 std::vector<OddPolygon> without_undefined(std::vector<OddPolygon> polygons) {
   for (OddPolygon& polygon : polygons)
     if (polygon.material == "absent" || polygon.material == "two words") polygon.material.clear();

@@ -107,7 +107,7 @@ TEST_CASE("vanish is the log of one plus the odds of every name", "[loss][advers
   const auto of_one = loss::adversarial(predictions, target, AdversarialLoss::vanish);
   CHECK(of_one.max_score == Approx(loss::max_score(predictions, target)).epsilon(1e-12));
   CHECK(of_one.total == of_one.max_score);
-  // The same box under another name, as sure: max_score of the first name does not see it.
+  // The same box under another name, equally sure: max_score of the first name ignores it.
   logits[1].data()[loss::logit_index(predictions, {1, 0, 1, 3}, heads[1].class_channel(1))] = 2.0;
   const double before = loss::max_score(predictions, target);
   const double score = nn::logistic(2.0) * nn::logistic(2.0);

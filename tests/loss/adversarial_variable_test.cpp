@@ -32,7 +32,7 @@ Logits<T> adjoints(const std::vector<ArrayVariable<T, 4>>& variables) {
   return all;
 }
 
-/// Something that weighs every term differently, besides the total.
+/// Weighs every term differently, besides the total.
 template <class T>
 Variable<T> mixed(const loss::AdversarialTerms<Variable<T>>& terms) {
   return T(0.5) * terms.iou + T(0.25) * terms.objectness - terms.classification + T(2) * terms.max_score +

@@ -25,7 +25,7 @@ Logits flat_logits(const TinyHeads& detector) {
   return logits;
 }
 
-/// The rule taken literally: the full table of costs, with plain probabilities, and minima sought one by one.
+/// The rule literally: the full table of costs, with plain probabilities, and minima sought one by one.
 Found table_of_costs(const TinyHeads& detector, const Logits& logits,
                      const std::vector<loss::Target>& truths) {
   struct Cell {

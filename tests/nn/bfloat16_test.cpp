@@ -9,8 +9,8 @@ using namespace tapestry;
 using namespace tapestry::test;
 
 namespace {
-/// The nearer of the two bfloat16 around a value, of equally near ones that with the even fraction; as a
-/// float.
+/// The nearer of the two bfloat16 around a value, of equally near ones
+/// the even one; as a float.
 float rounded(float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
   if (std::isnan(value)) return value;

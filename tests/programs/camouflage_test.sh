@@ -89,7 +89,7 @@ expect_exit 0 "evaluate without a camouflage" "$programs/evaluate" --clean-only 
 [ "$(tail -n +2 plain/metrics.csv | cut -d, -f1 | listed)" = "photo clean random white grey black red green blue" ] && pass ||
   fail "controls of nothing"
 grep -q '"effect": null' plain/metrics.json && pass || fail "an effect of nothing"
-# An ensemble of one detector twice has its loss and, its halves being exact, its bits.
+# An ensemble of one detector twice has the detector's loss, with the same bits, as halves are exact.
 expect_exit 0 "a second detector" "$programs/convert_weights" --cfg "$assets/detector.cfg" \
   --weights "$assets/detector.weights" --output second.onnx
 expect_exit 0 "an ensemble" "$camouflage" "${quick[@]}" --ensemble second.onnx --output ensemble
@@ -120,7 +120,7 @@ expect_exit 7 "a run resumed in another colour space" "$camouflage" --resume --c
 expect_error_line '--colour-space \(was "encoded", now "linear"\)'
 expect_exit 0 "an encoded run measured again" "$programs/evaluate" --run by_numbers --output measured_by_numbers
 grep -q '"colour-space"' measured_by_numbers/metrics.json && fail "an encoded run was measured in light" || pass
-# A frame without a mask lends its light only where the detector finds the car in its photograph.
+# A frame without a mask gives its light only if the detector finds the car in its photograph.
 expect_exit 0 "frames in parts" "$programs/make_dataset" --train 0 --test 4 --size 256 --occluded 0 --format png --output held
 rm -r held/test/masks
 look=("$programs/evaluate" --clean-only --confidence 0.1 --light)
@@ -290,7 +290,7 @@ expect_exit 0 "scenes and frames" "$camouflage" "${brief[@]}" --scenes 4 --epoch
 grep -q '"held_out": true' both_kinds/metrics.json && pass || fail "the frames were not held out"
 [ "$(grep -m1 -o '"views": [0-9]*' both_kinds/metrics.json)" = '"views": 4' ] && pass || fail "measured on other views"
 
-# The colours of a mesh are an input as the mesh is.
+# The colours of a mesh are an input, like the mesh.
 mkdir own && cp "$assets"/car_sedan.{obj,mtl} own
 cp "$assets"/detector.{cfg,weights,names} own
 own=("${brief[@]}" --mesh own/car_sedan.obj --material body --cfg own/detector.cfg --weights own/detector.weights
@@ -312,7 +312,7 @@ expect_exit 0 "other colours on purpose" "$programs/evaluate" --run own_mesh --a
 grep -q '^warning: own_mesh: inputs have changed since the run: own/car_sedan.mtl' command.err && pass || fail "no warning"
 grep -A 2 '"changed_inputs"' remeasured/metrics.json | grep -q own/car_sedan.mtl && pass || fail "metrics.json does not name what has changed"
 grep -q 'Inputs have changed since the run: own/car_sedan.mtl' remeasured/report.html && pass || fail "nor does the page"
-# So is a measurement whose run to compare with has changed.
+# So is a measurement if the run to compare with has changed.
 expect_exit 0 "a run after the change" "$camouflage" "${own[@]}" --output own_later
 expect_exit 7 "against a run with other colours" "$programs/evaluate" --run own_later --against own_mesh
 expect_error_line '^error: own_mesh: inputs have changed since the run: own/car_sedan.mtl '

@@ -20,7 +20,7 @@ grep -q '"seconds"' two/cost.json && pass || fail "cost.json lacks the seconds"
 grep -Eq 'http-equiv|@import|(src|href)="[^d]' two/views.html && fail "the page needs other files" || pass
 grep -q 'prefers-color-scheme: dark' two/views.svg && pass || fail "no colours for dark pages"
 
-# A line each for 432 frames and 5 textures, which give the cells' figures again.
+# A line each for 432 frames and 5 textures, which reproduce the cells' figures.
 [ "$(wc -l <two/frames.csv)" -eq 2161 ] && pass || fail "frames.csv has $(wc -l <two/frames.csv) lines"
 awk -F , 'NR == FNR { if (FNR > 1) { cell = substr($1, 2) "," substr($2, 2, length($2) - 2); found[cell "," $9] += $11; frames[cell "," $9]++ } next }
   $1 != "all" && FNR > 1 { if (found[$1 "," $2 "," $3] != $7 || frames[$1 "," $2 "," $3] != 9) exit 1; cells++ }
@@ -74,7 +74,7 @@ done
 # Without a car only rectangles can be found, and nothing is hidden.
 awk -F , '$3 == "no car" { rows++; if ($13 != "" || $14 != "") exit 1 } $1 == "all" { found[$3] = $7 }
   END { exit !(rows == 13 && found["no car"] < found["clean"]) }' whole/occlusion.csv && pass || fail "the rows without a car"
-# Behind other vehicles the same table, and without the car nothing but those.
+# Behind other vehicles: the same table; without the car only those vehicles.
 expect_exit 0 "behind other vehicles" "$evaluate" --protocol traffic --run run --quick --controls matched --size 128 --output traffic
 awk -F , -v lines=61 "$hidden_shares" traffic/traffic.csv && pass || fail "the shares hidden by vehicles do not fit their groups"
 awk -F , '$1 == "all" { found[$3] = $7 } END { exit !(found["no car"] < found["clean"]) }' traffic/traffic.csv && pass ||
@@ -116,7 +116,7 @@ expect_error_line '^error: --background has no part in --protocol physical'
 expect_exit 2 "frames of streets" "$evaluate" --protocol physical --clean-only --frames frames
 expect_error_line '^error: --frames has no part in --protocol physical'
 
-# Photographs: the figures of evaluate without a protocol, and of the same detector in another format the same again.
+# Photographs: the figures of evaluate without a protocol, and the same again for the detector in another format.
 expect_exit 0 "another format" "$programs/convert_weights" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" \
   --output second.onnx
 photographs=(--protocol digital --run run --frames "$assets/frames/test" --further-weights second.onnx)
@@ -134,7 +134,7 @@ for words in 'effect beyond matched noise' 'P@0.5 by confidence threshold' 'at m
 done
 [ "$(wc -l <digital/digital.csv)" -eq 27 ] && pass || fail "digital.csv has $(wc -l <digital/digital.csv) lines"
 [ "$(wc -l <digital/photographs.csv)" -eq 521 ] && pass || fail "photographs.csv has $(wc -l <digital/photographs.csv) lines"
-# A quick measurement leaves frames out; one that is gone is another thing.
+# A quick measurement leaves frames out; a missing frame is an error.
 mkdir many && cp "$assets"/frames/test/0[01]?.npz "$assets/frames/test/020.npz" many
 expect_exit 0 "a camouflage of 21 frames" "$programs/camouflage" --frames many --texels 8 --epochs 1 --output of_many
 quickly=(--protocol digital --run of_many --controls matched --quick --output quickly)

@@ -21,7 +21,7 @@ expect_same_tables() { # FOLDER
   expect_same whole/out/tables/index.html "$1/out/tables/index.html"
   no_locks "$1"
 }
-# at_work FILE PROCESS: waits until a program has made its lock, or all is over.
+# at_work FILE PROCESS: waits until a program has made its lock, or all programs have ended.
 at_work() {
   while [ ! -e "$1" ] && kill -0 "$2" 2>/dev/null; do sleep 0.02; done
 }
@@ -40,7 +40,7 @@ expect_error_line "^error: out: folder is in use by process $process on "
 wait "$process" && pass || fail "the first of two: $(cat first.err)"
 expect_same_tables twice
 
-# Stopped by a signal that only the script gets, while a program works: no lock stays, and nobody works on.
+# Stopped by a signal that only the script gets, while a program works: no lock stays, and no program continues.
 for signal in TERM INT HUP; do
   for folder in runs/first-1 measured/digital-first-1 runs/second-1; do
     (variants_in "stopped-$signal" "${both[@]}") >/dev/null 2>&1 &
@@ -76,7 +76,7 @@ code=$?
 wait_for 60 eval '! [ -e orphan/out/runs/first-1/.lock ]'
 goes_on orphan
 
-# A detector exchanged between two calls, and between two steps of one.
+# A detector exchanged between two calls, and between two steps of one call.
 cp mine/detector.weights kept && cp kept changed && printf '\0' | dd of=changed bs=1 seek=5000 conv=notrunc status=none
 for file in mine/detector.weights mine/detector.names own/test/001.npz; do
   name=exchanged-$(basename "$file")

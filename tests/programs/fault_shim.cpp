@@ -2,8 +2,8 @@
 // call of that name from 1 on, `errno` as a number or, for write, `short`, which then writes one byte only,
 // or `stop`: the program stops there as by SIGSTOP, and the call succeeds when it goes on. When it does, it
 // makes the file TAPESTRY_FAULT_MARK. Calls that the C library makes within itself are not seen. `create` is
-// an open that may create a file; `allocation` is one of 4 KiB or more, for smaller ones seldom fail and are
-// without number.
+// an open that may create a file; `allocation` is one of 4 KiB or more, since smaller ones
+// seldom fail and are countless.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/stat.h>

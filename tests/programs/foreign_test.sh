@@ -20,7 +20,7 @@ expect_exit 0 "a protocol on a picture" "$evaluate" --paint run/texture.png --te
 grep -q '^all,all,adversarial,' traffic/traffic.csv && pass || fail "no row of the paint"
 expect_exit 0 "its table" "$programs/tabulate" --output tables --name paints theirs=traffic
 grep -q '^theirs,' tables/paints.csv && pass || fail "no row of another's paint"
-# Without a description the picture spans u from 0 to 1 and repeats: twice itself, side by side, is the same.
+# Without a description the picture spans u from 0 to 1 and repeats: two copies side by side are the same paint.
 mkdir plain && cp run/texture.png plain/once.png
 expect_exit 0 "without a description" "$evaluate" --paint plain/once.png "${measured[@]}"
 grep -q 'plain/once.png: no description beside it; assumed: its width is 1 in u' command.out command.err && pass || fail "assumed in silence"

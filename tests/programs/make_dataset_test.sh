@@ -47,7 +47,7 @@ expect_exit 0 "another seed after a check" frames --seed 2 --output look
 expect_exit 7 "a check of another set in its folder" frames --check --output look
 grep -q 'assumed of the camera' command.out && fail "streets have a camera of ours" || pass
 
-# A set that was broken off is no smaller set without a word, and the same command completes it.
+# An interrupted set is reported, and the same command completes it.
 cp -r metres short && rm short/test/0002.npz
 expect_exit 0 "a set that was broken off" "$programs/camouflage" --check --frames short
 grep -q '^warning: short/test holds 2 of the 3 frames that make_dataset was to draw;' command.err && pass || fail "no word on missing frames"

@@ -6,7 +6,7 @@ mkdir frames && cp $(ls "$assets"/frames/test/*.npz | head -n 4) frames
 quick=(--frames frames --texels 32 --epochs 6 --checkpoint-steps 1)
 expect_exit 0 "fca" "$camouflage" "${quick[@]}" --output two
 
-# Other methods than FCA's; FCA's manifest names no method, as older ones.
+# Other methods than FCA's; FCA's manifest names no method, like older manifests.
 grep -q '"method"' two/manifest.json && fail "a manifest names what was no choice before" || pass
 expect_exit 0 "every method" "$camouflage" --list-methods
 cp command.out methods

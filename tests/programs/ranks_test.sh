@@ -4,7 +4,7 @@ source "$(dirname "$0")/support.sh"
 needs evaluate camouflage
 command -v mpirun >/dev/null && ldd "$evaluate" | grep -q libmpi || exit 77
 
-# All ranks on this machine, by whoever runs the tests; no remote shell, no memory of another process.
+# All ranks on this machine, started by any user; no remote shell, no memory of another process.
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_plm=isolated
 export OMPI_MCA_btl_vader_single_copy_mechanism=none
 here=(--oversubscribe --bind-to none)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The pool, tapes of several threads, the renderer and networks neither branch on memory that nobody wrote nor write it
 # out: valgrind's memcheck follows every byte up to branches and to what the programs write out. It knows no AVX-512.
-# MemorySanitizer would need the standard library compiled for it, which Debian has not.
+# MemorySanitizer would need the standard library compiled for it, which Debian does not have.
 source "$(dirname "$0")/support.sh"
 if ! command -v valgrind >/dev/null; then
   echo "skipped: valgrind is missing"

@@ -220,7 +220,7 @@ std::string wrong_transpose(const RandomView& view, std::uint64_t seed) {
   return "transpose: forward " + std::to_string(forward) + ", backward " + std::to_string(backward);
 }
 
-/// The view from an eye turned by up to a pixel, which moves all samples over all faces.
+/// The view with the eye turned by up to a pixel: moves all samples over all faces.
 RandomView turned(RandomView view, Random& random) {
   const double pixel = 2 * view.camera.tan_half_fov_x / static_cast<double>(view.width);
   const double up = random.uniform(-pixel, pixel), aside = random.uniform(-pixel, pixel);

@@ -273,7 +273,7 @@ void check_car(const std::string& path) {
 
 std::string asset(const std::string& name) { return test::in_sources("examples/assets/" + name + ".obj"); }
 
-/// Views from all around, the same every time, and from a little below to well above.
+/// Views from all around, from a little below to well above; the same every time.
 std::vector<std::array<double, 2>> random_directions(std::size_t count) {
   Random random(7);
   std::vector<std::array<double, 2>> directions(count);

@@ -172,7 +172,7 @@ TEST_CASE("the gradient of a mask agrees with central differences in double", "[
     };
     for (std::uint64_t seed = 0; seed < 3; ++seed)
       check(test::random_direction<double>({rows, columns, 3}, 8 + seed));
-    // The brightest value, which all are divided by.
+    // The brightest value: divides all others.
     auto axis = tapestry::zeros<double, 3>({rows, columns, 3});
     if (rows != 16) continue;
     axis.data()[segment::detail::brightest(picture)] = 1;

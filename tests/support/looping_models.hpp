@@ -38,7 +38,7 @@ inline std::string nested_loops(std::size_t depth, std::int64_t rounds) {
   return looping_model(body, rounds, 4);
 }
 
-/// A loop that puts v behind itself in each round.
+/// A loop that appends v to itself in each round.
 inline std::string doubling_loop(std::int64_t rounds, std::int64_t extent = 4) {
   return looping_model(loop_body({node("Concat", {"v", "v"}, {"w"}, {int_attribute("axis", 0)})}, {"w"}),
                        rounds, extent);

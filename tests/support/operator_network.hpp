@@ -166,7 +166,7 @@ inline void check_adjoints(const OperatorNetwork& test, double float_tolerance =
     for (std::size_t i = 0; i < direction.size(); ++i) slope += gradients[g][i] * direction[i];
     const double difference = (value_at(h) - value_at(-h)) / (2 * h);
     CAPTURE(g, slope, difference);
-    // Truncation h²/6·f''' and rounding ε|f|/h, both about ε^(2/3) of values of that order.
+    // Truncation h²/6·f''' and rounding ε|f|/h, both about ε^(2/3) for such values.
     CHECK(std::abs(slope - difference) <= 4 * h * h * std::max({1.0, objective.magnitude, std::abs(slope)}));
     ++g;
   };

@@ -7,7 +7,7 @@
 
 namespace tapestry::test {
 
-/// Views as the objective takes them; the texture decides about T.
+/// Views for the objective; the texture decides T.
 template <class T>
 using ViewPointers = std::type_identity_t<typename camouflage::Objective<T>::Views>;
 

@@ -165,7 +165,7 @@ class RandomCfg {
     return text + activation(0.5);
   }
 
-  /// A multiplication of the layer before by factors that are made of it.
+  /// Multiplies the previous layer by factors computed from it.
   [[nodiscard]] std::string scaling() {
     if (shapes_.empty()) return convolution();
     const bool is_of_pixels = random_.chance(0.4);

@@ -4,7 +4,7 @@
 #include "catch.hpp"
 
 namespace tapestry::test {
-/// A row of a table of contents that must be refused.
+/// A row of a table of refused contents.
 struct BadContent {
   const char* id;  ///< of the table of bad input, for messages
   std::string file;

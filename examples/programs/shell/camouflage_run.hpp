@@ -183,7 +183,7 @@ class CamouflageRun {
       try {
         images += training.step();
       } catch (const NumericError&) {
-        save(training);  // the state before the step: the last good one
+        save(training);  // the state before the step is the last good one
         throw;
       }
       if (ranks_.is_first()) validation_->follow(training, trial_, train_);

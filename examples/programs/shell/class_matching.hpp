@@ -37,7 +37,7 @@ inline std::string listed(const std::vector<std::string>& names) {
   return names.size() > most ? list + ", … (" + std::to_string(names.size()) + " in all)" : list;
 }
 
-/// The detector's class with this name, or with a synonym that is not in use.
+/// The detector's class with this name, or with an unused synonym.
 inline std::optional<std::size_t> detector_class(const std::string& name,
                                                  const detect::Detector<float>& detector,
                                                  const ClassMatching& matching) {

@@ -13,7 +13,7 @@ struct CleanViews {
   WildBoxes boxes{};
 };
 
-/// Passes clean views, at most `most` of those to measure on, evenly spread, through the detector.
+/// Runs the detector on clean views: at most `most` of the measured ones, evenly spread.
 /// \throws Error (mismatch) if none of them shows the car, and as views_with_car()
 inline CleanViews examine_clean_views(const Inputs& inputs, const SceneSettings& scene,
                                       const DetectorSettings& settings, std::size_t most = 8) {

@@ -106,7 +106,7 @@ inline evaluate::Dataset read_labels(const LabelSettings& s, std::size_t class_c
 }
 
 /// Gives classes the names that --classes states, and takes off those that it leaves out, with their objects.
-/// \param needs_all  whether it must have all of them
+/// \param needs_all  whether the detector must have all of them
 inline void rename_classes(const std::vector<std::string>& pairs, evaluate::Dataset& dataset,
                            bool needs_all = true) {
   auto& names = dataset.class_names;

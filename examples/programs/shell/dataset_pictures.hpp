@@ -117,12 +117,12 @@ class DatasetPictures {
     is_empty_ = empty == paths_.size();
   }
 
-  /// Numbers of pictures and of objects by class, for people.
+  /// Sentence with the numbers of pictures and of objects by class.
   [[nodiscard]] const std::string& summary() const { return summary_; }
   /// Whether there is no object at all.
   [[nodiscard]] bool is_empty() const { return is_empty_; }
 
-  /// Fills a batch. It depends on the generator alone, for any number of threads.
+  /// Fills a batch. The result depends on the generator alone, not on the number of threads.
   /// \param fit  of pictures on the network's input
   void fill(const Random& random, const image::Fit& fit, Array<float, 4>& batch, loss::Truths& truths) const {
     truths.assign(batch.shape(0), {});

@@ -55,8 +55,8 @@ inline void require_sound(const DatasetTraining& s, ProblemList& list) {
   list.require(s.steps <= 100000000, "--steps must be at most 100000000");
 }
 
-/// Trains a detector on labelled pictures, and keeps its state at the best validation. Two with equal
-/// settings and checkpoints continue with the same bits.
+/// Trains a detector on labelled pictures, and keeps its state at the best validation. Two trainings with
+/// equal settings and checkpoints continue with the same bits.
 class DatasetTrainer {
  public:
   using Validate = std::function<double(const detect::Detector<float>&)>;
@@ -153,7 +153,7 @@ class DatasetTrainer {
   [[nodiscard]] std::size_t best_validation() const {
     return static_cast<std::size_t>(std::ranges::max_element(scores_) - scores_.begin());
   }
-  /// Number of validations that belong before the next step, one behind the last step included.
+  /// Number of validations due before the next step, including one after the last step.
   [[nodiscard]] std::size_t validations_due() const {
     const bool is_cut = history_.size() == settings_.steps && settings_.steps % settings_.validate_every != 0;
     return history_.size() / settings_.validate_every + 1 + (is_cut ? 1 : 0);

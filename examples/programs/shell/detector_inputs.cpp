@@ -39,7 +39,7 @@ void require_detector_format(const std::string& weights) {
          "an .onnx model, such as torch.onnx.export writes, or Darknet weights", std::string(format)});
 }
 
-/// Takes 80 classes without names for COCO's, unless --class is a number.
+/// Gives 80 classes without names COCO's names, unless --class is a number.
 void name_coco_classes(const DetectorSettings& settings, detect::Detector<float>& detector,
                        std::vector<std::string>& warnings) {
   const bool is_counted =

@@ -14,7 +14,7 @@ inline constexpr const char* pictures_format = "tapestry pictures 1";
 
 inline std::string instances_path(const std::string& folder) { return folder + "/instances.json"; }
 
-/// SHA-256 of the labels without this hash itself, in whatever order and layout the file has them.
+/// SHA-256 of the labels without this hash itself, for any order and layout in the file.
 inline std::string labels_sha256(nlohmann::json labels) {
   labels["info"].erase("sha256");
   return io::sha256(labels.dump());

@@ -32,7 +32,7 @@ inline void require_writable_folder(const std::string& folder) {
   try {
     io::write_file_atomically(probe, std::string_view("tapestry\n"));
   } catch (const FileError&) {
-    remove_probe();  // the file exists if only flushing its folder failed
+    remove_probe();  // the file exists if flushing its folder failed
     throw;
   }
   remove_probe();

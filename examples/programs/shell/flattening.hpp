@@ -131,7 +131,7 @@ class CutSurface {
       const double length =
           geometry::length(geometry::subtract(positions_[ends.first], positions_[ends.second]));
       while (!here.empty() && !there.empty()) {
-        constexpr double sharpest = -0.5;  // more is the rim of a sheet, with its inside behind
+        constexpr double sharpest = -0.5;  // a larger angle is the rim of a sheet, with its inside behind
         double best = sharpest;
         std::size_t at_here = 0, at_there = 0;
         for (std::size_t i = 0; i < here.size(); ++i)
@@ -301,7 +301,7 @@ class FlatLayout {
     return static_cast<Eigen::Index>(vertices_[i][corner % 3]);
   }
 
-  /// Weights each edge of a face by the cotangent of the angle that it faces.
+  /// Weights each edge of a face by the cotangent of the angle opposite to it.
   [[nodiscard]] Matrix laplacian() {
     std::vector<Eigen::Triplet<double>> entries;
     weights_.resize(part_.size());

@@ -57,7 +57,7 @@ void check_detector(DetectorSettings settings, ProblemList& list, std::vector<st
 }
 
 /// Warns of frames that the manifest of make_dataset lists and the folder lacks: the program was interrupted,
-/// or frames were removed. Elsewhere a file of this name may be anything.
+/// or frames were removed. In other folders a file of this name may be anything.
 std::vector<std::string> warnings_about_set(const std::string& folder) {
   std::vector<std::string> warnings;
   const std::string path = manifest_path(folder);

@@ -46,7 +46,7 @@ FrameLists find_frames(const SceneSettings& scene);
 
 void require_one_scale(const FrameLists& lists);
 
-/// \param posed  see FrameLists; all frames of a run agree in it. None: not known yet
+/// \param posed  see FrameLists; equal for all frames of a run. None: not known yet
 io::Frame load_frame(const std::string& path, const MaskRule& mask, std::optional<bool> posed);
 
 using FrameLoaders = std::vector<camouflage::ViewStore<float>::Loader>;

@@ -13,7 +13,7 @@ std::string extents_text(std::size_t height, std::size_t width) {
 }
 
 /// The mask of a file, 1 where it is not 0. One of other extents, of the same shape, is resampled bilinearly
-/// before, as the program of Wang et al. (FCA) does, which widens it by up to one of its pixels.
+/// before, as the program of Wang et al. (FCA) does, which widens the mask by up to one of its pixels.
 Array<std::uint8_t, 2> mask_from_file(const std::string& path, const io::Frame& frame) {
   const auto grey = io::read_mask(path);
   const std::size_t height = frame.image.shape(0), width = frame.image.shape(1);

@@ -41,7 +41,7 @@ inline const std::vector<std::string>& mesh_view_names() {
   return names;
 }
 
-/// Sun and sky with the strengths of a scene's light; all of it is the sky's without a sun.
+/// Sun and sky with the strengths of a scene's light; without a sun the sky has all of it.
 inline raster::OutdoorLight outdoor_light(const PaintedScene& scene) {
   constexpr std::size_t shadow_pixels = 2048;
   const bool has_sun = scene.lighting == "sun";

@@ -79,15 +79,14 @@ class OutputClaim {
 
   // Handlers of signals reach static objects only.
   static inline std::array<std::atomic<const char*>, 16> lock_files{};
-  static inline std::atomic<bool> is_changing{
-      false};                                  ///< while a signal would find a lock that is not listed
-  static inline std::atomic<int> deferred{0};  ///< a signal that came meanwhile
+  static inline std::atomic<bool> is_changing{false};  ///< a signal now would find a lock that is not listed
+  static inline std::atomic<int> deferred{0};          ///< a signal that came meanwhile
 
   io::RunLock lock_;
   std::atomic<const char*>* place_ = nullptr;  ///< among lock_files
 };
 
-/// Claims files that a program writes, each once however it is named; empty names are none.
+/// Claims files that a program writes, each once for all its names; ignores empty names.
 /// \throws Error as OutputClaim
 [[nodiscard]] inline std::list<OutputClaim> claimed_files(const std::vector<std::string>& paths) {
   std::set<std::filesystem::path> known;

@@ -17,7 +17,7 @@ struct PanelSettings {
   double metres_per_unit = 1;
 };
 
-/// A picture of the car for the index, and where panels show in it.
+/// A picture of the car for the index, and the panels' places in it.
 struct CarView {
   struct Label {
     std::size_t panel;   ///< from 0

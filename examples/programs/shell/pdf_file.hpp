@@ -5,8 +5,8 @@
 #include "pixel_font.hpp"
 
 /// \file
-/// A writer of PDF 1.4 (ISO 32000-1): pages with lines, areas, text in Helvetica and pictures. No library of
-/// the distributions that we build on writes so little with so little. Equal pages give equal bytes.
+/// A writer of PDF 1.4 (ISO 32000-1): pages with lines, areas, text in Helvetica and pictures. Libraries of
+/// our distributions are much larger than this needs. Equal pages give equal bytes.
 
 namespace tapestry::shell {
 

@@ -103,7 +103,7 @@ std::vector<Photograph> photographs(const std::string& folder, RequireUsable req
   return found;
 }
 
-/// The photographs that frames of one part are made from; the two parts share none.
+/// The photographs for frames of one part; the two parts share none.
 /// \param train, test  frames of the parts
 inline std::vector<Photograph> share_of(const std::vector<Photograph>& all, std::size_t train,
                                         std::size_t test, bool held_out) {

@@ -12,8 +12,8 @@
 namespace tapestry::shell {
 
 /// The processes of one program that mpirun has started to share its work; without mpirun only this process.
-/// Values are combined in the order of ranks, so that results do not depend on
-/// their number. Only the first rank prints and writes files.
+/// Values are combined in the order of ranks, so that results do not depend on the number of ranks. Only the
+/// first rank prints and writes files.
 class Ranks {
  public:
   Ranks(const Ranks&) = delete;

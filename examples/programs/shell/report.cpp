@@ -124,7 +124,7 @@ std::string effect_note(const evaluate::Effect& effect) {
 
 namespace {
 
-/// A line of the table with the fates of a car that is not always found; empty for one that is.
+/// A line of the table with the fates of a car that is not always found; empty if it always is.
 std::string fates_line(const evaluate::Measurement& row) {
   using evaluate::Fate;
   if (row.fates.of(Fate::found) == row.fates.all()) return {};

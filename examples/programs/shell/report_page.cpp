@@ -115,7 +115,7 @@ std::vector<std::size_t> add_pictures(Json& data, ViewPictures pictures, std::si
   }
 }
 
-/// Bytes of a car that a page holds at most.
+/// Largest size of a car in a page, bytes.
 constexpr std::size_t most_of_a_car = 1'500'000;
 
 /// Data for the page's script: the list, with the picture of each view, pictures and the car.
@@ -135,7 +135,7 @@ Json page_data(const ReportPage& page, std::size_t bytes) {
   return data;
 }
 
-/// The car to turn, or where it is.
+/// The car to turn, or a link to its file.
 std::string car_html(const ReportPage& page) {
   if (page.glb.empty()) return {};
   if (page.glb.size() > most_of_a_car)

@@ -15,11 +15,11 @@ struct Curve {
 /// Pictures of some views, each view in several ways.
 struct ViewPictures {
   std::vector<std::size_t> places{};  ///< among the pictures of all views
-  /// Each with its words, and a picture a place.
+  /// Each view with its words, and a picture for each place.
   std::vector<std::pair<std::string, std::vector<MarkedPicture>>> ways{};
 };
 
-/// Views at most that a page shows large.
+/// Most views that a page shows large.
 inline constexpr std::size_t most_large_views = 24;
 
 /// A page about pictures of measured views. Empty parts are left out.

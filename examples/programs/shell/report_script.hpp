@@ -261,7 +261,7 @@ async function showCar() {
   gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
   let drawn = 0;
   for (let i = 3; i < pixels.length; i += 4) drawn += pixels[i] === 255;
-  canvas.dataset.drawn = drawn;  // pixels of the car, for those who test the page
+  canvas.dataset.drawn = drawn;  // pixels of the car, for tests of the page
 }
 
 if (data.views.length) listViews();

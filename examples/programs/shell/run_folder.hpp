@@ -36,7 +36,7 @@ class RunFolder {
 /// A report as JSON. File names need not be UTF-8; other bytes become U+FFFD.
 [[nodiscard]] std::string report_text(const Json& json);
 
-/// JSON that will be read again, so its text must be exact.
+/// Exact text of JSON that will be read again.
 /// \throws Error (usage) naming text that is not UTF-8
 [[nodiscard]] std::string exact_text(const Json& json, int indent = 2);
 

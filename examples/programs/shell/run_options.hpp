@@ -98,7 +98,7 @@ void adopt_run_settings(const CLI::App& app, const RunOptions& options, const st
                         "put it there, or begin a new run");
 }
 
-/// Writes a new run's manifest, with its start folder; notes in a resumed run's who continues.
+/// Writes a new run's manifest, with its start folder; notes in a resumed run's the continuing process.
 inline void open_manifest(Json manifest, const std::string& run, bool resumed) {
   if (resumed) {
     if (const auto warning = record_resumption(run); !warning.empty()) print_warnings({warning});

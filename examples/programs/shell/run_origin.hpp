@@ -30,10 +30,10 @@ std::string go_where_it_began(const std::string& run, const std::string& program
 /// \param path  of the file; nothing happens where there is none
 void adopt_instruction_set(const std::string& path);
 
-/// Facts of computed_by() that the last bits depend on; so they do on the commit, seldom.
+/// Facts of computed_by() that decide the last bits; the commit seldom changes them.
 inline const std::vector<std::string> facts_of_bits{"version", "compiler", "instruction_set"};
 
-/// Adds the facts of this process to the manifest of a run that it resumes, where they are others.
+/// Adds the facts of this process to the manifest of a run that it resumes, if they differ.
 /// \returns  a warning; empty if they are the same
 std::string record_resumption(const std::string& run);
 

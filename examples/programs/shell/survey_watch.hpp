@@ -10,7 +10,7 @@
 
 namespace tapestry::shell {
 
-/// States the length of a car that is not 1 to 30 m long, and the --scale for it; empty for others.
+/// States the length of a car that is not 1 to 30 m long, and the right --scale; else empty.
 inline std::string word_on_size(const Car& car) {
   const double length = 2 * geometry::bounds_of(car.painted.mesh.positions).half_length();
   if ((length >= 1 && length <= 30) || !(length > 0)) return {};
@@ -30,7 +30,7 @@ inline Error no_car_shown(const std::string& frames, const Car& car) {
 /// The views of a store that show the car; every other view, and every one whose photograph does not hold it,
 /// adds a warning.
 /// \param mesh_path  for messages
-/// \param is_measured  whether views without a light of their photograph are only measured, which is no error
+/// \param is_measured  whether views without a light of their photograph are only measured, without an error
 /// \throws Stopped when a signal arrives
 /// \throws Error (mismatch) if no photograph holds the car where the light comes from them; if the car is too
 ///         small in all views for any detector, or, by its length, larger than all of them

@@ -109,7 +109,7 @@ inline void require_description(const std::string& path, const Json& json) {
   }
 }
 
-/// Compares a texture's description with that of a car. Another filter is only a way of looking it up.
+/// Compares a texture's description with that of a car. Another filter changes only lookups.
 /// \returns  a warning of another filter; empty for the same
 /// \throws FileError (mismatch) naming the first other fact, as found and as expected
 inline std::string require_same_layout(const std::string& path, const Json& found, const Json& expected) {

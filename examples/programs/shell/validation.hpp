@@ -11,8 +11,8 @@ namespace tapestry::shell {
 /// so runs of several losses and methods can be compared.
 class Validation {
  public:
-  /// Moves this number of usable views to a validation, evenly spread. None: every paint is as good as the
-  /// last.
+  /// Moves this number of usable views to a validation, evenly spread. Without views
+  /// the last paint is the best.
   /// \param path  file of the best paint so far
   /// \throws Error (usage) unless views to optimise on are left
   Validation(std::vector<std::size_t>& usable, std::size_t count, std::string path) : path_(std::move(path)) {

@@ -8,7 +8,7 @@ namespace tapestry::shell {
 
 // The result of a measurement in words.
 
-/// Odds to three digits, or that they are above 100 or below 0.01.
+/// Odds to three digits, or "above 100" or "below 0.01".
 inline std::string odds_number(double odds) {
   return odds > 100 ? "> 100" : odds < 0.01 ? "< 0.01" : formatted("%.3g", odds);
 }
@@ -68,7 +68,7 @@ inline std::string lost_text(const FoundCar& car, const std::vector<std::string>
   return text;
 }
 
-/// Whether one rate lies below another by more than their intervals leave open.
+/// Whether one rate lies below another beyond their intervals.
 inline bool is_below(const evaluate::DetectionRate& one, const evaluate::DetectionRate& other) {
   return one.interval[1] < other.interval[0];
 }
@@ -95,8 +95,8 @@ inline std::string effect_words(const VerdictFigures& figures) {
 }  // namespace detail
 
 /// One sentence: the number of views with a found car under the paint, under noise of its colours and plain,
-/// and the conclusion. No verdict, and why, where the plain car itself is found in less than half of the
-/// views. Empty where nothing was measured.
+/// and the conclusion. Without a verdict if the plain car is found in less than half of the views; states the
+/// reason. Empty where nothing was measured.
 inline std::string verdict_text(const VerdictFigures& figures) {
   const auto& [views, plain, paint, noise, beyond, names] = figures;
   if (plain.rate.views == 0) return {};

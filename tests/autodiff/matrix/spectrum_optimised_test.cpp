@@ -22,7 +22,7 @@ MatrixXd with_eigenvalues(const Eigen::VectorXd& values) {
   const MatrixXd q = random_matrix(values.size(), values.size(), 3).householderQr().householderQ();
   return q * values.asDiagonal() * q.transpose();
 }
-/// Signs of vectors are free: entry by entry squares are not.
+/// Signs of vectors are free; squares of entries are not.
 template <class S>
 MatrixOf<S> squared(const MatrixOf<S>& x) {
   return x.unaryExpr([](const S& entry) { return S(entry * entry); });

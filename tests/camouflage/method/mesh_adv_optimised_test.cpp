@@ -112,7 +112,7 @@ TEST_CASE("before the car's side the gradient by texture and offsets agrees with
   objective.follow(camouflage::mesh_adv<double>(car));
   const auto start = some_parameter(objective.method());
   test::check_pipeline_gradient(objective, views, start);
-  // All offsets are tested, which are few among the texels.
+  // Tests all offsets: they are few beside the texels.
   const std::size_t texels = car.layout.texel_count(car.mesh);
   const auto gradient = test::pipeline_gradient(objective, views, start);
   std::size_t moved = 0;

@@ -55,7 +55,7 @@ struct Export {
       return test::raw_numbers<float>(folder / ("qdq.ort." + std::to_string(result) + ".bin"));
     return test::raw_numbers<double>(folder / ("out." + std::to_string(result) + ".bin"));
   }
-  /// Empty for results that are no floating-point numbers.
+  /// Empty for results that are not floating-point numbers.
   template <class T>
   [[nodiscard]] std::vector<T> weights(std::size_t result) const {
     const files::path path = folder / ("w." + std::to_string(result) + ".bin");
@@ -197,7 +197,7 @@ TEST_CASE("networks of today's exporters give the frameworks' results and gradie
   for (const files::path& path : all_files(folder)) {
     const Export file(path);
     CAPTURE(file.name);
-    // Exporters fold constants in single precision: that is how far a file is from the framework's double.
+    // Exporters fold constants in single precision: so a file differs that much from the framework's double.
     check_in_stages<double>(file, 1e-6);
     check_in_stages<float>(file, 1e-5);
     if (!file.is_quantised()) check_slope(file);

@@ -122,7 +122,7 @@ std::string run(const nn::NetworkDescription& description, const TestSet& set) {
   return "";
 }
 
-/// The model with the inputs from `first` on made constants, as most models of the field have them.
+/// The model with the inputs from `first` on as constants, as in most models in use.
 nn::NetworkDescription bound(nn::NetworkDescription description, const TestSet& set, std::size_t first) {
   for (std::size_t i = first; i < description.inputs.size(); ++i)
     description.constants[description.inputs[i].name] = set.inputs.at(i);

@@ -286,7 +286,7 @@ void check_batch(const nn::NetworkDescription& description, std::uint64_t seed, 
                        1e-4 * (1 + size), "weight gradients of a batch");
 }
 
-/// \param point  where; of 0, 1, … each another
+/// \param point  number of the point; 0, 1, … give different ones
 void check_network(std::uint64_t seed, std::uint64_t point, Tally& tally) {
   const nn::NetworkDescription description = RandomNetwork(seed).description;
   const std::size_t outputs = description.outputs.size();

@@ -99,7 +99,7 @@ class RandomStages {
     });
   }
 
-  /// Those above a threshold, which may be none.
+  /// Values above a threshold, perhaps none.
   void add_chosen(const std::string& from) {
     const double least = random_.uniform(-0.9, 1.2);
     const std::string places = node("NonZero", {node("Greater", {from, number(least)})});

@@ -46,7 +46,7 @@ struct Comparison {
   std::vector<std::string> columns{};  ///< detectors, and parts of a protocol
   bool maps_attention = false;
   std::vector<std::pair<std::string, std::vector<std::optional<ComparedTexture>>>>
-      plain{};  ///< untouched and clean pictures and controls that are no camouflage's, by column
+      plain{};  ///< untouched and clean pictures and plain controls, by column
   std::vector<ComparedRow> rows{};
   /// Facts of the programs that made and measured the runs: name, value, and a folder with that value.
   std::map<std::string, std::map<std::string, std::string>> made_by{};
@@ -65,7 +65,7 @@ namespace detail {
 struct ColumnMeasurements {
   std::string name;
   std::vector<std::pair<const MeasuredFolder*, MeasuredPart>> seeds;
-  std::optional<MeasuredPart> whole{};  ///< part without a condition, that the seeds' is compared with
+  std::optional<MeasuredPart> whole{};  ///< part without a condition; the seeds' are compared with it
 };
 
 /// The columns of some folders in order of appearance.
@@ -170,7 +170,7 @@ inline std::pair<Array<double, 2>, Array<double, 2>> compared_found(const Column
   return {std::move(of_control), std::move(camouflage)};
 }
 
-/// The effect in the column's part as a share of that in the whole, see evaluate::share_kept().
+/// The effect in the column's part divided by that in the whole, see evaluate::share_kept().
 /// \param differences  of the part, see compared_differences()
 inline std::optional<evaluate::PairedRatio> compared_kept(const ColumnMeasurements& column,
                                                           const Array<double, 2>& differences) {

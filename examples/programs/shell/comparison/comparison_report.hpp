@@ -218,8 +218,8 @@ inline std::string csv_header() {
 
 }  // namespace detail
 
-/// The order of the rows by four measures of their effect, in each column where these do not put the same row
-/// first.
+/// The order of the rows by four measures of their effect, in each column where the measures
+/// put different rows first.
 inline std::vector<std::string> contradictions(const Comparison& comparison) {
   using Measure = double (*)(const ComparedCell&);
   const std::array<std::pair<const char*, Measure>, 4> measures{

@@ -18,13 +18,13 @@ using ReadFiles = std::vector<ReadFile>;
 struct MeasuredContent {
   std::string folder;        ///< of the measurement
   Json options;              ///< protocol, class, thresholds and others that all rows share
-  Json picture;              ///< further options, that the seeds of a row share
+  Json picture;              ///< further options that the seeds of a row share
   ReadFiles detector{};      ///< weights and all that were read with them
   ReadFiles frames{};        ///< photographs, in their order
   ReadFiles masks{};         ///< their masks, and the network that finds masks
   ReadFiles mesh{};          ///< with its material files
   ReadFiles attacked{};      ///< detectors that the camouflage was optimised against
-  std::string camouflage{};  ///< texture, or seed without one; equal for the same alone
+  std::string camouflage{};  ///< texture, or seed without one; equal only for the same one
 };
 
 namespace detail {

@@ -129,8 +129,8 @@ inline std::vector<evaluate::Control> textures_of(const Car& loaded, const Proto
 }
 
 /// The car in the shape that the run has optimised; nothing if the run has kept the shape.
-/// Offsets are in lengths of the car: a normalised one is moved within the scale of the original,
-/// and is not normalised again.
+/// Offsets are in lengths of the car: a normalised car is moved at the original's scale,
+/// and not normalised again.
 inline std::optional<raster::PaintedMesh> reshaped_car(const raster::PaintedMesh& car,
                                                        const ProtocolRequest& request) {
   const auto offsets = read_offsets_of(request.camouflage, car);

@@ -183,7 +183,7 @@ class ProtocolMeasurement {
     return std::chrono::duration<double>(Clock::now() - start).count();
   }
 
-  /// The original car determines the change to a frame, and the car's share of it.
+  /// The original car determines a frame's change and the car's share of the frame.
   bool measure(std::size_t frame, const ProtocolSource& source) {
     const FrameViews& views = views_of(frame, source);
     if (!views.show_car()) return false;

@@ -45,7 +45,7 @@ struct ProtocolResult {
   std::vector<std::pair<std::string, std::string>>
       pictures{};  ///< descriptions, and the bytes of their PNG files
 
-  /// Names of the classes of the detector that looked at a section.
+  /// Names of the classes of a section's detector.
   [[nodiscard]] const std::vector<std::string>& names_of(std::size_t section) const {
     return class_names.at(std::min(section, class_names.size() - 1));
   }

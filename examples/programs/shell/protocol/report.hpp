@@ -174,7 +174,7 @@ svg, img { max-width: 100%; height: auto; display: block }
 figcaption { font-weight: bold; color: inherit } .verdict { font-size: 19px }
 )";
 
-/// A page with figure, tables and each frame; it needs no other file.
+/// A page with figure, tables and each frame; without any other file.
 /// \param list    the frames with the textures that figures show; left out if it is empty
 /// \param inputs  see recorded_inputs()
 inline std::string protocol_html(const Protocol& protocol, const ProtocolResult& result,

@@ -16,8 +16,8 @@ inline io::Frame hidden_frame(const evaluate::ProtocolFrame& frame, std::size_t 
   return hidden;
 }
 
-/// The street of a frame without its car, and the mask of its part that other vehicles do not hide. Scenes
-/// are drawn until that is a share of the frame's group; hidden_frame() if none of some hundred will do.
+/// The street of a frame without its car, and the mask of its part that other vehicles do not hide. Draws
+/// scenes until that share is in the frame's group; hidden_frame() if none of some hundred is.
 inline io::Frame traffic_street(const scenes::Vehicle& vehicle, const evaluate::ProtocolFrame& frame,
                                 std::size_t size_px, Random random) {
   constexpr std::size_t attempts = 300;

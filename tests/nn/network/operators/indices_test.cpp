@@ -17,7 +17,7 @@ nn::Constant indices(nn::Shape shape, std::vector<double> values) {
 }  // namespace
 
 TEST_CASE("adjoints of operators that gather agree with central differences", "[nn][network][gradient]") {
-  const auto twice = indices({2, 2}, {0, -1, 2, 0});  // element 0 and the last one are meant twice
+  const auto twice = indices({2, 2}, {0, -1, 2, 0});  // element 0 and the last one are named twice
   for (const std::int64_t axis : {0, 1, 2, 3, -2})
     check_operator({"Gather", {{3, 4, 3, 3}}, {{"axis", axis}}, {{1, twice}}});
   check_operator({"Gather", {{3, 4}}, {{"axis", one}}, {{1, indices({}, {2})}}});
