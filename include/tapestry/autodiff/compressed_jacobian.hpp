@@ -8,7 +8,7 @@
 namespace tapestry {
 
 namespace detail {
-/// One backward pass over the tape, in which every statement passes its sets on to its operands.
+/// One backward pass over the tape: every statement hands its sets on to its operands.
 /// \returns the set of each wanted statement
 template <class T>
 [[nodiscard]] std::vector<IndexSets::Name> hand_sets_back(const TapeState<T>& state, PendingSets& pending,

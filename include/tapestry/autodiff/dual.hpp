@@ -1,4 +1,4 @@
 #pragma once
-/// Forward mode: Dual, and its functions, which are those of Variable.
+/// Forward mode: Dual, with the functions of Variable.
 #include <tapestry/autodiff/detail/tape/dual_number.hpp>
 #include <tapestry/autodiff/functions.hpp>

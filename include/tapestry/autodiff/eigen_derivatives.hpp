@@ -105,8 +105,8 @@ template <std::floating_point T, int M, int N>
   return detail::as_matrix<M, N>(found, results.size(), variables.size());
 }
 
-/// The Jacobian, [M, N], of a function from Eigen vectors, [N], to Eigen vectors, [M]; forwards or backwards
-/// as that of jacobian.hpp.
+/// The Jacobian, [M, N], of a function from Eigen vectors, [N], to Eigen vectors, [M]; forwards or
+/// backwards as in jacobian.hpp.
 template <class Function, detail::EigenPoint X>
 [[nodiscard]] auto jacobian(const Function& f, const X& x) {
   using T = typename X::Scalar;

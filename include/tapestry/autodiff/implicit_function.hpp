@@ -73,8 +73,8 @@ class ImplicitRecord final : public TapeRecord<T> {
 ///   p̄ = −(∂F/∂p)ᵀ (∂F/∂x)⁻ᵀ x̄.
 ///
 /// A fixed point x = g(x, p) is a root of F = x − g(x, p). F is computed in the reverse sweep only, once, on
-/// a tape of its own, which is swept once for each number of x; then its Jacobian is decomposed. The error of
-/// the gradient is of the order of that of the solution, which is not checked.
+/// a tape of its own, which is swept once for each number of x; then its Jacobian is decomposed. The
+/// gradient's error has the order of the solution's error, which is not checked.
 ///
 ///   const double root = newton(p.value());                      // x³ + p x = 1, in plain numbers
 ///   const auto residual = [](auto x, auto p) {

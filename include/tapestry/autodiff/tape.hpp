@@ -17,9 +17,9 @@
 ///   run       input x  -->  statement 1  -->  statement 2  -->  …  -->  result y
 ///   reverse   x̄ = ∂y/∂x  <--  …  <--  statement 2  <--  statement 1  <--  ȳ = 1
 ///
-/// One sweep gives the derivatives of one result with respect to all inputs, in a time proportional to that
-/// of the program. An operation on arrays is a single record with a pullback, a function that does the same
-/// for whole arrays.
+/// One sweep gives the derivatives of one result with respect to all inputs, in time proportional to
+/// the program's. An operation on arrays is a single record with a pullback, a function that does
+/// the same for whole arrays.
 ///
 /// Read next: variable.hpp, functions.hpp, array_variable.hpp and record.hpp. derivatives.hpp, jacobian.hpp
 /// and checkpoint.hpp are built on these.
@@ -95,7 +95,7 @@ class ActiveScope {
 /// Every thread has its own active tape for each T; one tape serves one thread at a time,
 /// activating it on two is a DomainError. A variable of another tape, or of a tape since cleared
 /// or rewound, is a DomainError wherever it is used. An exception in the middle of a recording
-/// leaves the tape as it was before that operation. A tape can be moved, also while active; the
+/// leaves the tape unchanged by that operation. A tape can be moved, also while active; the
 /// source is then an empty tape.
 template <class T>
 class Tape {

@@ -91,7 +91,7 @@ inline void count_in(TapeStatistics::Row& row, std::size_t operands, std::size_t
   row.bytes += bytes;
 }
 
-/// Counts of statements by kind, and sums of what lies behind some statements.
+/// Counts of statements by kind, and sums over the statements behind some of them.
 struct StatementCounts {
   static constexpr std::array names{"inputs",     "1 operand",       "2 operands",
                                     "3 operands", "4 to 7 operands", "8 operands or more"};

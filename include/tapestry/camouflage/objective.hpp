@@ -70,7 +70,7 @@ class Objective {
     ensemble_.join(detector, options.class_index);
   }
 
-  /// Adds a detector, in which the car has this class; it counts as much as those before. The adversarial
+  /// Adds a detector that knows the car by this class; it counts as much as the earlier ones. The adversarial
   /// terms of such an ensemble are means. It must outlive the objective.
   ///
   /// \throws DomainError as the constructor; ShapeError if it takes pictures of other extents than the first

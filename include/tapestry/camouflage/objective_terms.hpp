@@ -88,9 +88,9 @@ template <class Term>
 ///
 /// The views of the largest losses count 1/(share·n) each, the last of them the rest; of equal losses the
 /// earlier one counts first. A share of 1 is the mean, one of at most 1/n the largest loss alone. The
-/// gradient of the sum with fixed weights is that of CVaR if no two losses at its edge are equal, and
-/// otherwise a subgradient. Source: Rockafellar and Uryasev, "Optimization of conditional value-at-risk" (J.
-/// Risk 2, 2000), eq. 4 and 9.
+/// gradient of the sum with fixed weights is CVaR's if no two losses at its edge are equal, and
+/// otherwise a subgradient. Source: Rockafellar and Uryasev, "Optimization of conditional value-at-risk"
+/// (J. Risk 2, 2000), eq. 4 and 9.
 ///
 /// \param losses  L, at least one, none NaN
 /// \param share   above 0, at most 1

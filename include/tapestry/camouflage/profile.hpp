@@ -63,7 +63,7 @@ class StageClock {
     Stage swept = nullptr;  ///< the stage that the sweep is in
   };
 
-  /// Time at which one stage ends and the next begins.
+  /// Time between the end of one stage and the begin of the next.
   void mark(Stage before);
 
   std::shared_ptr<Shared> shared_;

@@ -59,7 +59,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> shape_offsets(const ShapeParameter& shape, const Array<T, 2>& parameter);
 
-/// The car in another shape. Normals stay those of the original car.
+/// The car in another shape. Normals stay the original car's.
 /// \param offsets  see shape_offsets()
 /// \throws ShapeError unless each position has one
 template <std::floating_point T>
@@ -73,8 +73,8 @@ struct RedrawnView {
   std::shared_ptr<const Array<T, 2>> interior;  ///< as View::interior, of the whole picture; a constant
 };
 
-/// Draws a view anew, differentiable by texels and positions, right through silhouettes. The mask stays that
-/// of the frame: where the car grows beyond it, it is cut off, and where it shrinks, the frame shows.
+/// Draws a view anew, differentiable by texels and positions, right through silhouettes. The mask stays the
+/// frame's: it cuts the car off where the car grows beyond it; where the car shrinks, the frame shows.
 ///
 /// \param texels     [texel, 3], in the view's colour space
 /// \param positions  [V, 3]

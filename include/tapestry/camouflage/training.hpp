@@ -144,7 +144,7 @@ class Training {
       const auto& window = batch[views[k]]->window;
       return window.width * window.height;
     };
-    // The longest first, then those of the next step, which take little: threads end together.
+    // The longest first, then the next step's, which are short: threads end together.
     std::ranges::stable_sort(own, std::greater{}, pixels);
     for_each_view(own.size() + next_.views.size(), [&](std::size_t j) {
       if (j < own.size())

@@ -24,8 +24,8 @@ struct Sight {
 
 /// A frame prepared for one detector: everything that does not change with the texture.
 ///
-/// H and W are those of the network's input; image::Fit defines where a frame of another aspect ratio lies in
-/// it. The car is drawn in the window around its visible part, h × w pixels.
+/// H and W are the network input's; image::Fit defines where a frame of another aspect ratio lies in it. The
+/// car is drawn in the window around its visible part, h × w pixels.
 template <std::floating_point T>
 struct View {
   std::string name;
@@ -43,7 +43,7 @@ struct View {
   /// a camera right there.
   geometry::Orbit orbit{};
   image::ColourSpace space =
-      image::ColourSpace::encoded;  ///< space in which the car is lit and laid over the frame
+      image::ColourSpace::encoded;  ///< space for lighting the car and laying it over the frame
   std::shared_ptr<const raster::MipPyramid> pyramid{};  ///< for a filtered atlas, else null
   /// Light estimated from the photograph, without the maps that it was drawn with; null
   /// where the frame's own light was used.

@@ -87,7 +87,7 @@ struct UsableViews {
   std::vector<std::string> warnings;  ///< one for each view without the car
 };
 
-/// Prepares every view of a store once and sorts out those in which the car is hidden; throws as its loaders.
+/// Prepares every view of a store once and sorts out views with a hidden car; throws as its loaders.
 ///
 /// \param visit  called with each view in order; may report progress, or throw to give up
 template <std::floating_point T, std::invocable<const View<T>&> Visit>

@@ -38,8 +38,8 @@ inline void limit_threads(int count) { detail::thread_limit() = std::max(1, coun
 /// Calls body(i) for i = 0 … count − 1, in any order, on up to thread_count() threads. Loops within loops run
 /// on the thread that they are on; several threads may run loops at once.
 ///
-/// Results are the same for any number of threads as long as body(i) writes only what belongs to i.
-/// When bodies throw, the exception of the smallest i reaches the caller; the others are dropped.
+/// Results are the same for any number of threads as long as body(i) writes only its own results. When bodies
+/// throw, the exception of the smallest i reaches the caller; the others are dropped.
 template <class Body>
 void parallel_for(std::size_t count, Body body) {
   const int threads = thread_count();

@@ -78,8 +78,8 @@ inline constexpr double largest_extent_logit = 50;
   return nn::logistic(logit) * nn::logistic(-logit) * scale;
 }
 
-/// ∂extent/∂logit of a width or height, extent_factor() times that of the anchor or cell; 0 where the logit
-/// is bounded.
+/// ∂extent/∂logit of a width or height, extent_factor() times the anchor's or cell's extent; 0
+/// where the logit is bounded.
 [[nodiscard]] inline double extent_slope(const Head& head, double logit, double extent) {
   if (head.decode == DecodeFamily::ultralytics)
     return 2 * extent * nn::logistic(-logit);  // 8 · σ · σ' · anchor

@@ -16,8 +16,8 @@ enum class ScoreForm { probabilities, logits, softmax };
 /// Entry among the classes that stands for the background, and is left out.
 enum class Background { none, first, last };
 
-/// Values of outputs may differ by so much from what their description states: rounding, also in half
-/// precision.
+/// Largest deviation of an output's values from their description:
+/// rounding, also in half precision.
 inline constexpr double claim_tolerance = 1e-3;
 
 /// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. Inner
@@ -58,7 +58,7 @@ inline constexpr float least_probability = 1e-7F;
 
 namespace detail {
 
-/// Values of an output as described, to compare with those of a first pass.
+/// Values of an output as described, to compare with a first pass.
 struct OutputClaim {
   std::string path{};  ///< of the network, for messages
   std::atomic<bool> is_judged = false;

@@ -45,7 +45,7 @@ template <std::floating_point T>
 class Detector {
  public:
   /// \param network  of one input [1, 3, H, W] or [3, H, W]
-  /// \param kind     how pictures go in and what the outputs mean
+  /// \param kind     encoding of pictures and meaning of the outputs
   /// \param size     side of the square input, pixels; 0: the network's own
   /// \param layers   names of values within the network, for layer_values() and layer_adjoint()
   /// \param simplifies  as in nn::Network; without, weights have the names of the file's values
@@ -252,7 +252,7 @@ class Detector {
   /// \throws DomainError for a pass that kept nothing, or only windows
   static void require_whole(const char* operation, const Pass<T>& pass);
 
-  /// \throws DomainError if the pass kept nothing; ShapeError if the adjoints are not those of its logits
+  /// \throws DomainError if the pass kept nothing; ShapeError if the adjoints do not fit its logits
   static void require_logits_adjoint(const char* operation, const Pass<T>& pass,
                                      const std::vector<const Array<T, 4>*>& logits_adjoint);
 

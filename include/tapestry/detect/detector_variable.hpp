@@ -33,7 +33,7 @@ template <std::floating_point T>
                                                        std::shared_ptr<Pass<T>> pass = nullptr);
 
 /// The same bits for pictures that each change within a window from call to call, computing only what the
-/// windows reach: see Detector::forward_within(). The pictures' adjoint is that of forward() within the
+/// windows reach: see Detector::forward_within(). The pictures' adjoint equals forward()'s within the
 /// windows, and may be zero elsewhere. Constant pictures run in the same mode as others, since kept
 /// layers belong to one mode.
 ///

@@ -69,8 +69,8 @@ inline constexpr std::array<std::string_view, 9> export_names{
 ///
 /// \param classes  K, for those whose network does not tell; 0: unknown
 /// \param size     of the input, as of picture_extents()
-/// \throws Error (usage) if K is needed and unknown; FileError (mismatch) if the nodes are not those of the
-///         family; DomainError for other names
+/// \throws Error (usage) if K is needed and unknown; FileError (mismatch) if the nodes are not the family's;
+///         DomainError for other names
 [[nodiscard]] DetectorDescription named_export(const nn::NetworkDescription& network, std::string_view name,
                                                std::size_t classes, std::size_t size);
 
@@ -96,7 +96,7 @@ struct ExportedHeads {
   std::vector<HeadPiece> pieces{};
 };
 
-/// Puts together the heads of a network's raw outputs: those of one grid are one head, one behind the other.
+/// Puts together the heads of a network's raw outputs: outputs of one grid form one head, one after another.
 ///
 /// \param path    of the network, for messages
 /// \param shapes  of the outputs, each [1, C, H, W]

@@ -7,7 +7,7 @@
 namespace tapestry::detect {
 namespace detail {
 
-/// All heads are of one family with anchors, and those of the family scaled read activations.
+/// All heads are of one family with anchors; heads of the family scaled read activations.
 void check_decode(const NetworkConfig& config);
 
 }  // namespace detail

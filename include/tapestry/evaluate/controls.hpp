@@ -32,17 +32,17 @@ inline constexpr std::size_t picture_noise_rounds = 1;
 ///   values     the plane's are replaced by the chart's, in the order of their ranks
 ///   spectrum   F_c(k) = X_c(k) · e^(iα(k)), where e^(iα) is the direction of Σ_c S_c(k) · conj X_c(k)
 ///
-/// with X the spectrum of the optimised channel and S that of the plane, so that F is nearest to S among all
+/// with X the spectrum of the optimised channel and S the plane's, so that F is nearest to S among all
 /// spectra with the amplitudes and the relative phases of X.
 ///
 /// The values are exact: each channel of each chart has the same values as before, each as often. The power
 /// spectrum is approximate, since the last step imposes the values. The spectrum is closer for evenly spread
-/// colours and for charts that fill their boxes, whose extents are those of image::fourier_extent(). Texels
-/// outside a chart count as its mean colour, and the spectrum is corrected for them. The noise fills the
-/// whole box before the chart is cut out of it. The texels outside are not reset to the mean in between: the
-/// amplitudes of a spectrum and a known border determine a picture (Fienup, Applied Optics 21, 1982), and
-/// where more than half of a box was border, the rounds ended at the optimised texture itself. Joint
-/// distributions of channels keep only their second moments. Texels outside all charts are unchanged.
+/// colours and for charts that fill their boxes, with extents by image::fourier_extent(). Texels outside a
+/// chart count as its mean colour, and the spectrum is corrected for them. The noise fills the whole box
+/// before the chart is cut out of it. The texels outside are not reset to the mean in between: the amplitudes
+/// of a spectrum and a known border determine a picture (Fienup, Applied Optics 21, 1982), and where more
+/// than half of a box was border, the rounds ended at the optimised texture itself. Joint distributions of
+/// channels keep only their second moments. Texels outside all charts are unchanged.
 ///
 /// Sources: the iterated amplitude adjusted Fourier transform of Schreiber and Schmitz, "Improved surrogate
 /// data for nonlinearity tests" (Physical Review Letters 77, 1996); for several channels the same authors,

@@ -67,8 +67,8 @@ struct DetectionRate {
 /// interval methods for binomial proportions in clustered surveys" (Journal of Survey Statistics and
 /// Methodology 3, 2015). In the simulations of two_level_rate_difference() it holds the true share of three
 /// seeds in 93 to 99 %, of 6 views in at least 97 %, of five seeds in at least 91 %, of two in at least 88 %,
-/// and a share of .998 of one picture of each of 80 views in 86 %. wilson_interval() of the views holds that
-/// of three seeds in 38 to 100 %.
+/// and a share of .998 of one picture of each of 80 views in 86 %. wilson_interval() of the views holds three
+/// seeds' share in 38 to 100 %.
 ///
 /// \param found  one entry a picture
 /// \throws ShapeError where seeds or draws are several and the pictures are not as many of each view
@@ -83,7 +83,7 @@ struct AttackSuccess {
 };
 
 /// The interval is detection_rate()'s, of the views that were found in clean at all. The share is a ratio of
-/// two sums: its variance is that of hidden − rate · found over the mean of found.
+/// two sums: its variance is the variance of hidden − rate · found, over the mean of found.
 ///
 /// \param clean_found        one entry a picture, the car in its own colours
 /// \param adversarial_found  the same pictures with the adversarial paint

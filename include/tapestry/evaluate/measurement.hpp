@@ -47,7 +47,7 @@ struct Measurement {
   FateCounts fates{};                      ///< of the outcomes
   std::vector<std::string> class_names{};  ///< the detector's names, if it has some
   DetectionRate rate{};
-  double mean_best_confidence = 0;     ///< over the pictures, 0 without any: a rate hides what a mean shows
+  double mean_best_confidence = 0;     ///< over the pictures, 0 without any: shows more than a rate
   std::vector<DetectionRate> sweep{};  ///< the rate at each threshold of the meter's sweep
 };
 

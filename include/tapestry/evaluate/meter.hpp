@@ -41,7 +41,7 @@ struct ViewResult {
                                      const loss::Target& target, const std::vector<std::size_t>& related,
                                      const MeterSettings& settings);
 
-/// Measures pictures of views with one detector, at its confidence threshold and at those of a sweep.
+/// Measures pictures of views with one detector, at its confidence threshold and at a sweep's thresholds.
 ///
 /// The network runs once a picture, and so does suppression: going down in confidence, the kept detections
 /// above a threshold do not depend on those below. Several threads may examine pictures at once; each then

@@ -123,7 +123,7 @@ double corrected_probability(double z, double bias, double acceleration);
                                                std::size_t pictures_a_view = 1);
 
 /// Σ first / Σ second over pairs, with a bootstrap interval like that of paired_bootstrap(): pairs are drawn
-/// with both their numbers, so that variation common to both does not widen it. The skewness is that of the
+/// with both their numbers, so that variation common to both does not widen it. The skewness is taken of the
 /// influences first − ratio · second. A resample whose second sum is not above 0 counts as ∞: its ratio has
 /// no meaning. So if the second mean is not well above 0, the interval has no upper end.
 ///

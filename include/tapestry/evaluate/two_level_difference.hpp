@@ -61,7 +61,7 @@ namespace detail {
 /// Statistician 55, 2001). Two draws agree often by chance: a quarter of i is added to a. A share of 0 or
 /// 1 has Wilson's interval of its views. The ends of both shares are put together as by Zou and Donner,
 /// see two_level_difference(), with their distances from the shares and with the correlation (V₁ + V₂ −
-/// V₁₂) / (2·√(V₁·V₂)), V = a + b; V₁₂ is that of the difference. So the sample's own difference lies
+/// V₁₂) / (2·√(V₁·V₂)), V = a + b; V₁₂ is V of the difference. So the sample's own difference lies
 /// inside, and the ends within ± 1.
 ///
 /// Coverage of 95 % intervals in 500 simulations of each of 135 populations a layout: shares of .5 to 1,
@@ -78,8 +78,8 @@ namespace detail {
                                                          const Array<double, 2>& camouflage,
                                                          const PairedDifference& of_views);
 
-/// Σ first / Σ second over draws and views. Its interval is that of the linear terms (first − ratio · second)
-/// / mean of second, by two_level_difference(); where draws do not differ it is paired_ratio()'s.
+/// Σ first / Σ second over draws and views. Its interval is two_level_difference()'s for the linear terms
+/// (first − ratio · second) / mean of second; if draws do not differ it is paired_ratio()'s.
 ///
 /// \param first, second  [draw, view], the sum of the second above 0
 /// \throws ShapeError unless both have the same extents; as two_level_difference() and paired_ratio()

@@ -110,7 +110,7 @@ struct ProtocolPicture {
                                                     const ProtocolPicture& picture);
 
 // The partly hidden cars of FCA's table 4. The paper does not state how it hides them; here rectangles lie
-// over the picture, and what they hide is measured on the silhouette. Source: Wang et al., FCA (AAAI 2022),
+// over the picture, and the hidden share of the silhouette is measured. Source: Wang et al., FCA (AAAI 2022),
 // "Robustness of partial occlusion".
 
 /// Groups of the hidden share of a car.

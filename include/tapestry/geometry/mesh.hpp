@@ -102,10 +102,10 @@ void append(Mesh& mesh, const Mesh& other);
 ///
 /// The slab is the 6 % of the box next to the side; a corner begins .15 of the long edge `along` and .2 of
 /// the other edge off the middle. About .9 under a car, .42 for a flat face, near 0 for roof and doors. 0
-/// without surface in the slab. The areas are those of 20,000 points, spread evenly over the surface.
+/// without surface in the slab. The areas are estimated by 20,000 points, spread evenly over the surface.
 ///
 /// \param down   towards the side: an axis of the mesh
-/// \param along  index of the axis of the side's long edge, not that of `down`
+/// \param along  index of the axis of the side's long edge, not the axis of `down`
 /// \throws DomainError for a name of no axis
 [[nodiscard]] double wheel_share(const Mesh& mesh, const std::string& down, std::size_t along);
 

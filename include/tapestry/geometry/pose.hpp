@@ -15,7 +15,7 @@ struct Pose {
 };
 
 /// The camera that sees an object as `camera` sees it after the object has taken a pose:
-///  x_view = R·(exp(w)·x + t) + t₀, R and t₀ being those of `camera`.
+///  x_view = R·(exp(w)·x + t) + t₀, with R and t₀ of `camera`.
 [[nodiscard]] inline Camera posed(Camera camera, const Pose& pose) {
   const Matrix3 turned = exponential_map(pose.rotation);
   camera.translation = add(multiply(camera.rotation, pose.translation), camera.translation);
@@ -72,7 +72,7 @@ inline void placed_adjoint(const Pose& pose, const std::vector<Vector3>& positio
 }
 
 /// Conversion from metres of the simulator to units of a normalised car. The defaults reproduce the published
-/// masks; 0.41 is about 2 / 4.86 m, the length of the normalised car over that of the real one.
+/// masks; 0.41 is about 2 / 4.86 m, the normalised car's length over the real one's.
 struct CarlaOptions {
   double scale = 0.41;                    ///< units of the mesh per metre
   double z_shift_m = 0.2;                 ///< height added to the vehicle's origin

@@ -54,8 +54,8 @@ template <std::floating_point T>
 // parts continue beyond 0 to 1.
 namespace tapestry::image {
 
-/// Space in which colours are blended, filtered and lit. Colours that are read, optimised, shown to a
-/// detector or written are always encoded.
+/// Space for blending, filtering and lighting colours. Colours that are read, optimised, shown to a detector
+/// or written are always encoded.
 enum class ColourSpace {
   encoded,  ///< as in sRGB pictures; so do the FCA paper's program and most differentiable renderers
   linear    ///< in proportion to light, as in front of a camera

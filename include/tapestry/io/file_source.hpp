@@ -90,7 +90,7 @@ class RegularFile {
 [[nodiscard]] std::vector<std::byte> read_file(const std::string& path,
                                                std::uint64_t limit = default_file_limit);
 
-/// Like read_file(), as text; line ends and encoding are left as they are.
+/// Like read_file(), as text; line ends and encoding are unchanged.
 [[nodiscard]] std::string read_text_file(const std::string& path, std::uint64_t limit = default_file_limit);
 
 /// The probable kind of a file with these first bytes, if it is a kind that people often pass by mistake;

@@ -130,7 +130,7 @@ JpegComplaint decode_jpeg(std::string_view file, const JpegHeader& header, bool 
 /// \param path      for messages
 /// \param warnings  receives a sentence about picture data that are damaged, cut or hold junk bytes: the rest
 ///                  is read, missing pixels are grey. Null refuses such a file
-/// \param is_upright  whether the picture is turned; else it is left as it is stored
+/// \param is_upright  whether the picture is turned; else it stays as stored
 /// \throws FileError: as scan_jpeg(); malformed for picture data that cannot be decoded; mismatch if the
 ///         program was built without libjpeg-turbo
 [[nodiscard]] Array<std::uint8_t, 3> parse_jpeg(std::string_view file, const std::string& path,

@@ -57,7 +57,7 @@ inline constexpr std::array<NamedLoss, 4> adversarial_losses{
      {AdversarialLoss::max_score, "max_score", "the surest box over the car"},
      {AdversarialLoss::vanish, "vanish", "no box of any class over the car"}}};
 
-/// \throws DomainError for any other name than those of adversarial_losses
+/// \throws DomainError for a name that adversarial_losses lacks
 [[nodiscard]] AdversarialLoss adversarial_loss_by_name(const std::string& name);
 
 /// The name that adversarial_loss_by_name() takes.
@@ -94,7 +94,7 @@ void terms_adjoint(const Predictions<T>& predictions, const Target& target, Adve
 ///
 /// Defined throughout: 0 exactly when no box meets the target (paper, max_score, vanish); a box that is
 /// degenerate or too large to be measured has IoU 0 and no gradient; logits of ±100 give finite values; NaN
-/// logits give a NaN total, whichever candidate they belong to (as_coded: those of box and class only at
+/// logits give a NaN total, whichever candidate they belong to (as_coded: NaN logits of box and class only at
 /// matched candidates, since it reads no others). The target may reach over the border of the picture, or lie
 /// outside: boxes are compared whole, and as_coded then has no match. Sums are in double whatever T is.
 ///

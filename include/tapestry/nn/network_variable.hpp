@@ -79,8 +79,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> average_pool(const ArrayVariable<T, 4>& x, const PoolingLayer& layer = {});
 
-/// Batch normalisation by the statistics of the batch itself; the derivative includes those of the
-/// statistics:
+/// Batch normalisation by the statistics of the batch itself; the derivative
+/// includes the statistics':
 ///
 ///   y = scale · (x − mean(x)) / √(variance(x) + ε) + bias      for each channel
 ///

@@ -7,7 +7,7 @@
 
 namespace tapestry::optim {
 
-/// Settings of Adam; the defaults are those of the FCA paper.
+/// Settings of Adam; the defaults are the FCA paper's.
 struct AdamSettings {
   double learning_rate = 0.01;
   double beta1 = 0.9;     ///< memory of the gradient's mean, in [0, 1)

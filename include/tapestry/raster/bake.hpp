@@ -7,8 +7,8 @@
 namespace tapestry::raster {
 
 /// A texture of any kind as an atlas. A texel that a painted face covers takes the texture's colour there; a
-/// texel just outside a chart takes that of the chart's rim. A chart's texels count before another chart's
-/// rim. Texels farther off take colours of the charts around them, see with_unused_filled().
+/// texel just outside a chart takes the colour of the chart's rim. A chart's texels count before another
+/// chart's rim. Texels farther off take colours of the charts around them, see with_unused_filled().
 ///
 /// \param texels  [texel_count, 3], in body.layout
 /// \param to      layout of the atlas

@@ -57,9 +57,9 @@ template <std::floating_point T>
   return part;
 }
 
-/// A view behind a mask m: its picture is m·P and its coverage m·c, P and c being those of the view. Laid
-/// over a background I, m·P + (1 − m·c)·I, the mesh shows where m is 1, and I alone where m is 0. Pixels that
-/// m hides leave the operator and cost no time.
+/// A view behind a mask m: its picture is m·P and its coverage m·c, with P and c of the view. Laid over a
+/// background I, m·P + (1 − m·c)·I, the mesh shows where m is 1, and I alone where m is 0. Pixels that m
+/// hides leave the operator and cost no time.
 ///
 /// The result has no tiles, see with_tiles().
 /// Without tiles, see with_tiles().

@@ -35,10 +35,10 @@ struct EnvironmentMap {
 ///   painted    (1 − F) · colour · (OutdoorLight + A · gloss(m)) + F · A · surroundings(m)
 ///   unpainted  the photograph's own pixel
 ///
-/// m is the mirrored direction of the eye, F schlick_fresnel(), A the open share of the sky. Gloss is what
-/// the paint mirrors in its own colour, as metallic paints do. The surroundings include the sun as the coat
-/// mirrors it, and are as blurred as its roughness makes them. None of it depends on texels: the map from
-/// texture to picture stays linear.
+/// m is the mirrored direction of the eye, F schlick_fresnel(), A the open share of the sky. Gloss is light
+/// that the paint mirrors in its own colour, as metallic paints do. The surroundings include the sun as the
+/// coat mirrors it, and are as blurred as its roughness makes them. None of it depends on texels: the map
+/// from texture to picture stays linear.
 struct PhotographedLight : OutdoorLight, KeptPhotograph {
   std::shared_ptr<const EnvironmentMap> surroundings{};  ///< null: no coat, F = 0
   std::shared_ptr<const EnvironmentMap> gloss{};         ///< grey; null: the paint is matt below its coat

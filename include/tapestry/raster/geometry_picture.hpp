@@ -251,7 +251,7 @@ template <GeometryOutput Output, std::floating_point T>
 ///
 /// \param picture_adjoint    ∂L/∂picture, [H, W] of a depth, else [H, W, 3]
 /// \param positions_adjoint  one entry a position of the mesh
-/// \param samples_per_axis   those of the picture; pieces of outlines are at most its inverse long, in pixels
+/// \param samples_per_axis   as in the picture; pieces of outlines are at most 1/samples_per_axis pixels long
 /// \param edges              mesh_edges() of the mesh, when they are kept from view to view; null: found now
 /// \throws ShapeError unless there are so many channels, an entry a position, and edges are the mesh's;
 ///         otherwise as geometry_picture()

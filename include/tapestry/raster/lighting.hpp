@@ -220,7 +220,7 @@ struct PreparedSmoothLight {
   return prepared;
 }
 
-/// Unlit, Light, SmoothLight, or any light for which prepare() returns a type with at() and light_colour.
+/// Unlit, Light, SmoothLight, or any light whose prepare() returns a type with at() and light_colour.
 template <class Model>
 concept LightModel = requires(const Model& light, const geometry::Mesh& mesh,
                               const geometry::Camera& camera) {
@@ -234,7 +234,7 @@ concept ReflectingLighting = requires(const Lighting& lighting) {
   { lighting.reflected(std::size_t{}, std::array<double, 3>{}) } -> std::same_as<std::array<double, 3>>;
 };
 
-/// A prepared light that knows what faces without paint show in a pixel, or null: see KeptPhotograph.
+/// A prepared light that returns the photograph's pixel for faces without paint, or null: see KeptPhotograph.
 template <class Lighting>
 concept PhotographedLighting = requires(const Lighting& lighting) {
   { lighting.unpainted(std::size_t{}) } -> std::same_as<const float*>;

@@ -29,8 +29,8 @@ struct PaintedMesh {
   geometry::Mesh mesh;
   std::vector<std::uint8_t> painted;  ///< one entry a face, 1 where the texture shows
   TextureLayout layout;               ///< of the texture, whose texels are an array of their own
-  /// Space in which pictures are drawn. Texels that go to a rasteriser are in it already, see
-  /// image::in_space(); the materials' colours are encoded, and the rasteriser converts them.
+  /// Space for drawing pictures. Texels that go to a rasteriser are in it already, see image::in_space(); the
+  /// materials' colours are encoded, and the rasteriser converts them.
   image::ColourSpace space = image::ColourSpace::encoded;
   /// Pyramid of a filtered atlas, for stored_texels(), which computes the texels that operators take.
   std::shared_ptr<const MipPyramid> pyramid{};

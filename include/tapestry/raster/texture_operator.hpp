@@ -32,7 +32,7 @@ struct TextureOperator {
                          ///< mirrors, times coverage
   Array<T, 2> coverage;  ///< [H, W] share of the pixel that shows any face, in [0, 1]
   std::size_t non_finite_faces = 0;                ///< faces left out since a corner is not finite
-  std::shared_ptr<const TextureTiles<T>> tiles{};  ///< see with_tiles(); hold what the entries were then
+  std::shared_ptr<const TextureTiles<T>> tiles{};  ///< see with_tiles(); hold the entries of that time
 };
 
 /// Memory that an operator holds.

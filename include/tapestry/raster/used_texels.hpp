@@ -30,12 +30,12 @@ std::vector<std::size_t> used_cube_texels(std::size_t edge);
 /// The charts of a texture: which texels painted faces refer to, and which of these lie side by side.
 ///
 /// atlas: a chart is a set of painted faces that are connected in uv, by points that they share; its texels
-/// are those that bilinear lookups in these faces read. A texel belongs to one chart only: that of the first
-/// face that contains its centre, else of the first that reaches it. The atlas is one chart if faces repeat
-/// it so often that used_texels() throws. The other kinds have no plane that contains their texels, and are
-/// one chart. cube: a row for every painted face, in the order of the mesh, with the texels that trilinear
-/// lookups read; neighbours in a column are near each other on the mesh if its faces are in order. vertex: a
-/// row with the positions of painted faces, in their order. solid: its one texel.
+/// are those that bilinear lookups in these faces read. A texel belongs to one chart only: the chart of the
+/// first face that contains its centre, else of the first that reaches it. The atlas is one chart if faces
+/// repeat it so often that used_texels() throws. The other kinds have no plane that contains their texels,
+/// and are one chart. cube: a row for every painted face, in the order of the mesh, with the texels that
+/// trilinear lookups read; neighbours in a column are near each other on the mesh if its faces are in order.
+/// vertex: a row with the positions of painted faces, in their order. solid: its one texel.
 ///
 /// \returns  charts with texels, in the order of their first faces; none if no face is painted
 /// \throws ShapeError, DomainError, Error (mismatch, limit) as texture_operator() does
@@ -146,7 +146,7 @@ void for_each_used_texel(const PaintedMesh& body, Visit visit) {
 /// a face reads. Losses over a texture count steps within this mask.
 ///
 /// \returns  [height, width], 1 where used and 0 elsewhere; row 0 on top
-/// \throws DomainError unless the layout is that of an atlas; ShapeError, DomainError, Error (mismatch) as
+/// \throws DomainError unless the layout is an atlas; ShapeError, DomainError, Error (mismatch) as
 ///         texture_operator() does; Error (limit) if a painted face spans over more than 8 repetitions of the
 ///         atlas along an axis, or all of them over more than 2³⁰ texels
 template <std::floating_point T>

@@ -6,8 +6,8 @@
 
 namespace tapestry::segment {
 
-/// A rectangle of a picture, pixels: columns left ≤ x < right, rows alike; what lies outside the picture is
-/// left out.
+/// A rectangle of a picture, pixels: columns left ≤ x < right, rows alike; parts outside
+/// the picture are left out.
 struct Region {
   double left = 0, top = 0, right = 0, bottom = 0;
 };

@@ -22,9 +22,9 @@ void pull_back_small_factor(const Factor& l, Adjoint&& adjoint) {
   adjoint = s;
 }
 
-/// Turns the adjoint of L, [N, N], into that of the lower triangle of A = L Lᵀ, block by block from the last,
-/// by products of matrices and two thirds of N³ operations. Source: Murray 2016, "Differentiation of the
-/// Cholesky decomposition", section 4.2; its names. The upper triangle of the adjoint becomes 0.
+/// Turns the adjoint of L, [N, N], into the adjoint of the lower triangle of A = L Lᵀ, block by block from
+/// the last, by products of matrices and two thirds of N³ operations. Source: Murray 2016, "Differentiation
+/// of the Cholesky decomposition", section 4.2; its names. The upper triangle of the adjoint becomes 0.
 template <class T>
 void pull_back_factor(const DenseMatrix<T>& l, DenseMatrix<T>& adjoint) {
   constexpr Eigen::Index block = 16;

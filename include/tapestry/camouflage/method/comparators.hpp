@@ -81,7 +81,7 @@ struct PatchSquare {
 /// Source: the patches of Thys et al., "Fooling automated surveillance cameras" (CVPR workshops 2019),
 /// section 3, pasted on a car as the camouflage papers compare with them. Faithful: one picture for all
 /// places. Seen by a camera the panel's picture is its homography as far as the panel is flat. Simplified:
-/// smoothness and printability are those of the objective.
+/// smoothness and printability are the objective's.
 ///
 /// \throws as panel_texels(); Error (mismatch) if no panel holds a square of texels
 template <std::floating_point T>
@@ -224,7 +224,7 @@ template <std::floating_point T>
 ///
 /// Source: Wang et al., "Dual Attention Suppression Attack: Generate Adversarial Camouflage in Physical
 /// World" (CVPR 2021), eq. 4 and 5, on the faces that FCA (AAAI 2022) compares with as DAS-full. Faithful:
-/// the loss, in which score and layer are constants as in its published program. Simplified: the map is the
+/// the loss, with score and layer as constants, as in its published program. Simplified: the map is the
 /// LayerCAM of the attacked detector's most confident candidate, over the last layer that all its heads
 /// depend on. The Grad-CAM of a classifier is not used, since it shows next to nothing of a detector's score.
 /// The second term is left out: closeness to the edges of a content picture, which is for human eyes.
@@ -256,9 +256,9 @@ template <std::floating_point T>
 /// and shape by the gradient of a rasteriser over several views, Adam, and the Laplacian loss of
 /// displacements, see shape_roughness(). Simplified: the mean over edges instead of the sum, with a weight of
 /// ours; smoothness of the texture is the objective's, not total variation; offsets are bounded, which the
-/// paper leaves to its loss. Better than its source: the gradient is that of the picture, outlines included;
-/// the paper takes Neural Mesh Renderer's. In photographs the car is cut off where the frame's mask ends, so
-/// that it cannot grow into its surroundings, see redrawn(); its target box stays that of the unchanged car.
+/// paper leaves to its loss. Better than its source: the gradient is the picture's, with outlines; the paper
+/// takes Neural Mesh Renderer's. In photographs the car is cut off where the frame's mask ends, so that it
+/// cannot grow into its surroundings, see redrawn(); its target box stays the unchanged car's.
 ///
 /// \throws as shape_parameter()
 template <std::floating_point T>

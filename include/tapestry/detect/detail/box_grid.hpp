@@ -15,7 +15,7 @@ namespace tapestry::detect {
 /// one stand in the tiles that it touches, or in the column and the row before them.
 ///
 /// The search is exact whatever the rounding, since a box overlaps another only if its computed edges lie
-/// between those of the other, and the tile of an edge never decreases with the edge.
+/// between the other's, and the tile of an edge never decreases with the edge.
 ///
 /// It pays off for networks that have learnt little. Such a network finds 20,000 boxes of a class in a
 /// picture of 608 by 608: of these it keeps 16,557 twenty times as fast as a loop over the kept boxes.

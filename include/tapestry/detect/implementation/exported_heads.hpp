@@ -54,7 +54,7 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
 }
 
 /// The one head of decoded outputs.
-/// \param shape  of what add_decoded_outputs() made
+/// \param shape  of the value that add_decoded_outputs() made
 [[nodiscard]] inline ExportedHeads decoded_heads(const std::string& path, const DetectorDescription& kind,
                                                  const nn::Shape& shape) {
   constexpr std::size_t box = 4;

@@ -40,7 +40,7 @@ inline std::vector<std::uint8_t> faces_by_label(const char* operation, const cha
 /// Its corners on the sphere of radius 1.
 [[nodiscard]] inline Mesh icosahedron() {
   Mesh mesh;
-  const double g = (1 + std::sqrt(5.0)) / 2;  // the corners are those of three golden rectangles
+  const double g = (1 + std::sqrt(5.0)) / 2;  // corners of three golden rectangles
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (const auto& [one, golden] : {std::pair{-1.0, -g}, {1.0, -g}, {-1.0, g}, {1.0, g}}) {
       Vector3 corner{};

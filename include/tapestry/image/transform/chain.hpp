@@ -60,9 +60,9 @@ template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> transformed(const ArrayVariable<T, 4>& pictures,
                                               const std::vector<TransformationChain>& chains);
 
-/// Ranges of a photograph's conditions around those of the frames: the camera's pose, the light, its lens,
-/// its sensor and its file. Each condition is drawn uniformly from its range; 0 leaves it unchanged. Angles
-/// are for a view of 90°. With a longer lens the picture moves as far, and the camera turns less.
+/// Ranges of a photograph's conditions around the frames' own: the camera's pose, the light, its lens, its
+/// sensor and its file. Each condition is drawn uniformly from its range; 0 leaves it unchanged. Angles are
+/// for a view of 90°. With a longer lens the picture moves as far, and the camera turns less.
 struct Conditions {
   double turn_degrees = 0;    ///< largest pan and tilt of the camera, either way
   double roll_degrees = 0;    ///< largest roll, either way

@@ -116,8 +116,8 @@ struct LoadedModel {
 /// \throws Error (usage) for Darknet weights without a cfg; Error (mismatch) if a converted detector is of
 ///         another decode family than `decode`; FileError as detect::with_decode(),
 ///         read_network_config(), read_weight_file(), read_onnx(), parse_detector_metadata() and
-///         DarknetModel's constructor; mismatch also for an ONNX model whose constants are not those of the
-///         cfg
+///         DarknetModel's constructor; mismatch also for an ONNX model whose constants
+///         do not fit the cfg
 template <std::floating_point T>
 [[nodiscard]] LoadedModel<T> read_darknet_model(const std::string& cfg, const std::string& weights,
                                                 std::size_t input_height = 0, std::size_t input_width = 0,

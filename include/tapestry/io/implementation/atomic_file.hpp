@@ -68,7 +68,7 @@ inline void flush_folder_of(const std::string& path) {
                          std::string(std::strerror(reason))});
 }
 
-/// Whether a name ends like that of a temporary: in a process and an attempt, `12-0`.
+/// Whether a name ends like a temporary's: in a process and an attempt, `12-0`.
 inline bool is_part_name(std::string_view name) {
   const auto mark = name.rfind(part_mark);
   if (mark == std::string_view::npos) return false;

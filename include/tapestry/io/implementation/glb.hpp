@@ -38,7 +38,7 @@ class GlbBuilder {
     return static_cast<int>(append(json_["textures"], {{"sampler", 0}, {"source", image}}));
   }
 
-  /// Adds the faces for which `is_in_part` is true as one primitive; adds nothing if there are none.
+  /// Adds the faces with `is_in_part` as one primitive; adds nothing if there are none.
   template <class Predicate>
   void add_primitive(std::size_t material, bool has_texture, Predicate is_in_part) {
     Vertices vertices;

@@ -91,8 +91,8 @@ class ObjParser {
     if (!word.empty()) oddities_.add("% and what follows the numbers of a record is ignored", lines_, word);
   }
 
-  /// Sets the colour of the last vertex; earlier vertices without a colour get that of a face without
-  /// material.
+  /// Sets the colour of the last vertex; earlier vertices without a colour get the colour
+  /// of a face without material.
   void vertex_colour(const double* channels) {
     auto& colours = loaded_.mesh.vertex_colours;
     colours.resize(loaded_.mesh.positions.size(), geometry::Material{}.colour);

@@ -65,8 +65,8 @@ std::vector<std::string> picture_files(const std::string& path, const geometry::
   return files;
 }
 
-/// Gives unpainted faces uvs of their own beside those of the paint, which are divided by its extent:
-/// pictures of the mesh have the extent 1.
+/// Gives unpainted faces uvs of their own beside the paint's, which are divided by its extent: pictures of
+/// the mesh have the extent 1.
 inline void separate_uvs(raster::PaintedMesh& body) {
   auto& mesh = body.mesh;
   const double extent = std::exchange(body.layout.u_extent, 1);

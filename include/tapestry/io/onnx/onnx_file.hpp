@@ -8,7 +8,7 @@
 
 namespace tapestry::io {
 
-/// Supported versions of ONNX's operators; 7 is that of ONNX 1.2.
+/// Supported versions of ONNX's operators; 7 is ONNX 1.2's.
 inline constexpr std::int64_t first_opset = 7;
 /// The last supported version.
 inline constexpr std::int64_t last_opset = 24;
@@ -24,7 +24,7 @@ namespace detail {
 /// Nodes of ONNX's own domain, opset 7 to 24, keep the operator's name. The name of other operators begins
 /// with their domain, "com.microsoft.Gelu", so that Network refuses them by name. Initialisers and nodes
 /// Constant become constants, even if a graph lists them as inputs. Tensors may be in files beside the model.
-/// Nodes that hold graphs, such as If, keep them as attributes; what these capture is added to their inputs.
+/// Nodes that hold graphs, such as If, keep them as attributes; captured values are added to their inputs.
 /// Keeps metadata, and the extents that the file states for outputs and inner values. A network does not use
 /// them: it computes extents for its own size of input. Other fields for training or for people are left out.
 /// Source: onnx.proto and docs/IR.md of ONNX.

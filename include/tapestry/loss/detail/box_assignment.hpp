@@ -103,9 +103,9 @@ void require_free_heads(const char* operation, const std::vector<detect::Head>& 
 ///
 /// Source: Ge et al., "YOLOX: exceeding YOLO series in 2021" (arXiv 2107.08430), SimOTA. There each cell of
 /// any truth is open to all truths, at the cost of 10⁵; here only to those whose box or middle it meets. The
-/// radius, the root of the product, 10⁵ and 10⁻⁸ are those of its published program. As here, its logarithms
-/// are at least −100. Unlike here, a cell that several truths take keeps the cheapest of all truths, not only
-/// of these. For heads of the family distance, which have no objectness, p_k = σ(class k).
+/// radius, the root of the product, 10⁵ and 10⁻⁸ are from its published program. As here, its logarithms are
+/// at least −100. Unlike here, a cell that several truths take keeps the cheapest of all truths, not only of
+/// these. For heads of the family distance, which have no objectness, p_k = σ(class k).
 ///
 /// \param logits  per head [N, D, H, W]
 /// \param truths  one entry an image, boxes in pixels of the network's input

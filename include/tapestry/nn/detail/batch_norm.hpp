@@ -123,8 +123,8 @@ void batch_norm(const BatchStatistics& statistics, const T* scale, const T* bias
   });
 }
 
-/// Turns the adjoint of batch_norm()'s output into that of its input, in place. The statistics are those of
-/// the batch itself. Adds to scale_adjoint and bias_adjoint unless they are null.
+/// Turns the adjoint of batch_norm()'s output into that of its input, in place. The statistics are the
+/// batch's own. Adds to scale_adjoint and bias_adjoint unless they are null.
 ///
 ///   x̂ = (in − mean)·s,   ∂L/∂in = scale·s·(g − mean(g) − x̂·mean(g·x̂))
 ///

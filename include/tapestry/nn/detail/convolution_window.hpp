@@ -70,7 +70,7 @@ template <std::floating_point T>
 }
 
 /// Restricts the convolution to outputs within a window of the picture they are written to, and to those that
-/// share a tile with them; possibly none. Their bits are those of the whole convolution.
+/// share a tile with them; possibly none. They have the bits of the whole convolution.
 ///
 /// \param tile  along both axes, see tile_of()
 template <std::floating_point T>

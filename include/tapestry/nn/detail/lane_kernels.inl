@@ -48,7 +48,7 @@ inline void write_signs(const R& value, std::uint8_t* bits) {
   __builtin_memcpy(bits, &signs, sizeof(signs));
 }
 
-/// value · slope in the lanes whose bit is not set; `bits` are those of one vector, or of a byte.
+/// value · slope in the lanes whose bit is not set; `bits` holds one vector's bits, or a byte.
 template <std::floating_point T>
 inline Register<T> gated(const std::uint8_t* bits, const Register<T>& value, T slope) {
   using Lanes = typename Vector<ElementIndex<T>>::Register;

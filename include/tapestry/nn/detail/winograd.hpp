@@ -266,8 +266,8 @@ class WinogradConvolution {
 ///   f4_taps2          4 × 4 of 2 × 2 taps             1.56   4     {±2/3, ±3/2, ∞}
 ///
 /// The last form is one of the four parts of the adjoint of a stride of 2. The rounding error of the points
-/// {0, ±2/3, ±3/2, ∞} is about half that of the textbook's {0, ±1, ±2, ∞}. The sum over channels is taken in
-/// blocks of at most 64, so that rounding does not grow with the number of channels.
+/// {0, ±2/3, ±3/2, ∞} is about half the error of the textbook's {0, ±1, ±2, ∞}. The sum over channels is
+/// taken in blocks of at most 64, so that rounding does not grow with the number of channels.
 ///
 /// Filters are transformed from the packed weights when they are needed, a block at a time, and stay in the
 /// second cache. For 49 tiles that takes 7 % of the products' time, and saves four times the weights' memory

@@ -39,7 +39,7 @@ struct WinogradPoints {
   static constexpr T b = T(1.5), b2 = T(2.25), b3 = T(3.375);
   static constexpr T middle = T(97.0 / 36);  // a² + b²
 
-  /// Four outputs from the products at a, −a, b, −b, without those of other points.
+  /// Four outputs from the products at a, −a, b, −b, without products of other points.
   static TAPESTRY_INLINE void output(const Register<T>* m, std::size_t step, Register<T>* y) {
     const Register<T> sum_a = m[0] + m[step], difference_a = m[0] - m[step];
     const Register<T> sum_b = m[2 * step] + m[3 * step], difference_b = m[2 * step] - m[3 * step];

@@ -14,8 +14,8 @@ using Attribute =
     std::variant<std::int64_t, double, std::string, std::vector<std::int64_t>, std::vector<double>, Constant,
                  std::vector<std::string>, std::shared_ptr<const Subgraph>>;
 
-/// One operator applied to named values. The vocabulary is ONNX's: names, attributes, inputs and outputs are
-/// those of its operators in the version (opset) that the description states.
+/// One operator applied to named values. The vocabulary is ONNX's: names, attributes,
+/// inputs and outputs of its operators in the version (opset) that the description states.
 /// Source: onnx.ai, Operators.md.
 struct Node {
   std::string name{};  ///< for messages; may be empty

@@ -51,7 +51,7 @@ struct PassTimes {
   return std::optional<ScopedTimer>(std::in_place, times->start_pass());
 }
 
-/// Counts and times a call of the operation whose name begins this label, likewise.
+/// Counts and times a call of the operation whose name begins this label, in the same way.
 [[nodiscard]] inline std::optional<ScopedTimer> timed_call(OperationTimes* times, const std::string& label) {
   if (times == nullptr) return std::nullopt;
   return std::optional<ScopedTimer>(std::in_place, times->start_call(label));

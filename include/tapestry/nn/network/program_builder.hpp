@@ -102,7 +102,7 @@ class ProgramBuilder {
   /// Adds a node, or queues the parts that it is taken apart into.
   void add_node(const Node& node);
 
-  /// Counts what a node of a loop's round takes.
+  /// Counts the cost of a node in a loop's round.
   void take_repeated(const Node& node, const Operation<T>& operation);
 
   /// Name of a node in messages: of a part, behind the description's.

@@ -13,8 +13,8 @@ namespace tapestry::nn {
 template <std::floating_point T>
 class StagedNetwork;
 
-/// Results of one run of a StagedNetwork, and what its adjoint needs. Keep it from run to run: stages whose
-/// extents and integers are those of the last run are not made again.
+/// Results of one run of a StagedNetwork, and what its adjoint needs. Keep it from run to run: stages with
+/// the extents and integers of the last run are not made again.
 template <std::floating_point T>
 class StagedPass {
  public:
@@ -100,7 +100,7 @@ class StagedNetwork {
   /// Divides nodes into a network of those that can run and the rest.
   [[nodiscard]] static std::shared_ptr<const Stage> made(NetworkDescription description, Stage stage);
 
-  /// The stage behind another one, whose results are known: that of the last run, or a new one.
+  /// The stage behind another one, whose results are known: the last run's, or a new one.
   [[nodiscard]] std::shared_ptr<const Stage> next(const std::shared_ptr<const Stage>& before,
                                                   StagedPass<T>& pass,
                                                   const std::shared_ptr<const Stage>& last) const;

@@ -47,7 +47,7 @@ class FaceField {
     return weights(face).hit(column, row, limits_);
   }
 
-  /// The first segment of a line; the others follow up to that of the next line.
+  /// The first segment of a line; the others follow, up to the next line's first.
   [[nodiscard]] std::size_t first_segment(std::size_t line) const { return first_[line]; }
 
   /// The segment of a line that holds a point, searched from a given one on.
@@ -110,7 +110,7 @@ class FaceField {
   }
 
  private:
-  static constexpr double margin = 1e-4;  // px; up to which a face is near a line
+  static constexpr double margin = 1e-4;  // px; largest distance of a face near a line
 
   struct Line {
     std::array<double, 2> from, to;

@@ -227,7 +227,7 @@ inline void require_view_of(const char* operation, const PaintedMesh& body, cons
 }  // namespace detail
 
 /// Draws a view of a painted mesh and keeps its fragments, once for both its picture, by render_textured(),
-/// and its gradient, by vertex_adjoint(). Bits are those of drawing anew. The mesh must outlive the view.
+/// and its gradient, by vertex_adjoint(). It has the bits of drawing anew. The mesh must outlive the view.
 /// \throws as texture_operator()
 [[nodiscard]] inline FragmentBands drawn_view(const PaintedMesh& body, const geometry::Camera& camera,
                                               std::size_t height, std::size_t width,

@@ -71,7 +71,7 @@ template <std::floating_point T>
   return light;
 }
 
-/// The numbers of a light with a clear coat as an array: those of the light, then coat and roughness.
+/// The numbers of a light with a clear coat as an array: the light's, then coat and roughness.
 template <std::floating_point T, class Base>
 [[nodiscard]] Array<T, 1> light_parameters(const ClearCoat<Base>& light) {
   const auto base = light_parameters<T>(static_cast<const Base&>(light));

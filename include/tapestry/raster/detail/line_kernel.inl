@@ -1,8 +1,8 @@
 // Faces near lines of a picture, for one instruction set.
 #include <tapestry/raster/detail/fragment_kernel.inl>
 
-/// Lists those of some segments, given by the columns and rows of their ends, that lie on the outer side of
-/// none of a face's sides. Reads and writes up to 8 elements beyond the last.
+/// Lists segments, given by the columns and rows of their ends, that lie on the outer side of none of a
+/// face's sides. Reads and writes up to 8 elements beyond the last.
 inline std::size_t near_segments(const FaceReach& face, const std::array<const double*, 4>& ends,
                                  std::uint32_t begin, std::uint32_t end, std::uint32_t* found) {
   constexpr std::uint32_t wide = Vector<double>::lanes;

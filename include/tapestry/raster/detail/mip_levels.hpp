@@ -28,8 +28,8 @@ struct MipLevel {
   return layout.traits().is_picture && layout.filter != TextureFilter::bilinear;
 }
 
-/// Number of texels that operators of this layout take: those of the pyramid for a filtered atlas, else the
-/// texture's own.
+/// Number of texels that operators of this layout take: the pyramid's for a filtered
+/// atlas, else the texture's own.
 [[nodiscard]] inline std::size_t stored_texel_count(const TextureLayout& layout, const geometry::Mesh& mesh) {
   return is_filtered(layout) ? mip_levels(layout).back().first_texel + 1 : layout.texel_count(mesh);
 }

@@ -13,9 +13,9 @@ namespace detail {
 inline constexpr int environment_levels = 5;
 inline constexpr double environment_togetherness = 0.001;
 
-/// Greatest radiance of the surroundings: twice that of white paint where it is brightest. Without a bound
-/// they took the colour of a car's doors, which are seen head-on and mirror 4 %, and another paint hardly
-/// showed there.
+/// Greatest radiance of the surroundings: twice the radiance of white paint where it is brightest.
+/// Without a bound they took the colour of a car's doors, which are seen head-on and mirror 4 %, and
+/// another paint hardly showed there.
 inline constexpr double brightest_surroundings = 2;
 
 /// Weight of the square of gloss: if gloss and surroundings explain a photograph

@@ -20,7 +20,7 @@ class SymmetricTurn {
   using T = typename S::value_type;
 
  public:
-  /// \param a  [N, N], of which the lower triangle is read
+  /// \param a  [N, N], only the lower triangle is read
   template <class Matrix, class Values, class Vectors>
   SymmetricTurn(const Matrix& a, const Values& values, const Vectors& vectors)
       : values_(values), vectors_(vectors), turn_(a.rows(), a.rows()) {

@@ -24,7 +24,7 @@ template <HasDerivatives S>
   }
 }
 
-/// Solves L x = b for a triangular L, [N, N]; x replaces b. The operations are those of Eigen, in its order.
+/// Solves L x = b for a triangular L, [N, N]; x replaces b. The operations are Eigen's, in Eigen's order.
 template <class Left, class Right, int Mode, bool Conjugate, int Order>
 struct TriangularSolve {
   static constexpr bool is_lower = (Mode & Eigen::Lower) == Eigen::Lower;

@@ -61,7 +61,7 @@ template <class S>
   }
 }
 
-/// Type in which sums of T are computed.
+/// Type for sums of T.
 template <class T>
 using Wide = std::conditional_t<std::is_same_v<T, float>, double, T>;
 

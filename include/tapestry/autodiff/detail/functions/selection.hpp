@@ -129,7 +129,7 @@ template <int = 0, Differentiable X, Number N>
   return detail::make_binary<detail::AtMost>(detail::make_binary<detail::AtLeast>(x, low), high);
 }
 
-/// max(x − y, 0), and 0 of two equal infinities; at x = y the derivatives are those of x − y.
+/// max(x − y, 0), and 0 of two equal infinities; at x = y it has the derivatives of x − y.
 template <class X, class Y>
 requires detail::Arguments<X, Y>
 [[nodiscard]] auto fdim(const X& x, const Y& y) { return detail::make_binary<detail::Fdim>(x, y, "fdim"); }

@@ -110,7 +110,7 @@ requires(!FormulaOperands<X, Y> && !FormulaOperands<Y, Z> &&
          FormulaOperands<X, Z>) struct TernaryScalar<X, Y, Z> : FormulaScalar<X, Z> {
 };
 
-/// Three operands of which at least one varies.
+/// Three operands, at least one of them varying.
 template <class X, class Y, class Z>
 concept TernaryOperands = requires {
   typename TernaryScalar<X, Y, Z>::type;

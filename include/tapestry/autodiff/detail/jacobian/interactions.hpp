@@ -24,7 +24,7 @@ class Interactions {
     return b == 0 ? a : made({a, b, 0});
   }
 
-  /// Records that the variables of a meet those of b.
+  /// Records that the variables of a meet the variables of b.
   void meet(Node a, Node b) {
     if (a == 0 || b == 0) return;
     const IndexSets::Name of_a = variables_of(a), of_b = variables_of(b);

@@ -33,7 +33,7 @@ void note_nan([[maybe_unused]] T x) {
 }
 
 /// Runs statements backwards as ReverseSweep does, but passes nothing through a zero partial derivative,
-/// neither infinity nor NaN. The result is that of ReverseSweep where no such product occurs.
+/// neither infinity nor NaN. Without such products the result equals ReverseSweep's.
 template <std::floating_point T>
 class CarefulSweep {
  public:

@@ -70,8 +70,8 @@ class TapeDiagnosis : public TapeMemory {
     return names;
   }
 
-  /// Calls visit(path, begin, end) for each label: its name behind those of labels around it, and its
-  /// statements [begin, end).
+  /// Calls visit(path, begin, end) for each label: its name behind the names of outer labels, and
+  /// its statements [begin, end).
   template <class Visit>
   void visit_labels(Visit visit) const {
     for (std::size_t i = 0; i < labels_.size(); ++i) {

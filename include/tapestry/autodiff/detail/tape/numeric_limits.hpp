@@ -29,13 +29,13 @@ using NumberBeside = std::conditional_t<std::convertible_to<typename E::Expressi
 }  // namespace tapestry
 
 namespace std {
-/// Limits of a variable or a formula of type E: those of the number beneath, as passive variables.
+/// Limits of a variable or a formula of type E: the limits of the number beneath, as passive variables.
 template <tapestry::ScalarExpression E>
 requires(same_as<E, remove_cv_t<E>>) class numeric_limits<E>
     : public tapestry::detail::LimitsOf<tapestry::detail::NumberBeside<E>,
                                         tapestry::detail::Base<typename E::ExpressionScalar>> {
 };
-/// Limits of a dual: those of the number beneath, as constants.
+/// Limits of a dual: the limits of the number beneath, as constants.
 template <class T, size_t N, class Tag>
 class numeric_limits<tapestry::Dual<T, N, Tag>>
     : public tapestry::detail::LimitsOf<tapestry::Dual<T, N, Tag>, tapestry::detail::Base<T>> {};

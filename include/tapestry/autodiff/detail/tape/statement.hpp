@@ -34,7 +34,7 @@ class Link {
 /// The generation of threads without an active tape.
 inline constexpr std::uint32_t no_generation = 0xFFFFFFFFU;
 
-/// Unique numbers by which a tape recognises its own variables.
+/// Unique numbers: a tape recognises its own variables by them.
 [[gnu::visibility("default")]] inline std::uint32_t next_generation() {
   static std::uint32_t last = 0;
   std::uint32_t next = 0;  // 0 marks passive variables, no_generation those without a tape

@@ -41,7 +41,7 @@ class StatementWalk {
     return static_cast<unsigned>(kind_of({plus, minus, general}));
   }
 
-  /// Takes the statement before, and those of its kind before that.
+  /// Takes the previous statement, and all of its kind directly before it.
   [[gnu::always_inline]] static inline void pull_statement(const Word*& words, const StatementKind*& kind,
                                                            Visitor& visitor) {
     switch (static_cast<unsigned>(*kind)) {

@@ -36,7 +36,7 @@ class TapeState : public TapeDiagnosis {
   TapeState(const TapeState&) = delete;
   TapeState& operator=(const TapeState&) = delete;
 
-  /// Head that this thread writes statements to: that of a TapeState, or one without room.
+  /// Head that this thread writes statements to: a TapeState's, or one without room.
   [[gnu::visibility("default")]] static inline constinit thread_local WriteHead* active = &no_tape<T>;
   /// Number of scopes of this thread.
   [[gnu::visibility("default")]] static inline constinit thread_local std::size_t scope_count = 0;

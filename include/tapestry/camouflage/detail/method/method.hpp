@@ -26,7 +26,7 @@ struct Method {
   /// Weight of loss::attention(), minimised instead of the adversarial loss; 0: the latter is minimised.
   double attention = 0;
   bool is_optimised = true;  ///< false: the paint stays as it begins
-  /// The shape, if it is a parameter, too: its rows follow those of the texture. Null: the mesh stays.
+  /// The shape, if it is a parameter, too: its rows follow the texture's. Null: the mesh stays.
   std::shared_ptr<const ShapeParameter> shape{};
 };
 

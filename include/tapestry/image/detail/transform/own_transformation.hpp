@@ -83,8 +83,8 @@ class OwnTransformation {
   std::shared_ptr<const AnyScalar> held_;
 };
 
-// Neither function takes what only converts to an OwnTransformation: the concept above would depend on
-// itself.
+// Neither function takes a type that only converts to an OwnTransformation: the concept
+// above would depend on itself.
 
 /// The picture after a user's transformation, [H, W, 3].
 /// \throws ShapeError if that changes the picture's extents, or as the user's function

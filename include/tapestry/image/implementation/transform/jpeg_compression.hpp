@@ -207,7 +207,7 @@ void pull_back_rounding(const JpegPlanes<T>& before, const JpegCompression& jpeg
   }
 }
 
-/// Adjoints of the rounded planes, from those of the picture; clipped channels have none.
+/// Adjoints of the rounded planes, from the picture's; clipped channels have none.
 ///
 /// \param before  the planes before they were rounded
 template <std::floating_point T>

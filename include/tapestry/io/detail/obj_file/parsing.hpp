@@ -78,7 +78,7 @@ inline void drop_normals_without_length(geometry::Mesh& mesh) {
   return count;
 }
 
-/// The materials of an OBJ: those of its material files, each read once, and names without a definition.
+/// The materials of an OBJ: from its material files, each read once, and names without a definition.
 class ObjMaterials {
  public:
   /// \param count  largest number of materials
@@ -114,7 +114,7 @@ class ObjMaterials {
       read_library(lines, std::string(name));
   }
 
-  /// Remarks on materials that faces name and no file defines, and on files of which no face names one.
+  /// Remarks on materials that faces name and no file defines, and on files without a named one.
   void finish() {
     const auto& mesh = loaded_.mesh;
     for (std::size_t i = 0; i < mesh.materials.size(); ++i)

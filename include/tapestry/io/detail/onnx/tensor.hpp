@@ -232,7 +232,7 @@ class TensorReader {
 namespace detail {
 
 /// Adds an initialiser of a graph to its constants.
-/// \throws FileError (malformed) for one without a name, or with that of another; as read_tensor()
+/// \throws FileError (malformed) for one without a name, or with another's name; as read_tensor()
 inline void add_initialiser(const ProtobufMessage& message, ExternalData& external,
                             std::map<std::string, nn::Constant>& constants) {
   NamedConstant tensor = read_tensor(message, external);

@@ -164,7 +164,7 @@ struct ElementSpan {
   return span;
 }
 
-/// Visits tensors within a node, with the name of its output: that of a node Constant is its value.
+/// Visits tensors within a node, with the name of its output: for a node Constant this is its value.
 template <class Visit>
 void visit_tensors(const ProtobufMessage& node, Visit visit) {
   std::string name;

@@ -115,7 +115,7 @@ class OnnxEncoder {
     return bytes;
   }
 
-  /// The attribute as it is; the types that a node casts to are those that tensors are written in.
+  /// The attribute unchanged; types that a node casts to become the types that tensors are written in.
   [[nodiscard]] static nn::Attribute written(const nn::Node& node, const std::string& name,
                                              const nn::Attribute& attribute) {
     const bool is_type =

@@ -167,7 +167,7 @@ class Decomposer {
 
 /// An operator that is made of others.
 struct Decomposable {
-  std::vector<OperandCount> operands;  ///< empty: those of the operator that it becomes
+  std::vector<OperandCount> operands;  ///< empty: the counts of the operator that it becomes
   /// Takes a node apart. \throws DomainError or ShapeError for unsupported nodes
   std::function<void(OperatorContext&, Decomposer&)> decompose;
   /// Whether a node is taken apart; null: always. Other nodes are made unchanged.

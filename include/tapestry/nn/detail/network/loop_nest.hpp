@@ -32,7 +32,7 @@ struct LoopNest {
     return count;
   }
 
-  /// Joins loops that can run as one, and drops those of extent 1; at least one loop stays.
+  /// Joins loops that can run as one, and drops loops of extent 1; at least one loop stays.
   void simplify() {
     std::vector<Loop> joined;
     for (const Loop& loop : loops) {

@@ -19,7 +19,7 @@ struct Operand {
   bool is_there = false;
 };
 
-/// A node with the extents of its operands, from which an operation is made. Attributes are read by name. An
+/// A node with the extents of its operands, to make an operation from. Attributes are read by name. An
 /// attribute that is never read is an error, so that none is overlooked.
 class OperatorContext {
  public:

@@ -8,7 +8,7 @@ namespace tapestry::nn {
 enum class LayoutRule {
   plain,          ///< as ONNX numbers the axes, [N, C, H, W]
   any,            ///< either, but the same for all data operands
-  channels_last,  ///< [N, H, W, C]: what the kernels of convolution and pooling work on
+  channels_last,  ///< [N, H, W, C]: the layout of kernels of convolution and pooling
 };
 
 inline constexpr std::size_t all_inputs = std::numeric_limits<std::size_t>::max();

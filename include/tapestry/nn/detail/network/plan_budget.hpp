@@ -10,7 +10,7 @@ struct PlanBudget {
   std::size_t nodes = std::size_t(3) << 15U;    ///< nodes that others are taken apart into
   std::size_t planned = std::size_t(1) << 19U;  ///< nodes that later stages plan anew
   std::size_t stages = std::size_t(1) << 10U;
-  std::size_t bytes = std::size_t(1) << 27U;   ///< results and weights of what the bodies of loops compute
+  std::size_t bytes = std::size_t(1) << 27U;   ///< results and weights in the bodies of loops
   std::size_t reads = std::size_t(1) << 30U;   ///< elements that these read
   std::size_t folded = std::size_t(1) << 22U;  ///< elements computed beforehand; and 4 for each of a constant
   std::size_t values = std::size_t(1) << 28U;  ///< elements of all results; and 4,096 for each of an input or

@@ -107,7 +107,7 @@ struct ElementFunction {
   return found == element_functions().end() ? ElementFunction{} : found->second;
 }
 
-/// Elements of a result of `shape`, to which the operands are repeated.
+/// Elements of a result of `shape`, with the operands repeated to it.
 [[nodiscard]] inline std::vector<double> combined(const ElementFunction& function,
                                                   const std::vector<Constant>& operands, const Shape& shape) {
   std::vector<double> result(size_of(shape));

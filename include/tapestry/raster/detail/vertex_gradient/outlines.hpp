@@ -59,7 +59,7 @@ class Outlines {
   }
 
  private:
-  static constexpr double beside = 1e-5;  // px; distance from an edge at which its two sides are tested
+  static constexpr double beside = 1e-5;  // px; distance from an edge to test its two sides
 
   /// The face that a ray beside an edge meets.
   struct Side {

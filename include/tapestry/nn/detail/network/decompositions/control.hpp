@@ -31,7 +31,7 @@ inline void decompose_if(OperatorContext& context, Decomposer& parts) {
     if (types[i] != other_types[i])
       throw DomainError({"result ", i, " is of another type in the other branch"});
   const Subgraph& branch = holds ? *then : *otherwise;
-  // Attributes are in the order of their names: what "else_branch" captures comes first.
+  // Attributes are in the order of their names: values captured by "else_branch" come first.
   const std::size_t first = 1 + (holds ? otherwise->captured.size() : 0);
   const auto results = parts.inlined(branch, captured_names(branch, node, first));
   if (results.size() != node.outputs.size())

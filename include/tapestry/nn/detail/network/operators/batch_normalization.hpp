@@ -69,7 +69,7 @@ class BatchNormalization : public Operation<T> {
   [[nodiscard]] bool is_weight(std::size_t input) const override { return input == 1 || input == 2; }
 
  private:
-  /// y = scale · x + shift, and what they are made of, for each channel.
+  /// y = scale · x + shift for each channel, and the parts of both factors.
   struct Factors {
     std::vector<double> scale, shift, mean, inverse;
 
@@ -142,7 +142,7 @@ class BatchNormalization : public Operation<T> {
 ///   running ← momentum · running + (1 − momentum) · batch       results 1 and 2, the same for the whole
 ///   batch
 ///
-/// with the biased variance. Derivatives include those of the statistics.
+/// with the biased variance. Derivatives include the statistics' derivatives.
 template <std::floating_point T>
 class BatchStatisticsNormalization : public Operation<T> {
  public:
@@ -248,7 +248,7 @@ void add_batch_normalization(OperatorTable<T>& table) {
       {{5, 5}},
       [](OperatorContext& context) -> std::unique_ptr<Operation<T>> {
         const double momentum = context.number("momentum", 0.9);
-        context.ignore("spatial");  // 0 is refused by the extents of what is given for each channel
+        context.ignore("spatial");  // the extents of the operands of each channel exclude 0
         const bool is_training = context.flag("training_mode", 0);
         const ChannelExtents extents = channel_extents(context);
         for (std::size_t input = 1; input < 5; ++input) require_channels(context, input, extents.channels);

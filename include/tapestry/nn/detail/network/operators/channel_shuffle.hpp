@@ -34,7 +34,7 @@ class ChannelShuffle : public Operation<T> {
   }
 
  private:
-  /// Calls body(element of the operand, that of the result).
+  /// Calls body(element of the operand, element of the result).
   template <class Body>
   void for_each_pair(Body body) const {
     constexpr std::size_t at_once = 256;

@@ -247,7 +247,7 @@ template <std::floating_point T>
 }
 
 /// Conv, and FusedConv, which simplified() makes of a Conv and the nodes behind it. Operands of FusedConv: x,
-/// addend or nothing, weights, bias. Attributes: those of Conv and FusedActivation, and `adds_first`.
+/// addend or nothing, weights, bias. Attributes: Conv's, FusedActivation's, and `adds_first`.
 template <std::floating_point T>
 void add_convolution(OperatorTable<T>& table) {
   table["Conv"] = {LayoutRule::channels_last,

@@ -44,7 +44,7 @@ struct IndexPlan {
     return plan.finished();
   }
 
-  /// One index along an axis for each element; its other coordinates are those of the index.
+  /// One index along an axis for each element; its other coordinates are the index's.
   [[nodiscard]] static IndexPlan of_elements(const Shape& shape, std::size_t axis, const Shape& indices) {
     IndexPlan plan;
     const auto own = strides_of(shape), steps = strides_of(indices);

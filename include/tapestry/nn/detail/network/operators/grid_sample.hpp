@@ -98,8 +98,8 @@ inline void cubic_slopes(double a, double t, double* slopes) {
 }  // namespace detail
 
 /// GridSample: pictures [N, C, H, W] read at places [N, row, column, (x, y)], differentiably by both. At a
-/// pixel's centre the linear mode takes the derivative towards larger coordinates; where the border is
-/// repeated it is 0, and so is that of the nearest pixel.
+/// pixel's centre the linear mode takes the derivative towards larger coordinates; it is 0 where the border
+/// is repeated, and for the nearest pixel.
 template <std::floating_point T>
 class GridSample : public Operation<T> {
  public:

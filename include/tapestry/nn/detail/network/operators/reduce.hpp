@@ -203,7 +203,7 @@ class Reduce : public Operation<T> {
 };
 
 namespace detail {
-/// \param since  the opset from which on the axes are an operand
+/// \param since  first opset with the axes as an operand
 template <std::floating_point T>
 [[nodiscard]] std::unique_ptr<Operation<T>> make_reduce(OperatorContext& context, Reduction kind,
                                                         std::int64_t since) {

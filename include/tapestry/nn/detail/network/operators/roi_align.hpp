@@ -119,7 +119,7 @@ class RoiAlign : public Operation<T> {
     return grid;
   }
 
-  /// Calls visit(sample) for those of an output pixel that lie in the picture.
+  /// Calls visit(sample) for an output pixel's samples that lie in the picture.
   template <class Visit>
   void for_each_sample(const Grid& grid, std::size_t pixel, Visit visit) const {
     if (grid.samples == 0) return;

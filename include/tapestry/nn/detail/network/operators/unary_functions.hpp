@@ -155,8 +155,8 @@ struct Gelu : Function<Reads::input> {
   }
 };
 
-/// x/2 · (1 + tanh u) = x · σ(2u) with u = √(2/π) · (x + 0.044715 x³); beyond 10 the slope is that of the
-/// limit, 1 or 0, to double precision.
+/// x/2 · (1 + tanh u) = x · σ(2u) with u = √(2/π) · (x + 0.044715 x³); beyond 10 the slope is the limit's, 1
+/// or 0, to double precision.
 template <std::floating_point T>
 struct GeluTanh : Function<Reads::input> {
   static T twice_u(T x) {

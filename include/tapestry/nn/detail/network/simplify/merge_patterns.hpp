@@ -137,7 +137,7 @@ inline void merge_pad(EditableGraph& graph, std::size_t i) {
   if (node.inputs[0] != pad.outputs[0] || (auto_pad != "NOTSET" && auto_pad != "VALID")) return;
   auto pads = attribute_of(node, "pads", std::vector<std::int64_t>(4, 0));
   const bool has_own = std::ranges::any_of(pads, [](std::int64_t count) { return count != 0; });
-  // A pooling that ignores its own zeros would have counted those of the Pad.
+  // A pooling that ignores its own zeros would have counted the Pad's zeros.
   if (!is_convolution && ((has_own && attribute_of<std::int64_t>(node, "count_include_pad", 0) == 0) ||
                           attribute_of<std::int64_t>(node, "ceil_mode", 0) != 0))
     return;
