@@ -7,7 +7,7 @@ namespace {
 using namespace tapestry;
 using namespace tapestry::shell;
 
-/// Reads the inputs of a run with all detectors, and checks that they have what the method needs.
+/// Reads the inputs of a run with all detectors, and checks that they meet the method's needs.
 Inputs load_all(CamouflageOptions& options) {
   std::vector<std::string> layers;
   const auto& method = camouflage::method_row<float>(options.optimisation.method);

@@ -182,7 +182,7 @@ void require_sound(const CLI::App& app, const Options& options) {
   require_no_run(options);
 }
 
-/// The conditions under which the views are photographed.
+/// The conditions of the views' photographs.
 evaluate::Photography photography_of(const Options& options) {
   evaluate::Photography photography;
   photography.in_bytes = !options.pictures.empty();

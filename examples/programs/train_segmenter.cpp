@@ -73,7 +73,7 @@ void print_validation(const nn::NetworkDescription& description, const HeldOutSc
   std::fflush(stdout);
 }
 
-/// The network and the memory for a step. The loss is that of the source: the mean cross entropy of each
+/// The network and the memory for a step. The loss is the source's: the mean cross entropy of each
 /// output, summed over all outputs.
 class Trainer {
  public:

@@ -47,8 +47,8 @@ template <std::size_t Rank>
   return copied<float, Rank>(contiguous<float, Rank>(name, given), [](float number) { return number; });
 }
 
-/// Colours, RGB: bytes from 0 to 255, or floating-point numbers in [0, 1], which may pass it by 1 as those of
-/// an optimiser do.
+/// Colours, RGB: bytes from 0 to 255, or floating-point numbers in [0, 1], which may exceed this range
+/// by 1, as an optimiser's do.
 /// \throws DomainError for other types, for NaN, and for numbers farther away; ShapeError unless the last
 /// axis
 ///         is of three channels; otherwise as contiguous()

@@ -52,7 +52,7 @@ TEST_CASE("random programs of arrays have the derivatives of differences", "[aut
     const OnTape found = on_tape(program);
     const auto value = static_cast<double>(program.reference(program.directions[0], 0));
     // Tolerance: roundings of exponentials and of sums of up to 90,000 elements up to 20 in ten operations,
-    // and those of the extrapolated differences of steps h and h/2, see differential_test.cpp.
+    // and of the extrapolated differences of steps h and h/2, see differential_test.cpp.
     check(found.value, value);
     for (std::size_t d = 0; d < 2; ++d) {
       const auto slope = [&](Wide s) {

@@ -23,7 +23,7 @@ Point moved(const Point& point, std::size_t axis, double step) {
   result[axis] += step;
   return result;
 }
-/// All points at which a program must keep off kinks.
+/// All points where a program must avoid kinks.
 std::vector<Point> points_around(const Point& point) {
   std::vector<Point> points = {point};
   for (std::size_t axis = 0; axis < input_count; ++axis)

@@ -18,7 +18,7 @@ using Second = tapestry::Dual<First>;
 using Third = tapestry::Dual<Second>;
 using Row = std::vector<double>;
 
-/// The rows of every function: arguments, then what the table holds for them.
+/// The rows of every function: arguments, then the table's values for them.
 const std::map<std::string, std::vector<Row>>& table() {
   static const auto rows = [] {
     std::map<std::string, std::vector<Row>> all;

@@ -98,8 +98,8 @@ int wrong_slopes(const System& system, const AnySize<Slopes>& expected, const So
   return wrong;
 }
 
-/// Solves all systems by solve(a, b), of fixed and dynamic size, for a vector and a matrix. The solution is
-/// that of equation(a), a matrix.
+/// Solves all systems by solve(a, b), of fixed and dynamic size, for a vector and a matrix. The solution
+/// is equation(a)'s, a matrix.
 template <class Equation, class Solve>
 void check_solves(const std::string& name, const std::vector<System>& systems, const Equation& equation,
                   const Solve& solve) {
@@ -116,7 +116,7 @@ void check_solves(const std::string& name, const std::vector<System>& systems, c
   CHECK(wrong == 0);
 }
 
-/// The same of systems whose solution is that of a itself.
+/// The same for systems whose solution is a's own.
 template <class Solve>
 void check_solves(const std::string& name, const std::vector<System>& systems, const Solve& solve) {
   check_solves(

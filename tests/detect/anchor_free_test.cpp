@@ -150,7 +150,7 @@ TEST_CASE("anchor-free boxes equal their definition at random logits", "[detect]
 }
 
 TEST_CASE("a stride that does not divide the input is taken from the head", "[detect][anchor_free]") {
-  // 416 pixels in strides of 64 have 7 cells, of which the last reaches over the border.
+  // 416 pixels in strides of 64 have 7 cells; the last one reaches over the border.
   auto head = distance_head(ChannelOrder::classes_first, 8, 1);
   head.grid_height = head.grid_width = 7;
   head.stride = 64;

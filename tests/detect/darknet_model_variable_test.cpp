@@ -124,7 +124,7 @@ TEST_CASE("running statistics follow the batch's while weights are stepped",
     const auto weights = tape.input(own);
     tape.reverse(total(forward(detector, ArrayVariable<double, 4>(images), weights, pass)));
     model.update_running_statistics(*pass);
-    if (step + 1 == steps) break;  // the statistics of the last pass are those of the detector's weights
+    if (step + 1 == steps) break;  // the last pass has the statistics of the detector's weights
     adam.set_learning_rate(0.03 * std::pow(0.9, step));
     adam.step(own, weights.adjoint());
   }

@@ -218,7 +218,7 @@ TEST_CASE("a detector of YOLOv5's kind decodes as its export does", "[detect][gr
   const double least = 0.05;
   const auto found = detect::decode(detector.heads(), pass.logits, 0, least, 64, 64);
 
-  // The export's own candidates, in the same order; it takes pictures as they are.
+  // The export's own candidates, in the same order; it takes pictures unchanged.
   const nn::Network<double> whole(description, {}, true);
   nn::NetworkPass<double> exported;
   whole.forward({images.data()}, exported);

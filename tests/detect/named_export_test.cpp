@@ -1,4 +1,4 @@
-// Descriptions of exports by one word: what the nodes show.
+// Descriptions of exports by one word: facts from the nodes.
 #include <tapestry/detect/exported_heads.hpp>
 
 #include <tapestry/detect/detector.hpp>

@@ -286,7 +286,7 @@ double distance(const A& a, const B& b) {
   return std::sqrt(squares);
 }
 
-/// Errors of the float pass, divided by those of a pass in double with rounded operands, of
+/// Errors of the float pass, divided by the errors of a pass in double with rounded operands, of
 /// logits and of the gradient.
 struct FloatErrors {
   double logits = 0, gradient = 0;

@@ -106,8 +106,8 @@ TEST_CASE("P@0.5 of two seeds in two views has the interval worked out by hand",
 TEST_CASE("the order of pictures is seeds, views, photographs, draws", "[evaluate]") {
   const evaluate::PictureOrder two_seeds{2, 2, 2};
   CHECK(two_seeds.pictures_a_view() == 8);
-  // Two seeds, two views, two photographs of two draws: the views' shares are ½ and ½, and ¼ and 0. Draws of
-  // several seeds are those of their seed.
+  // Two seeds, two views, two photographs of two draws: the views' shares are ½ and ½, and ¼ and 0. Each draw
+  // belongs to one of several seeds.
   std::vector<bool> found(16, false);
   for (const std::size_t i : {1U, 3U, 5U, 7U, 8U}) found[i] = true;
   // Means 3/8 and ¼ of views, ½ and ⅛ of seeds, an interaction of 1/16.

@@ -203,8 +203,8 @@ TEST_CASE("draws that are all the same give the figures of one", "[evaluate][cel
 }
 
 TEST_CASE("what is kept of an effect is a ratio over the views of both", "[evaluate][cells]") {
-  // 12 views: two photographs of each, in which the control is .1 and .3 above the texture, and then the
-  // view itself with .8 in one half and .4 in the other: ⅓ is kept.
+  // 12 views: two photographs of each, with the control .1 and .3 above the texture, and then the view itself
+  // with .8 in one half and .4 in the other: ⅓ is kept.
   evaluate::ProtocolOutcomes outcomes(36, 3);
   for (std::size_t i = 0; i < 36; ++i) {
     outcomes.state(i) = static_cast<std::uint8_t>(FrameState::measured);

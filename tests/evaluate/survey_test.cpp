@@ -294,7 +294,7 @@ TEST_CASE("views are photographed anew for each draw, in the same way for every 
   CHECK((pictures[12] == pictures[18]));
   CHECK((pictures[12] != pictures[13]));
   CHECK((pictures[6] != pictures[12]));  // the clean car is not printed
-  for (std::size_t i = 0; i < 6; ++i)    // texels that all views share are those of each picture alone
+  for (std::size_t i = 0; i < 6; ++i)    // texels that all views share equal each picture's alone
     CHECK((pictures[12 + i] == evaluate::photograph_of(*fixture.store.view(fixture.views[i / 3]),
                                                        fixture.views[i / 3], &*fixture.textures.adversarial,
                                                        photography, i % 3)

@@ -189,7 +189,7 @@ TEST_CASE("a two-level interval holds the true mean about as often as it states"
 }
 
 namespace {
-/// Pictures in which a car is found or not, by a logistic model of views and draws.
+/// Pictures with a found or missed car, by a logistic model of views and draws.
 struct FoundPictures {
   Array<double, 2> control, camouflage;
   std::vector<bool> of_control{}, of_camouflage{};
@@ -325,7 +325,7 @@ TEST_CASE("shares that are the same in all pictures keep an interval", "[evaluat
 }
 
 TEST_CASE("an odds ratio and its interval equal hand values", "[evaluate][two_level]") {
-  // Found in 12 of 16 views and in 4 of them: odds of 3 and 1/3. Sums of squares are 3, that of the
+  // Found in 12 of 16 views and in 4 of them: odds of 3 and 1/3. Sums of squares are 3, the sum for the
   // differences (twelve of 1 − c) is 4·¼ + 8·¼ + 4·¼ = 4; V = 3/240 twice, V₁₂ = 4/240, r = ⅓.
   Array<double, 2> control({1, 16}, 0.0), camouflage({1, 16}, 0.0);
   for (std::size_t view = 0; view < 12; ++view) control(0, view) = 1;

@@ -35,7 +35,7 @@ struct Registered {
   explicit Registered(Target target) { targets().push_back(std::move(target)); }
 };
 
-/// A fault is reported by what it throws.
+/// Its exceptions report faults.
 /// \returns whether the bytes were taken, not refused
 inline bool is_taken(const Target& target, const std::string& bytes) {
   try {

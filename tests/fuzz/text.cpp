@@ -1,4 +1,4 @@
-// JSON and what is written in it, labels of pictures, a run's manifest, and options in a file.
+// JSON and files in JSON, labels of pictures, a run's manifest, and options in a file.
 #include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/json.hpp>

@@ -8,7 +8,7 @@ TEST_CASE("edit_distance counts changes of one word into another", "[io][nearest
   CHECK(io::edit_distance("", "abc") == 3);
   CHECK(io::edit_distance("kitten", "sitting") == 3);  // two replaced, one inserted
   CHECK(io::edit_distance("cfg", "cgf") == 1);         // neighbours exchanged
-  CHECK(io::edit_distance("ca", "abc") == 3);          // what was exchanged is not changed again
+  CHECK(io::edit_distance("ca", "abc") == 3);          // exchanged letters are not changed again
   CHECK(io::edit_distance("azimuth", "azimuth") == 0);
 }
 

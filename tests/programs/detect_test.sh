@@ -137,7 +137,7 @@ expect_same <(grep -v '^$' command.out) float.json
 expect_exit 0 "no profile" "$detect" "$frame"
 grep -q '^forward: ' command.out && fail "a profile that nobody wants" || pass
 
-# Heat maps of the bundled detector; those of .onnx models are in real_frames_test.sh.
+# Heat maps of the bundled detector; maps of .onnx models are in real_frames_test.sh.
 expect_exit 0 "heat maps" "$detect" --heat-map last "$frame"
 expect_exit 0 "heat maps of an early layer" "$detect" --heat-map early --layer 1 "$frame"
 map="$(basename "$frame" .npz)-heat_map.png"

@@ -123,7 +123,7 @@ if mount -t tmpfs -o size=4k tapestry disk/out 2>/dev/null; then
   goes_on disk
 fi
 
-# Options of a row replace those of COMMON, and paper.sh works by the same steps.
+# Options of a row replace COMMON's, and paper.sh works by the same steps.
 export COMMON="$common --start zero" FRAMES=$PWD/own EPOCHS=1
 paper_in() { mkdir -p "$1" && cd "$1" && exec bash "$experiments/paper.sh" out --quick --tables 7; }
 COMMON=${COMMON/--frames $PWD\/own /} COMMON=${COMMON/--epochs 1 /}

@@ -86,7 +86,7 @@ expect_refusal 3 '^error: .: no manifest.json in it; expected a folder that camo
 expect_exit 2 "detections with a seed" "$evaluate" --seed 2 --pictures pictures --detections results.json
 expect_error_line '^error: --seed has no part in --detections'
 
-# What was exported is compared by its hashes; the run by its paint.
+# Exported pictures are compared by their hashes; the run by its paint.
 again=("$evaluate" --pictures pictures --detections results.json --quiet --threads 1)
 expect_exit 0 "detections in a run's pictures" "${again[@]}" --run run --output of_run
 expect_same of_run/metrics.csv foreign/metrics.csv

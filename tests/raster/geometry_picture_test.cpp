@@ -165,7 +165,7 @@ TEST_CASE("a half plane that moves takes its depth along, and its edge",
   const auto all = [](const Vector3& way) { return std::vector<Vector3>(3, way); };
   CHECK(along(gradient, all({1, 0, 0})) == Approx(2 * 4 * 120).epsilon(1e-12));
   CHECK(std::abs(along(gradient, all({0, 1, 0}))) <= 1e-9);
-  // Farther by dz, what is covered is deeper, and the edge comes in by 8·x/z²·dz columns.
+  // Farther by dz, the covered part is deeper, and the edge comes in by 8·x/z²·dz columns.
   CHECK(along(gradient, all({0, 0, 1})) == Approx(120 * (0.25 - 2 * 8 * x / 4)).epsilon(1e-12));
 }
 

@@ -133,7 +133,7 @@ TEST_CASE("recorded twice before one reverse gives the sum, exactly", "[raster][
       const auto drawn = raster::render(body, Camera{}, side, side, warm, inputs);
       loss = loss + weighted(drawn.picture) + tapestry::sum(drawn.coverage);
     }
-    body.mesh.positions[0][0] += 1;  // the tape keeps what it needs
+    body.mesh.positions[0][0] += 1;  // the tape keeps its own copies
     tape.reverse(loss);
     body.mesh.positions[0][0] -= 1;
     return std::tuple{Array<double, 2>(inputs.texels.adjoint()), Array<double, 2>(inputs.positions.adjoint()),

@@ -40,7 +40,7 @@ void check_largest(const Gradient& gradient) {
 
 }  // namespace
 
-// The samples are those of the one column that the sliver owns in the grid of 4 x 4, and in no other.
+// The sliver owns the samples of one column in the grid of 4 x 4, and none in any other grid.
 TEST_CASE("a face edge-on or as thin as a needle that owns samples outweighs no other",
           "[raster][vertex_gradient][hard_case]") {
   for (const double half_width : {1e-4, 1e-7, 1e-10}) {

@@ -17,7 +17,7 @@ namespace {
 
 const raster::Light unlit{1, 0, {0, 0, 1}, {1, 1, 1}};
 
-/// A square of two faces over the whole picture; its uv are those of the picture.
+/// A square of two faces over the whole picture; its uv span the picture.
 Mesh screen() {
   Mesh mesh;
   mesh.positions = {{-2, -2, 2}, {2, -2, 2}, {2, 2, 2}, {-2, 2, 2}};

@@ -6,7 +6,7 @@
 
 namespace tapestry::test {
 
-/// The places of a box for which inside(row, column) holds, as a chart whose texels begin at number `first`.
+/// The places of a box with inside(row, column), as a chart whose texels begin at number `first`.
 template <class Inside>
 raster::TextureChart chart_of(std::size_t height, std::size_t width, Inside inside, std::size_t first = 0) {
   raster::TextureChart chart{height, width};

@@ -31,7 +31,7 @@ Array<T, 4> picture_of(const detect::Detector<T>& detector, const std::filesyste
 }
 
 /// Checks that each of the framework's results is among the detections.
-/// \param counts_classes  whether labels are those of the detector, too
+/// \param counts_classes  whether labels must be the detector's, too
 inline void require_results(const std::filesystem::path& folder, const std::vector<detect::Detection>& found,
                             bool counts_classes) {
   const auto boxes = raw_numbers<double>(folder / "out.0.bin"),

@@ -8,8 +8,8 @@
 #include <variant>
 #include <vector>
 
-/// Messages of ONNX files, sound or not, put together from their fields; numbers of fields are those of
-/// onnx.proto. Fields are joined by +: a message is the sequence of its fields.
+/// Messages of ONNX files, sound or not, put together from their fields; numbers of fields as in onnx.proto.
+/// Fields are joined by +: a message is the sequence of its fields.
 namespace tapestry::test::onnx {
 
 inline std::string bytes_field(std::uint32_t tag, const std::string& bytes) {

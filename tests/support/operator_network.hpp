@@ -37,7 +37,7 @@ inline TestOperand numbers(std::vector<double> values, nn::ElementType type = nn
 
 /// A network that applies one operator twice, for the results y and z, to operands that a
 /// node before it passes on: the first pullback finds their adjoints fresh, the second one
-/// adds. It runs as it is described.
+/// adds. It runs without simplification.
 struct OperatorNetwork {
   nn::Node node{};
   std::vector<TestOperand> operands{};

@@ -218,7 +218,7 @@ inline std::string results_text(const evaluate::Dataset& dataset, const ClassMat
 
 /// Runs a detector on the pictures of a data set, prints its average precision and writes the requested
 /// files.
-/// \param app  has the options of the settings; all are checked except those of this measurement
+/// \param app  has the options of the settings; all are checked except this measurement's
 inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, DetectorSettings settings,
                             int threads) {
   ProblemList problems;

@@ -325,7 +325,7 @@ class FlatLayout {
     return matrix;
   }
 
-  /// The right-hand side by which every face keeps its shape, turned as it lies.
+  /// The right-hand side that keeps every face's shape, turned as it lies.
   [[nodiscard]] Eigen::MatrixX2d wanted() const {
     Eigen::MatrixX2d sums = Eigen::MatrixX2d::Zero(static_cast<Eigen::Index>(places_.size()), 2);
     for (std::size_t i = 0; i < part_.size(); ++i) {

@@ -25,7 +25,7 @@ struct HardeningScene {
 /// share.
 ///
 /// Batch normalisation keeps its running statistics, see LearningDetector. Statistics of a batch would mix
-/// those of clean and painted pictures, which differ (Xie et al., "Adversarial examples improve image
+/// clean and painted pictures, whose statistics differ (Xie et al., "Adversarial examples improve image
 /// recognition", CVPR 2020). The detector that learns would then differ from the one that is attacked and
 /// used, which has the running statistics.
 ///

@@ -55,8 +55,8 @@ struct PaintPool {
   }
 };
 
-/// Draws the paint of a training picture. Half of them show the round's own paint, a quarter those of earlier
-/// rounds, and a quarter paints that were not optimised: matched noise, shuffled patches, random noise, solid
+/// Draws the paint of a training picture. Half of them show the round's own paint, a quarter earlier rounds'
+/// paints, and a quarter paints that were not optimised: matched noise, shuffled patches, random noise, solid
 /// colours. Otherwise the detector would learn one paint only. In an ordinary pool: the colour of a car.
 inline Array<float, 2> draw_paint(Random& random, const Array<float, 2>& current, const PaintPool& pool) {
   const std::size_t texels = current.shape(0);

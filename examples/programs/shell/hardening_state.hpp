@@ -23,7 +23,7 @@ inline constexpr std::array<StepNumber<HardeningStep>, 5> HardeningStep::all{
 /// Everything that changes while a detector is hardened. Two runs with equal states and settings continue
 /// with the same bits.
 struct HardeningState {
-  std::uint64_t done = 0;               ///< steps of all rounds, those of the paint alone included
+  std::uint64_t done = 0;               ///< steps of all rounds, with steps of the paint alone
   Array<float, 1> parameters;           ///< of the detector
   optim::AdamState<float> adam;         ///< of the detector's parameters
   Array<float, 2> paint;                ///< the round's texture parameter, [texel, 3]

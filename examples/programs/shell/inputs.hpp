@@ -25,7 +25,7 @@ struct Car {
   Json description{};                         ///< of its texture, see description_of()
   std::vector<std::string> material_files{};  ///< read beside the mesh
   double starved_share = 0;                   ///< see raster::starved_share()
-  double scale = 1;                           ///< of the mesh beside that of its file
+  double scale = 1;                           ///< scale of the mesh besides its file's
 };
 
 Car load_car(const SceneSettings& settings);

@@ -103,7 +103,7 @@ class PanelSheets {
     return file_.bytes();
   }
 
-  /// One line on what the file holds.
+  /// One line on the file's content.
   [[nodiscard]] std::string summary() const {
     std::string text = formatted("%zu panel%s on %zu sheet%s", planned_.size(),
                                  planned_.size() == 1 ? "" : "s", sheets_, sheets_ == 1 ? "" : "s");

@@ -16,7 +16,7 @@ struct ProcessPlace {
 /// Joins the processes that mpirun has started with this one. The first call of these functions.
 [[nodiscard]] ProcessPlace join_processes();
 
-/// Overwrites the bytes with those of process 0.
+/// Overwrites the bytes with process 0's.
 void share_bytes(void* bytes, int count);
 
 /// Bytes of all processes, one behind the other.

@@ -31,7 +31,7 @@ class Ranks {
   [[nodiscard]] std::size_t index() const { return index_; }
   [[nodiscard]] bool is_first() const { return index_ == 0; }
 
-  /// Overwrites the values with those of the first rank. Every rank must call this, with as many values.
+  /// Overwrites the values with the first rank's. Every rank must call this, with as many values.
   template <class T>
   void share(std::span<T> values) const {
     static_assert(std::is_trivially_copyable_v<T>);

@@ -37,7 +37,7 @@ inline const std::vector<std::string> facts_of_bits{"version", "compiler", "inst
 /// \returns  a warning; empty if they are the same
 std::string record_resumption(const std::string& run);
 
-/// Facts in which this process differs from a manifest that states them: "compiler (was 12.2.0, now 13.1.0)".
+/// Facts of this process that differ from those in a manifest: "compiler (was 12.2.0, now 13.1.0)".
 std::string other_facts(const Json& manifest, const std::vector<std::string>& facts);
 
 /// \param options   settings of a run as they are used

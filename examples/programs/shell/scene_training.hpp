@@ -48,7 +48,7 @@ struct HeldOut {
 
 /// Views of cars in realistic paint, solid paint and texel noise, of main cars that are at least 40 %
 /// visible.
-/// \param stream  of random numbers, different from that of training
+/// \param stream  of random numbers, other than the training's
 /// \param count   scenes of each kind; fewer if too few of twice as many draws are suitable
 /// \param draw    returns a scene for (Random, SceneOptions)
 /// \throws Stopped

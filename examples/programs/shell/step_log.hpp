@@ -67,7 +67,7 @@ inline void print_profile(const camouflage::StepTimes& times, std::size_t steps,
   std::printf("  outside the detector %.1f %%\n", 100 * (1 - detector / all_threads));
 }
 
-/// Prints stretches of a run that follow each other: seconds, those of all threads, and the threads busy.
+/// Prints stretches of a run that follow each other: seconds, seconds of all threads, and busy threads.
 inline void print_work(const std::vector<std::pair<const char*, WorkTime>>& stretches) {
   std::printf("stretches of the run %13s %11s %13s\n", "wall", "all threads", "busy threads");
   for (const auto& [name, time] : stretches)

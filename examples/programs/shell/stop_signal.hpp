@@ -8,9 +8,9 @@ namespace tapestry::shell {
 struct Stopped {};
 
 /// Remembers the first signal, so that a loop can finish its step and save. After SIGINT, SIGTERM or SIGHUP a
-/// second one ends the process at once, see OutputClaim::end_by(). SIGXCPU and SIGUSR1, with which batch
-/// queues announce the end of the time, may then come every second. A signal that the process was started to
-/// ignore, as by nohup, stays ignored.
+/// second one ends the process at once, see OutputClaim::end_by(). SIGXCPU and SIGUSR1 announce the end of
+/// a batch queue's time, and may then come every second. A signal that the process was started to ignore,
+/// as by nohup, stays ignored.
 class StopSignal {
  public:
   StopSignal() {

@@ -109,7 +109,7 @@ inline void require_description(const std::string& path, const Json& json) {
   }
 }
 
-/// Compares a texture's description with that of a car. Another filter changes only lookups.
+/// Compares a texture's description with a car's. Another filter changes only lookups.
 /// \returns  a warning of another filter; empty for the same
 /// \throws FileError (mismatch) naming the first other fact, as found and as expected
 inline std::string require_same_layout(const std::string& path, const Json& found, const Json& expected) {
@@ -155,8 +155,8 @@ inline std::optional<Json> read_texture_description(const std::string& png,
   return json;
 }
 
-/// Reads the paint of a texture.npz for a car. A warning of another filter, and what is assumed without a
-/// description, are printed.
+/// Reads the paint of a texture.npz for a car. Prints a warning of another filter, and the
+/// assumptions without a description.
 /// \param description  of the car's texture
 /// \throws FileError as camouflage::read_paint(), require_description() and require_same_layout()
 inline camouflage::Paint<float> read_fitting_paint(const std::string& path, const raster::PaintedMesh& car,

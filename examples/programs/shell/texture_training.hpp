@@ -31,7 +31,7 @@ inline Array<float, 2> start_texture(const OptimisationSettings& settings, const
 }
 
 /// The method that --method names.
-/// \throws FileError (mismatch) if the mesh lacks what the method paints
+/// \throws FileError (mismatch) if the mesh lacks the parts that the method paints
 inline camouflage::Method<float> chosen_method(const OptimisationSettings& settings,
                                                const raster::PaintedMesh& car, const std::string& mesh_path) {
   try {
@@ -60,7 +60,7 @@ inline std::shared_ptr<const Array<float, 2>> texels_to_print(const raster::Pain
   return std::make_shared<const Array<float, 2>>(std::move(printed));
 }
 
-/// Colours that a printer can make: those of --palette, or printable_colours(); null without printability.
+/// Colours that a printer can make: from --palette, or printable_colours(); null without printability.
 inline std::shared_ptr<const Array<double, 2>> palette_of(const OptimisationSettings& settings) {
   if (settings.objective.printability == 0) return nullptr;
   const io::InputLedger::Role role("palette");

@@ -7,8 +7,8 @@ namespace tapestry::shell {
 
 // Functions shared by programs that train a Darknet detector.
 
-/// The text of the cfg for the weights to train: that of the file `cfg` or, if none is named, the one within
-/// a converted detector.
+/// The text of the cfg for the weights to train: the file `cfg` or, if none is named, the one
+/// within a converted detector.
 inline std::string trainable_cfg(const std::string& cfg, const std::string& weights) {
   if (!cfg.empty()) return io::read_text_file(cfg);
   return io::parse_detector_metadata(io::read_onnx(weights).metadata, weights).cfg;

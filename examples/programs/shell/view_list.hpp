@@ -34,16 +34,16 @@ struct ViewList {
   std::string sorted_by{};                       ///< the measurement that a page sorts by at first
 };
 
-/// Sentences on the photographs of views: in how many of them, and in which share of the car, faces without
-/// paint show the photograph; which mask fits the car least; and where the detector finds no car in it. None
-/// if no photograph was to be kept.
+/// Sentences on the photographs of views: number of views, and share of the car, where faces without paint
+/// show the photograph; the mask that fits worst; photographs where the detector finds no car. None if no
+/// photograph was to be kept.
 std::vector<std::string> words_on_photographs(const ViewList& list);
 
 /// Results of each picture of each view, for other programs: a line for each of them and each measurement.
 std::string views_csv(const ViewList& list);
 
 /// Data of a list for the script of a page. Each view has its name, its place and, for each measurement, its
-/// mean best confidence and the share of its pictures in which the car was found.
+/// mean best confidence and the share of its pictures with a found car.
 Json list_json(const ViewList& list);
 
 /// The heading and the empty table, which the script of a page fills. \param remarks HTML

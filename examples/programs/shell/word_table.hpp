@@ -34,9 +34,9 @@ inline std::string text_of(const WordTable& table) {
   return text;
 }
 
-/// Text for Markdown, a line of plain words: what would be HTML, emphasis, a link, code or the end of a
-/// table's cell is escaped. Brackets alone stay, and underscores within words. Source: CommonMark 0.31,
-/// sections 2.4 and 6; GitHub Flavored Markdown 0.29, section 4.10.
+/// Text for Markdown, a line of plain words: escapes HTML, emphasis, links, code and the end of a table's
+/// cell. Brackets alone stay, and underscores within words. Source: CommonMark 0.31, sections 2.4 and 6;
+/// GitHub Flavored Markdown 0.29, section 4.10.
 inline std::string markdown_escaped(const std::string& text) {
   const auto is_wordlike = [&](std::size_t i) {
     return i < text.size() && std::isalnum(static_cast<unsigned char>(text[i])) != 0;

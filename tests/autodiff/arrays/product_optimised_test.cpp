@@ -11,7 +11,7 @@ using tapestry::Array, tapestry::ArrayVariable, tapestry::InstructionSet, tapest
     tapestry::test::random_array;
 
 namespace {
-/// Σ_k a(i, k) · b(k, j) + c(i, j) in long double, beside what `product` computes.
+/// Σ_k a(i, k) · b(k, j) + c(i, j) in long double, to compare with `product`.
 template <class T, class Product>
 void check_product(std::size_t rows, std::size_t depth, std::size_t columns, bool is_turned,
                    const Product& product) {

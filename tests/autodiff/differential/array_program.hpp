@@ -22,7 +22,7 @@ class ArrayProgram {
     double scalar = 0;
   };
 
-  /// \param steps  of directions[0] and so on, at which, too, operands fit and results are at most 20
+  /// \param steps  of directions[0] and so on; also there operands fit and results are at most 20
   ArrayProgram(std::uint64_t seed, double step) {
     std::mt19937_64 random(seed);
     const auto extent = [&] { return random() % 200 == 0 ? 260 + random() % 40 : 1 + random() % 4; };

@@ -4,8 +4,8 @@
 
 namespace tapestry::test {
 
-/// Type of the reference: 64 bits of mantissa on x86, so that its roundings are no matter beside those of
-/// doubles.
+/// Type of the reference: 64 bits of mantissa on x86, so that its roundings are small
+/// against those of doubles.
 using Wide = long double;
 
 /// One operation of a random expression: its text in C++, with a, b, c for its operands and S for their type;

@@ -193,7 +193,7 @@ TEST_CASE("vectors of values that are not 0 have a derivative beside values that
   ActiveTape<double> tape;
   const MatrixOf<Variable<double>> x = rank_one.unaryExpr([&](double value) { return tape.input(value); });
   tape.reverse(square_of_first(x)(0, 0));
-  // u0 is the eigenvector of A Aᵀ: by differences of those of the nonzero value.
+  // u0 is the eigenvector of A Aᵀ: by differences of the nonzero value's vectors.
   const double h = 1e-5;
   for (Eigen::Index i = 0; i < 3; ++i)
     for (Eigen::Index j = 0; j < 2; ++j) {

@@ -81,7 +81,7 @@ TEST_CASE("panels are where a stepped car has them", "[camouflage][method]") {
     before = texel.texel;
     ++counts[static_cast<std::size_t>(texel.panel)];
     const auto [a, b, h] = texel.position;
-    // Strips of the atlas: front, rear, left, right, top, and that of the roof.
+    // Strips of the atlas: front, rear, left, right, top, and the roof's.
     const std::size_t strip = strip_of(texel.texel);
     switch (texel.panel) {
       case camouflage::Panel::roof:

@@ -134,7 +134,7 @@ void check_slope(const Export& file) {
   CHECK((at(h) - at(-h)) / (2 * h) == Approx(length).epsilon(1e-6));
 }
 
-/// A run of one network of fixed extents as it is written, with the gradient of its weights.
+/// A run of one network of fixed extents without simplification, with the gradient of its weights.
 template <class T>
 struct Run {
   nn::Network<T> network;

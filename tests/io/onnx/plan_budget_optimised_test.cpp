@@ -1,5 +1,5 @@
 // Models of a kilobyte whose loops grow: a model beyond the budget of docs/SECURITY.md is refused soon,
-// before memory is taken. Peaks are those of the whole process.
+// before memory is taken. Peaks are the whole process's.
 
 #include <fstream>
 #include <iostream>

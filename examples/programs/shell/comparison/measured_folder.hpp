@@ -151,8 +151,8 @@ inline std::set<std::pair<std::string, std::string>> facts_of(const Json& report
   return facts;
 }
 
-/// \throws FileError (mismatch) if a measured paint, unless that was accepted, is not what its run has
-/// written
+/// \throws FileError (mismatch) if a measured paint, unless that was accepted, is not the
+/// one that its run has written
 inline void require_paint_of_run(const Json& settings, const std::string& run, const Json& manifest,
                                  const std::string& path) {
   const Json outputs = manifest.is_object() ? manifest.value("outputs", Json()) : Json();

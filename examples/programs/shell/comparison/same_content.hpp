@@ -14,7 +14,7 @@ struct ReadFile {
 /// Files of one part of a measurement, such as a detector.
 using ReadFiles = std::vector<ReadFile>;
 
-/// Facts by which two measurements may share a column, or be seeds of one row.
+/// Facts that must agree for two measurements in one column, or for seeds of one row.
 struct MeasuredContent {
   std::string folder;        ///< of the measurement
   Json options;              ///< protocol, class, thresholds and others that all rows share

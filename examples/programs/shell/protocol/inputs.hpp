@@ -108,7 +108,7 @@ inline void load_car_and_detectors(ProtocolRequest& request, ProtocolInputs& inp
 }
 
 /// The textures to measure: clean, the camouflage and its controls; several draws of one side by side.
-/// \param draws_in_pictures  whether pictures are views with a paint, in which noise can be drawn
+/// \param draws_in_pictures  whether pictures are views with a paint, so that noise can be drawn in them
 inline std::vector<evaluate::Control> textures_of(const Car& loaded, const ProtocolRequest& request,
                                                   bool draws_in_pictures) {
   const auto& car = loaded.painted;

@@ -102,10 +102,10 @@ inline Array<float, 3> picture_with(const camouflage::View<float>& view, const e
                                           : view.background;
 }
 
-/// Measures the frames of a protocol one after another, in one process those of one view together. Each frame
-/// is measured with all textures, one a thread, and results are saved about once a second. Only one frame's
-/// views and their pictures are in memory. With several ranks each takes the next frame, then all exchange
-/// results, so that every rank has all outcomes, the same for any number of ranks.
+/// Measures the frames of a protocol one after another, in one process the frames of one view together. Each
+/// frame is measured with all textures, one a thread, and results are saved about once a second. Only one
+/// frame's views and their pictures are in memory. With several ranks each takes the next frame, then all
+/// exchange results, so that every rank has all outcomes, the same for any number of ranks.
 class ProtocolMeasurement {
  public:
   /// \param textures  the clean one first. For one without texels the picture is only the background. They

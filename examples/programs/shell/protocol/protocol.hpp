@@ -12,7 +12,7 @@ struct FrameChange {
   std::function<void(Array<float, 3>&)> apply;
 };
 
-/// The confidence thresholds at which P@0.5 is listed, beside that of --confidence.
+/// The confidence thresholds to list P@0.5 at, besides --confidence.
 inline const std::vector<double> swept_thresholds{0.05, 0.1, 0.25, 0.5, 0.75};
 
 /// Share of a detector's attention that lies on the car with a texture.
@@ -21,7 +21,7 @@ struct AttentionShare {
   evaluate::PairedDifference lost{};  ///< clean minus this
 };
 
-/// Frames that are summarised together: all of them, or those of one detector.
+/// Frames that are summarised together: all of them, or one detector's.
 struct ProtocolSection {
   std::string name;
   evaluate::Cell cell{};

@@ -16,7 +16,7 @@ inline std::vector<std::size_t> draws_of(const std::vector<evaluate::Control>& t
   return draws;
 }
 
-/// Names of the columns of the outcomes; those of second and further draws are numbered.
+/// Names of the columns of the outcomes; second and further draws are numbered.
 inline std::vector<std::string> column_names(const ProtocolResult& result,
                                              const evaluate::ProtocolOutcomes& outcomes) {
   std::vector<std::string> names;

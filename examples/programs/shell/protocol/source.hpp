@@ -38,7 +38,7 @@ inline std::function<std::size_t(std::size_t frame)> photograph_view(const Proto
 }
 
 /// The source of the frames' views. A photograph or street is the same for both shapes of the car: its
-/// camera, and its mask, which cuts off what lies beyond the original car.
+/// camera, and its mask, which cuts off all beyond the original car.
 inline std::function<FrameViews(std::size_t frame)> views_source(const Protocol& protocol,
                                                                  const ProtocolRequest& request,
                                                                  const ProtocolInputs& inputs) {
