@@ -375,7 +375,7 @@ std::string assumptions(const CLI::App& app, const Options& options, bool is_fov
   return "assumed of the camera: " + what.str() + "; set " + names.str() + " to what is true";
 }
 
-/// Prints where the preview is, and how it shows whether the camera of photographs is right.
+/// Prints the preview's path, and how to check the photographs' camera by it.
 void remark_preview(const CLI::App& app, const Options& options, const std::vector<Photograph>& pictures,
                     const std::string& path) {
   remark("preview: " + path);

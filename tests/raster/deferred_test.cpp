@@ -210,7 +210,7 @@ TEST_CASE("a crowded picture shaded by a user's formula agrees with central diff
   const auto faces = seen(mesh, 33, 35, camera).face;
   const auto picture = [&](const ArrayVariable<double, 2>& x) {
     const auto rasterised = raster::rasterise<double>(mesh, camera, 33, 35, x);
-    REQUIRE(rasterised.pixels->face == faces);  // a step is short enough to change none
+    REQUIRE(rasterised.pixels->face == faces);  // the step is too short to change a pixel's face
     const auto point = raster::interpolate(rasterised, x);
     const auto shows = raster::interpolate(rasterised, tapestry::filled<double, 2>({x.shape()[0], 3}, 1.0));
     return raster::antialias(rasterised, shows * (0.5 + 0.4 * sin(3.0 * point)) + (1.0 - shows) * 0.2);

@@ -33,8 +33,8 @@ inline std::optional<std::array<float, 3>> diffuse_colour(TextLines& lines, Line
   return colour;
 }
 
-/// Adds an oddity for a record of opacity or of a light of the material's own that draws differently from an
-/// opaque, dark material.
+/// Adds an oddity for a record that makes the material transparent or luminous: it is drawn opaque, and emits
+/// no light.
 inline void remark_on_undrawn(const std::string& keyword, TextLines& lines, LineOddities& oddities) {
   const std::string record = keyword + " " + std::string(lines.rest_of_line());
   if (keyword.starts_with("map_"))

@@ -27,7 +27,7 @@ struct Node {
   std::map<std::string, Attribute> attributes{};
 };
 
-/// Nodes within a node, such as a branch of If, each behind those whose results it reads.
+/// Nodes within a node, such as a branch of If, sorted so that each follows the nodes it reads from.
 struct Subgraph {
   std::vector<std::string> inputs{};
   std::vector<std::string> outputs{};
