@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/autodiff/tape.hpp>
 
 #include "array_forms.hpp"
 #include "worker_program.hpp"

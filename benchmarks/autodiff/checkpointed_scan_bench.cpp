@@ -3,7 +3,6 @@
 
 #include <tapestry/autodiff/checkpointed_scan.hpp>
 #include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/tape.hpp>
 
 namespace {
 using tapestry::Tape;

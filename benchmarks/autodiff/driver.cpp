@@ -1,10 +1,8 @@
 // autodiff: speed, error and memory of gradients, our tape beside ADOL-C, plain code and adjoints by hand
 #include <tapestry/autodiff.hpp>
-#include <tapestry/io/file_source.hpp>
 
 #include "../support/driver.hpp"
 #include "hand_adjoints.hpp"
-#include "objectives.hpp"
 #include "worker_program.hpp"
 #if __has_include(<shared_objectives.hpp>)
 #include <shared_objectives.hpp>

@@ -1,9 +1,6 @@
 #pragma once
-#include <tapestry/autodiff/detail/arrays/reduction.hpp>
-#include <tapestry/autodiff/tape.hpp>
 
 #include "array_forms.hpp"
-#include "float_sum.hpp"
 #include "worker_program.hpp"
 
 namespace tapestry::benchmarks {

@@ -1,9 +1,7 @@
 #pragma once
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/compressed_jacobian.hpp>
-#include <tapestry/autodiff/jacobian.hpp>
 
-#include "bundle_adjustment.hpp"
 #include "worker_program.hpp"
 
 namespace tapestry::benchmarks {

@@ -4,8 +4,6 @@
 
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
-#include <tapestry/autodiff/matrix/solve.hpp>
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/random.hpp>
 
 namespace {

@@ -6,7 +6,6 @@
 #include "hand_tracking.hpp"
 #include "lstm.hpp"
 #include "matmul_chain.hpp"
-#include "seeded.hpp"
 
 namespace tapestry::benchmarks {
 

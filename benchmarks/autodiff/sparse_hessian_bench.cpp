@@ -1,7 +1,6 @@
 // The Hessian of a banded problem of many variables: its time grows with their number, not with its square.
 #include <benchmark/benchmark.h>
 
-#include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/sparse_hessian.hpp>
 
 namespace {

@@ -1,6 +1,5 @@
 #pragma once
 #include <memory>
-#include <tapestry/core/error.hpp>
 
 #include "../../examples/programs/shell/program.hpp"
 #include "../support/serve.hpp"

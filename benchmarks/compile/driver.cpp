@@ -1,7 +1,6 @@
 // compile: seconds and memory that a compiler takes for programs of ours and of other libraries
 
 #include <sstream>
-#include <tapestry/core/error.hpp>
 
 #include "../support/driver.hpp"
 #include "../support/process.hpp"

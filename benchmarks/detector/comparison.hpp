@@ -2,7 +2,6 @@
 
 #include "../support/driver.hpp"
 #include "network_files.hpp"
-#include "problem.hpp"
 #include "reference.hpp"
 #include "worker_program.hpp"
 

@@ -1,10 +1,5 @@
 #pragma once
 #include <fstream>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/network_config.hpp>
-#include <tapestry/nn/activation.hpp>
-#include <tapestry/nn/network/network.hpp>
 
 #include "problem.hpp"
 

@@ -1,10 +1,6 @@
 #pragma once
 #include <sstream>
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/network_config.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/file_source.hpp>
 
 #include "problem.hpp"
 

@@ -1,8 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/network_config.hpp>
-#include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
 namespace tapestry::benchmarks {

@@ -1,13 +1,8 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/nn/network/network.hpp>
 
 #include "../support/relative_distance.hpp"
 #include "decisions.hpp"
-#include "problem.hpp"
 
 namespace tapestry::benchmarks {
 

@@ -1,11 +1,6 @@
 // The detector as this library computes it.
-#include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/version.hpp>
 
 #include "worker_program.hpp"
 

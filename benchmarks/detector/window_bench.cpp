@@ -2,8 +2,6 @@
 // everything, or only what the window reaches. yolov3 with random weights, on the threads that there are.
 #include <benchmark/benchmark.h>
 
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 

@@ -1,11 +1,9 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 
 #include "../../examples/programs/shell/program.hpp"
 #include "../support/numbers_file.hpp"
 #include "../support/serve.hpp"
 #include "decisions.hpp"
-#include "problem.hpp"
 
 namespace tapestry::benchmarks {
 

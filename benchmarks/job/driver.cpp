@@ -2,8 +2,6 @@
 // thread at once
 
 #include <map>
-#include <tapestry/core/error.hpp>
-#include <tapestry/io/file_source.hpp>
 
 #include "../support/driver.hpp"
 #include "../support/process.hpp"

@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/nn/network/network.hpp>
-#include <tapestry/nn/network/network_pass.hpp>
 
 #include "problem.hpp"
 

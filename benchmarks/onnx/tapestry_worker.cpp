@@ -1,6 +1,4 @@
 // An ONNX network as this library computes it.
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/version.hpp>
 
 #include "graph_run.hpp"
 

@@ -1,7 +1,6 @@
 // JSON and what is written in it, and labels of pictures.
 #include <memory>
 #include <tapestry/evaluate/dataset/readers.hpp>
-#include <tapestry/io/json.hpp>
 #include <tapestry/io/text_lists.hpp>
 
 #include "../../examples/programs/shell/config_file.hpp"

@@ -1,7 +1,5 @@
 #pragma once
 #include <map>
-#include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/file_source.hpp>
 
 #include "../support/driver.hpp"
 #include "../support/relative_distance.hpp"

@@ -1,10 +1,5 @@
 #pragma once
 #include <numeric>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 
 #include "reference.hpp"
 #include "scene.hpp"

@@ -2,9 +2,7 @@
 // filter.
 #include <benchmark/benchmark.h>
 
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
-#include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 namespace {

@@ -1,8 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/texture_layout.hpp>

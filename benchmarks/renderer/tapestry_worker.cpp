@@ -1,12 +1,8 @@
 // The car as this library renders it.
 #include <functional>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
-#include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <tapestry/raster/visibility.hpp>
-#include <tapestry/version.hpp>
 
 #include "counted_memory.hpp"
 #include "worker_program.hpp"

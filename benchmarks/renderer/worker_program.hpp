@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 
 #include "../../examples/programs/shell/program.hpp"
 #include "../support/numbers_file.hpp"

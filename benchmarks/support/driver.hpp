@@ -1,6 +1,5 @@
 #pragma once
 #include <regex>
-#include <tapestry/core/error.hpp>
 
 #include "../../examples/programs/shell/program.hpp"
 #include "figure.hpp"

@@ -1,7 +1,6 @@
 #pragma once
 #include <cstring>
 #include <fstream>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::benchmarks {

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
-#include <tapestry/core/error.hpp>
 #include <thread>
 
 #include "worker.hpp"

@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
-#include <tapestry/autodiff/matrix/solve.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/optim/adam.hpp>
 

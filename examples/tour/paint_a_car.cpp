@@ -3,19 +3,15 @@
 #include <cstdio>
 #include <memory>
 #include <string>
-#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/detector_variable.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
-#include <tapestry/io/frame.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <tapestry/raster/painted.hpp>
-#include <tapestry/raster/texture_operator.hpp>
 #include <vector>
 
 using namespace tapestry;

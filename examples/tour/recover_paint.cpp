@@ -2,8 +2,6 @@
 #include <cstddef>
 #include <cstdio>
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 using tapestry::Array, tapestry::ArrayVariable, tapestry::Variable;

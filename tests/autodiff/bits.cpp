@@ -24,7 +24,8 @@ constexpr int places = 48;
 void print(const std::string& name, int place, const std::vector<double>& values) {
   std::printf("%s %d", name.c_str(), place);
   for (const double value : values)
-    std::printf(" %016" PRIx64, std::isnan(value) ? ~std::uint64_t{0} : __builtin_bit_cast(std::uint64_t, value));
+    std::printf(" %016" PRIx64,
+                std::isnan(value) ? ~std::uint64_t{0} : __builtin_bit_cast(std::uint64_t, value));
   std::printf("\n");
 }
 

@@ -1,7 +1,6 @@
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/checkpointed_scan.hpp>
-#include <tapestry/autodiff/derivatives.hpp>
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"

@@ -3,7 +3,6 @@
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/compressed_array_jacobian.hpp>
-#include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
 
 #include "../support/active_tape.hpp"

@@ -1,5 +1,4 @@
 #include <Eigen/Dense>
-#include <tapestry/autodiff/eigen.hpp>
 
 #include "zero_patterns.hpp"
 

@@ -1,6 +1,5 @@
 #include <Eigen/Sparse>
 #include <memory>
-#include <tapestry/autodiff/eigen.hpp>
 
 #include "zero_patterns.hpp"
 

@@ -1,4 +1,3 @@
-#include <tapestry/autodiff/functions.hpp>
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"

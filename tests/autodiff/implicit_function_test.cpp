@@ -1,6 +1,5 @@
 #include <tapestry/autodiff/implicit_function.hpp>
 
-#include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
 
 #include "../support/active_tape.hpp"

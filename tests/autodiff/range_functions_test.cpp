@@ -1,6 +1,4 @@
-#include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/dual.hpp>
-#include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/sparse_hessian.hpp>
 

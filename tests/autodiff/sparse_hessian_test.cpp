@@ -1,6 +1,5 @@
 #include <tapestry/autodiff/sparse_hessian.hpp>
 
-#include <tapestry/autodiff/functions.hpp>
 #include <tapestry/core/random.hpp>
 
 #include "../support/catch.hpp"

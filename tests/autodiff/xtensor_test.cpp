@@ -1,5 +1,4 @@
 #include <tapestry/autodiff/dual.hpp>
-#include <tapestry/autodiff/functions.hpp>
 #include <tapestry/core/array.hpp>
 
 #include "../support/active_tape.hpp"

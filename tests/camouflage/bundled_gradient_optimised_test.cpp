@@ -1,11 +1,8 @@
-#include <tapestry/camouflage/objective.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/paths.hpp"
 #include "../support/pipeline_gradient.hpp"
 #include "../support/random_array.hpp"

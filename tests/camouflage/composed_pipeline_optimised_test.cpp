@@ -1,15 +1,11 @@
-#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/over.hpp>
-#include <tapestry/loss/adversarial.hpp>
 #include <tapestry/loss/smoothness.hpp>
-#include <tapestry/raster/render_variable.hpp>
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
-#include "../support/random_array.hpp"
 #include "../support/tiny_scene.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 

@@ -1,11 +1,6 @@
 #include <tapestry/camouflage/objective.hpp>
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/loss/printability.hpp>
 
-#include "../support/active_tape.hpp"
-#include "../support/catch.hpp"
-#include "../support/cfg_text.hpp"
 #include "../support/pipeline_gradient.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"

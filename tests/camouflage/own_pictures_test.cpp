@@ -1,13 +1,9 @@
-#include <tapestry/camouflage/paint.hpp>
 
-#include <tapestry/geometry/camera.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/mesh_pictures.hpp>
 #include <tapestry/raster/painted.hpp>
-#include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"

@@ -3,21 +3,17 @@
 
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/image/transform/chain.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/face_charts.hpp>
 #include <tapestry/raster/painted.hpp>
-#include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/stepped_car.hpp"
 #include "../support/temporary_folder.hpp"
-#include "../support/tiny_scene.hpp"
 
 using namespace tapestry;
 using Paint = camouflage::Paint<float>;

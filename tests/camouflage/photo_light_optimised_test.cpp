@@ -1,16 +1,9 @@
 #include <tapestry/camouflage/photo_light.hpp>
 
 #include <iostream>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/pose.hpp>
 #include <tapestry/geometry/shapes.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/io/frame.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/raster/detail/render_textured.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/paint.hpp"

@@ -1,7 +1,6 @@
 #include <tapestry/camouflage/photo_session.hpp>
 
 #include <tapestry/image/over.hpp>
-#include <tapestry/image/transform/chain.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"

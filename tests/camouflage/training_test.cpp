@@ -1,13 +1,9 @@
 #include <barrier>
-#include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/camouflage/training.hpp>
-#include <tapestry/core/detail/thread_pool.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 #include "../support/active_tape.hpp"
-#include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/refusal.hpp"
 #include "../support/relative_distance.hpp"

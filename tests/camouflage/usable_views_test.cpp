@@ -1,4 +1,3 @@
-#include <tapestry/camouflage/view_store.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"

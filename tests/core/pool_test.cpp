@@ -1,7 +1,5 @@
 #include <tapestry/core/pool.hpp>
 
-#include <tapestry/core/parallel.hpp>
-
 #include "../support/catch.hpp"
 #include "../support/threads.hpp"
 

@@ -1,9 +1,6 @@
-#include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
 #include "../support/catch.hpp"
-#include "../support/cfg_text.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 

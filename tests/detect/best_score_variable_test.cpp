@@ -1,11 +1,8 @@
 #include <tapestry/detect/box_decode_variable.hpp>
 
-#include <tapestry/detect/detector.hpp>
-
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
-#include "../support/random_array.hpp"
 #include "../support/small_exports.hpp"
 
 using namespace tapestry;

@@ -1,10 +1,8 @@
-#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
-#include "../support/cfg_text.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 #include "../support/temporary_folder.hpp"

@@ -1,4 +1,3 @@
-#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/io/darknet/model_file.hpp>

@@ -1,11 +1,6 @@
-#include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_formula.hpp>
-#include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
-#include "../support/catch.hpp"
-#include "../support/cfg_text.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 #include "../support/refusal.hpp"

@@ -1,6 +1,5 @@
 // Heads of decoded outputs in all forms that a description allows, of graphs made by hand, against a loop.
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/exported_heads.hpp>
 
 #include "../support/catch.hpp"
 

@@ -1,17 +1,11 @@
 #include <tapestry/detect/detector_variable.hpp>
 
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/exported_heads.hpp>
-#include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/loss/adversarial.hpp>
 
 #include "../support/active_tape.hpp"
-#include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/kept_pass.hpp"
 #include "../support/pointers_to.hpp"
-#include "../support/random_array.hpp"
 #include "../support/small_exports.hpp"
 
 using namespace tapestry;

@@ -1,6 +1,5 @@
 #include <tapestry/detect/detector_variable.hpp>
 
-#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
 #include "../support/active_tape.hpp"

@@ -1,13 +1,9 @@
 #include <tapestry/detect/heat_map.hpp>
 
-#include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/pointers_to.hpp"
-#include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/small_exports.hpp"

@@ -1,14 +1,9 @@
-#include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
 #include "../support/active_tape.hpp"
-#include "../support/catch.hpp"
-#include "../support/cfg_text.hpp"
 #include "../support/kept_pass.hpp"
-#include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 
 using namespace tapestry;

@@ -1,12 +1,8 @@
 // Descriptions of exports by one word: facts from the nodes.
-#include <tapestry/detect/exported_heads.hpp>
 
-#include <tapestry/detect/detector.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/exports.hpp"
-#include "../support/raw_numbers.hpp"
 #include "../support/small_exports.hpp"
 
 using namespace tapestry;

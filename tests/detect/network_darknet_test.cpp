@@ -1,9 +1,7 @@
 #pragma GCC diagnostic ignored "-Wshadow"  // darknet.h has global names such as image and layer
 
 #include <tapestry/detect/box_decode_variable.hpp>
-#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"

@@ -1,6 +1,4 @@
-#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
 #include <opencv2/dnn.hpp>

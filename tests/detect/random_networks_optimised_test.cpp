@@ -1,12 +1,8 @@
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/differential.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/kept_pass.hpp"
-#include "../support/random_array.hpp"
 #include "../support/random_cfg.hpp"
 #include "../support/random_model.hpp"
 #include "../support/threads.hpp"

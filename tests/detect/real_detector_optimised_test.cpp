@@ -1,8 +1,4 @@
-#include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/suppression.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/image/resize.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 

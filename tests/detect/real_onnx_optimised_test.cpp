@@ -1,15 +1,9 @@
-#include <tapestry/detect/detector.hpp>
 
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/image/resize.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/kept_pass.hpp"
 #include "../support/paths.hpp"
 

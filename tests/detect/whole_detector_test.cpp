@@ -1,10 +1,7 @@
 // A detector that torchvision exported whole, with its own resizing and suppression: its candidates are
 // values before the suppression.
-#include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/exports.hpp"
 
 using namespace tapestry;

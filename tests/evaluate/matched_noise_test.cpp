@@ -1,7 +1,5 @@
 #include <tapestry/evaluate/controls.hpp>
 
-#include <tapestry/core/parallel.hpp>
-
 #include "../support/catch.hpp"
 #include "../support/charts.hpp"
 #include "../support/random_array.hpp"

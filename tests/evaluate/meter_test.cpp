@@ -1,4 +1,3 @@
-#include <tapestry/detect/suppression.hpp>
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/image/batch.hpp>
 

@@ -1,5 +1,4 @@
 #include <tapestry/evaluate/controls.hpp>
-#include <tapestry/image/colour_space.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/charts.hpp"

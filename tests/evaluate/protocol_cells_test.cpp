@@ -1,7 +1,5 @@
 #include <tapestry/evaluate/protocol_cells.hpp>
 
-#include <tapestry/core/random.hpp>
-
 #include "../support/catch.hpp"
 
 namespace evaluate = tapestry::evaluate;

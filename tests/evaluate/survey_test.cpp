@@ -1,8 +1,5 @@
 #include <tapestry/evaluate/measurement.hpp>
 
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/shape_parameter.hpp>
-
 #include "../support/catch.hpp"
 #include "../support/charts.hpp"
 #include "../support/random_array.hpp"

@@ -1,7 +1,6 @@
 #include <tapestry/geometry/shapes.hpp>
 
 #include <numbers>
-#include <tapestry/geometry/mesh.hpp>
 
 #include "../support/catch.hpp"
 

@@ -1,7 +1,5 @@
 #include <tapestry/geometry/shapes.hpp>
 
-#include <tapestry/geometry/transform.hpp>
-
 #include "../support/catch.hpp"
 
 namespace geometry = tapestry::geometry;

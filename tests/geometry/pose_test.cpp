@@ -1,7 +1,6 @@
 #include <tapestry/geometry/pose.hpp>
 
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/camera.hpp>
 
 #include "../support/catch.hpp"
 

@@ -1,7 +1,6 @@
 #include <tapestry/geometry/detail/rotation.hpp>
 
 #include <tapestry/autodiff/dual.hpp>
-#include <tapestry/autodiff/functions.hpp>
 #include <tapestry/core/random.hpp>
 
 #include "../support/catch.hpp"

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <csignal>
 
-#include "../support/catch.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 

@@ -1,7 +1,6 @@
 #include <tapestry/io/detector_file.hpp>
 
 #include "../support/bad_file.hpp"
-#include "../support/catch.hpp"
 #include "../support/temporary_folder.hpp"
 
 using namespace tapestry;

@@ -1,10 +1,7 @@
-#include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 #include "../support/refusal.hpp"

@@ -1,6 +1,5 @@
 #include <tapestry/io/text_lists.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/paths.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"

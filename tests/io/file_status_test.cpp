@@ -1,6 +1,5 @@
 #include <tapestry/io/file_source.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 

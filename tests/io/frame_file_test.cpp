@@ -2,7 +2,6 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/npy.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/paths.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"

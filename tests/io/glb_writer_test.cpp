@@ -1,7 +1,6 @@
 #include <tapestry/io/mesh_writers.hpp>
 
 #include <nlohmann/json.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/raster/used_texels.hpp>
 

@@ -4,7 +4,6 @@
 #include <tapestry/io/jpeg_file.hpp>
 
 #include "../support/bmp_builder.hpp"
-#include "../support/catch.hpp"
 #include "../support/paths.hpp"
 #include "../support/png_builder.hpp"
 #include "../support/random_array.hpp"

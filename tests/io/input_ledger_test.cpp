@@ -1,13 +1,10 @@
 #include <tapestry/io/input_ledger.hpp>
 
 #include <chrono>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/obj_file.hpp>
 
 #include "../support/bad_file.hpp"
-#include "../support/catch.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 #include "../support/threads.hpp"

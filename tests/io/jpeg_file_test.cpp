@@ -6,7 +6,6 @@
 #include <turbojpeg.h>
 #endif
 
-#include "../support/catch.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 

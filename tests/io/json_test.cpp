@@ -3,7 +3,6 @@
 #include <tapestry/io/text_lines.hpp>
 
 #include "../support/bad_file.hpp"
-#include "../support/catch.hpp"
 
 using namespace tapestry;
 using namespace std::string_literals;

@@ -1,6 +1,5 @@
 #include <tapestry/io/npy.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/refusal.hpp"
 
 using namespace tapestry;

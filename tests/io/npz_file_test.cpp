@@ -1,6 +1,5 @@
 #include <tapestry/io/npy.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"

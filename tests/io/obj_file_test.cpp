@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "../support/bad_file.hpp"
-#include "../support/catch.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 

@@ -1,19 +1,12 @@
 #include <tapestry/io/read_detector.hpp>
 
-#include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/paths.hpp"
-#include "../support/random_array.hpp"
 #include "../support/refusal.hpp"
 #include "../support/small_exports.hpp"
 #include "../support/temporary_folder.hpp"

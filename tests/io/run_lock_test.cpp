@@ -5,7 +5,6 @@
 
 #include <csignal>
 
-#include "../support/catch.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
 

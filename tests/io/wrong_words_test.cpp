@@ -2,7 +2,6 @@
 // and each other one is refused with the one that fits.
 #include <tapestry/io/read_detector.hpp>
 
-#include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
 #include "../support/catch.hpp"

@@ -2,7 +2,6 @@
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
-#include "../support/random_array.hpp"
 #include "../support/tiny_heads.hpp"
 
 using namespace tapestry;

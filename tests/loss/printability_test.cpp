@@ -1,7 +1,5 @@
 #include <tapestry/loss/printability.hpp>
 
-#include <tapestry/core/parallel.hpp>
-
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -1,6 +1,5 @@
 #include <tapestry/nn/detail/convolution_weight_adjoint.hpp>
 #include <tapestry/nn/detail/convolution_window.hpp>
-#include <tapestry/nn/detail/few_channel_convolution.hpp>
 #include <tapestry/nn/engine.hpp>
 
 #include "../support/catch.hpp"

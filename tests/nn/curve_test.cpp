@@ -1,4 +1,3 @@
-#include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/pointwise.hpp>
 

@@ -1,7 +1,6 @@
 #include <tapestry/nn/network_variable.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/core/random.hpp>
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"

@@ -1,4 +1,3 @@
-#include <tapestry/core/array.hpp>
 #include <tapestry/optim/adam.hpp>
 
 #include "../support/catch.hpp"

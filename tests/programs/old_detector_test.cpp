@@ -1,7 +1,6 @@
 #include "../support/old_detector.hpp"
 
 #include "../support/bad_file.hpp"
-#include "../support/catch.hpp"
 #include "../support/random_model.hpp"
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"

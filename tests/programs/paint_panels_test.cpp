@@ -3,7 +3,6 @@
 #include <tapestry/io/obj_file.hpp>
 
 #include "../../examples/programs/shell/paint_panels.hpp"
-#include "../../examples/programs/shell/pdf_file.hpp"
 #include "../../examples/programs/shell/print_sheet.hpp"
 #include "../support/catch.hpp"
 #include "../support/paths.hpp"

@@ -1,7 +1,6 @@
 #include "../../examples/programs/shell/word_table.hpp"
 
 #include "../../examples/programs/shell/csv.hpp"
-#include "../../examples/programs/shell/formatted.hpp"
 #include "../support/catch.hpp"
 
 namespace shell = tapestry::shell;

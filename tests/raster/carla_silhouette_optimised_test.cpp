@@ -1,5 +1,4 @@
 #include <iostream>
-#include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/obj_file.hpp>

@@ -1,7 +1,5 @@
 #include <tapestry/raster/clear_coat.hpp>
 
-#include <tapestry/core/random.hpp>
-#include <tapestry/geometry/shapes.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 

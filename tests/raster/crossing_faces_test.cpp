@@ -1,9 +1,5 @@
 #include <tapestry/raster/detail/crossing_faces.hpp>
 
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/geometry/shapes.hpp>
-
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
 

@@ -1,9 +1,6 @@
 #include <tapestry/raster/deferred.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/shapes.hpp>
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"

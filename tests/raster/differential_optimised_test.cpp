@@ -1,14 +1,9 @@
 // Random meshes and cameras against plain loops in double, a transpose and a finer grid.
 #include <tapestry/io/mesh_writers.hpp>
-#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/texture_operator.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/differential.hpp"
-#include "../support/paint.hpp"
-#include "../support/random_array.hpp"
-#include "../support/simple_mesh.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
 using namespace tapestry;

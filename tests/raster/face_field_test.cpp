@@ -1,8 +1,5 @@
 #include <tapestry/raster/detail/face_field.hpp>
 
-#include <tapestry/core/random.hpp>
-#include <tapestry/geometry/mesh.hpp>
-
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
 

@@ -1,6 +1,5 @@
 #include <tapestry/raster/fitted_camera.hpp>
 
-#include <tapestry/image/letterbox.hpp>
 #include <tapestry/raster/silhouette.hpp>
 
 #include "../support/catch.hpp"

@@ -1,10 +1,7 @@
 #include <tapestry/raster/geometry_picture.hpp>
 
-#include <tapestry/geometry/shapes.hpp>
-
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
-#include "../support/random_array.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
 using namespace tapestry;

@@ -1,4 +1,3 @@
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/obj_file.hpp>
 
 #include "../support/catch.hpp"

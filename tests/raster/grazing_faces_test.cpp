@@ -1,9 +1,5 @@
 // Large planes seen nearly edge-on: a line of samples owns all of them or nothing.
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/raster/detail/face_field.hpp>
-#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/detail/vertex_gradient/grazing_faces.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/edge_on_scene.hpp"

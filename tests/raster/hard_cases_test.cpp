@@ -1,8 +1,6 @@
 // Cases that other renderers are known to fail at, from the mesh to the gradients.
-#include <tapestry/core/random.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
-#include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"

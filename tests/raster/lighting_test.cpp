@@ -1,4 +1,3 @@
-#include <tapestry/geometry/shapes.hpp>
 #include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
 

@@ -1,10 +1,7 @@
 #include <tapestry/raster/mesh_pictures.hpp>
 
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/detail/surface.hpp>
-#include <tapestry/raster/light.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"

@@ -1,7 +1,4 @@
 #include <Eigen/Dense>
-#include <tapestry/core/instruction_set.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/raster/detail/atlas_filter.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/used_texels.hpp>

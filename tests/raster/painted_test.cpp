@@ -1,7 +1,6 @@
 #include <tapestry/raster/painted.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/geometry/camera.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -1,7 +1,4 @@
 #include <tapestry/geometry/shapes.hpp>
-#include <tapestry/raster/detail/render_textured.hpp>
-#include <tapestry/raster/estimated_light.hpp>
-#include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -1,4 +1,3 @@
-#include <tapestry/geometry/camera.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"

@@ -1,14 +1,9 @@
 #include <tapestry/raster/scene.hpp>
 
 #include <iostream>
-#include <tapestry/core/array.hpp>
 #include <tapestry/geometry/shapes.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/raster/detail/parallel_view.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
-#include <tapestry/raster/outdoor_light.hpp>
-#include <tapestry/raster/texture_operator.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 #include "../support/brute_force_render.hpp"
 #include "../support/catch.hpp"

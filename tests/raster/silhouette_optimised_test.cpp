@@ -1,7 +1,6 @@
 #include <tapestry/raster/silhouette.hpp>
 
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
 #include <tapestry/raster/render_variable.hpp>

@@ -5,7 +5,6 @@
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
-#include "../support/random_array.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
 using namespace tapestry;

@@ -1,8 +1,6 @@
 // Faces so thin in a picture that a sample on one stands for far more than the face's area.
-#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/detail/vertex_gradient/sliver.hpp>
 #include <tapestry/raster/geometry_picture.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/vertex_gradient_scene.hpp"

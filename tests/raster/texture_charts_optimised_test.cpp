@@ -1,7 +1,5 @@
 #include <tapestry/raster/used_texels.hpp>
 
-#include <tapestry/raster/texture_layout.hpp>
-
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
 

@@ -1,5 +1,4 @@
 #include <tapestry/core/random.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 #include "../support/catch.hpp"

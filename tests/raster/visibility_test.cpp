@@ -1,5 +1,4 @@
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/core/random.hpp>
 #include <tapestry/raster/visibility.hpp>
 
 #include "../support/catch.hpp"

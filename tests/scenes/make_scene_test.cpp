@@ -1,5 +1,3 @@
-#include <tapestry/core/random.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../../examples/scenes/car.hpp"

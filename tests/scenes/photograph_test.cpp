@@ -1,7 +1,5 @@
 #include "../../examples/scenes/photograph.hpp"
 
-#include <tapestry/geometry/camera.hpp>
-
 #include "../support/catch.hpp"
 
 using namespace tapestry;

@@ -1,9 +1,5 @@
 #include "../../examples/scenes/vehicle.hpp"
 
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/raster/mesh_pictures.hpp>
-#include <tapestry/raster/texture_operator.hpp>
-
 #include "../../examples/scenes/dark_parts.hpp"
 #include "../../examples/scenes/photograph.hpp"
 #include "../../examples/scenes/picture.hpp"

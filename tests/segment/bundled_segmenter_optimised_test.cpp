@@ -1,11 +1,8 @@
 #include <iostream>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/segment/car_component.hpp>
 #include <tapestry/segment/u2_net.hpp>
 
 #include "../../examples/scenes/segmented_scene.hpp"

@@ -1,13 +1,10 @@
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/segment/u2_net.hpp>
 
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/image/resize.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
 
 #include "../support/active_tape.hpp"
-#include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/onnx_builder.hpp"
 #include "../support/random_array.hpp"

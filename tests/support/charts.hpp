@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/fourier_transform.hpp>
 #include <tapestry/raster/used_texels.hpp>

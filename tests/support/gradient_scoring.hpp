@@ -3,7 +3,6 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 
 // Score of gradients of pictures: the loss ⟨weights, picture⟩ of a mesh with a colour at every position,
 // which moves in eight ways.

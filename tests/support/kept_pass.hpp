@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/random.hpp>
 #include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/image/pixel_window.hpp>
 
 #include "catch.hpp"
 #include "random_array.hpp"

@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/network_config.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/nn/activation.hpp>
 
 namespace tapestry::test {
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/random.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 
 #include "cfg_text.hpp"

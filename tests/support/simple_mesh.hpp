@@ -1,9 +1,7 @@
 #pragma once
 #include <numbers>
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/shapes.hpp>
-#include <tapestry/geometry/transform.hpp>
 
 namespace tapestry::test {
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/random.hpp>
 #include <tapestry/nn/network/description.hpp>
 
 #include "random_array.hpp"

@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 
 #include "tiny_scene.hpp"
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 #include <tapestry/detect/head.hpp>
 
 #include "random_array.hpp"

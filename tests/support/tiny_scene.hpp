@@ -1,10 +1,5 @@
 #pragma once
 #include <tapestry/camouflage/training.hpp>
-#include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
 namespace tapestry::test {

@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/random.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 
 #include "paint.hpp"

@@ -1,7 +1,6 @@
 // Finds objects in a photograph with a detector from an ONNX file, then changes the photograph until the
 // surest of them is no longer found.
 #include <cstdio>
-#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/colour_space.hpp>

@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/io/file_source.hpp>
 
 #include "../problem.hpp"
 

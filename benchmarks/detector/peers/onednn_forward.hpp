@@ -3,7 +3,6 @@
 #include "../decisions.hpp"
 #include "folded_convolution.hpp"
 #include "onednn_convolution.hpp"
-#include "onednn_plan.hpp"
 
 namespace tapestry::benchmarks {
 

@@ -1,6 +1,5 @@
 // The detector as a chain of oneDNN's primitives; "best" takes the faster of direct and Winograd convolution
 // for each layer, which is more than oneDNN does by itself.
-#include <tapestry/core/parallel.hpp>
 
 #include "../worker_program.hpp"
 #include "onednn_network.hpp"

@@ -6,7 +6,6 @@
 #include "report_page.hpp"
 #include "scene_precision.hpp"
 #include "verbosity.hpp"
-#include "verdict.hpp"
 #include "word_table.hpp"
 
 namespace tapestry::shell {

@@ -3,7 +3,6 @@
 #include <tapestry/autodiff/detail/arrays/array_memory.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {

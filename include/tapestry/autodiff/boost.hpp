@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <tapestry/core/error.hpp>
 
 // Functions and traits of variables for Boost.Math and Boost.Odeint; to be included before their headers,
 // and including none of them.

@@ -2,9 +2,6 @@
 #include <algorithm>
 #include <memory>
 #include <tapestry/autodiff/detail/tape/spare_tape.hpp>
-#include <tapestry/autodiff/tape.hpp>
-#include <tapestry/autodiff/variable.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {

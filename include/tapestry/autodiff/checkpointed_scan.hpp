@@ -1,9 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/checkpoint.hpp>
-#include <tapestry/autodiff/detail/tape/spare_tape.hpp>
-#include <tapestry/autodiff/tape.hpp>
-#include <tapestry/autodiff/variable.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {

@@ -1,9 +1,7 @@
 #pragma once
 #include <tapestry/autodiff/detail/jacobian/jacobian_pattern.hpp>
 #include <tapestry/autodiff/detail/jacobian/tangent_sweep.hpp>
-#include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 

@@ -1,11 +1,8 @@
 #pragma once
 #include <iterator>
 #include <tapestry/autodiff/detail/jacobian/second_derivatives.hpp>
-#include <tapestry/autodiff/detail/tape/dual_number.hpp>
 #include <tapestry/autodiff/detail/tape/spare_tape.hpp>
 #include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/tape.hpp>
-#include <tapestry/autodiff/variable.hpp>
 
 namespace tapestry {
 

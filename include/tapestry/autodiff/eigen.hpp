@@ -7,11 +7,8 @@
 #include <tapestry/autodiff/detail/eigen/refused.hpp>
 #include <tapestry/autodiff/detail/eigen/sparse_view.hpp>
 #include <tapestry/autodiff/detail/eigen/stable_norm.hpp>
-#include <tapestry/autodiff/detail/eigen/triangular_solve.hpp>
 #include <tapestry/autodiff/detail/eigen/unit_triangle.hpp>
 #include <tapestry/autodiff/dual.hpp>
-#include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/variable.hpp>
 
 /// Variables and duals as scalars of Eigen: Eigen::Matrix<tapestry::Variable<double>, 3, 3> with its products
 /// and decompositions. Each of their operations is differentiated. Pivoting compares the values.

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/eigen.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 

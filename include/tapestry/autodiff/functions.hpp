@@ -23,12 +23,7 @@
 ///
 /// A template of your own named like one of these that <cmath> lacks can be called with an explicit argument,
 /// as sigmoid<T>(a * b + c): ours take no type of a scalar there, so that they do not fit.
-#include <tapestry/autodiff/detail/functions/arithmetic.hpp>
-#include <tapestry/autodiff/detail/functions/exponential.hpp>
-#include <tapestry/autodiff/detail/functions/hyperbolic.hpp>
-#include <tapestry/autodiff/detail/functions/power.hpp>
 #include <tapestry/autodiff/detail/functions/reduction.hpp>
-#include <tapestry/autodiff/detail/functions/selection.hpp>
 #include <tapestry/autodiff/detail/functions/special.hpp>
 #include <tapestry/autodiff/detail/functions/ternary.hpp>
 #include <tapestry/autodiff/detail/functions/trigonometric.hpp>

@@ -4,8 +4,6 @@
 #include <numeric>
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 
 namespace tapestry {

@@ -2,10 +2,6 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <tapestry/autodiff/checkpoint.hpp>
-#include <tapestry/autodiff/detail/tape/spare_tape.hpp>
-#include <tapestry/autodiff/tape.hpp>
-#include <tapestry/autodiff/variable.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {

@@ -1,11 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/derivatives.hpp>
-#include <tapestry/autodiff/detail/tape/shared.hpp>
-#include <tapestry/autodiff/detail/tape/spare_tape.hpp>
 #include <tapestry/autodiff/detail/tape/vector_sweep.hpp>
-#include <tapestry/autodiff/tape.hpp>
-#include <tapestry/autodiff/variable.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 

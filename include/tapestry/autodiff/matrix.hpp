@@ -7,9 +7,7 @@
 ///   const auto z = matrix::solve_triangular(matrix::cholesky(a), x, matrix::Triangle::lower);
 ///   const Variable<double> loss = sum(z * z) / 2 + matrix::log_determinant_positive_definite(a) / 2;
 ///   tape.reverse(loss);                                            // a.adjoint(), [N, N]
-#include <tapestry/autodiff/detail/matrix/eigenvalues.hpp>
 #include <tapestry/autodiff/detail/matrix/product.hpp>
 #include <tapestry/autodiff/detail/matrix/singular_values.hpp>
 #include <tapestry/autodiff/detail/matrix/sparse_solve.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
-#include <tapestry/autodiff/matrix/solve.hpp>

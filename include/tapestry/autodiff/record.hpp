@@ -1,8 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/detail/tape/record_scalar.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {

@@ -1,9 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/detail/jacobian/interactions.hpp>
-#include <tapestry/autodiff/detail/jacobian/jacobian_pattern.hpp>
-#include <tapestry/autodiff/detail/tape/spare_tape.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {

@@ -1,8 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/detail/tape/deferred_throw.hpp>
-#include <tapestry/autodiff/detail/tape/diagnosis.hpp>
 #include <tapestry/autodiff/detail/tape/first_non_finite.hpp>
-#include <tapestry/autodiff/detail/tape/shared.hpp>
 #include <tapestry/autodiff/detail/tape/tape_state.hpp>
 
 /// \file

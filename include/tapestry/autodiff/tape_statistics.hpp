@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <iosfwd>
 #include <map>
-#include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/tape.hpp>
 
 namespace tapestry {

@@ -1,9 +1,7 @@
 #pragma once
 #include <tapestry/autodiff/detail/functions/arithmetic.hpp>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/write_statement.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 

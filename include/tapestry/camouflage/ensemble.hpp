@@ -1,15 +1,8 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/objective_terms.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/profile.hpp>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/detect/pass.hpp>
-#include <tapestry/loss/adversarial.hpp>
 
 namespace tapestry::camouflage {
 

@@ -1,12 +1,7 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/detail/method/method.hpp>
 #include <tapestry/camouflage/ensemble.hpp>
 #include <tapestry/camouflage/objective_terms.hpp>
-#include <tapestry/camouflage/photo_session.hpp>
-#include <tapestry/camouflage/profile.hpp>
-#include <tapestry/camouflage/view.hpp>
 
 /// \file
 /// The first header of camouflage/: a paint p, optimised so that a detector loses the car.

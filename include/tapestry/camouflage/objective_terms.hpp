@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/loss/adversarial.hpp>
 
 namespace tapestry::camouflage {

@@ -1,10 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
 #include <tapestry/raster/painted_mesh.hpp>

@@ -1,10 +1,7 @@
 #pragma once
 #include <functional>
-#include <tapestry/core/array.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/raster/estimated_light.hpp>
-#include <tapestry/raster/outdoor_light.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::camouflage {

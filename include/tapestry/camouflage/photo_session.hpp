@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/image/transform/chain.hpp>
 #include <tapestry/loss/prediction.hpp>
 

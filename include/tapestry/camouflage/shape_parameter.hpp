@@ -1,13 +1,6 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/loss/mesh_regularity.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/render_variable.hpp>
 
 namespace tapestry::camouflage {

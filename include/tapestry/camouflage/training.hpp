@@ -1,11 +1,6 @@
 #pragma once
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/camouflage/objective.hpp>
-#include <tapestry/camouflage/objective_terms.hpp>
-#include <tapestry/camouflage/photo_session.hpp>
 #include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/core/pool.hpp>
 #include <tapestry/optim/adam.hpp>
 
 namespace tapestry::camouflage {

@@ -1,14 +1,6 @@
 #pragma once
 #include <tapestry/camouflage/photo_light.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/letterbox.hpp>
-#include <tapestry/image/pixel_window.hpp>
-#include <tapestry/io/frame.hpp>
-#include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 namespace tapestry::camouflage {

@@ -1,8 +1,5 @@
 #pragma once
 #include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/image/letterbox.hpp>
 
 namespace tapestry::camouflage {
 

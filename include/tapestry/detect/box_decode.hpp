@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/head.hpp>
 

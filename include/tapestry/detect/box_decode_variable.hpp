@@ -1,7 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 

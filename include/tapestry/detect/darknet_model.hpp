@@ -1,12 +1,7 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/detect/pass.hpp>
-#include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::detect {
 

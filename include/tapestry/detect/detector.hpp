@@ -1,16 +1,8 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/detect/pass.hpp>
 #include <tapestry/detect/suppression.hpp>
-#include <tapestry/image/letterbox.hpp>
-#include <tapestry/image/pixel_window.hpp>
-#include <tapestry/nn/network/network.hpp>
-#include <tapestry/nn/network/staged_network.hpp>
 
 /// \file
 /// The first header of detect/: from a picture to boxes, and from logits back to the picture.

@@ -1,10 +1,8 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/decoded_outputs.hpp>
 #include <tapestry/detect/detail/input_encoding.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/image/letterbox.hpp>
-#include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::detect {
 

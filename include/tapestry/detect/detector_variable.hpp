@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 

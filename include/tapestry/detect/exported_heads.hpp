@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector_description.hpp>
-#include <tapestry/detect/head.hpp>
-#include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::detect {
 

@@ -1,11 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/head.hpp>
 
 namespace tapestry::detect {
 

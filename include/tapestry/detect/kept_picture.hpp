@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/image/pixel_window.hpp>
-#include <tapestry/nn/convolution_geometry.hpp>
-#include <tapestry/nn/network/window_plan.hpp>
 
 namespace tapestry::detect {
 

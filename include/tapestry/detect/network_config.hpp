@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
 #include <tapestry/image/letterbox.hpp>
 

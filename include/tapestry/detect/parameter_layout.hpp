@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/network_config.hpp>
 
 namespace tapestry::detect {

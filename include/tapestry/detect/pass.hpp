@@ -1,11 +1,7 @@
 #pragma once
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/pool.hpp>
-#include <tapestry/nn/mode.hpp>
-#include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::detect {
 

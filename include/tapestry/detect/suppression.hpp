@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 
 namespace tapestry::detect {
 

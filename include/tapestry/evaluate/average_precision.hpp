@@ -1,6 +1,5 @@
 #pragma once
 #include <optional>
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/detail/average_precision/class_matches.hpp>
 

@@ -1,12 +1,6 @@
 #pragma once
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::evaluate {

@@ -1,14 +1,6 @@
 #pragma once
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/view.hpp>
 #include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/evaluate/controls.hpp>
-#include <tapestry/evaluate/detail/fate.hpp>
-#include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/meter.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/image/transform/chain.hpp>

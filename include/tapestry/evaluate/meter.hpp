@@ -1,10 +1,5 @@
 #pragma once
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/pass.hpp>
 #include <tapestry/evaluate/detail/fate.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/views.hpp>

@@ -1,13 +1,7 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/evaluate/detail/fate.hpp>
 #include <tapestry/evaluate/detail/protocol_outcomes.hpp>
-#include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/measurement.hpp>
-#include <tapestry/evaluate/paired_bootstrap.hpp>
 #include <tapestry/evaluate/two_level_difference.hpp>
-#include <tapestry/evaluate/views.hpp>
 
 namespace tapestry::evaluate {
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 
 namespace tapestry::evaluate {

@@ -1,12 +1,6 @@
 #pragma once
 #include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/image/letterbox.hpp>
-#include <tapestry/image/pixel_window.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::evaluate {
 

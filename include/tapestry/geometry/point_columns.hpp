@@ -3,7 +3,6 @@
 #include <numeric>
 #include <span>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/detail/orientation.hpp>
 #include <tapestry/geometry/mesh.hpp>
 

@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/geometry/detail/orientation.hpp>
 #include <tapestry/geometry/point_columns.hpp>
-#include <tapestry/geometry/transform.hpp>
 
 namespace tapestry::geometry {
 

@@ -1,10 +1,8 @@
 #pragma once
 #include <cassert>
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/detail/rotation.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 
 namespace tapestry::geometry {
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/image/pixel_window.hpp>
 

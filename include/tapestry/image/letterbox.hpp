@@ -1,7 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/image/resize.hpp>
 

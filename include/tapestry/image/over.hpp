@@ -1,9 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/pixel_window.hpp>
 

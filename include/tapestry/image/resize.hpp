@@ -1,8 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry::image {
 namespace detail {

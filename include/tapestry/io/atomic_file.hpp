@@ -1,6 +1,5 @@
 #pragma once
 #include <span>
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/platform.hpp>
 

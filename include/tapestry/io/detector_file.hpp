@@ -1,8 +1,6 @@
 #pragma once
 #include <map>
 #include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/detector_description.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::io {

@@ -5,7 +5,6 @@
 #include <iterator>
 #include <span>
 #include <system_error>
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/platform.hpp>
 #include <vector>

@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_overlap.hpp>
-#include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/light.hpp>

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/detail/exif.hpp>

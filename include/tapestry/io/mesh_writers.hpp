@@ -1,8 +1,5 @@
 #pragma once
 #include <filesystem>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::io {

@@ -1,9 +1,6 @@
 #pragma once
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/detail/name_numbers.hpp>
 #include <tapestry/io/detail/npy_header.hpp>
 #include <tapestry/io/detail/zip_archive.hpp>
 #include <tapestry/io/file_source.hpp>

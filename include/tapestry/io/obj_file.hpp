@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/file_source.hpp>
 

@@ -1,7 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/detector.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
 namespace tapestry::io {

@@ -1,10 +1,7 @@
 #pragma once
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/loss/detail/adversarial_terms.hpp>
-#include <tapestry/loss/prediction.hpp>
 
 /// \file
 /// The first header of loss/: the terms that optimisations minimise, as a sum Σ weight · term.

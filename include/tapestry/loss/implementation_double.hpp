@@ -8,7 +8,6 @@
 #include <tapestry/loss/implementation/dynamic_match.hpp>
 #include <tapestry/loss/implementation/mesh_regularity.hpp>
 #include <tapestry/loss/implementation/printability.hpp>
-#include <tapestry/loss/implementation/yolo_training.hpp>
 #include <tapestry/loss/implementation/yolox_training.hpp>
 /// \cond
 #define TAPESTRY_SCALAR double

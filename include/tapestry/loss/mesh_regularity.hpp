@@ -1,10 +1,7 @@
 #pragma once
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 
 /// Terms that keep a mesh well shaped while its positions are fitted. Values are summed in double, in the
 /// order of the topology; adjoints are added up in the positions' own type.

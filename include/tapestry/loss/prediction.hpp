@@ -1,9 +1,6 @@
 #pragma once
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/class_score.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/loss/detail/logistic.hpp>
 #include <tapestry/loss/detail/overlap.hpp>
 

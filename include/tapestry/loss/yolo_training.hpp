@@ -1,9 +1,7 @@
 #pragma once
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/loss/detail/training_terms.hpp>
-#include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::loss {
 

@@ -1,9 +1,7 @@
 #pragma once
 #include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/loss/detail/box_assignment.hpp>
 #include <tapestry/loss/detail/training_terms.hpp>
-#include <tapestry/loss/prediction.hpp>
 #include <tapestry/loss/yolo_training.hpp>  // YoloTrainingVariables
 
 namespace tapestry::loss {

@@ -1,8 +1,6 @@
 #pragma once
 #include <tapestry/nn/detail/bfloat16.hpp>
-#include <tapestry/nn/detail/convolution.hpp>
 #include <tapestry/nn/detail/convolution_window.hpp>
-#include <tapestry/nn/detail/few_channel_convolution.hpp>
 #include <tapestry/nn/detail/winograd.hpp>
 
 namespace tapestry::nn {

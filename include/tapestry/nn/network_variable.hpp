@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/network.hpp>
 
 namespace tapestry::nn {

@@ -1,7 +1,5 @@
 #pragma once
 #include <cstring>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/detail/vector_kernels.hpp>
 

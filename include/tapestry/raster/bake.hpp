@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/raster/detail/texture_kinds.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 

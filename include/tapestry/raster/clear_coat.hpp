@@ -1,10 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <tapestry/raster/light.hpp>
-#include <tapestry/raster/lighting.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
 
 namespace tapestry::raster {

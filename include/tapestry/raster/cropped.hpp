@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 

@@ -1,10 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 
 /// Deferred shading: a picture in four steps, each with its adjoint. Between them a user adds own

@@ -1,13 +1,6 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/clear_coat.hpp>
 #include <tapestry/raster/detail/sky_basis.hpp>
-#include <tapestry/raster/outdoor_light.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 
 namespace tapestry::raster {
 

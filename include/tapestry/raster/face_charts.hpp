@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 
 namespace tapestry::raster {
 

@@ -1,12 +1,8 @@
 #pragma once
 #include <span>
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/face_boxes.hpp>
-#include <tapestry/raster/detail/view_clip.hpp>
 
 namespace tapestry::raster {
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/camera.hpp>
 #include <tapestry/image/letterbox.hpp>
 

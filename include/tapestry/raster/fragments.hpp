@@ -1,6 +1,5 @@
 #pragma once
 #include <cassert>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/detail/fragment_scan.hpp>
 #include <tapestry/raster/detail/tiled_triangles.hpp>
 #include <tapestry/raster/visibility.hpp>

@@ -1,18 +1,5 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/detail/crossing_faces.hpp>
-#include <tapestry/raster/detail/face_field.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
-#include <tapestry/raster/detail/vertex_gradient/band_moments.hpp>
-#include <tapestry/raster/detail/vertex_gradient/grazing_faces.hpp>
-#include <tapestry/raster/detail/vertex_gradient/sliver.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
-#include <tapestry/raster/fragments.hpp>
-#include <tapestry/raster/light.hpp>
 
 namespace tapestry::raster {
 

@@ -1,9 +1,6 @@
 #pragma once
 #include <memory>
 #include <tapestry/core/array.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/light.hpp>
 
 namespace tapestry::raster {

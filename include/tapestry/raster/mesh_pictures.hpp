@@ -1,11 +1,5 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/detail/mesh_picture.hpp>
-#include <tapestry/raster/mip_pyramid.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::raster {

@@ -1,9 +1,4 @@
 #pragma once
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/parallel_view.hpp>
 #include <tapestry/raster/lighting.hpp>
 

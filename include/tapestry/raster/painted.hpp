@@ -1,10 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/used_texels.hpp>

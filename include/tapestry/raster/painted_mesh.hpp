@@ -1,8 +1,6 @@
 #pragma once
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 
 /// \file
 /// The first header of raster/: pictures of meshes, and their derivatives.

@@ -1,14 +1,8 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/point_columns.hpp>
-#include <tapestry/geometry/pose.hpp>
 #include <tapestry/raster/detail/light_adjoint.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
-#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/silhouette.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 

@@ -1,14 +1,7 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/raster/mesh_pictures.hpp>
 #include <tapestry/raster/outdoor_light.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::raster {
 

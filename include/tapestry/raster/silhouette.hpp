@@ -1,10 +1,6 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster {
 

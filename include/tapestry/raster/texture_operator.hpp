@@ -1,12 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/detail/texture_tiles.hpp>
-#include <tapestry/raster/fragments.hpp>
-#include <tapestry/raster/lighting.hpp>
 
 namespace tapestry::raster {
 

@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/raster/detail/fragment_shader.hpp>  // require_layout
-#include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::raster {

@@ -1,10 +1,5 @@
 #pragma once
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/detail/raster_kernels.hpp>
 #include <tapestry/raster/detail/triangle_setup.hpp>
 
 namespace tapestry::raster {

@@ -1,11 +1,7 @@
 #pragma once
 #include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::segment {
 namespace detail {

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::segment {

@@ -1,5 +1,4 @@
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/autodiff/functions.hpp>
 
 #include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/variable.hpp>
 
 namespace tapestry::test {
 

@@ -1,7 +1,6 @@
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/detail/matrix/product.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
-#include <tapestry/autodiff/matrix/solve.hpp>
 
 #include "../../support/catch.hpp"
 

@@ -1,11 +1,9 @@
 #include <tapestry/autodiff/matrix/solve.hpp>
 
-#include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/detail/matrix/product.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>
 
-#include "../../support/active_tape.hpp"
 #include "matrix_gradient.hpp"
 
 namespace matrix = tapestry::matrix;

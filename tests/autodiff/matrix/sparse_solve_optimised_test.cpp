@@ -2,7 +2,6 @@
 
 #include <tapestry/autodiff/matrix/solve.hpp>
 
-#include "../../support/active_tape.hpp"
 #include "matrix_gradient.hpp"
 
 namespace matrix = tapestry::matrix;

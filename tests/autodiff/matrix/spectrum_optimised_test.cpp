@@ -1,9 +1,6 @@
-#include <tapestry/autodiff/detail/matrix/eigenvalues.hpp>
 #include <tapestry/autodiff/detail/matrix/product.hpp>
 #include <tapestry/autodiff/detail/matrix/singular_values.hpp>
-#include <tapestry/autodiff/matrix/solve.hpp>
 
-#include "../../support/active_tape.hpp"
 #include "matrix_gradient.hpp"
 
 namespace matrix = tapestry::matrix;

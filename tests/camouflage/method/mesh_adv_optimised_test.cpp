@@ -1,12 +1,5 @@
 #include <tapestry/camouflage/method/comparators.hpp>
 
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/camouflage/training.hpp>
-#include <tapestry/core/parallel.hpp>
-
-#include "../../support/active_tape.hpp"
-#include "../../support/catch.hpp"
 #include "../../support/pipeline_gradient.hpp"
 #include "../../support/random_array.hpp"
 #include "../../support/tiny_scene.hpp"

@@ -1,10 +1,7 @@
 #include <tapestry/camouflage/method/methods.hpp>
 
 #include <tapestry/camouflage/detail/method/method.hpp>
-#include <tapestry/camouflage/method/comparators.hpp>
-#include <tapestry/camouflage/paint.hpp>
 
-#include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"
 #include "../../support/refusal.hpp"
 #include "../../support/stepped_car.hpp"

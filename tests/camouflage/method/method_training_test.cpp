@@ -1,10 +1,5 @@
-#include <tapestry/camouflage/method/comparators.hpp>
 #include <tapestry/camouflage/method/methods.hpp>
-#include <tapestry/camouflage/training.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/exported_heads.hpp>
 
-#include "../../support/catch.hpp"
 #include "../../support/pipeline_gradient.hpp"
 #include "../../support/random_array.hpp"
 #include "../../support/stepped_car.hpp"

@@ -3,7 +3,6 @@
 #include <tapestry/evaluate/dataset/readers.hpp>
 
 #include "../../support/bad_file.hpp"
-#include "../../support/catch.hpp"
 #include "../../support/temporary_folder.hpp"
 
 using namespace tapestry;

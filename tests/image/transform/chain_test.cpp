@@ -1,8 +1,6 @@
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/transform/chain.hpp>
 
-#include <tapestry/core/parallel.hpp>
-
 #include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/finite_difference.hpp"

@@ -2,7 +2,6 @@
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/detail/transform/camera_effects.hpp>
 #include <tapestry/image/detail/transform/warp.hpp>
-#include <tapestry/image/transform/colour_change.hpp>
 #if defined(TAPESTRY_JPEG)
 #include <turbojpeg.h>
 #endif

@@ -1,9 +1,6 @@
-#include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/network_config.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
 #include "../../support/bad_file.hpp"
-#include "../../support/catch.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;

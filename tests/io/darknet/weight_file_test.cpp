@@ -3,7 +3,6 @@
 #include <sys/stat.h>
 
 #include "../../support/bad_file.hpp"
-#include "../../support/catch.hpp"
 #include "../../support/temporary_folder.hpp"
 
 using namespace tapestry;

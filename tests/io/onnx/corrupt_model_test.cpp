@@ -1,7 +1,6 @@
 // Models that are wrong in one way each, read and made into a network that could be run: each is refused with
 // one error that names the fault, in bounded time and memory.
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/nn/network/network.hpp>
 
 #include <tapestry/core/random.hpp>
 

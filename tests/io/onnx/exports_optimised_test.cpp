@@ -2,9 +2,7 @@
 // results, and the adjoints of their weighted sum by the input and by weights that keep their names.
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
 
 #include "../../support/catch.hpp"

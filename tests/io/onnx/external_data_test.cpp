@@ -1,10 +1,8 @@
 #include <tapestry/io/detail/onnx/external_data.hpp>
 
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"
 #include "../../support/refusal.hpp"
 #include "../../support/temporary_folder.hpp"

@@ -2,7 +2,6 @@
 // of inputs the results of a reference implementation.
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
 
 #include <filesystem>

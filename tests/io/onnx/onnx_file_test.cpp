@@ -1,6 +1,5 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"
 #include "../../support/refusal.hpp"
 #include "../../support/temporary_folder.hpp"

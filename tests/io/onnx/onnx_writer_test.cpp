@@ -1,7 +1,6 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
 #include <tapestry/io/file_source.hpp>
-#include <tapestry/nn/network/network.hpp>
 
 #include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"

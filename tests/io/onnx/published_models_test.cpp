@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <set>
-#include <tapestry/core/error.hpp>
 
 #include "../../support/catch.hpp"
 #include "../../support/paths.hpp"

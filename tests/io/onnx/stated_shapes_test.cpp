@@ -1,9 +1,7 @@
-#include <tapestry/nn/network/description.hpp>
 
 #include <filesystem>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"
 #include "../../support/paths.hpp"
 #include "../../support/refusal.hpp"

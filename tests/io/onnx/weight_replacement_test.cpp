@@ -1,8 +1,5 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include <tapestry/nn/network/network.hpp>
-
-#include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"
 #include "../../support/refusal.hpp"
 

@@ -1,5 +1,4 @@
 #include <tapestry/nn/detail/network/decomposition.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
 
 #include "../../support/operator_case.hpp"
 #include "../../support/vocabulary_cases.hpp"

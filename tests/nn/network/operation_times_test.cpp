@@ -1,4 +1,3 @@
-#include <tapestry/nn/network/network.hpp>
 
 #include "../../support/operator_network.hpp"
 

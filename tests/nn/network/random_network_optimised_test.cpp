@@ -1,6 +1,5 @@
 #include <filesystem>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/nn/network/network.hpp>
 
 #include "../../support/catch.hpp"
 #include "../../support/differential.hpp"

@@ -1,4 +1,3 @@
-#include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
 
 #include "../../support/operator_network.hpp"

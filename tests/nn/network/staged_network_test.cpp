@@ -1,7 +1,6 @@
 #include <tapestry/nn/network/program_builder.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
 
-#include "../../support/catch.hpp"
 #include "../../support/operator_case.hpp"
 
 namespace nn = tapestry::nn;

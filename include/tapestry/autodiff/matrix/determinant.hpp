@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
 
 namespace tapestry {

@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <tapestry/autodiff/detail/matrix/record_matrix.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {

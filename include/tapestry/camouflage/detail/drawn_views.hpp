@@ -1,11 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/camouflage/objective.hpp>
-#include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry::camouflage {
 

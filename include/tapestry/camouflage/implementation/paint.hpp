@@ -3,7 +3,6 @@
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/face_charts.hpp>
 #include <tapestry/raster/mesh_pictures.hpp>
-#include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::camouflage {
 

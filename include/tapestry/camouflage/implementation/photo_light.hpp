@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/camouflage/photo_light.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/fragments.hpp>
 
 namespace tapestry::camouflage {

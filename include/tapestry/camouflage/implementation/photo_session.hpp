@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/camouflage/detail/drawn_views.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
-#include <tapestry/camouflage/shape_parameter.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
 #include <tapestry/loss/smoothness.hpp>

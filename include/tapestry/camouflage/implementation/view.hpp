@@ -4,7 +4,6 @@
 #include <tapestry/image/over.hpp>
 #include <tapestry/raster/cropped.hpp>
 #include <tapestry/raster/fitted_camera.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::camouflage {
 namespace detail {

@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/camouflage/detail/method/method.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::camouflage {
 

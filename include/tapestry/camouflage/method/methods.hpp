@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/camouflage/method/comparators.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
 
 namespace tapestry::camouflage {
 

@@ -1,11 +1,8 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_decode_variable.hpp>
-#include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/class_score.hpp>
 #include <tapestry/detect/detail/box_grid.hpp>
-#include <tapestry/detect/suppression.hpp>
 
 namespace tapestry::detect {
 namespace detail {

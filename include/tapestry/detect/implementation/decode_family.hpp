@@ -1,12 +1,5 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/detect/implementation/network_config.hpp>
-#include <tapestry/detect/network_config.hpp>
-#include <tapestry/detect/network_config/layer.hpp>
-#include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/nn/activation.hpp>
 
 namespace tapestry::detect {
 namespace detail {

@@ -1,11 +1,9 @@
 #pragma once
 #include <charconv>
 #include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/implementation/detector/claim.hpp>
 #include <tapestry/detect/implementation/detector/head_network.hpp>
 #include <tapestry/detect/implementation/detector/passes.hpp>
 #include <tapestry/detect/implementation/detector/stages.hpp>
-#include <tapestry/image/batch.hpp>
 
 namespace tapestry::detect {
 

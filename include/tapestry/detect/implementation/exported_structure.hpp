@@ -1,6 +1,5 @@
 #pragma once
 #include <sstream>
-#include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/implementation/head_trace.hpp>
 
 namespace tapestry::detect {

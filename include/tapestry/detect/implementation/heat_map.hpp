@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/detect/box_formula.hpp>
 #include <tapestry/detect/class_score.hpp>
 #include <tapestry/detect/heat_map.hpp>
 

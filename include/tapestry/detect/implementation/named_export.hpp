@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/implementation/exported_structure.hpp>
 #include <tapestry/detect/implementation/named_export/torchvision.hpp>
 

@@ -1,11 +1,6 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/implementation/network_description/writer.hpp>
-#include <tapestry/detect/network_config.hpp>
-#include <tapestry/detect/parameter_layout.hpp>
-#include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::detect {
 namespace detail {

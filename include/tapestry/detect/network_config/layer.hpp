@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/nn/activation.hpp>
 

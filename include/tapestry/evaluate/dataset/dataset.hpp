@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/io/file_source.hpp>

@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/dataset/dataset.hpp>
-#include <tapestry/io/file_source.hpp>
 
 namespace tapestry::evaluate {
 

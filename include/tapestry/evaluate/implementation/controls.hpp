@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/evaluate/controls.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::evaluate {
 namespace detail {

@@ -1,7 +1,6 @@
 #pragma once
 #include <numeric>
 #include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/evaluate/detail/fate.hpp>
 #include <tapestry/loss/prediction.hpp>
 

@@ -1,10 +1,6 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/image/fourier_transform.hpp>
-#include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::evaluate {
 namespace detail {

@@ -1,11 +1,5 @@
 #pragma once
-#include <tapestry/camouflage/paint.hpp>
-#include <tapestry/camouflage/view.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/random.hpp>
 #include <tapestry/evaluate/controls.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::evaluate {
 namespace detail {

@@ -1,7 +1,6 @@
 #pragma once
 #include <map>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/geometry/shapes.hpp>

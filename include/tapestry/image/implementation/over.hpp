@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
 

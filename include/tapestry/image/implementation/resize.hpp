@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/image/crop.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/resize.hpp>
 

@@ -1,12 +1,9 @@
 #pragma once
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/detail/transform/camera_effects.hpp>
 #include <tapestry/image/detail/transform/own_transformation.hpp>
 #include <tapestry/image/detail/transform/warp.hpp>
-#include <tapestry/image/transform/colour_change.hpp>
 #include <variant>
 
 namespace tapestry::image {

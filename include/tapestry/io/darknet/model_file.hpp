@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/network_config.hpp>
-#include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::io {

@@ -1,6 +1,5 @@
 #pragma once
 #include <bit>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/image_file.hpp>
 
 namespace tapestry::io {

@@ -2,7 +2,6 @@
 #include <zlib.h>
 
 #include <new>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/detail/exif.hpp>
 #include <tapestry/io/file_source.hpp>
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/image_file.hpp>
 
 namespace tapestry::io {

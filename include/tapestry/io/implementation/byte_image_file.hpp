@@ -1,17 +1,7 @@
 #pragma once
 #include <cctype>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/image/batch.hpp>
-#include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/detail/bmp_file.hpp>
 #include <tapestry/io/detail/picture_format.hpp>
-#include <tapestry/io/detail/png_scan.hpp>
-#include <tapestry/io/detail/pnm_file.hpp>
-#include <tapestry/io/file_source.hpp>
-#include <tapestry/io/image_file.hpp>
 #include <tapestry/io/implementation/image_file.hpp>
-#include <tapestry/io/jpeg_file.hpp>
 
 namespace tapestry::io {
 namespace detail {

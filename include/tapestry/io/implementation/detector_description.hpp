@@ -1,13 +1,7 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/detect/decoded_outputs.hpp>
 #include <tapestry/detect/detector_description.hpp>
-#include <tapestry/detect/head.hpp>
-#include <tapestry/image/letterbox.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/implementation/described_object.hpp>
-#include <tapestry/io/json.hpp>
 
 /// \file
 /// The compiled part of the reader of detector descriptions.

@@ -1,20 +1,9 @@
 #pragma once
 #include <cctype>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/detector.hpp>
-#include <tapestry/detect/exported_heads.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/image/colour_space.hpp>
-#include <tapestry/image/letterbox.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <tapestry/nn/engine.hpp>
 
 namespace tapestry::io {
 

@@ -1,11 +1,7 @@
 #pragma once
-#include <tapestry/io/atomic_file.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/implementation/frame_members.hpp>
-#include <tapestry/io/json.hpp>
-#include <tapestry/io/npy.hpp>
 
 namespace tapestry::io {
 namespace detail {

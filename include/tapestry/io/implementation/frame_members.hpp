@@ -1,9 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/npy.hpp>

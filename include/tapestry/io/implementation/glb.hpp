@@ -1,8 +1,5 @@
 #pragma once
 #include <bit>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 

@@ -4,7 +4,6 @@
 #include <tapestry/io/detail/bmp_file.hpp>
 #include <tapestry/io/detail/png_scan.hpp>
 #include <tapestry/io/detail/pnm_file.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
 

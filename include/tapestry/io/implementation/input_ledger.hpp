@@ -1,6 +1,5 @@
 #pragma once
 #include <atomic>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/input_ledger.hpp>
 

@@ -1,8 +1,6 @@
 #pragma once
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/detail/name_numbers.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/text_lines.hpp>
 

@@ -1,9 +1,6 @@
 #pragma once
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/detail/name_numbers.hpp>
 #include <tapestry/io/detail/obj_file/parsing.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/io/text_lines.hpp>
 
 namespace tapestry::io {
 namespace detail {

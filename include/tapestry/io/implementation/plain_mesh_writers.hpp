@@ -1,16 +1,10 @@
 #pragma once
 #include <charconv>
 #include <map>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/raster/face_charts.hpp>
-#include <tapestry/raster/mip_pyramid.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::io {

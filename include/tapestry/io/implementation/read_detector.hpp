@@ -1,11 +1,7 @@
 #pragma once
 #include <cctype>
-#include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/image/colour_space.hpp>
-#include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/exported_names.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/io/read_detector.hpp>

@@ -1,10 +1,6 @@
 #pragma once
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/detail/onnx/protobuf_message.hpp>
-#include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::io {
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/loss/detail/responsible.hpp>
-#include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::loss {
 

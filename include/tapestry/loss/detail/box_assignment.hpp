@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::loss {

@@ -1,10 +1,7 @@
 #pragma once
 #include <tapestry/autodiff/arrays/gather.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/loss/adversarial.hpp>
-#include <tapestry/loss/detail/adversarial_terms.hpp>
 #include <tapestry/loss/detail/box_assignment.hpp>
-#include <tapestry/loss/detail/responsible.hpp>
 
 namespace tapestry::loss {
 

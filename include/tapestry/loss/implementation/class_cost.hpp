@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/loss/detail/box_assignment.hpp>
-#include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::loss::detail {
 

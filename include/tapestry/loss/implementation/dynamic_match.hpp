@@ -1,10 +1,7 @@
 #pragma once
 #include <functional>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/loss/detail/box_assignment.hpp>
-#include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::loss {
 namespace detail {

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/detect/box_overlap.hpp>
 #include <tapestry/loss/detail/overlap.hpp>
 #include <tapestry/loss/detail/responsible.hpp>
 

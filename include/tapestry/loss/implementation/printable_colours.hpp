@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 #include <tapestry/loss/printability.hpp>
 
 namespace tapestry::loss {

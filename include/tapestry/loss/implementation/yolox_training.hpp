@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/loss/detail/prediction_variable.hpp>
 #include <tapestry/loss/implementation/yolo_training.hpp>
-#include <tapestry/loss/yolo_training.hpp>
 #include <tapestry/loss/yolox_training.hpp>
 
 namespace tapestry::loss {

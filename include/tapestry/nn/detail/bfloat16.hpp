@@ -1,10 +1,6 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/convolution.hpp>
 #include <tapestry/nn/detail/few_channel_convolution.hpp>
-#include <tapestry/nn/detail/packed_convolution.hpp>
-#include <tapestry/nn/detail/vector_kernels.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 /// \file
 /// Convolutions of operands rounded to bfloat16 (the sign, the exponent and the 7 leading fraction bits of a

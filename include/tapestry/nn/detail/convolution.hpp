@@ -1,10 +1,6 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/convolution_region.hpp>
 #include <tapestry/nn/detail/depthwise_convolution.hpp>
-#include <tapestry/nn/detail/packed_convolution.hpp>
-#include <tapestry/nn/detail/vector_kernels.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::nn {
 namespace detail {

@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/convolution.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::nn {
 namespace detail {

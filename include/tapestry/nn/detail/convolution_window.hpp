@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/detail/packed_convolution.hpp>
 
 namespace tapestry::nn {

@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/detail/packed_convolution.hpp>
-#include <tapestry/nn/detail/vector_kernels.hpp>
 #include <tapestry/nn/detail/winograd_plan.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::nn {
 namespace detail {

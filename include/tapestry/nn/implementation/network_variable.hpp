@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/nn/detail/network/operator_context.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/network_variable.hpp>
 

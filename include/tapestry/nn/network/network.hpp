@@ -1,11 +1,6 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
-#include <tapestry/nn/engine.hpp>
-#include <tapestry/nn/mode.hpp>
-#include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
-#include <tapestry/nn/network/window_plan.hpp>
 
 /// \file
 /// The first header of nn/network/: networks of ONNX's operators, forward and backward.

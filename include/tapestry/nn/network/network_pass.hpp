@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/nn/mode.hpp>
-#include <tapestry/nn/network/program.hpp>
 #include <tapestry/nn/network/window_plan.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::nn {
 

@@ -2,7 +2,6 @@
 #include <tapestry/core/scoped_timer.hpp>
 #include <tapestry/nn/detail/network/operation.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::nn {
 

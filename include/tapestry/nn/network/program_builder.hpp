@@ -1,10 +1,6 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/decomposition.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
-#include <tapestry/nn/detail/network/plan_budget.hpp>
 #include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
-#include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/program.hpp>
 
 namespace tapestry::nn {

@@ -1,12 +1,6 @@
 #pragma once
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/nn/detail/network/plan_budget.hpp>
-#include <tapestry/nn/engine.hpp>
-#include <tapestry/nn/mode.hpp>
-#include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <tapestry/nn/network/network_pass.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::nn {
 

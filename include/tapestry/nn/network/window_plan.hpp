@@ -1,9 +1,6 @@
 #pragma once
-#include <tapestry/nn/convolution_geometry.hpp>
-#include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/program.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::nn {
 

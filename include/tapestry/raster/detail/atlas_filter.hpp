@@ -1,9 +1,7 @@
 #pragma once
 #include <tapestry/raster/detail/footprint.hpp>
-#include <tapestry/raster/detail/mip_levels.hpp>
 #include <tapestry/raster/detail/raster_kernels.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 
 namespace tapestry::raster {
 

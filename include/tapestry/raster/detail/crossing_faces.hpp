@@ -1,6 +1,5 @@
 #pragma once
 #include <compare>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
 
 namespace tapestry::raster {

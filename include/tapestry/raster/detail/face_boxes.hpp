@@ -1,7 +1,5 @@
 #pragma once
 #include <limits>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/pixel_rays.hpp>
 #include <tapestry/raster/detail/view_clip.hpp>
 

@@ -1,12 +1,8 @@
 #pragma once
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/geometry/camera.hpp>
 #include <tapestry/raster/detail/cell_grid.hpp>
 #include <tapestry/raster/detail/crossing_faces.hpp>
 #include <tapestry/raster/detail/face_weights.hpp>
-#include <tapestry/raster/detail/pixel_rays.hpp>
 #include <tapestry/raster/detail/raster_kernels.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
 
 namespace tapestry::raster {
 

@@ -1,8 +1,6 @@
 #pragma once
 #include <limits>
-#include <tapestry/geometry/camera.hpp>
 #include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/pixel_rays.hpp>
 
 namespace tapestry::raster {

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 
 namespace tapestry::raster {

@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/raster_kernels.hpp>
-#include <tapestry/raster/detail/view_clip.hpp>
 
 namespace tapestry::raster {
 

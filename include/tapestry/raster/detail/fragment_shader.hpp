@@ -1,17 +1,7 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <tapestry/raster/detail/atlas_filter.hpp>
-#include <tapestry/raster/detail/footprint.hpp>
 #include <tapestry/raster/detail/mesh_picture.hpp>
-#include <tapestry/raster/detail/mip_levels.hpp>
 #include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/lighting.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 
 namespace tapestry::raster {
 namespace detail {

@@ -1,13 +1,6 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/raster/clear_coat.hpp>
 #include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/detail/light_adjoint/light_sums.hpp>
-#include <tapestry/raster/fragments.hpp>
-#include <tapestry/raster/lighting.hpp>
-#include <tapestry/raster/outdoor_light.hpp>
 
 namespace tapestry::raster {
 

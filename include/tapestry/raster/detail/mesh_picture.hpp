@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 #include <tapestry/raster/detail/atlas_filter.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 
 namespace tapestry::raster {
 

@@ -1,8 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster {

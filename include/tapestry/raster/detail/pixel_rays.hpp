@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/transform.hpp>
 
 namespace tapestry::raster {
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <bit>
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/raster/detail/mip_levels.hpp>
 #include <tapestry/raster/detail/triangle.hpp>

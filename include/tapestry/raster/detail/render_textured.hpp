@@ -1,11 +1,5 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/detail/fragment_shader.hpp>
-#include <tapestry/raster/fragments.hpp>
-#include <tapestry/raster/lighting.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 
 namespace tapestry::raster {
 

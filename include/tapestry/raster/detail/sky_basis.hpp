@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/lighting.hpp>
 
 namespace tapestry::raster {

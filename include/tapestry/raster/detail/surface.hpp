@@ -1,13 +1,7 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/detail/texture_kinds.hpp>
-#include <tapestry/raster/detail/tiled_triangles.hpp>
 #include <tapestry/raster/faces_in_view.hpp>
-#include <tapestry/raster/lighting.hpp>
 
 namespace tapestry::raster {
 

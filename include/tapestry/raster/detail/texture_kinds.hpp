@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 
 namespace tapestry::raster {

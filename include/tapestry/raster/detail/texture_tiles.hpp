@@ -1,10 +1,5 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/raster/detail/atlas_filter.hpp>
 #include <tapestry/raster/detail/fragment_shader.hpp>
-#include <tapestry/raster/detail/mip_levels.hpp>
-#include <tapestry/raster/fragments.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 
 namespace tapestry::raster::detail {
 

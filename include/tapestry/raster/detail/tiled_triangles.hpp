@@ -1,10 +1,6 @@
 #pragma once
 #include <memory>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/raster/detail/raster_kernels.hpp>
 #include <tapestry/raster/detail/triangle_setup.hpp>
 
 namespace tapestry::raster {

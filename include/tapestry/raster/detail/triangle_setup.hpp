@@ -1,10 +1,6 @@
 #pragma once
 #include <limits>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/raster_kernels.hpp>
-#include <tapestry/raster/detail/triangle.hpp>
-#include <tapestry/raster/detail/view_clip.hpp>
 
 namespace tapestry::raster {
 

@@ -1,18 +1,7 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/raster/detail/crossing_faces.hpp>
-#include <tapestry/raster/detail/face_field.hpp>
-#include <tapestry/raster/detail/surface.hpp>
-#include <tapestry/raster/detail/vertex_gradient/edge_line.hpp>
-#include <tapestry/raster/detail/vertex_gradient/grazing_faces.hpp>
-#include <tapestry/raster/detail/vertex_gradient/interior.hpp>
 #include <tapestry/raster/detail/vertex_gradient/intersections.hpp>
 #include <tapestry/raster/detail/vertex_gradient/outlines.hpp>
 #include <tapestry/raster/detail/vertex_gradient/pixel_map.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster {
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/image/colour_space.hpp>
-#include <tapestry/raster/estimated_light.hpp>
 #include <tapestry/raster/implementation/estimated_light.hpp>
 #include <tapestry/raster/implementation/photographed_light.hpp>
 

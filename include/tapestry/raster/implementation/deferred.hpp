@@ -1,11 +1,7 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/raster/deferred.hpp>
-#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/implementation/outline_crossings.hpp>
 #include <tapestry/raster/render_variable.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster {
 namespace detail {

@@ -1,11 +1,5 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <tapestry/raster/detail/face_field.hpp>
-#include <tapestry/raster/detail/face_weights.hpp>
-#include <tapestry/raster/detail/pixel_rays.hpp>
 #include <tapestry/raster/detail/vertex_gradient/grazing_faces.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
 #include <tuple>
 
 namespace tapestry::raster::detail {

@@ -1,8 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/deferred.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 

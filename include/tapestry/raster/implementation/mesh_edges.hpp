@@ -1,11 +1,7 @@
 #pragma once
 #include <bit>
 #include <numeric>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/crossing_faces.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
 #include <tuple>
 
 namespace tapestry::raster {

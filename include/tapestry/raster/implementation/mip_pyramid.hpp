@@ -1,10 +1,7 @@
 #pragma once
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/detail/surface.hpp>
-#include <tapestry/raster/detail/texture_kinds.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::raster {

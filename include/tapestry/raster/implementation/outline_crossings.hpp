@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/deferred.hpp>
-#include <tapestry/raster/detail/pixel_rays.hpp>
 #include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster::detail {

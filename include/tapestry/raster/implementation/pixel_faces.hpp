@@ -1,12 +1,6 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/raster/deferred.hpp>
-#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/render_variable.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster {
 

@@ -1,19 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/raster/detail/crossing_faces.hpp>
-#include <tapestry/raster/detail/face_field.hpp>
-#include <tapestry/raster/detail/vertex_gradient.hpp>
-#include <tapestry/raster/detail/vertex_gradient/edge_line.hpp>
-#include <tapestry/raster/detail/vertex_gradient/interior.hpp>
-#include <tapestry/raster/detail/vertex_gradient/intersections.hpp>
-#include <tapestry/raster/detail/vertex_gradient/outlines.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
 #include <tapestry/raster/render_variable.hpp>
-#include <tapestry/raster/silhouette.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster::detail {
 

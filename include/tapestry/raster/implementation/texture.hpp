@@ -1,15 +1,7 @@
 #pragma once
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/bake.hpp>
-#include <tapestry/raster/detail/fragment_shader.hpp>
-#include <tapestry/raster/detail/mip_levels.hpp>
 #include <tapestry/raster/detail/surface.hpp>
-#include <tapestry/raster/lighting.hpp>
-#include <tapestry/raster/mip_pyramid.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/used_texels.hpp>
 

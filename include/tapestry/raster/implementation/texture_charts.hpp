@@ -2,10 +2,8 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <tapestry/core/error.hpp>
 #include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/detail/texture_kinds.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::raster {

@@ -1,10 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/raster/detail/light_adjoint.hpp>
-#include <tapestry/raster/detail/render_textured.hpp>
-#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/render_variable.hpp>
-#include <tapestry/raster/silhouette.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 namespace tapestry::raster {

@@ -1,8 +1,6 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/render_variable.hpp>
-#include <tapestry/raster/silhouette.hpp>
 
 namespace tapestry::raster {
 namespace detail {

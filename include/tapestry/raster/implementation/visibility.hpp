@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/detail/pixel_rays.hpp>
 #include <tapestry/raster/detail/tiled_triangles.hpp>
 #include <tapestry/raster/visibility.hpp>

@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/detect/detector_description.hpp>
-#include <tapestry/image/resize.hpp>
 #include <tapestry/segment/u2_net.hpp>
 
 namespace tapestry::segment {

@@ -1,7 +1,5 @@
 #include <tapestry/nn/detail/network/operators/gather.hpp>
-#include <tapestry/nn/network/network.hpp>
 
-#include "../../../support/catch.hpp"
 #include "../../../support/operator_case.hpp"
 
 using namespace tapestry;

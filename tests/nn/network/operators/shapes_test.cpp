@@ -1,6 +1,4 @@
-#include <tapestry/nn/network/network.hpp>
 
-#include "../../../support/catch.hpp"
 #include "../../../support/operator_case.hpp"
 
 using namespace tapestry;

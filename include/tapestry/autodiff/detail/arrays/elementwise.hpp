@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/arrays/expression/evaluate.hpp>
-#include <tapestry/autodiff/detail/arrays/expression/node.hpp>
-#include <tapestry/autodiff/detail/tape/formula.hpp>
 #include <tapestry/autodiff/functions.hpp>
 
 namespace tapestry {

@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
-#include <tapestry/autodiff/functions.hpp>
 #include <tapestry/core/vector_exp.hpp>
 
 namespace tapestry {

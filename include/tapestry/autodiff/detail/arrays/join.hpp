@@ -1,8 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {

@@ -1,9 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/instruction_set.hpp>
 
 namespace tapestry::detail {
 

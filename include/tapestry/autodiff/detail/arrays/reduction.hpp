@@ -1,10 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/detail/arrays/elementwise.hpp>
 #include <tapestry/autodiff/detail/arrays/exponential.hpp>
-#include <tapestry/autodiff/detail/arrays/expression/evaluate.hpp>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 

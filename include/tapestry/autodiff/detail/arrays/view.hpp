@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/arrays/expression/node.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <complex>
 #include <tapestry/autodiff/detail/eigen/changes.hpp>
-#include <tapestry/autodiff/functions.hpp>
 
 // Solvers for eigenvalues in place of Eigen's. Eigen's solvers end an iteration at a value 0, and drop its
 // derivatives.

@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/eigen/triangular_solve.hpp>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
-#include <tapestry/autodiff/functions.hpp>
 
 namespace tapestry::detail {
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/eigen/triangular_solve.hpp>
-#include <tapestry/autodiff/functions.hpp>
 
 namespace Eigen {
 template <class Scalar>

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/eigen/changes.hpp>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 
 // The singular value decomposition A = U diag(s) Vᵀ in place of Eigen's, which ends an iteration where a
 // value is 0, and drops its derivatives.

@@ -1,6 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/functions.hpp>
 
 namespace tapestry {

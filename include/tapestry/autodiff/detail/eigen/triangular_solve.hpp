@@ -1,6 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/functions.hpp>
 
 // Eigen's triangular solves for a vector. Its own leave out a number of the right-hand side that is 0, and

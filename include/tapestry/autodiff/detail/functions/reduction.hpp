@@ -1,10 +1,7 @@
 #pragma once
 #include <tapestry/autodiff/detail/functions/exponential.hpp>
 #include <tapestry/autodiff/detail/functions/power.hpp>
-#include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
 #include <tapestry/autodiff/detail/functions/selection.hpp>
-#include <tapestry/autodiff/detail/tape/dual_number.hpp>
-#include <tapestry/autodiff/detail/tape/formula.hpp>
 #include <tapestry/autodiff/variable.hpp>
 
 namespace tapestry {

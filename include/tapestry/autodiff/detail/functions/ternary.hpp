@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/functions/power.hpp>
-#include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
-#include <tapestry/autodiff/detail/tape/formula.hpp>
 #include <tapestry/autodiff/variable.hpp>
 
 namespace tapestry {

@@ -1,8 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/detail/functions/hyperbolic.hpp>
 #include <tapestry/autodiff/detail/functions/power.hpp>
-#include <tapestry/autodiff/detail/functions/scalar_functions.hpp>
-#include <tapestry/autodiff/detail/tape/formula.hpp>
 
 namespace tapestry {
 namespace detail {

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/jacobian/jacobian_pattern.hpp>
-#include <tapestry/autodiff/detail/tape/dual_number.hpp>
 #include <tapestry/autodiff/functions.hpp>
 #include <unordered_set>
 

@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/detail/tape/reverse_sweep.hpp>
-#include <tapestry/autodiff/detail/tape/statement.hpp>
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <tapestry/core/instruction_set.hpp>
 
 namespace tapestry::detail {
 

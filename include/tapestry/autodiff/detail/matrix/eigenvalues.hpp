@@ -1,8 +1,6 @@
 #pragma once
 #include <Eigen/Eigenvalues>
-#include <tapestry/autodiff/detail/matrix/record_matrix.hpp>
 #include <tapestry/autodiff/matrix/solve.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {

@@ -1,11 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
-#include <tapestry/autodiff/detail/tape/tape_state.hpp>
 #include <tapestry/autodiff/eigen.hpp>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/autodiff/variable.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 
 /// Inputs of operations on matrices, whichever way the matrices are held.
 namespace tapestry::detail {

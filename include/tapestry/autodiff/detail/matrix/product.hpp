@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/matrix/record_matrix.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry::matrix {
 

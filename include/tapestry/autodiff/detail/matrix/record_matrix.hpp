@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/matrix/matrix_input.hpp>
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/array.hpp>
 
 /// Conversion of an operation on matrices to one record, whichever way its matrices are held.
 namespace tapestry::detail {

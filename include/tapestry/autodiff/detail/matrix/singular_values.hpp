@@ -1,8 +1,6 @@
 #pragma once
 #include <Eigen/SVD>
 #include <tapestry/autodiff/detail/matrix/eigenvalues.hpp>
-#include <tapestry/autodiff/detail/matrix/record_matrix.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {

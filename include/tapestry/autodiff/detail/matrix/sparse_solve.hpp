@@ -2,7 +2,6 @@
 #include <Eigen/SparseCore>
 #include <Eigen/SparseLU>
 #include <tapestry/autodiff/detail/matrix/record_matrix.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry {
 namespace detail {

@@ -2,8 +2,6 @@
 #include <cfenv>
 #include <span>
 #include <tapestry/autodiff/detail/tape/reverse_sweep.hpp>
-#include <tapestry/autodiff/detail/tape/statement.hpp>
-#include <tapestry/autodiff/detail/tape/tape_memory.hpp>
 
 /// Applies the rule that a zero passes nothing on. The fast sweep leaves the rule out: it multiplies infinite
 /// and NaN adjoints by zero partial derivatives. Such a product is NaN, and makes its sum NaN.

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/detail/tape/tape_memory.hpp>
 
 namespace tapestry {

@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/detail/tape/dual_number.hpp>
 #include <tapestry/autodiff/detail/tape/operand_counts.hpp>
-#include <tapestry/autodiff/detail/tape/scalar.hpp>
 
 namespace tapestry {
 

@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/detail/tape/diagnosis.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
-#include <tapestry/autodiff/detail/tape/shared.hpp>
-#include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/detail/tape/tape_state.hpp>
 
 namespace tapestry {

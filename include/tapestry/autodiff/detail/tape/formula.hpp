@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/detail/tape/dual_number.hpp>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/numeric_limits.hpp>
-#include <tapestry/autodiff/detail/tape/scalar.hpp>
 
 namespace tapestry::detail {
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/tape/tape_memory.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry::detail {
 

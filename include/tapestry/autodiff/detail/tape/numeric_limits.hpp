@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/tape/expression.hpp>
-#include <tapestry/autodiff/detail/tape/scalar.hpp>
 
 namespace tapestry {
 template <class T>

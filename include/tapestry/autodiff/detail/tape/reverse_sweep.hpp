@@ -1,8 +1,6 @@
 #pragma once
-#include <tapestry/autodiff/detail/tape/huge_page_allocator.hpp>
 #include <tapestry/autodiff/detail/tape/pull_visitor.hpp>
 #include <tapestry/autodiff/detail/tape/scalar.hpp>
-#include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/autodiff/detail/tape/statement_walk.hpp>
 #include <tapestry/autodiff/detail/tape/tape_memory.hpp>
 #include <tapestry/core/instruction_set.hpp>

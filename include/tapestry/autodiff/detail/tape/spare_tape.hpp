@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/tape.hpp>
 #include <tapestry/autodiff/variable.hpp>
 
 namespace tapestry::detail {

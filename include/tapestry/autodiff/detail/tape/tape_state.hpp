@@ -3,10 +3,8 @@
 #include <tapestry/autodiff/detail/tape/diagnosis.hpp>
 #include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/inactive_heads.hpp>
-#include <tapestry/autodiff/detail/tape/reverse_sweep.hpp>
 #include <tapestry/autodiff/detail/tape/shared.hpp>
 #include <tapestry/autodiff/detail/tape/tape_record.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry::detail {
 

@@ -1,14 +1,8 @@
 #pragma once
 #include <span>
-#include <tapestry/autodiff/detail/tape/huge_page_allocator.hpp>
-#include <tapestry/autodiff/detail/tape/pull_visitor.hpp>
 #include <tapestry/autodiff/detail/tape/reverse_sweep.hpp>
-#include <tapestry/autodiff/detail/tape/statement.hpp>
-#include <tapestry/autodiff/detail/tape/statement_walk.hpp>
-#include <tapestry/autodiff/detail/tape/tape_memory.hpp>
 #include <tapestry/autodiff/detail/tape/tape_record.hpp>
 #include <tapestry/autodiff/detail/tape/vector_adjoints.hpp>
-#include <tapestry/core/instruction_set.hpp>
 
 namespace tapestry::detail {
 

@@ -1,8 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/detail/tape/deferred_throw.hpp>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 #include <tapestry/autodiff/detail/tape/formula.hpp>
-#include <tapestry/autodiff/detail/tape/tape_memory.hpp>
 #include <tapestry/autodiff/detail/tape/tape_state.hpp>
 
 namespace tapestry::detail {

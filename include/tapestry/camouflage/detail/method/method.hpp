@@ -1,10 +1,6 @@
 #pragma once
-#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/camouflage/paint.hpp>
 #include <tapestry/camouflage/shape_parameter.hpp>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::camouflage {
 

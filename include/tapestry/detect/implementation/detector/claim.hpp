@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/detect/decoded_outputs.hpp>
 #include <tapestry/detect/detector_description.hpp>
-#include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::detect::detail {
 

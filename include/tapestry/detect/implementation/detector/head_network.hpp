@@ -1,15 +1,8 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/detect/decoded_outputs.hpp>
-#include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/implementation/detector/claim.hpp>
-#include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
-#include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::detect::detail {
 

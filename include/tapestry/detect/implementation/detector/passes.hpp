@@ -1,14 +1,7 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/detect/detail/input_encoding.hpp>
-#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/implementation/detector/claim.hpp>
 #include <tapestry/detect/kept_picture.hpp>
-#include <tapestry/image/pixel_window.hpp>
 #include <tapestry/nn/pointwise.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::detect {
 namespace detail {

@@ -1,13 +1,7 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/decoded_outputs.hpp>
-#include <tapestry/detect/detail/input_encoding.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/implementation/detector/claim.hpp>
 #include <tapestry/image/batch.hpp>
-#include <tapestry/nn/network/staged_network.hpp>
-#include <tapestry/nn/network/tensor.hpp>
 
 /// \file
 /// Detectors with as many candidates as the picture has proposals: logits of a network in stages, [1, 4 + K,

@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/head.hpp>
 #include <tapestry/detect/network_config.hpp>
-#include <tapestry/detect/network_config/layer.hpp>
 
 namespace tapestry::detect {
 namespace detail {

@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/evaluate/dataset/readers.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/json.hpp>
 
 /// \file

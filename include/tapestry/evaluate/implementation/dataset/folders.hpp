@@ -1,12 +1,8 @@
 #pragma once
 #include <cctype>
 #include <map>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/evaluate/dataset/dataset.hpp>
 #include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/evaluate/detail/dataset/xml_reader.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
 
 namespace tapestry::evaluate {

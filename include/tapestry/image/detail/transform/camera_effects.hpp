@@ -1,7 +1,4 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
 
 namespace tapestry::image {

@@ -1,12 +1,6 @@
 #pragma once
 #include <numbers>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/random.hpp>
-#include <tapestry/image/detail/transform/camera_effects.hpp>
-#include <tapestry/image/detail/transform/matrix3.hpp>
-#include <tapestry/image/detail/transform/warp.hpp>
 #include <tapestry/image/transform/chain.hpp>
-#include <tapestry/image/transform/colour_change.hpp>
 
 namespace tapestry::image {
 namespace detail {

@@ -1,11 +1,7 @@
 #pragma once
 #include <cmath>
 #include <numbers>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/image/detail/transform/camera_effects.hpp>
-#include <tapestry/image/detail/transform/matrix3.hpp>
-#include <tapestry/image/transform/colour_change.hpp>
 
 namespace tapestry::image {
 namespace detail {

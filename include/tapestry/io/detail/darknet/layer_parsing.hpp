@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/detect/network_config/layer.hpp>
 #include <tapestry/io/detail/darknet/section.hpp>
 
 namespace tapestry::io::detail {

@@ -1,7 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
 #include <tapestry/io/detail/number_formats.hpp>
 

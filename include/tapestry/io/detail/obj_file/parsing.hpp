@@ -1,9 +1,7 @@
 #pragma once
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/geometry/mesh.hpp>
 #include <tapestry/geometry/polygon_triangulator.hpp>
 #include <tapestry/io/detail/name_numbers.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <unordered_set>

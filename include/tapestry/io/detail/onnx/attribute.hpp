@@ -1,7 +1,4 @@
 #pragma once
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/detail/onnx/external_data.hpp>
-#include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/io/detail/onnx/tensor.hpp>
 #include <tapestry/nn/network/description.hpp>
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <optional>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/io/file_source.hpp>

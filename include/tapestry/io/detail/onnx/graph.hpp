@@ -1,13 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/detail/onnx/external_data.hpp>
-#include <tapestry/io/detail/onnx/node.hpp>
-#include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/io/detail/onnx/subgraph.hpp>
-#include <tapestry/io/detail/onnx/tensor.hpp>
-#include <tapestry/io/detail/onnx/value_description.hpp>
-#include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::io {
 

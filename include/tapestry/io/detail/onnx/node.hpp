@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/onnx/attribute.hpp>
-#include <tapestry/io/detail/onnx/external_data.hpp>
-#include <tapestry/io/detail/onnx/protobuf_message.hpp>
-#include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::io {
 

@@ -1,12 +1,7 @@
 #pragma once
 #include <set>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/detail/onnx/external_data.hpp>
 #include <tapestry/io/detail/onnx/node.hpp>
-#include <tapestry/io/detail/onnx/protobuf_message.hpp>
-#include <tapestry/io/detail/onnx/tensor.hpp>
 #include <tapestry/io/detail/onnx/value_description.hpp>
-#include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::io {
 

@@ -1,10 +1,6 @@
 #pragma once
 #include <map>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/detail/number_formats.hpp>
 #include <tapestry/io/detail/onnx/external_data.hpp>
-#include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/io/detail/onnx/tensor_elements.hpp>
 #include <tapestry/nn/network/tensor.hpp>
 

@@ -1,10 +1,8 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/onnx/protobuf_message.hpp>
 #include <tapestry/io/detail/onnx/tensor_elements.hpp>
 #include <tapestry/nn/network/description.hpp>
-#include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::io {
 

@@ -2,7 +2,6 @@
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/darknet/known_keys.hpp>
 #include <tapestry/io/detail/darknet/layer_parsing.hpp>
-#include <tapestry/io/detail/darknet/section.hpp>
 #include <tapestry/io/detail/npy_header.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>

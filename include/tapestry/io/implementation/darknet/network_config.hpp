@@ -1,12 +1,8 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/darknet/known_keys.hpp>
 #include <tapestry/io/detail/darknet/layer_parsing.hpp>
-#include <tapestry/io/detail/darknet/section.hpp>
-#include <tapestry/io/file_source.hpp>
 
 namespace tapestry::io {
 namespace detail {

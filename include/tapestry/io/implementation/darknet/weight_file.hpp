@@ -1,11 +1,8 @@
 #pragma once
 #include <tapestry/core/finite.hpp>
-#include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/parameter_layout.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/number_formats.hpp>
-#include <tapestry/io/file_source.hpp>
 
 namespace tapestry::io {
 namespace detail {

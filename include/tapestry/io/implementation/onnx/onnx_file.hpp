@@ -1,10 +1,5 @@
 #pragma once
-#include <tapestry/io/detail/onnx/external_data.hpp>
 #include <tapestry/io/detail/onnx/graph.hpp>
-#include <tapestry/io/detail/onnx/node.hpp>
-#include <tapestry/io/detail/onnx/tensor.hpp>
-#include <tapestry/io/detail/onnx/tensor_elements.hpp>
-#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
 namespace tapestry::io {

@@ -1,10 +1,8 @@
 #pragma once
 #include <protozero/pbf_writer.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/detail/onnx/tensor_elements.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::io {
 namespace detail {

@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/axis_reduction.hpp>
-#include <tapestry/nn/detail/network/loop_nest.hpp>
 #include <tapestry/nn/detail/network/operation.hpp>
 #include <tapestry/nn/pointwise.hpp>
 

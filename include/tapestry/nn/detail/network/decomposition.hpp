@@ -1,9 +1,6 @@
 #pragma once
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/nn/detail/network/operator_context.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/plan_budget.hpp>
-#include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::nn {
 

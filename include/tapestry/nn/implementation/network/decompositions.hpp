@@ -1,11 +1,9 @@
 #pragma once
-#include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/detail/network/decompositions/control.hpp>
 #include <tapestry/nn/detail/network/decompositions/deformable.hpp>
 #include <tapestry/nn/detail/network/decompositions/einsum.hpp>
 #include <tapestry/nn/detail/network/decompositions/fused.hpp>
 #include <tapestry/nn/detail/network/decompositions/losses.hpp>
-#include <tapestry/nn/detail/network/decompositions/one_axis.hpp>
 #include <tapestry/nn/detail/network/decompositions/quantised.hpp>
 #include <tapestry/nn/detail/network/decompositions/recurrent.hpp>
 #include <tapestry/nn/detail/network/decompositions/three_axes.hpp>

@@ -1,16 +1,9 @@
 #pragma once
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/detail/network/simplify/fold_into_convolution.hpp>
-#include <tapestry/nn/detail/network/simplify/merge_patterns.hpp>
 #include <tapestry/nn/detail/network/simplify/merge_views.hpp>
-#include <tapestry/nn/engine.hpp>
-#include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <tapestry/nn/network/network_pass.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
-#include <tapestry/nn/network/window_plan.hpp>
 
 namespace tapestry::nn {
 

@@ -1,13 +1,9 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/broadcast.hpp>
 #include <tapestry/nn/detail/network/layout_conversion.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/binary_functions.hpp>
 #include <tapestry/nn/detail/network/operators/piecewise_functions.hpp>
-#include <tapestry/nn/detail/network/operators/unary_functions.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::nn::detail {
 

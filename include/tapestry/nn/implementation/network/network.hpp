@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/nn/detail/network/simplify/fold_into_convolution.hpp>
-#include <tapestry/nn/detail/network/simplify/merge_patterns.hpp>
 #include <tapestry/nn/detail/network/simplify/merge_views.hpp>
 #include <tapestry/nn/implementation/network/fold.hpp>
 #include <tapestry/nn/network/network.hpp>
-#include <tapestry/nn/network/program_builder.hpp>
 
 namespace tapestry::nn {
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/nn/detail/network/layout_conversion.hpp>
 #include <tapestry/nn/network/network_pass.hpp>
-#include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
 

@@ -3,33 +3,23 @@
 #include <tapestry/nn/detail/network/layout_conversion.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/batch_normalization.hpp>
-#include <tapestry/nn/detail/network/operators/binary.hpp>
 #include <tapestry/nn/detail/network/operators/channel_shuffle.hpp>
-#include <tapestry/nn/detail/network/operators/convolution.hpp>
 #include <tapestry/nn/detail/network/operators/convolution_transpose.hpp>
-#include <tapestry/nn/detail/network/operators/gather.hpp>
 #include <tapestry/nn/detail/network/operators/gemm.hpp>
-#include <tapestry/nn/detail/network/operators/generators.hpp>
 #include <tapestry/nn/detail/network/operators/grid_sample.hpp>
 #include <tapestry/nn/detail/network/operators/group_normalization.hpp>
 #include <tapestry/nn/detail/network/operators/layer_normalization.hpp>
-#include <tapestry/nn/detail/network/operators/matmul.hpp>
 #include <tapestry/nn/detail/network/operators/non_max_suppression.hpp>
 #include <tapestry/nn/detail/network/operators/non_zero.hpp>
 #include <tapestry/nn/detail/network/operators/order.hpp>
 #include <tapestry/nn/detail/network/operators/pad.hpp>
-#include <tapestry/nn/detail/network/operators/pass_on.hpp>
 #include <tapestry/nn/detail/network/operators/pixel_unshuffle.hpp>
 #include <tapestry/nn/detail/network/operators/pooling.hpp>
 #include <tapestry/nn/detail/network/operators/reduce.hpp>
-#include <tapestry/nn/detail/network/operators/reshape.hpp>
 #include <tapestry/nn/detail/network/operators/resize.hpp>
 #include <tapestry/nn/detail/network/operators/roi_align.hpp>
 #include <tapestry/nn/detail/network/operators/scatter.hpp>
-#include <tapestry/nn/detail/network/operators/softmax.hpp>
-#include <tapestry/nn/detail/network/operators/unary.hpp>
 #include <tapestry/nn/detail/network/operators/variadic.hpp>
-#include <tapestry/nn/detail/network/operators/views.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
 
 /// The table of operators.hpp. It includes every operator and so takes a compiler long.

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/nn/detail/network/layout_conversion.hpp>
 #include <tapestry/nn/implementation/network/fold.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
 

@@ -1,7 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/nn/detail/network/decomposition.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
 
 namespace tapestry::nn {

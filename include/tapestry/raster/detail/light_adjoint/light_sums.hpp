@@ -1,10 +1,6 @@
 #pragma once
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/clear_coat.hpp>
 #include <tapestry/raster/fragments.hpp>
-#include <tapestry/raster/lighting.hpp>
-#include <tapestry/raster/outdoor_light.hpp>
 
 namespace tapestry::raster::detail {
 

@@ -1,11 +1,5 @@
 #pragma once
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/face_field.hpp>
-#include <tapestry/raster/detail/pixel_rays.hpp>
-#include <tapestry/raster/detail/view_clip.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
 
 namespace tapestry::raster::detail {
 

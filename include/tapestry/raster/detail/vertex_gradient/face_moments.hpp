@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/raster/detail/raster_kernels.hpp>
 #include <tapestry/raster/detail/texture_kinds.hpp>
 #include <tapestry/raster/detail/vertex_gradient/band_moments.hpp>
 #include <tapestry/raster/fragments.hpp>

@@ -1,10 +1,6 @@
 #pragma once
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/raster/detail/face_field.hpp>
-#include <tapestry/raster/detail/face_weights.hpp>
 #include <tapestry/raster/detail/fragment_scan.hpp>
-#include <tapestry/raster/detail/pixel_rays.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
 
 namespace tapestry::raster::detail {
 

@@ -1,17 +1,8 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/geometry/camera.hpp>
-#include <tapestry/geometry/mesh.hpp>
-#include <tapestry/geometry/transform.hpp>
-#include <tapestry/raster/detail/crossing_faces.hpp>
-#include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/detail/surface.hpp>
-#include <tapestry/raster/detail/vertex_gradient/band_moments.hpp>
 #include <tapestry/raster/detail/vertex_gradient/face_moments.hpp>
 #include <tapestry/raster/detail/vertex_gradient/grazing_faces.hpp>
 #include <tapestry/raster/detail/vertex_gradient/sliver.hpp>
-#include <tapestry/raster/fragments.hpp>
 
 namespace tapestry::raster::detail {
 

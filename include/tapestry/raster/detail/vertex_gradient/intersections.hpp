@@ -1,7 +1,4 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/raster/detail/crossing_faces.hpp>
-#include <tapestry/raster/detail/face_field.hpp>
 #include <tapestry/raster/detail/vertex_gradient/edge_line.hpp>
 #include <tapestry/raster/detail/vertex_gradient/interior.hpp>
 

@@ -1,9 +1,6 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/raster/detail/face_field.hpp>
 #include <tapestry/raster/detail/vertex_gradient/edge_line.hpp>
 #include <tapestry/raster/detail/vertex_gradient/interior.hpp>
-#include <tapestry/raster/faces_in_view.hpp>
 
 namespace tapestry::raster::detail {
 

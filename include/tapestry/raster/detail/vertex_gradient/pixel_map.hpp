@@ -1,10 +1,5 @@
 #pragma once
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/raster/detail/face_weights.hpp>
 #include <tapestry/raster/detail/vertex_gradient/interior.hpp>
-#include <tapestry/raster/detail/view_clip.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster::detail {
 

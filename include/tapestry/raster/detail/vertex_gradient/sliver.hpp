@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/geometry/transform.hpp>
 #include <tapestry/raster/detail/pixel_rays.hpp>
 #include <tapestry/raster/fragments.hpp>
 

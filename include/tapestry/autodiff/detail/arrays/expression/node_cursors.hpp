@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/arrays/expression/cursor.hpp>
-#include <tapestry/autodiff/detail/arrays/expression/node.hpp>
-#include <tapestry/autodiff/detail/tape/expression.hpp>
 
 namespace tapestry::detail {
 

@@ -1,8 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/batch_norm.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/channel_extents.hpp>
 
 namespace tapestry::nn {

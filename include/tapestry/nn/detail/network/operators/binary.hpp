@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/nn/detail/network/broadcast.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/binary_functions.hpp>

@@ -1,10 +1,6 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/channel_extents.hpp>
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
-#include <tapestry/nn/detail/vector_kernels.hpp>
 
 namespace tapestry::nn {
 

@@ -1,12 +1,9 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/batch_norm.hpp>
 #include <tapestry/nn/detail/convolution_weight_adjoint.hpp>
 #include <tapestry/nn/detail/convolution_window.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/convolution_weights.hpp>
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
-#include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/operators/convolution.hpp>
 
 namespace tapestry::nn {

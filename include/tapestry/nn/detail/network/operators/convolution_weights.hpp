@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/nn/activation.hpp>
-#include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/detail/network/operator_context.hpp>
-#include <tapestry/nn/detail/packed_convolution.hpp>
 #include <tapestry/nn/engine.hpp>
 
 namespace tapestry::nn {

@@ -1,9 +1,6 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/loop_nest.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
-#include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
 

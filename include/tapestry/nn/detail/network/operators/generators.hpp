@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/nn/detail/network/operators.hpp>
-#include <tapestry/nn/detail/network/operators/pass_on.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
 #include <tapestry/nn/detail/network/operators/softmax.hpp>
 

@@ -1,10 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/convolution_geometry.hpp>
-#include <tapestry/nn/detail/depthwise_convolution.hpp>
-#include <tapestry/nn/detail/network/operator_context.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 
 namespace tapestry::nn {

@@ -1,10 +1,6 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/convolution_weight_adjoint.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
-#include <tapestry/nn/detail/packed_convolution.hpp>
-#include <tapestry/nn/engine.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::nn {
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/error.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/generators.hpp>
 
 namespace tapestry::nn {

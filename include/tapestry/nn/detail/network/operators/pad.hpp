@@ -1,8 +1,4 @@
 #pragma once
-#include <tapestry/nn/detail/network/operators.hpp>
-#include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
-#include <tapestry/nn/detail/network/operators/rearrange.hpp>
-#include <tapestry/nn/detail/network/operators/reshape.hpp>
 #include <tapestry/nn/detail/network/operators/views.hpp>
 
 namespace tapestry::nn {

@@ -1,8 +1,6 @@
 #pragma once
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/detail/network/operators/unary.hpp>
-#include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
 

@@ -1,9 +1,5 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/nn/detail/convolution_window.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
-#include <tapestry/nn/detail/vector_kernels.hpp>
 
 namespace tapestry::nn {
 

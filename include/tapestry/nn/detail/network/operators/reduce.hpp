@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/core/error.hpp>
 #include <tapestry/nn/detail/network/axis_reduction.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
 
 namespace tapestry::nn {

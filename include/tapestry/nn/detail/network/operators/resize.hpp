@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/autodiff/arrays/expression/block_loop.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/nn/detail/layout.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/resize_attributes.hpp>
 #include <tapestry/nn/pointwise.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::nn {
 

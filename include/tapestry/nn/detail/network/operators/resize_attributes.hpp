@@ -1,9 +1,6 @@
 #pragma once
 #include <limits>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/nn/detail/network/operator_context.hpp>
-#include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::nn {
 

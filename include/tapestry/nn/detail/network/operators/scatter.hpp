@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/gather.hpp>
 
 namespace tapestry::nn {

@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/arrays/expression/block_loop.hpp>
-#include <tapestry/core/vector_exp.hpp>
 #include <tapestry/nn/detail/network/axis_reduction.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/nn/detail/network/broadcast.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/binary.hpp>
 
 namespace tapestry::nn {

@@ -1,6 +1,5 @@
 #pragma once
 #include <limits>
-#include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 #include <tapestry/nn/detail/network/simplify/merge_patterns.hpp>
 
 namespace tapestry::nn {
