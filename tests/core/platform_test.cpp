@@ -98,12 +98,13 @@ TEST_CASE("one open file has the lock, until it is closed or its file deleted", 
   CHECK(first.clear() == 0);
   CHECK(first.write(bytes_of("owner")) == 0);
   CHECK(text_at(second, 0) == "owner");
-  const OpenFile moved = std::move(first);
+  OpenFile moved = std::move(first);
   CHECK(second.lock() == EWOULDBLOCK);
   CHECK(moved.is_still_at(path));
   CHECK(platform::remove_file(path.c_str()) == 0);
   CHECK_FALSE(moved.is_still_at(path));
   CHECK_FALSE(second.is_still_at(path));
+  moved.close();
   std::ofstream(folder + "/other") << "x";
   REQUIRE(second.open(folder + "/other", Access::share) == 0);
   CHECK(second.lock() == 0);

@@ -1,6 +1,8 @@
 #pragma once
 #define WIN32_LEAN_AND_MEAN
+#if !defined(NOMINMAX)
 #define NOMINMAX
+#endif
 #include <windows.h>
 #undef near
 #undef far
@@ -113,7 +115,12 @@ int replace_file(const std::string& from, const std::string& to) {
 
 int flush_folder(const std::string&) { return 0; }
 
-int remove_file(const char* path) noexcept { return failure_unless(::DeleteFileW(wide(path).c_str())); }
+int remove_file(const char* path) noexcept {  // renamed first: it keeps its name while anyone has it open
+  std::wstring name = wide(path);
+  const std::wstring gone = name + L".deleted-" + std::to_wstring(::GetTickCount64());
+  if (::MoveFileExW(name.c_str(), gone.c_str(), 0)) name = gone;
+  return failure_unless(::DeleteFileW(name.c_str()));
+}
 
 long process_number() { return static_cast<long>(::GetCurrentProcessId()); }
 
