@@ -20,7 +20,7 @@ common=(-std=c++20 -ffp-contract=off -Wall -Wextra -I"$sources/include" -isystem
 
 # Sets compiler, runner and flags; fails with a sentence where a program is absent.
 choose() {
-  runner=() flags=(-static -pthread) precompiled=gch
+  runner=() flags=(-static -pthread) precompiled=gch select='~[long]'
   case $1 in
     aarch64) compiler=aarch64-linux-gnu-g++ runner=(qemu-aarch64) ;;
     s390x) compiler=s390x-linux-gnu-g++ runner=(qemu-s390x) ;;
@@ -29,10 +29,12 @@ choose() {
     wasm)
       compiler=em++ runner=(node --no-experimental-fetch) precompiled=pch
       flags=(-pthread -fexceptions -sALLOW_MEMORY_GROWTH -sINITIAL_MEMORY=256MB -sNODERAWFS -sPROXY_TO_PTHREAD -sEXIT_RUNTIME
-             -Wno-pthreads-mem-growth -DCATCH_CONFIG_NO_POSIX_SIGNALS)
+             -Wno-pthreads-mem-growth -Wno-unused-command-line-argument -DCATCH_CONFIG_NO_POSIX_SIGNALS)
       ;;
     *) echo "reach.sh: no target $1" >&2; exit 2 ;;
   esac
+  # Their C libraries miss the bounds of some functions: mingw's those of exp10, pow, lgamma and of sin at 1e308.
+  case $1 in windows | wasm) select+='~[accuracy]~[table]~derivatives of duals that overflow*' ;; esac
   for program in "$compiler" "${runner[0]}"; do
     if ! command -v "$program" >/dev/null; then
       echo "$1: skipped, $program is not installed"
@@ -46,6 +48,7 @@ choose() {
 can_run() {
   local headers
   case $1 in *two_libraries* | *boost* | *_optimised_* | *_at_zeros* | *eigen_spectrum*) return 1 ;; esac
+  case $target/$1 in wasm/*complex*) return 1 ;; esac # libc++ divides complex numbers by logb() of the part
   headers=$("$compiler" "${common[@]}" -MM "$1" 2>/dev/null) && [[ $target != windows || $headers != *supported_target* ]]
 }
 
@@ -74,7 +77,7 @@ run_tests() {
   printf '%s\0' "${pairs[@]}" |
     xargs -0 -n 2 -P "$(nproc)" "$compiler" "${common[@]}" "${flags[@]}" -include "$out/first.hpp" -c -o &&
     build "$out/tests$end" "${paths[@]}" "${objects[@]}" tests/support/{catch_main,paths}.cpp cmake/compiled/core.cpp &&
-    "${runner[@]}" "$out/tests$end" '~[long]' | tail -n 3
+    "${runner[@]}" "$out/tests$end" "$select" | tail -n 3
 }
 
 g++ "${common[@]}" -O2 -o build/reach/bits tests/autodiff/bits.cpp

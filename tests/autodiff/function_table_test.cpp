@@ -32,7 +32,7 @@ const std::map<std::string, std::vector<Row>>& table() {
         continue;
       }
       Row row;
-      while (words >> word) row.push_back(std::bit_cast<double>(std::stoull(word, nullptr, 16)));
+      while (words >> word) row.push_back(__builtin_bit_cast(double, std::stoull(word, nullptr, 16)));
       all[name].push_back(row);
     }
     return all;

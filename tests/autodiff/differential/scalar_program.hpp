@@ -70,9 +70,10 @@ class ScalarProgram {
   void try_instruction(std::mt19937_64& random, std::vector<std::vector<Wide>>& registers) {
     const auto table = steps::all<Wide>();
     const std::size_t count = registers.front().size();
-    Instruction next{random() % table.size(), {}};
+    Instruction next{static_cast<std::size_t>(random() % table.size()), {}};
     for (std::size_t& operand : next.operands)  // late ones more often: else most of a program has no effect
-      operand = random() % 2 == 0 ? count - 1 - random() % std::min<std::size_t>(count, 3) : random() % count;
+      operand = static_cast<std::size_t>(
+          random() % 2 == 0 ? count - 1 - random() % std::min<std::size_t>(count, 3) : random() % count);
     std::vector<Wide> results;
     for (const auto& at : registers) {
       const Wide a = at[next.operands[0]], b = at[next.operands[1]], c = at[next.operands[2]];
