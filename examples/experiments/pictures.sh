@@ -5,6 +5,5 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 PATH=${BUILD:-$root/build/release}/examples:$PATH
 mkdir "$1" && cd "$1"
-sed -n 's/^    //p' "$root/docs/GALLERY.md" >commands
 set -x
-source commands
+source <(sed -n 's/^    //p' "$root/docs/GALLERY.md")

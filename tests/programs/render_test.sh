@@ -34,16 +34,16 @@ expect_exit 0 "a turntable" "$render" --turntable 5 --distance 8 20 --size 40 --
 
 # Moving and transparent pictures, read by a program that shares nothing with ours.
 expect_exit 0 "a turn" "$render" --size 48 --azimuth 30 --turntable 3 --seconds 1.5 --output turn.png
-expect_exit 0 "no background" "$render" --size 48 --azimuth 30 --transparent --output clear.png
 expect_exit 0 "a turn of it" "$render" --size 48 --azimuth 30 --turntable 3 --seconds 0.09 --transparent --output clear_turn.png
 for turn in 30 150 270; do
   expect_exit 0 "a view" "$render" --size 48 --azimuth "$turn" --output "view$turn.png"
-  expect_exit 0 "a view" "$render" --size 48 --azimuth "$turn" --transparent --output "clear$turn.png"
+  expect_exit 0 "without a background" "$render" --size 48 --azimuth "$turn" --transparent --output "clear$turn.png"
 done
 expect_exit 0 "its coverage" "$render" --size 48 --azimuth 30 --view coverage --output covered.png
-expect_exit 0 "another background" "$render" --size 48 --azimuth 30 --background 0.3 0.6 0.5 --output before.png
-expect_exit 0 "normals" "$render" --size 48 --view normal --transparent --output clear_normal.png
-expect_exit 0 "normals before it" "$render" --size 48 --view normal --background 0.3 0.6 0.5 --output normal.png
+for view in colour normal; do
+  expect_exit 0 "$view" "$render" --size 48 --azimuth 30 --view "$view" --transparent --output "clear_$view.png"
+  expect_exit 0 "$view" "$render" --size 48 --azimuth 30 --view "$view" --background 0.3 0.6 0.5 --output "before_$view.png"
+done
 sun=(--light sun --light-direction 1 1 1 --size 48 --azimuth 30)
 expect_exit 0 "a shadow before white" "$render" "${sun[@]}" --ground --output lit.png
 expect_exit 0 "a shadow" "$render" "${sun[@]}" --ground --transparent --output shadow.png
@@ -52,10 +52,10 @@ if command -v python3 >/dev/null; then
   reads() { expect_exit 0 "moving_picture.py $*" python3 "$sources/tests/programs/moving_picture.py" "$@"; }
   reads frames turn.png 3 500 view30.png view150.png view270.png
   reads frames clear_turn.png 3 30 clear30.png clear150.png clear270.png
-  reads opacity clear.png covered.png
-  reads over clear.png 1 1 1 view30.png
-  reads over clear.png 0.3 0.6 0.5 before.png
-  reads over clear_normal.png 0.3 0.6 0.5 normal.png encoded
+  reads opacity clear30.png covered.png
+  reads over clear30.png 1 1 1 view30.png
+  reads over clear_colour.png 0.3 0.6 0.5 before_colour.png
+  reads over clear_normal.png 0.3 0.6 0.5 before_normal.png encoded
   reads shadow shadow.png lit.png
 else
   echo "skipped: moving and transparent pictures are not read by another program; it needs python3"
