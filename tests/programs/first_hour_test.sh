@@ -20,6 +20,7 @@ follow() {
 
 git clone --quiet "$sources" clone
 cd clone || exit 1
+sed -n '/^<!-- compiled by the tests/,/^```$/p' README.md | grep -vE '^(<!--|```)' >gradient.cpp
 { indented README.md; inline README.md; } >../commands
 [ "$(wc -l <../commands)" -ge 6 ] && pass || fail "README has few commands: $(cat ../commands)"
 while IFS= read -r command; do
