@@ -182,7 +182,7 @@ class TuningRun {
   }
 
   [[nodiscard]] static std::vector<Curve> curves_of(const DatasetTrainer& trainer) {
-    std::vector<Curve> curves{{"AP50, by validation", trainer.scores()}};
+    std::vector<Curve> curves{{"AP50", trainer.scores(), "validation"}};
     for (const auto& number : LossTerms::all) {
       curves.push_back({number.name, {}});
       for (const auto& step : trainer.history()) curves.back().values.push_back(step.*number.value);

@@ -240,8 +240,9 @@ class PanelSheets {
     PdfPage page(paper.width, paper.height);
     double top = paper.height - margin - 0.4;
     page.text({margin, top}, 12, settings_.car);
-    page.text({margin, top -= 0.6}, 9,
-              summary() + formatted("; scale %.4g, seen from outside", settings_.scale));
+    page.text(
+        {margin, top -= 0.6}, 9,
+        summary() + formatted("; sheets follow this index; scale %.4g, seen from outside", settings_.scale));
     page.text({margin, top -= 0.5}, 7,
               "Print at 100 %, and check that the ruler of a sheet is 5 cm long. Cut tiles at the outer "
               "marks; the edge of the next tile lies at the inner marks.");

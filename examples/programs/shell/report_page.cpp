@@ -30,7 +30,7 @@ namespace {
 
 /// A curve with its least and greatest value; empty for a constant one.
 std::string curve_svg(const Curve& curve) {
-  const auto& [name, values] = curve;
+  const auto& [name, values, over] = curve;
   if (values.empty()) return {};
   const auto [lowest, highest] = std::ranges::minmax(values);
   if (lowest == highest) return {};
@@ -44,9 +44,10 @@ std::string curve_svg(const Curve& curve) {
     return formatted(std::abs(value) >= 1000 && std::abs(value) < 1e6 ? "%.0f" : "%.3g", value);
   };
   return "<svg viewBox=\"0 0 300 150\" width=\"300\" role=\"img\" aria-label=\"" + escaped(name) +
-         " over the steps\">\n<rect class=\"frame\" x=\"60\" y=\"25\" width=\"230\" height=\"105\"/>" +
+         " over the " + over +
+         "s\">\n<rect class=\"frame\" x=\"60\" y=\"25\" width=\"230\" height=\"105\"/>" +
          svg_text(60, 16, "", name) + svg_text(56, 34, "end", number(high)) +
-         svg_text(56, 130, "end", number(low)) + svg_text(60, 146, "", "step 1") +
+         svg_text(56, 130, "end", number(low)) + svg_text(60, 146, "", over + " 1") +
          svg_text(290, 146, "end", std::to_string(values.size())) + "<polyline class=\"curve\" points=\"" +
          points + "\"/></svg>\n";
 }

@@ -6,10 +6,11 @@
 
 namespace tapestry::shell {
 
-/// A curve over the steps of a run.
+/// A curve over the steps of a run, or over what else it has a value for each.
 struct Curve {
   std::string name;
   std::vector<double> values;
+  std::string over = "step";
 };
 
 /// Pictures of some views, each view in several ways.
