@@ -129,16 +129,15 @@ inline std::string hardening_verdict(const HardeningReport& report) {
 inline std::vector<std::string> words_on_budget(const HardeningReport& report) {
   std::vector<std::string> sentences;
   const std::size_t views = report.attacked_views;
-  if (views > 0 && views < enough_attacked_views)
-    sentences.push_back("The attacks may be too short to show an effect: " + std::to_string(views) +
-                        " views each, where the default takes " + std::to_string(enough_attacked_views) +
-                        " or more; leave out --quick, or raise --epochs.");
+  if (views == 0 || views >= enough_attacked_views) return sentences;
+  sentences.push_back("The attacks may be too short to show an effect: " + std::to_string(views) +
+                      " views each, where the default takes " + std::to_string(enough_attacked_views) +
+                      " or more; leave out --quick, or raise --epochs.");
   const auto &before = report.undefended.precision, &after = report.hardened.precision;
   if (before && after && before->ap50 && after->ap50 && *after->ap50 < *before->ap50)
     sentences.push_back(
         "AP can fall in a short run, whose first steps move the weights off what they had learnt while too "
-        "few "
-        "follow to settle them: --rounds and --steps give more of these, --clean-scenes more to learn from.");
+        "few follow to settle them: --rounds and --steps give more, --clean-scenes more to learn from.");
   return sentences;
 }
 
