@@ -80,9 +80,12 @@ TEST_CASE("the state of an open file changes when it is written to", "[core][pla
   CHECK(after.size == 4);
   CHECK(after.stamp != before.stamp);
   file.close();
-  if (file.open(folder, Access::read) == 0 && file.inspect(after) == 0)
-    CHECK(after.kind != FileKind::regular);
+#if !defined(__EMSCRIPTEN__)  // every file counts as regular there
+  CHECK(file.open(folder, Access::read) == 0);
+  CHECK(file.inspect(after) == 0);
+  CHECK(after.kind == FileKind::folder);
   file.close();
+#endif
   std::filesystem::remove_all(folder);
 }
 
