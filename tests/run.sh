@@ -45,7 +45,8 @@ install_packages() {
   [ "$all" = ON ] || return 0
   local version
   version=$(clang++-14 -dumpversion 2>/dev/null || clang++ -dumpversion) || return
-  .ci/packages sanitizers "${version%%.*}" && .ci/packages python && .ci/packages packing
+  .ci/packages sanitizers "${version%%.*}" && .ci/packages python &&
+    { [ "$long" = OFF ] || .ci/packages packing; }
 }
 
 built=()

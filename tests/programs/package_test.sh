@@ -18,7 +18,7 @@ for package in libtapestry-dev tapestry-tools python3-tapestry; do
   for name in copyright changelog.gz changelog.Debian.gz tapestry.spdx.json; do expect_file "root/usr/share/doc/$package/$name"; done
   dpkg-deb --ctrl-tarfile "packed/$file" | tar -xO ./md5sums | (cd root && md5sum --check --quiet) && pass || fail "$package: sums"
 done
-! command -v lintian >/dev/null || expect_exit 0 "lintian" lintian --allow-root --fail-on error,warning packed/*.deb
+[ "${TAPESTRY_TESTS_LONG:-}" != ON ] || ! command -v lintian >/dev/null || expect_exit 0 "lintian" lintian --allow-root --fail-on error,warning packed/*.deb
 dpkg-deb --info packed/tapestry-tools_*.deb >fields
 grep -q "^ Version: $version-1$" fields && pass || fail "$(cat fields)"
 for name in $names; do
