@@ -98,8 +98,7 @@ TEST_CASE("one open file has the lock, until it is closed or its file deleted", 
   REQUIRE(second.open(path, Access::share) == 0);
   CHECK(first.lock() == 0);
   CHECK(second.lock() == EWOULDBLOCK);
-  CHECK(first.clear() == 0);
-  CHECK(first.write(bytes_of("owner")) == 0);
+  CHECK(first.replace(bytes_of("owner")) == 0);
   CHECK(text_at(second, 0) == "owner");
   OpenFile moved = std::move(first);
   CHECK(second.lock() == EWOULDBLOCK);

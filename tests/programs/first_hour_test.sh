@@ -41,13 +41,13 @@ cp "$assets/car_sedan.mtl" .
 cp "$assets/detector.names" coco.names
 make_dataset --train 12 --test 2 --format png --output drawn >/dev/null
 cp drawn/train/*.png photographs
-cp drawn/test/000.png photographs/street.jpg
+cp "$(ls drawn/test/*.png | head -n 1)" photographs/street.jpg
 for name in yolox_nano nanodet_m; do
   convert_weights --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" --output "$name.onnx" >/dev/null
 done
 cp ../clone/runs/camouflage-001/texture.png theirs.png
 indented "$sources/docs/OWN_CAR.md" >../commands
-[ "$(wc -l <../commands)" -ge 14 ] && pass || fail "OWN_CAR has few commands: $(cat ../commands)"
+[ "$(wc -l <../commands)" -ge 13 ] && pass || fail "OWN_CAR has few commands: $(cat ../commands)"
 while IFS= read -r command; do follow "$command"; done <../commands
 for name in look.png boxes frames/preview.png run/report.html painted.glb panels.pdf; do
   [ -e "$name" ] && pass || fail "the page leads to no $name"

@@ -74,8 +74,8 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
 class ArraysRecord final : public CallableRecord<T, TapeRecord<T>, Pullback, Slots...> {
  public:
   using Adjoints = std::vector<std::shared_ptr<ArrayAdjoint<T, Rank>>>;
-  ArraysRecord(Pullback pullback, std::tuple<Slots...> slots, Adjoints adjoints)
-      : CallableRecord<T, TapeRecord<T>, Pullback, Slots...>(std::move(pullback), std::move(slots)),
+  ArraysRecord(Pullback pullback, std::tuple<Slots...> inputs, Adjoints adjoints)
+      : CallableRecord<T, TapeRecord<T>, Pullback, Slots...>(std::move(pullback), std::move(inputs)),
         adjoints_(std::move(adjoints)) {}
   ~ArraysRecord() override {
     for (const auto& adjoint : adjoints_) adjoint->detach();

@@ -55,12 +55,11 @@ class OpenFile {
   /// Writes all of the bytes behind those written before.
   [[nodiscard]] int write(std::span<const std::byte> bytes) const;
 
-  /// Removes the content, before anything is written.
-  [[nodiscard]] int clear() const;
+  /// Replaces the content of a file, which was not written to so far, by a short text.
+  [[nodiscard]] int replace(std::span<const std::byte> bytes) const;
 
   /// Writes what the system holds back to the device.
   [[nodiscard]] int flush() const;
-
   [[nodiscard]] int inspect(FileState& state) const;
 
   /// True if `path` still leads to this regular file.
@@ -98,7 +97,7 @@ struct ProcessCost {
   long waits = 0;  ///< of its threads, for something
   long page_faults = 0;
 };
-[[nodiscard]] ProcessCost process_cost();
+[[nodiscard]] ProcessCost process_cost();  ///< since its start
 
 /// Keeps freed memory for the next step instead of returning it to the system. The system would clear every
 /// page again, which takes a third of a training step.

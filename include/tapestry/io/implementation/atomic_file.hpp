@@ -161,7 +161,7 @@ void RunLock::write_owner() const {
   const std::string owner =
       "process " + std::to_string(platform::process_number()) + " on " + platform::host_name() + "\n";
   // The text is for people only: if the disk is full, the claim still holds.
-  if (file_.clear() == 0) (void)file_.write(std::as_bytes(std::span<const char>(owner)));
+  (void)file_.replace(std::as_bytes(std::span<const char>(owner)));
 }
 
 }  // namespace tapestry::io

@@ -62,8 +62,8 @@ struct MatrixPullback {
 template <class T, class Pullback, class... Slots>
 class EntriesRecord final : public CallableRecord<T, TapeRecord<T>, Pullback, Slots...> {
  public:
-  EntriesRecord(Pullback pullback, std::tuple<Slots...> slots, Eigen::Index rows, Eigen::Index columns)
-      : CallableRecord<T, TapeRecord<T>, Pullback, Slots...>(std::move(pullback), std::move(slots)),
+  EntriesRecord(Pullback pullback, std::tuple<Slots...> inputs, Eigen::Index rows, Eigen::Index columns)
+      : CallableRecord<T, TapeRecord<T>, Pullback, Slots...>(std::move(pullback), std::move(inputs)),
         rows_(rows),
         columns_(columns) {}
   void pull_back(T* adjoints, std::size_t statement) override {

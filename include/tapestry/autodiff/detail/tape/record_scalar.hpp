@@ -90,10 +90,10 @@ template <class T, class Base, class Pullback, class... Slots>
 class CallableRecord : public Base {
  public:
   template <class... Parts>
-  explicit CallableRecord(Pullback pullback, std::tuple<Slots...> slots, Parts&&... of_base)
-      : Base(std::forward<Parts>(of_base)...), pullback_(std::move(pullback)), slots_(std::move(slots)) {}
+  explicit CallableRecord(Pullback pullback, std::tuple<Slots...> inputs, Parts&&... of_base)
+      : Base(std::forward<Parts>(of_base)...), pullback_(std::move(pullback)), inputs_(std::move(inputs)) {}
   void list_inputs(std::vector<std::uint32_t>& statements) const final {
-    std::apply([&](const auto&... slot) { (slot.list(statements), ...); }, slots_);
+    std::apply([&](const auto&... slot) { (slot.list(statements), ...); }, inputs_);
   }
   [[nodiscard]] const char* operation() const noexcept final { return type_name<Pullback>(); }
 
@@ -107,12 +107,12 @@ class CallableRecord : public Base {
           pullback_(adjoint, slot.adjoint(adjoints)...);
           (slot.require_shape(), ...);
         },
-        slots_);
+        inputs_);
   }
 
  private:
   Pullback pullback_;
-  std::tuple<Slots...> slots_;
+  std::tuple<Slots...> inputs_;
 };
 
 /// An operation whose result is a scalar.

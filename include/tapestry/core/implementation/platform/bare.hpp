@@ -38,7 +38,7 @@ int OpenFile::write(std::span<const std::byte> bytes) const {
   return failure_of(std::fwrite(bytes.data(), 1, bytes.size(), file_of(handle_)) != bytes.size());
 }
 
-int OpenFile::clear() const { return 0; }
+int OpenFile::replace(std::span<const std::byte> bytes) const { return write(bytes); }
 
 int OpenFile::flush() const { return failure_of(std::fflush(file_of(handle_)) != 0); }
 

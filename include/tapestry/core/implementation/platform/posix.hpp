@@ -62,7 +62,10 @@ int OpenFile::write(std::span<const std::byte> bytes) const {
   return 0;
 }
 
-int OpenFile::clear() const { return failure_of(::ftruncate(descriptor_of(handle_), 0)); }
+int OpenFile::replace(std::span<const std::byte> bytes) const {
+  const int file = descriptor_of(handle_);
+  return ::ftruncate(file, 0) != 0 || ::pwrite(file, bytes.data(), bytes.size(), 0) < 0 ? errno : 0;
+}
 
 int OpenFile::flush() const {
   return failure_of(uninterrupted([&] { return ::fsync(descriptor_of(handle_)); }));

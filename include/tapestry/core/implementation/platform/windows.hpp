@@ -82,7 +82,9 @@ int OpenFile::write(std::span<const std::byte> bytes) const {
   return 0;
 }
 
-int OpenFile::clear() const { return failure_unless(::SetEndOfFile(handle_of(handle_))); }
+int OpenFile::replace(std::span<const std::byte> bytes) const {
+  return ::SetEndOfFile(handle_of(handle_)) ? write(bytes) : last_failure();
+}
 
 int OpenFile::flush() const { return failure_unless(::FlushFileBuffers(handle_of(handle_))); }
 
