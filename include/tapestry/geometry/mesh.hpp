@@ -111,7 +111,7 @@ void append(Mesh& mesh, const Mesh& other);
 
 /// Axes that put the front of a car's mesh along its length and its wheels below; none if `axes` do so.
 ///
-/// Of the sides as long as the car, the wheels are at the one with the largest wheel_share(), if that is at
+/// The wheels are at the side with the largest wheel_share() among sides as long as the car, if that is at
 /// least .6 and twice that of the side now below. Without such a side, only the extents are judged. Front and
 /// tail are not distinguished: a front that is found has the positive sign. A flat mesh is no car.
 ///

@@ -44,8 +44,8 @@ inline constexpr std::size_t most_detections_of_class = 100;  ///< of a picture,
 
 /// Matches the detections of one class with the truths, picture by picture.
 ///
-/// In the order of falling confidence, a detection takes the free truth that it overlaps most, if by at least
-/// the threshold. Truths that count come before ignored ones; of equals the later is taken. The overlap is
+/// Each detection, by falling confidence, takes the free truth that it overlaps most, if by at least the
+/// threshold. Truths that count come before ignored ones; of equals the later is taken. The overlap is
 /// IoU; with a crowd it is the share of the detection that lies in it, and a crowd is never used up. Crowds,
 /// truths marked so, and truths out of the range of areas are ignored. A detection is ignored if the truth it
 /// takes is, or if it takes none and is itself out of the range.
