@@ -92,6 +92,19 @@ TEST_CASE("only regular files within the limit are read", "[io][file_source]") {
   CHECK(read_text_file(sparse, 1) == "x");
 }
 
+TEST_CASE("a path that leads nowhere is told the nearest one", "[io][file_source]") {
+  const TemporaryFolder folder;
+  const auto car = folder.write("sedan.obj", "x");
+  CHECK_THROWS_WITH((void)read_file(folder.path("sedna.obj")),
+                    contains("cannot open") && contains("; did you mean " + car + "?"));
+  CHECK_THROWS_WITH((void)listed_paths(car, [](const fs::path&) { return true; }),
+                    contains("give the folder that it lies in"));
+  CHECK(path_remedy(folder.path("truck.obj")).empty());
+  fs::create_directory(folder.path("frames"));
+  CHECK(path_remedy(folder.path("frame/train/000.npz")) == "; did you mean " + folder.path("frames") + "?");
+  CHECK(path_remedy("").empty());
+}
+
 TEST_CASE("a file whose size changes while it is read is refused", "[io][file_source]") {
   const TemporaryFolder folder;
   const auto path = folder.path("grows");

@@ -127,6 +127,10 @@ class RegularFile {
   return std::filesystem::is_regular_file(status_of(path, kind));
 }
 
+/// For a path that leads nowhere the nearest one as far as its first absent part, such as "; did you mean
+/// a/car.obj?"; empty if no name there is near.
+[[nodiscard]] std::string path_remedy(const std::string& path);
+
 /// Paths of the folder's entries for which `accepts` returns true, sorted.
 /// \throws FileError (malformed) if the folder cannot be listed; std::bad_alloc
 template <std::predicate<const std::filesystem::path&> Accepts>
@@ -138,7 +142,11 @@ template <std::predicate<const std::filesystem::path&> Accepts>
     if (accepts(entry->path())) paths.push_back(entry->path().string());
   if (error == std::errc::not_enough_memory) throw std::bad_alloc();
   if (error)
-    throw FileError(ErrorKind::malformed, {folder, "", "cannot list the folder: " + error.message()});
+    throw FileError(ErrorKind::malformed,
+                    {folder, "",
+                     "cannot list the folder: " + error.message() +
+                         (error == std::errc::not_a_directory ? "; give the folder that it lies in"
+                                                              : path_remedy(folder))});
   std::sort(paths.begin(), paths.end());
   return paths;
 }

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/input_ledger.hpp>
+#include <tapestry/io/text_lines.hpp>
 
 namespace tapestry::io {
 bool stays_below(const std::string& name) {
@@ -11,10 +12,30 @@ bool stays_below(const std::string& name) {
   return !relative.has_root_path() && (relative.empty() || *relative.begin() != "..");
 }
 
+std::string path_remedy(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  fs::path there;
+  for (const fs::path& part : fs::path(path)) {
+    if (fs::exists(there / part, error)) {
+      there /= part;
+      continue;
+    }
+    std::vector<std::string> names;
+    fs::directory_iterator entry(there.empty() ? "." : there, error);
+    for (; !error && entry != fs::directory_iterator(); entry.increment(error))
+      names.push_back(entry->path().filename().string());
+    std::ranges::sort(names);
+    const std::string nearest = nearest_word(part.string(), names);
+    return nearest.empty() ? "" : "; did you mean " + printable((there / nearest).string()) + "?";
+  }
+  return "";
+}
+
 RegularFile::RegularFile(std::string path, std::uint64_t limit) : path_(std::move(path)) {
   if (path_.find('\0') != std::string::npos) fail(ErrorKind::malformed, "file name holds a zero byte");
   if (const int reason = file_.open(path_, platform::Access::read); reason != 0)
-    fail(ErrorKind::malformed, std::string("cannot open: ") + std::strerror(reason));
+    fail(ErrorKind::malformed, std::string("cannot open: ") + std::strerror(reason) + path_remedy(path_));
   platform::FileState now = state();
   using platform::FileKind;
   if (now.kind != FileKind::regular)
