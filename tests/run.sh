@@ -4,8 +4,9 @@
 #   ROOM                 the tests of this folder of tests/, such as raster, with the rooms of the library that they call
 #   --all                also what finds a mistake rarely: clang's sanitizers, the programs and longer tests by g++, lesser
 #                        instruction sets, headers alone, users' projects, every table of the paper
-#   --long               also every source read by the other compiler, instruction sets under the sanitizers, every fault,
-#                        all benchmarks and those of other libraries that are installed, clang-tidy-14 where it is: hours
+#   --long               also every source read by the other compiler, instruction sets under the sanitizers, every fault, the
+#                        page of experiments, all benchmarks and those of other libraries that are installed, clang-tidy-14
+#                        where it is: hours
 #   --reach              the tape on other machines, in emulators, see tests/reach.sh; --all runs a part of it
 # Ends with where the time went.
 set -euo pipefail

@@ -160,7 +160,7 @@ TEST_CASE("steps that each use the last one's results have patterns in the time 
   CHECK(found_pattern(f, 3) == "01.01..");
 }
 
-TEST_CASE("a long banded problem has its band", "[autodiff][hessian]") {
+TEST_CASE("a long banded problem has its band", "[autodiff][hessian][repeated]") {
   const std::size_t n = 100000;
   const OverEdges f{band(n, 2)};
   const auto pattern = tapestry::hessian_pattern(f, some_point(n));

@@ -339,7 +339,7 @@ TEMPLATE_TEST_CASE("every instruction set of this machine computes the same tile
 }
 
 TEMPLATE_TEST_CASE("a window of a convolution has the bits of the whole one, and needs no more than it says",
-                   "[nn][convolution]", float, double) {
+                   "[nn][convolution][repeated]", float, double) {
   auto all = shapes();
   all.push_back(nn::square_convolution(21, 26, 32, 40, 3, 1, 1));    // large enough for every engine's tiles
   all.push_back(nn::square_convolution(22, 25, 70, 32, 3, 2, 1));    // and tiles of a stride's adjoint

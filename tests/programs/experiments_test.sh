@@ -90,7 +90,7 @@ expect_same variants/tables/variants.md before.md
 expect_exit 7 "the same table with other options" env -u FURTHER SEEDS="1 2" bash "$experiments/variants.sh" variants "$COMMON --frames own --epochs 2" first=
 expect_exit 2 "too few words" bash "$experiments/variants.sh" none
 
-# Every part of the page of experiments, from one command, and finished parts are not done again.
+# Every part of the page of experiments, from one command, and finished parts are not done again: with --long.
 cp second.onnx third.onnx && cp second.onnx fourth.onnx
 page() { # [FOLDER]
   env -u COMMON -u FRAMES -u FURTHER CAR="--mesh $assets/car_sedan.obj --material body" NAMES="$assets/detector.names" SIZE=128 \
@@ -98,30 +98,32 @@ page() { # [FOLDER]
 }
 PARTS=hardened expect_exit 2 "an attack before the search for its options" page early
 expect_error_line 'part tables comes first'
-expect_exit 0 "the page" page
-options_of() { grep -E '"(learning-rate|smoothness-weight)"' "$1/manifest.json"; }
-for run in stronger/runs/paper-1 hardened/optimised; do
-  [ "$(options_of page/$run)" = "$(options_of page/paper/runs/fca-1)" ] && pass || fail "$run has not the options of fca"
-done
-# A paint of the tables is not made again: the search has all other options from the tables.
-[ page/stronger/runs/fca-1 -ef page/paper/runs/fca-1 ] && [ page/stronger/measured/digital-fca-1 -ef page/paper/measured/digital-fca-1 ] &&
-  pass || fail "fca is made twice"
-settings_of() { sed '/"outputs": {/,/}/d' "$1/manifest.json"; }
-[ "$(diff <(settings_of page/paper/runs/fca-1) <(settings_of page/stronger/runs/paper-1) | grep '^[<>]')" = '<     "loss": "max_score",
->     "loss": "paper",' ] && pass || fail "paper differs from fca by more than the loss"
-for file in sound/third-sound.onnx paper/tables/8-resolution.csv stronger/tables/variants.csv hardened/none/metrics.json hardened/optimised/metrics.json; do
-  expect_file "page/$file"
-done
-for name in second-sound third-sound fourth-sound second third fourth; do
-  [ "$(grep -cE "^(8|16|32|64|128),$name,adversarial," page/paper/tables/8-resolution.csv)" = 5 ] && pass || fail "$name in the table"
-done
-[ "$(grep -cE '^without_first,(second|third|fourth)(-sound)?,adversarial,' page/stronger/tables/variants.csv)" = 6 ] && pass || fail "a paint for others is not measured by all"
-grep -q '^blue,second-sound,blue,' page/paper/tables/8-resolution.csv && pass || fail "no plain colours in the table"
-find page -type f -exec sha256sum {} + | sort -k 2 >page.before
-expect_exit 0 "the page once more" page
-find page -type f -exec sha256sum {} + | sort -k 2 >page.after
-expect_same page.before page.after
 expect_exit 2 "a page for two detectors" bash "$experiments/page.sh" page second.onnx third.onnx
+if [ "${TAPESTRY_TESTS_LONG:-}" = ON ]; then
+  expect_exit 0 "the page" page
+  options_of() { grep -E '"(learning-rate|smoothness-weight)"' "$1/manifest.json"; }
+  for run in stronger/runs/paper-1 hardened/optimised; do
+    [ "$(options_of page/$run)" = "$(options_of page/paper/runs/fca-1)" ] && pass || fail "$run has not the options of fca"
+  done
+  # A paint of the tables is not made again: the search has all other options from the tables.
+  [ page/stronger/runs/fca-1 -ef page/paper/runs/fca-1 ] && [ page/stronger/measured/digital-fca-1 -ef page/paper/measured/digital-fca-1 ] &&
+    pass || fail "fca is made twice"
+  settings_of() { sed '/"outputs": {/,/}/d' "$1/manifest.json"; }
+  [ "$(diff <(settings_of page/paper/runs/fca-1) <(settings_of page/stronger/runs/paper-1) | grep '^[<>]')" = '<     "loss": "max_score",
+>     "loss": "paper",' ] && pass || fail "paper differs from fca by more than the loss"
+  for file in sound/third-sound.onnx paper/tables/8-resolution.csv stronger/tables/variants.csv hardened/none/metrics.json hardened/optimised/metrics.json; do
+    expect_file "page/$file"
+  done
+  for name in second-sound third-sound fourth-sound second third fourth; do
+    [ "$(grep -cE "^(8|16|32|64|128),$name,adversarial," page/paper/tables/8-resolution.csv)" = 5 ] && pass || fail "$name in the table"
+  done
+  [ "$(grep -cE '^without_first,(second|third|fourth)(-sound)?,adversarial,' page/stronger/tables/variants.csv)" = 6 ] && pass || fail "a paint for others is not measured by all"
+  grep -q '^blue,second-sound,blue,' page/paper/tables/8-resolution.csv && pass || fail "no plain colours in the table"
+  find page -type f -exec sha256sum {} + | sort -k 2 >page.before
+  expect_exit 0 "the page once more" page
+  find page -type f -exec sha256sum {} + | sort -k 2 >page.after
+  expect_same page.before page.after
+fi
 
 # tabulate itself.
 measured=whole/out/measured
