@@ -47,7 +47,7 @@ configure_settings() {
     */libc++)
       ls /usr/lib/llvm-"${compiler##*-}"/include/c++/v1/version &>/dev/null || return 1
       ls /usr/include/catch2/catch.hpp &>/dev/null || return 1 # Catch2 3 is a library, made for libstdc++
-      flags+=(-stdlib=libc++)
+      flags+=(-stdlib=libc++ -isystem "$source_dir/cmake/old_libcxx")
       settings+=(-DTAPESTRY_CATCH_MAIN=ON)
       ;;
     */native) flags+=(-DTAPESTRY_ONE_INSTRUCTION_SET -march=native) ;;

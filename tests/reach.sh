@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# reach.sh [--short | TARGET…]: the tape on other machines than this one: compiles it for each target below, and runs it there
+# reach.sh [--short] [TARGET…]: the tape on other machines than this one: compiles it for each target below, and runs it there
 # or in an emulator. Prints which operations have other bits there than here, and fails if the tape's own arithmetic has.
 #   aarch64   64 bits, another order of operations in memory      s390x    big-endian
 #   i686      32 bits, SSE2                                       windows  mingw and wine
 #   wasm      32 bits, without a processor's flags: emscripten and node
-# Without --short also the tests of tests/autodiff, and of the platform, that the target can run.
+#   libcxx    this machine, by clang with libc++, which macOS has
+# Without --short also the tests of tests/autodiff, and of the platform, that the target can run; with libcxx all of behaviour.
 # What is not installed is skipped with a sentence; .ci/packages reach installs it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -12,7 +13,7 @@ sources=$PWD
 tests=true
 if [ "${1-}" = --short ]; then tests=false; shift; fi
 targets=("$@")
-[ $# -gt 0 ] || targets=(aarch64 s390x i686 windows wasm)
+[ $# -gt 0 ] || targets=(aarch64 s390x i686 windows wasm libcxx)
 mkdir -p build/reach/include
 # Headers of Debian's that are the same for every processor.
 for name in catch2 xtensor xtl eigen3/Eigen eigen3/unsupported; do ln -sfn "/usr/include/$name" "build/reach/include/${name#*/}"; done
@@ -31,20 +32,20 @@ choose() {
       flags=(-pthread -fexceptions -sALLOW_MEMORY_GROWTH -sINITIAL_MEMORY=256MB -sNODERAWFS -sPROXY_TO_PTHREAD -sEXIT_RUNTIME
              -Wno-pthreads-mem-growth -Wno-unused-command-line-argument -DCATCH_CONFIG_NO_POSIX_SIGNALS)
       ;;
+    libcxx) compiler=clang++-14 flags=(-stdlib=libc++ -isystem "$sources/cmake/old_libcxx" -pthread) ;;
     *) echo "reach.sh: no target $1" >&2; exit 2 ;;
   esac
   # Their C libraries miss the bounds of some functions: mingw's those of exp10, pow, lgamma and of sin at 1e308.
   case $1 in windows | wasm) select+='~[accuracy]~[table]~"derivatives of duals that overflow*"' ;; esac
-  # libc++'s hypot of three overflows, musl's pow of denormals is off, and its long double has the digits of double.
-  case $1 in wasm) select+='~"hypot of three*"~"lengths have two*"~"powers have two*"~"random scalar programs*"' ;; esac
-  # libc++'s hypot of three overflows, musl's pow of denormals and functions of long double are not those of double's digits.
-  case $1 in wasm) select+='~hypot of three*~lengths have two*~powers have two*~random scalar programs*' ;; esac
-  for program in "$compiler" "${runner[0]}"; do
-    if ! command -v "$program" >/dev/null; then
-      echo "$1: skipped, $program is not installed"
-      return 1
-    fi
-  done
+  # musl's pow of denormals is off, and its long double has the digits of double.
+  case $1 in wasm) select+='~"powers have two*"~"random scalar programs*"' ;; esac
+  local missing=()
+  for program in "$compiler" ${runner[@]+"${runner[0]}"}; do command -v "$program" >/dev/null || missing+=("$program"); done
+  if [ "$1" = libcxx ] && [ ! -e /usr/lib/llvm-14/include/c++/v1 ]; then missing+=(libc++-14-dev); fi
+  if [ ${#missing[@]} -gt 0 ]; then
+    echo "$1: skipped, ${missing[*]} is not installed"
+    return 1
+  fi
 }
 
 # Whether a test can run on the target: it needs no shared library, and neither Boost nor minutes of a compiler; and where the
@@ -84,6 +85,12 @@ run_tests() {
     "${runner[@]}" "$out/tests$end" "$select" | tail -n 3
 }
 
+# All rooms, and the programs.
+run_rooms() {
+  cmake --preset "$target" -DCMAKE_MESSAGE_LOG_LEVEL=WARNING && cmake --build --preset "$target" --parallel "$(nproc)" &&
+    ctest --preset "$target" --parallel "$(nproc)" --label-exclude rare | tail -n 20
+}
+
 g++ "${common[@]}" -O2 -o build/reach/bits tests/autodiff/bits.cpp
 build/reach/bits >build/reach/bits.txt
 status=0
@@ -95,7 +102,7 @@ for target in "${targets[@]}"; do
   begun=$SECONDS
   FLAGS=${flags[*]} RUNNER=${runner[*]} ENDING=$end bash tests/structure/single_header_test.sh "$compiler" || status=1
   run_bits || status=1
-  if "$tests"; then run_tests || status=1; fi
+  if "$tests" && [ "$target" = libcxx ]; then run_rooms || status=1; elif "$tests"; then run_tests || status=1; fi
   echo "$target: $((SECONDS - begun)) s"
 done
 exit "$status"
