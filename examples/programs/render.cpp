@@ -1,4 +1,5 @@
 // Draws a mesh, painted or in its own colours: one picture, or a turntable.
+#include <tapestry/core/finite.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/npy.hpp>
@@ -224,7 +225,7 @@ void require_sound_light(const Options& o, ProblemList& list) {
   list.require(o.coat >= 0 && o.coat <= 1, "--clear-coat lies in 0 to 1");
   list.require(o.coat == 0 || o.lighting != "none", "--clear-coat needs a light; leave out --light none");
   list.require(o.roughness >= 0.01 && o.roughness <= 1, "--roughness lies in 0.01 to 1");
-  const double length = std::hypot(o.light_direction[0], o.light_direction[1], o.light_direction[2]);
+  const double length = tapestry::hypot(o.light_direction[0], o.light_direction[1], o.light_direction[2]);
   list.require(length > 0 && std::isfinite(length), "--light-direction takes three numbers, not all 0");
 }
 

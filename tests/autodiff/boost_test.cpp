@@ -53,7 +53,7 @@ TEST_CASE("functions of Boost.Math take variables and formulas of them", "[autod
   check("erf", [](const auto& x) { return boost::math::erf(x); }, 0.3,
         {std::erf(0.3), 2 / std::sqrt(std::acos(-1.0)) * std::exp(-0.09)});
   check("Ei", [](const auto& x) { return boost::math::expint(x); }, 0.3,
-        {std::expint(0.3), std::exp(0.3) / 0.3});
+        {-0.30266853926582588, std::exp(0.3) / 0.3});
 }
 
 TEST_CASE("a controlled stepper of Boost.Odeint integrates variables", "[autodiff][boost]") {

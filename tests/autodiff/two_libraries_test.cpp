@@ -61,16 +61,15 @@ TEST_CASE("what the program and another library record in the middle of a librar
 
 TEST_CASE("libraries on several threads stay apart", "[autodiff][tape]") {
   std::vector<double> slopes(8);
-  {
-    std::vector<std::jthread> threads;
-    for (std::size_t i = 0; i < 4; ++i)
-      threads.emplace_back([i, &slopes] {
-        for (int again = 0; again < 50; ++again) {
-          quadratic_record(static_cast<double>(i), record_cubic);
-          slopes[2 * i] = quadratic_slope();
-          slopes[2 * i + 1] = cubic_slope();
-        }
-      });
-  }
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < 4; ++i)
+    threads.emplace_back([i, &slopes] {
+      for (int again = 0; again < 50; ++again) {
+        quadratic_record(static_cast<double>(i), record_cubic);
+        slopes[2 * i] = quadratic_slope();
+        slopes[2 * i + 1] = cubic_slope();
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
   CHECK(slopes == std::vector<double>{0, 12, 2, 12, 4, 12, 6, 12});
 }

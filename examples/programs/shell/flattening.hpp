@@ -57,9 +57,10 @@ struct OwnPlane {
   const Flat p = flat[1] - flat[0], q = flat[2] - flat[0], s = own[1] - own[0], t = own[2] - own[0];
   const double turn = std::imag(std::conj(p) * q);
   if (!(turn > 0)) return {0, std::numeric_limits<double>::infinity()};
-  // The map is z → a z + b conj(z).
-  const Flat a = (s * std::conj(q) - t * std::conj(p)) / (p * std::conj(q) - q * std::conj(p));
-  const Flat b = (t * p - s * q) / (std::conj(q) * p - std::conj(p) * q);
+  // The map is z → a z + b conj(z); here a and b are a quarter of a turn off. Standard libraries differ in
+  // how they divide by complex numbers.
+  const Flat a = (s * std::conj(q) - t * std::conj(p)) / (2 * turn);
+  const Flat b = (t * p - s * q) / (2 * turn);
   return {std::abs(std::abs(a) - std::abs(b)), std::abs(a) + std::abs(b)};
 }
 

@@ -1,7 +1,7 @@
 #pragma once
-#include <atomic>
 #include <concepts>
 #include <memory>
+#include <mutex>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/scoped_timer.hpp>
 #include <utility>
@@ -54,8 +54,11 @@ class StageClock {
     explicit Shared(std::shared_ptr<StepTimes> all) : times(std::move(all)) {}
     void count(Stage stage) {
       const auto now = Clock::now();
-      if (stage != nullptr)
-        std::atomic_ref((*times).*stage) += std::chrono::duration<double>(now - last).count();
+      if (stage != nullptr) {
+        static std::mutex adding;  // std::atomic_ref has been in libc++ since 19 alone
+        const std::lock_guard lock(adding);
+        (*times).*stage += std::chrono::duration<double>(now - last).count();
+      }
       last = now;
     }
     std::shared_ptr<StepTimes> times;

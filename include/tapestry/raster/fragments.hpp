@@ -142,7 +142,7 @@ class FragmentBands {
     if (first >= last) return;
     const auto [row_begin, row_end] = block_range(band, height_, band_rows());
     const std::size_t sample_rows = (row_end - row_begin) * axis_;
-    const auto faces = std::make_unique_for_overwrite<std::int32_t[]>(sample_rows * columns);
+    const std::unique_ptr<std::int32_t[]> faces(new std::int32_t[sample_rows * columns]);
     const std::size_t begin = first * tile_width, end = std::min(last * tile_width, columns);
     for (std::size_t row = 0; row < sample_rows; ++row)
       std::fill(faces.get() + row * columns + begin, faces.get() + row * columns + end, -1);

@@ -9,7 +9,7 @@
 #include <cpuid.h>
 #endif
 
-#if defined(__unix__) && !defined(__EMSCRIPTEN__)
+#if (defined(__unix__) || defined(__APPLE__)) && !defined(__EMSCRIPTEN__)
 #include <tapestry/core/implementation/platform/posix.hpp>
 #elif defined(_WIN32)
 #include <tapestry/core/implementation/platform/windows.hpp>
@@ -19,7 +19,7 @@
 
 namespace tapestry::platform {
 
-#if !defined(__unix__) || defined(__EMSCRIPTEN__)
+#if !(defined(__unix__) || defined(__APPLE__)) || defined(__EMSCRIPTEN__)
 // Standard streams are always there, and no other process shares a program's work.
 void keep_freed_memory() {}
 void open_standard_streams() {}

@@ -30,7 +30,7 @@ namespace detail {
   std::ostringstream text;
   for (const auto& grid : anchors)
     for (const auto& [width, height] : grid)
-      text << (text.view().empty() ? "" : ", ") << width << " x " << height;
+      text << (text.str().empty() ? "" : ", ") << width << " x " << height;
   return text.str();
 }
 

@@ -143,7 +143,7 @@ struct LogisticChannels {
       if (are_anchors && std::ranges::find(found, pairs) == found.end()) found.push_back(pairs);
     }
   }
-  std::ranges::sort(found, {}, [](const auto& pairs) {  // as YOLOv5 does
+  std::ranges::stable_sort(found, {}, [](const auto& pairs) {  // as YOLOv5 does
     double area = 0;
     for (const auto& [width, height] : pairs) area += width * height;
     return area / static_cast<double>(pairs.size());

@@ -1,4 +1,5 @@
 #pragma once
+#include <tapestry/core/finite.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/npy.hpp>
@@ -111,13 +112,13 @@ inline double degrees_off_target(const geometry::CarlaPose& pose, double radians
   const auto& offset = pose.camera_translation;
   const double along =
       std::cos(pitch) * (std::cos(yaw) * offset[0] + std::sin(yaw) * offset[1]) + std::sin(pitch) * offset[2];
-  const double distance = std::hypot(offset[0], offset[1], offset[2]);
+  const double distance = hypot(offset[0], offset[1], offset[2]);
   return std::acos(std::clamp(-along / distance, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
 inline void check_pose(const geometry::CarlaPose& pose, Frame& frame) {
   const auto& offset = pose.camera_translation;
-  const double distance = std::hypot(offset[0], offset[1], offset[2]);
+  const double distance = hypot(offset[0], offset[1], offset[2]);
   if (!(distance > 1e-6))
     throw FileError(ErrorKind::mismatch, {.path = frame.name,
                                           .what = "camera lies in the vehicle's origin",

@@ -1,5 +1,6 @@
 #pragma once
 #include <bit>
+#include <tapestry/core/finite.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 
@@ -158,7 +159,7 @@ class GlbBuilder {
     std::vector<float> values;
     for (const Corner& corner : vertices.corners) {
       const auto& normal = mesh_.normals[static_cast<std::size_t>(corner[2])];
-      const double size = std::hypot(normal[0], normal[1], normal[2]);
+      const double size = hypot(normal[0], normal[1], normal[2]);
       for (std::size_t axis = 0; axis < 3; ++axis)
         values.push_back(size > 0 ? static_cast<float>(normal[axis] / size) : axis == 2 ? 1.0F : 0.0F);
     }

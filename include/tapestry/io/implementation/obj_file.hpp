@@ -1,4 +1,5 @@
 #pragma once
+#include <tapestry/core/finite.hpp>
 #include <tapestry/io/detail/obj_file/parsing.hpp>
 #include <tapestry/io/obj_file.hpp>
 
@@ -74,7 +75,7 @@ class ObjParser {
     const auto [values, count, left_over] = ObjWords(lines_).numbers<3>(0);
     if (count < 3 && left_over.empty())
       lines_.fail("normal does not have three numbers", "vn x y z", std::to_string(count));
-    const double length = count < 3 ? 0 : std::hypot(values[0], values[1], values[2]);
+    const double length = count < 3 ? 0 : hypot(values[0], values[1], values[2]);
     const double scale = length > 0 ? 1 / length : 0;
     append(loaded_.mesh.normals, {values[0] * scale, values[1] * scale, values[2] * scale});
     if (length > 0)

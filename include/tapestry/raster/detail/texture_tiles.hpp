@@ -24,8 +24,10 @@ struct OperatorBand {
   void finish_pixel() {
     if (taps.empty()) return;
     const auto is_before = [](const Tap& a, const Tap& b) { return a.texel < b.texel; };
-    if (!std::is_sorted(taps.begin(), taps.end(), is_before))  // one face's taps mostly are
-      std::sort(taps.begin(), taps.end(), is_before);
+    if (!std::is_sorted(taps.begin(), taps.end(), is_before))               // one face's taps mostly are
+      std::sort(taps.begin(), taps.end(), [](const Tap& a, const Tap& b) {  // one order for every library
+        return a.texel != b.texel ? a.texel < b.texel : a.weight < b.weight;
+      });
     const std::size_t first = texels_of.size();
     for (std::size_t i = 0; i < taps.size();) {
       double weight = 0;

@@ -33,7 +33,7 @@ class TiledTriangles {
         tile_rows_(block_count(sample_rows, tile_height)),
         tile_columns_(block_count(sample_columns, tile_width)),
         positions_view_(mesh.positions.size()) {
-    auto vertices = std::make_unique_for_overwrite<ScreenVertex[]>(mesh.positions.size());
+    std::unique_ptr<ScreenVertex[]> vertices(new ScreenVertex[mesh.positions.size()]);
     project(mesh, Projection(camera, sample_rows, sample_columns), vertices.get());
     set_up(operation, mesh, camera, culling, vertices.get());
     vertices.reset();
@@ -116,7 +116,7 @@ class TiledTriangles {
       const auto [begin, end] = block_range(index, mesh.faces.size(), block);
       const std::uint32_t highest = kernels_.highest_index(mesh.faces[begin].data(), 3 * (end - begin));
       if (highest >= mesh.positions.size()) require_corners(operation, mesh);
-      const auto listed = std::make_unique_for_overwrite<std::int32_t[]>(end - begin + 1);
+      const std::unique_ptr<std::int32_t[]> listed(new std::int32_t[end - begin + 1]);
       const std::size_t count = kernels_.list_faces(mesh.faces.data(), static_cast<std::int32_t>(begin),
                                                     static_cast<std::int32_t>(end - begin), vertices,
                                                     static_cast<std::int32_t>(sample_columns_),
@@ -133,8 +133,8 @@ class TiledTriangles {
     const auto is_cut = [](std::int32_t face) { return face < 0; };
     const auto cut_count = static_cast<std::size_t>(std::count_if(listed, listed + count, is_cut));
     const std::size_t most = count + cut_count * (detail::CutSetup::most_triangles - 1);
-    block.triangles = std::make_unique_for_overwrite<ScreenTriangle[]>(most);
-    block.tiles = std::make_unique_for_overwrite<TileRange[]>(most);
+    block.triangles.reset(new ScreenTriangle[most]);
+    block.tiles.reset(new TileRange[most]);
     const SetupOptions options{static_cast<std::int32_t>(sample_columns_),
                                static_cast<std::int32_t>(sample_rows_), culling == FaceCulling::back};
     for (std::size_t i = 0; i < count; ++i) {
@@ -193,7 +193,7 @@ class TiledTriangles {
       for (Block& block : blocks_) total += block.counts[tile];
     }
     begin_.back() = total;
-    triangles_ = std::make_unique_for_overwrite<const ScreenTriangle*[]>(total);
+    triangles_.reset(new const ScreenTriangle*[total]);
     parallel_for(blocks_.size(), [&](std::size_t index) {
       std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
       for (std::size_t before = 0; before < index; ++before)

@@ -140,7 +140,6 @@ struct Ldexp {
 
 template <Scalar T, std::size_t N>
 [[nodiscard]] T length_of(const std::array<T, N>& legs) {
-  using std::hypot;
   if constexpr (N == 2) {
     return hypot(legs[0], legs[1]);
   } else {

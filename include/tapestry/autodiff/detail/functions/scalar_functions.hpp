@@ -1,5 +1,6 @@
 #pragma once
 #include <cmath>
+#include <tapestry/core/finite.hpp>
 
 namespace tapestry {
 namespace detail {
@@ -23,7 +24,6 @@ using std::exp2;
 using std::expm1;
 using std::fma;
 using std::fmod;
-using std::hypot;
 using std::isfinite;
 using std::isinf;
 using std::isnan;

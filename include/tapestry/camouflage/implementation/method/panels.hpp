@@ -1,5 +1,6 @@
 #pragma once
 #include <tapestry/camouflage/detail/method/method.hpp>
+#include <tapestry/core/finite.hpp>
 #include <tapestry/raster/bake.hpp>
 
 namespace tapestry::camouflage {
@@ -33,7 +34,7 @@ class PaintedBox {
 /// The panel at a place of the box, by a normal of any length and side.
 [[nodiscard]] inline std::optional<Panel> panel_at(const std::array<double, 3>& place,
                                                    const std::array<double, 3>& normal) {
-  const double length = std::hypot(normal[0], normal[1], normal[2]);
+  const double length = hypot(normal[0], normal[1], normal[2]);
   const auto faces = [&](std::size_t axis) { return std::abs(normal[axis]) > std::sqrt(0.5) * length; };
   const auto [a, b, h] = place;
   if (faces(2) && h > 0.85 && std::abs(a) < 0.6) return Panel::roof;

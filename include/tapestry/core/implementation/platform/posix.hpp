@@ -13,6 +13,8 @@
 #include <tapestry/core/platform.hpp>
 #if defined(__GLIBC__)
 #include <malloc.h>
+#elif defined(__APPLE__)
+#include <mach-o/dyld.h>
 #endif
 
 namespace tapestry::platform {
@@ -26,6 +28,24 @@ auto uninterrupted(Call call) {
 }
 inline int failure_of(int result) { return result < 0 ? errno : 0; }
 inline int descriptor_of(std::intptr_t handle) { return static_cast<int>(handle); }
+
+#if defined(__APPLE__)  // written after its manual, not tried
+inline ::timespec change_of(const struct ::stat& status) { return status.st_mtimespec; }
+// fsync() does not wait for the device there; some file systems can do no more.
+inline int flush_device(int file) { return ::fcntl(file, F_FULLFSYNC) == 0 ? 0 : ::fsync(file); }
+inline std::ptrdiff_t read_program_path(std::string& path) {
+  auto size = static_cast<std::uint32_t>(path.size());
+  return ::_NSGetExecutablePath(path.data(), &size) == 0 ? static_cast<std::ptrdiff_t>(path.find('\0')) : 0;
+}
+inline constexpr double peak_units_per_mib = 1024 * 1024;
+#else
+inline ::timespec change_of(const struct ::stat& status) { return status.st_mtim; }
+inline int flush_device(int file) { return ::fsync(file); }
+inline std::ptrdiff_t read_program_path(std::string& path) {
+  return ::readlink("/proc/self/exe", path.data(), path.size());
+}
+inline constexpr double peak_units_per_mib = 1024;
+#endif
 
 int OpenFile::open(const std::string& path, Access access) {
   close();
@@ -68,7 +88,7 @@ int OpenFile::replace(std::span<const std::byte> bytes) const {
 }
 
 int OpenFile::flush() const {
-  return failure_of(uninterrupted([&] { return ::fsync(descriptor_of(handle_)); }));
+  return failure_of(uninterrupted([&] { return flush_device(descriptor_of(handle_)); }));
 }
 
 int OpenFile::inspect(FileState& state) const {
@@ -82,8 +102,8 @@ int OpenFile::inspect(FileState& state) const {
   state.stamp.clear();
   for (const auto part :
        {static_cast<long long>(status.st_dev), static_cast<long long>(status.st_ino),
-        static_cast<long long>(status.st_size), static_cast<long long>(status.st_mtim.tv_sec),
-        static_cast<long long>(status.st_mtim.tv_nsec)})
+        static_cast<long long>(status.st_size), static_cast<long long>(change_of(status).tv_sec),
+        static_cast<long long>(change_of(status).tv_nsec)})
     state.stamp += std::to_string(part) + ' ';
   return 0;
 }
@@ -118,7 +138,7 @@ std::string host_name() {
 
 std::string program_path() {
   std::string path(4096, '\0');
-  const auto length = ::readlink("/proc/self/exe", path.data(), path.size());
+  const auto length = read_program_path(path);
   path.resize(length > 0 ? static_cast<std::size_t>(length) : 0);
   return path;
 }
@@ -131,7 +151,7 @@ inline std::string machine_name() {
 ProcessCost process_cost() {
   ::rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
-  return {static_cast<double>(usage.ru_maxrss) / 1024.0, usage.ru_nvcsw, usage.ru_minflt};
+  return {static_cast<double>(usage.ru_maxrss) / peak_units_per_mib, usage.ru_nvcsw, usage.ru_minflt};
 }
 
 void keep_freed_memory() {
