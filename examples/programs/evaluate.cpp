@@ -466,8 +466,8 @@ int main(int argc, char** argv) {
       "  evaluate --run runs/camouflage-001\n"
       "  evaluate --run runs/camouflage-001 --weights yolox_nano.onnx --class 2\n"
       "  evaluate --dataset labels/instances.json --weights yolox_nano.onnx");
-  std::vector<std::string> words{"evaluate"};
-  for (int i = 1; i < argc; ++i) words.emplace_back(argv[i]);
+  auto words = platform::command_line_words(argc, argv);
+  words.front() = "evaluate";
   options.command = shell_line(words);
   return run_program(app, argc, argv, [&] { return run(app, options); });
 }

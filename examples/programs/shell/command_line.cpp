@@ -115,7 +115,7 @@ void form_help(CLI::App& app) {
 /// Gives the app a name, the options of every program (--version, --config, --quiet, --verbose), and the form
 /// of --help.
 void add_general_options(CLI::App& app, const std::string& program) {
-  app.name(std::filesystem::path(program).filename().string());
+  app.name(io::path_of(program).filename().string());
   app.option_defaults()->group("General");
   app.set_version_flag("--version", app.get_name() + " (Tapestry) " TAPESTRY_VERSION_TEXT,
                        "print the version and leave");
@@ -139,7 +139,8 @@ CommandLine command_line(std::string description) { return CommandLine(std::move
 
 int parse_arguments(CLI::App& app, int argc, char** argv) {
   platform::open_standard_streams();
-  add_general_options(app, argv[0]);
+  auto words = platform::command_line_words(argc, argv);
+  add_general_options(app, words.front());
   form_help(app);
   require_sound_values(app);
   app.get_config_ptr()->check([](const std::string& path) {  // before CLI11 blocks on a FIFO
@@ -147,7 +148,7 @@ int parse_arguments(CLI::App& app, int argc, char** argv) {
     return std::string();
   });
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend() - 1));  // the last word first
     return -1;
   } catch (const CLI::ExtrasError&) {
     return unknown_option(app);

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <atomic>
-#include <csignal>
 #include <list>
 #include <set>
 
 #include "file_status.hpp"
+#include "signals.hpp"
 
 namespace tapestry::shell {
 
@@ -40,23 +40,21 @@ class OutputClaim {
   static void end_by(int signal) {
     if (is_changing) {
       deferred = signal;
+      std::signal(signal, end_by);  // which Windows forgets
       return;
     }
     for (const auto& lock_file : lock_files)
       if (const char* const path = lock_file; path != nullptr) platform::remove_file(path);
     std::signal(signal, SIG_DFL);
-    ::raise(signal);
+    std::raise(signal);
   }
 
  private:
   /// Takes the lock. A signal that comes from now on waits for end_deferral().
   static io::RunLock locked(Claimed kind, const std::string& path) {
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGUSR1, SIGPIPE}) {
-      struct sigaction now {};
-      const bool ends = ::sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_DFL;
-      if (ends) std::signal(signal, end_by);
-    }
     is_changing = true;
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGUSR1, SIGPIPE})
+      if (const auto now = std::signal(signal, end_by); now != SIG_DFL) std::signal(signal, now);
     try {
       return kind == Claimed::folder ? io::RunLock(path) : io::RunLock::of_file(path);
     } catch (...) {
@@ -74,7 +72,7 @@ class OutputClaim {
 
   static void end_deferral() noexcept {
     is_changing = false;
-    if (const int signal = deferred.exchange(0); signal != 0) end_by(signal);
+    if (const int signal = deferred.exchange(0); signal != 0) std::raise(signal);
   }
 
   // Handlers of signals reach static objects only.
@@ -94,7 +92,7 @@ class OutputClaim {
   for (const auto& path : paths)
     if (!path.empty() && known.insert(place_of(path)).second) {
       claims.emplace_back(Claimed::file, path);
-      io::remove_abandoned_parts(std::filesystem::path(path).parent_path().string());
+      io::remove_abandoned_parts(io::path_of(path).parent_path().string());
     }
   return claims;
 }

@@ -1,6 +1,5 @@
 #pragma once
 #include <chrono>
-#include <csignal>
 #include <exception>
 #include <filesystem>
 #include <new>
@@ -8,6 +7,7 @@
 #include "command_line.hpp"
 #include "formatted.hpp"
 #include "ranks.hpp"
+#include "signals.hpp"
 #include "verbosity.hpp"
 
 namespace tapestry::shell {

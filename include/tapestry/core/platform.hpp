@@ -5,6 +5,7 @@
 #include <string>
 #include <tapestry/core/compiled.hpp>
 #include <utility>
+#include <vector>
 
 /// \file
 /// The operating system: the only place that includes its headers, in core/implementation/platform/, once for
@@ -12,6 +13,13 @@
 ///
 /// Functions that return an int return 0, or the errno of a failure, on Windows, too. Paths are UTF-8.
 namespace tapestry::platform {
+
+/// Characters between the folders of a path.
+#if defined(_WIN32)
+inline constexpr const char* separators = "/\\";
+#else
+inline constexpr const char* separators = "/";
+#endif
 
 /// Kind of an open file.
 enum class FileKind { regular, folder, other };
@@ -88,6 +96,12 @@ int remove_file(const char* path) noexcept;
 /// Path of the running program; empty if it is unknown.
 [[nodiscard]] std::string program_path();
 
+/// Words of the command line, of which main() has those of an old encoding on Windows.
+[[nodiscard]] std::vector<std::string> command_line_words(int argc, char** argv);
+
+/// Sets a variable of the environment.
+void set_variable(const char* name, const std::string& value);
+
 /// Brand name of the processor; its kind if there is none.
 [[nodiscard]] std::string processor_name();
 
@@ -107,7 +121,7 @@ void keep_freed_memory();
 [[nodiscard]] bool is_error_stream_a_terminal();
 
 /// Opens empty standard streams for a program that was started without them. Otherwise the next file opened
-/// would take their place and receive the printed text.
+/// would take their place and receive the printed text. On Windows, gives them the bytes of other systems.
 void open_standard_streams();
 
 /// Silences the standard streams. \returns descriptor of the error stream, for print_to()

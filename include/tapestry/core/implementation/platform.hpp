@@ -20,9 +20,8 @@
 namespace tapestry::platform {
 
 #if !(defined(__unix__) || defined(__APPLE__)) || defined(__EMSCRIPTEN__)
-// Standard streams are always there, and no other process shares a program's work.
+// No other process shares a program's work.
 void keep_freed_memory() {}
-void open_standard_streams() {}
 int silence_standard_streams() { return 2; }
 void print_to(int, const std::string& text) { std::fputs(text.c_str(), stderr); }
 #endif

@@ -60,8 +60,11 @@ int remove_file(const char* path) noexcept { return failure_of(std::remove(path)
 long process_number() { return 1; }
 std::string host_name() { return "?"; }
 std::string program_path() { return {}; }
+std::vector<std::string> command_line_words(int argc, char** argv) { return {argv, argv + argc}; }
+void set_variable(const char*, const std::string&) {}
 inline std::string machine_name() { return "unknown"; }
 ProcessCost process_cost() { return {}; }
 bool is_error_stream_a_terminal() { return false; }
+void open_standard_streams() {}
 
 }  // namespace tapestry::platform

@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <tapestry/core/platform.hpp>
 #if defined(__GLIBC__)
@@ -142,6 +143,10 @@ std::string program_path() {
   path.resize(length > 0 ? static_cast<std::size_t>(length) : 0);
   return path;
 }
+
+std::vector<std::string> command_line_words(int argc, char** argv) { return {argv, argv + argc}; }
+
+void set_variable(const char* name, const std::string& value) { ::setenv(name, value.c_str(), 1); }
 
 inline std::string machine_name() {
   ::utsname system{};

@@ -6,11 +6,14 @@
 #include <windows.h>
 #undef near
 #undef far
+#include <fcntl.h>
 #include <io.h>
 #include <psapi.h>
+#include <shellapi.h>
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <system_error>
 #include <tapestry/core/platform.hpp>
 
@@ -23,12 +26,24 @@ inline int last_failure() {
 inline int failure_unless(BOOL succeeds) { return succeeds != 0 ? 0 : last_failure(); }
 inline HANDLE handle_of(std::intptr_t number) { return reinterpret_cast<HANDLE>(number); }
 
-/// UTF-16 of UTF-8.
+/// UTF-16 of a path in UTF-8; a long one in the form that may have more than 260 characters.
 inline std::wstring wide(const std::string& text) {
   const int size = static_cast<int>(text.size());
   std::wstring result(text.size(), L'\0');
   const int count = ::MultiByteToWideChar(CP_UTF8, 0, text.data(), size, result.data(), size);
   result.resize(static_cast<std::size_t>(count));
+  if (result.size() < 240 || result.starts_with(L"\\\\")) return result;
+  std::wstring whole(32768, L'\0');
+  whole.resize(::GetFullPathNameW(result.c_str(), 32768, whole.data(), nullptr));
+  return L"\\\\?\\" + whole;
+}
+
+/// UTF-8 of UTF-16, which ends with 0.
+inline std::string narrow(const wchar_t* text) {
+  std::string result(3 * std::wcslen(text) + 1, '\0');
+  const int size = static_cast<int>(result.size());
+  const int count = ::WideCharToMultiByte(CP_UTF8, 0, text, -1, result.data(), size, nullptr, nullptr);
+  result.resize(static_cast<std::size_t>(count - 1));
   return result;
 }
 
@@ -133,9 +148,21 @@ std::string host_name() {
 }
 
 std::string program_path() {
-  std::array<char, 4096> path{};
-  return {path.data(), ::GetModuleFileNameA(nullptr, path.data(), path.size())};
+  std::wstring path(32768, L'\0');
+  ::GetModuleFileNameW(nullptr, path.data(), 32767);
+  return narrow(path.c_str());
 }
+
+std::vector<std::string> command_line_words(int, char**) {
+  int count = 0;
+  wchar_t** const words = ::CommandLineToArgvW(::GetCommandLineW(), &count);
+  std::vector<std::string> result;
+  for (int i = 0; i < count; ++i) result.push_back(narrow(words[i]));
+  ::LocalFree(words);
+  return result;
+}
+
+void set_variable(const char* name, const std::string& value) { ::_putenv_s(name, value.c_str()); }
 
 inline std::string machine_name() { return "unknown"; }
 
@@ -146,6 +173,16 @@ ProcessCost process_cost() {
           static_cast<long>(memory.PageFaultCount)};
 }
 
-bool is_error_stream_a_terminal() { return ::_isatty(2) != 0; }
+bool is_error_stream_a_terminal() {  // that rewrites its lines
+  const HANDLE errors = ::GetStdHandle(STD_ERROR_HANDLE);
+  DWORD mode = 0;
+  return ::GetConsoleMode(errors, &mode) && ::SetConsoleMode(errors, mode | 4U /* escape sequences */);
+}
+
+void open_standard_streams() {
+  ::_setmode(1, _O_BINARY);
+  ::_setmode(2, _O_BINARY);
+  ::SetConsoleOutputCP(CP_UTF8);
+}
 
 }  // namespace tapestry::platform
