@@ -88,7 +88,7 @@ constexpr const char* annotated_ending = "-detections.png";
 constexpr const char* heat_map_ending = "-heat_map.png";
 
 std::string annotated_path(const std::string& folder, const std::string& image, const char* ending) {
-  return folder + "/" + std::filesystem::path(image).stem().string() + ending;
+  return folder + "/" + io::path_of(image).stem().string() + ending;
 }
 
 /// Two pictures of the same name in two folders would become one file in the folder of copies, and a copy
@@ -116,7 +116,7 @@ void require_sound_sheet(const std::string& sheet, const std::vector<std::string
   if (!sheet.ends_with(".png")) throw Error(ErrorKind::usage, "--sheet takes a name that ends with .png");
   for (const auto& picture : pictures) {
     std::error_code absent;
-    if (std::filesystem::equivalent(sheet, picture, absent))
+    if (std::filesystem::equivalent(io::path_of(sheet), io::path_of(picture), absent))
       throw Error(ErrorKind::usage, "--sheet: " + sheet + " is one of the pictures; give another name");
   }
 }
@@ -135,7 +135,7 @@ class Detection {
         paths.size(), [&](std::size_t i) { return examine(paths[i], sheet.shows(i) ? sheet.side() : 0); },
         [&](std::size_t i, Examined examined) {
           if (!examined.error && sheet.shows(i))
-            sheet.add(std::filesystem::path(paths[i]).filename().string(), std::move(examined.small));
+            sheet.add(io::path_of(paths[i]).filename().string(), std::move(examined.small));
           tell(paths[i], examined);
         });
     if (!options_.sheet.empty() && sheet.count() > 0) io::write_image(options_.sheet, sheet.bitmap());
@@ -254,7 +254,9 @@ int run(const CLI::App& app, Options& options) {
     if (folder.empty()) continue;
     require_own_names(folder, pictures, ending);
     std::error_code absent;
-    const bool is_claimed = !claims.empty() && std::filesystem::equivalent(folder, options.annotate, absent);
+    const bool is_claimed =
+        !claims.empty() &&
+        std::filesystem::equivalent(io::path_of(folder), io::path_of(options.annotate), absent);
     if (!is_claimed) claims.emplace_back(folder, !is_there(folder, ErrorKind::write));
   }
   Detection detection(options, detector);

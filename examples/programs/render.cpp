@@ -309,7 +309,7 @@ void require_own_charts(const Options& o, const Json& described, const geometry:
           {o.mesh, "",
            o.texture + ", of a run with --texture cube, lies on the mesh that the run wrote beside it, "
                        "not on the uv of this one",
-           "--mesh " + std::filesystem::path(o.texture).replace_filename("painted.obj").string(), ""});
+           "--mesh " + io::path_of(o.texture).replace_filename("painted.obj").string(), ""});
 }
 
 /// \throws FileError (mismatch) unless mesh and options are those that the texture's description names
@@ -550,7 +550,7 @@ std::size_t middle_of(const std::vector<std::size_t>& pixels, std::size_t width)
 PanelSettings panel_settings(const Options& o, const PaintedScene& scene) {
   if (!scene.layout.traits().is_picture)
     throw FileError(ErrorKind::mismatch, {o.mesh, "", "no texture of its own; --panels needs --texture"});
-  PanelSettings settings{o.panels, std::filesystem::path(o.mesh).filename().string()};
+  PanelSettings settings{o.panels, io::path_of(o.mesh).filename().string()};
   settings.paper = *std::ranges::find(papers, o.paper, [](const Paper& paper) { return name_of(paper); });
   settings.scale = o.panel_scale;
   const double longest = 2 * geometry::bounds_of(scene.mesh.positions).half_length();

@@ -40,7 +40,7 @@ NamedFolders named_folders(const std::string& row) {
     begin = end + 1;
   }
   if (equals == std::string::npos)
-    named.name = (std::filesystem::path(named.folders.front()) / "").parent_path().filename().string();
+    named.name = (io::path_of(named.folders.front()) / "").parent_path().filename().string();
   return named;
 }
 
@@ -69,7 +69,7 @@ void require_distinct(const Comparison& comparison, const std::vector<MeasuredFo
   for (const auto& row : comparison.rows) known.insert(known.end(), row.folders.begin(), row.folders.end());
   for (const auto& folder : folders) {
     for (const auto& other : known)
-      if (std::filesystem::equivalent(folder.path, other))
+      if (std::filesystem::equivalent(io::path_of(folder.path), io::path_of(other)))
         throw Error(
             ErrorKind::usage,
             "a folder is given twice" + (folder.path == other ? ": " : ": " + other + " and ") + folder.path);

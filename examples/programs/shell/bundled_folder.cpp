@@ -10,7 +10,7 @@ namespace tapestry::shell {
 // bytes.
 std::string bundled_folder() {
   std::error_code error;
-  const auto folder = std::filesystem::path(platform::program_path()).parent_path();
+  const auto folder = io::path_of(platform::program_path()).parent_path();
   const auto installed = folder / TAPESTRY_INSTALLED_ASSETS;
   const auto status = std::filesystem::status(installed, error);
   // A folder that cannot be examined counts as present: opening a file in it reports the reason.

@@ -99,8 +99,8 @@ inline evaluate::Dataset read_labels(const LabelSettings& s, std::size_t class_c
     refuse("--images", s.images);
   if (is_voc) return evaluate::read_voc(s.dataset, s.images);
   if (is_coco)
-    return evaluate::read_coco(
-        s.dataset, s.images.empty() ? std::filesystem::path(s.dataset).parent_path().string() : s.images);
+    return evaluate::read_coco(s.dataset,
+                               s.images.empty() ? io::path_of(s.dataset).parent_path().string() : s.images);
   return is_folder_of_labels ? evaluate::read_yolo_folder(s.dataset, class_count)
                              : evaluate::read_darknet_list(s.dataset, class_count);
 }
@@ -205,7 +205,7 @@ inline std::string results_text(const evaluate::Dataset& dataset, const ClassMat
   for (const auto& found : detections) {
     const auto& picture = dataset.pictures[found.picture];
     const Json json = {{"image_id", picture.id},
-                       {"file_name", std::filesystem::path(picture.path).filename().string()},
+                       {"file_name", io::path_of(picture.path).filename().string()},
                        {"category_id", matching.ids[found.class_index]},
                        {"bbox", {found.box.left(), found.box.top(), found.box.w, found.box.h}},
                        {"score", found.confidence}};

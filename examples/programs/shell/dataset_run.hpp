@@ -173,7 +173,7 @@ class TuningRun {
       const auto picture = io::read_image(file);
       for (const auto* by : {inputs_.untuned ? &*inputs_.untuned : nullptr, &detector()})
         if (by != nullptr)
-          sheet.add(std::filesystem::path(file).filename().string(),
+          sheet.add(io::path_of(file).filename().string(),
                     fitted_within(marked(picture, detections_in(file, picture, options_.detector, *by, pass),
                                          by->names()),
                                   sheet.side()));

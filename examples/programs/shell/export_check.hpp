@@ -18,11 +18,11 @@ struct ExportedCar {
 inline ExportedCar read_exported_car(const std::string& obj, const raster::PaintedMesh& like) {
   ExportedCar exported{{io::read_obj(obj).mesh, {}, like.layout, like.space}, {}};
   auto& car = exported.car;
-  const auto texture = std::filesystem::path(obj).replace_extension(".png");
+  const auto texture = io::path_of(obj).replace_extension(".png");
   for (const std::int32_t material : car.mesh.face_materials) {
     const bool is_paint =
         material >= 0 &&
-        std::filesystem::path(car.mesh.materials[static_cast<std::size_t>(material)].texture).filename() ==
+        io::path_of(car.mesh.materials[static_cast<std::size_t>(material)].texture).filename() ==
             texture.filename();
     car.painted.push_back(is_paint ? 1 : 0);
   }

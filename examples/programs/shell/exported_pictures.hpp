@@ -63,7 +63,7 @@ class PictureExport {
   /// \param about  facts about the pictures
   void finish(std::size_t draws, Json about) {
     if (folder_.empty()) return;
-    for (std::size_t id = images_.size() + 1; std::filesystem::remove(path_of(id)); ++id) {
+    for (std::size_t id = images_.size() + 1; std::filesystem::remove(io::path_of(path_of(id))); ++id) {
     }  // removes files of a longer, interrupted export
     Json categories = Json::array();
     for (std::size_t k = 0; k < class_names_.size(); ++k)

@@ -15,9 +15,9 @@ using io::is_folder, io::is_there, io::status_of;
 /// File that a path leads to, without links and dots; the path itself if that cannot be resolved.
 inline std::filesystem::path place_of(const std::string& path) {
   std::error_code failure;
-  auto place = std::filesystem::weakly_canonical(path, failure);
+  auto place = std::filesystem::weakly_canonical(io::path_of(path), failure);
   if (failure == std::errc::not_enough_memory) throw std::bad_alloc();
-  return failure ? std::filesystem::path(path) : place;
+  return failure ? io::path_of(path) : place;
 }
 
 /// Checks that files can be written into a folder, before hours of work. The file that it writes for the
@@ -27,7 +27,7 @@ inline void require_writable_folder(const std::string& folder) {
   const auto remove_probe = [&] {
     std::error_code failure;
     for (int attempt = 0; attempt < 2; ++attempt)
-      if (std::filesystem::remove(probe, failure) || !failure) return;
+      if (std::filesystem::remove(io::path_of(probe), failure) || !failure) return;
   };
   try {
     io::write_file_atomically(probe, std::string_view("tapestry\n"));
@@ -40,13 +40,13 @@ inline void require_writable_folder(const std::string& folder) {
 
 /// Removes temporaries of killed processes from the folder of a file to be written.
 inline void remove_parts_beside(const std::string& file) {
-  io::remove_abandoned_parts(std::filesystem::path(file).parent_path().string());
+  io::remove_abandoned_parts(io::path_of(file).parent_path().string());
 }
 
 /// Checks that a file can be written, before hours of work.
 inline void require_writable_file(const std::string& path) {
   using std::filesystem::file_type;
-  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const std::string folder = io::path_of(path).parent_path().string();
   if (!is_folder(folder.empty() ? "." : folder, ErrorKind::write))
     throw FileError(ErrorKind::write, {path, "", "its folder does not exist"});
   const file_type type = status_of(path, ErrorKind::write).type();

@@ -174,7 +174,7 @@ io::Frame load_frame(const std::string& path, const MaskRule& mask, std::optiona
                      *posed ? "poses alone, as in the first frame" : "a camera, as in the first frame",
                      *posed ? "a camera" : "poses alone"});
   apply_mask_rule(mask, path, frame);
-  frame.name = fs::path(path).stem().string();
+  frame.name = io::path_of(path).stem().string();
   return frame;
 }
 

@@ -53,10 +53,10 @@ MaskRule load_mask_rule(const SceneSettings& settings, std::vector<std::string>&
 }
 
 std::string mask_path_of(const std::string& frame) {
-  const std::filesystem::path path(frame), folder = path.parent_path();
+  const std::filesystem::path path = io::path_of(frame), folder = path.parent_path();
   const std::string stem = path.stem().string();
   for (const auto& masks : {folder / "masks", folder / ".." / "masks"})
-    if (const auto mask = (masks / (stem + ".png")).string(); io::is_there(mask)) return mask;
+    if (const auto mask = (masks / io::path_of(stem + ".png")).string(); io::is_there(mask)) return mask;
   return (folder / ("mask" + (stem.starts_with("data") ? stem.substr(4) : stem) + ".png")).string();
 }
 

@@ -13,7 +13,7 @@ inline std::vector<std::string> pictures_of_list(const std::string& path) {
   std::vector<std::string> pictures;
   while (lines.next()) {
     const std::string_view name = lines.rest_of_line();
-    if (!name.empty()) pictures.push_back((std::filesystem::path(path).parent_path() / name).string());
+    if (!name.empty()) pictures.push_back((io::path_of(path).parent_path() / io::path_of(name)).string());
   }
   if (pictures.empty()) lines.fail_at(0, "no pictures in the list", "a path a line", "none");
   return pictures;
@@ -32,7 +32,7 @@ inline std::vector<std::string> pictures_named(const std::vector<std::string>& a
   };
   std::error_code ignored;
   for (const std::string& argument : arguments) {
-    if (std::filesystem::is_directory(argument, ignored)) {
+    if (std::filesystem::is_directory(io::path_of(argument), ignored)) {
       const auto listed = io::listed_paths(argument, [](const std::filesystem::path& path) {
         return io::has_picture_name(path) || path.extension() == ".npz";
       });

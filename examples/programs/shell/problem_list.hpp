@@ -60,7 +60,7 @@ class ProblemList {
   void require_kept(const char* option, const std::string& output, const std::vector<std::string>& inputs) {
     std::error_code no_such_file;
     for (const auto& input : inputs)
-      require(!std::filesystem::equivalent(output, input, no_such_file),
+      require(!std::filesystem::equivalent(io::path_of(output), io::path_of(input), no_such_file),
               std::string(option) + " would overwrite " + input);
   }
   void throw_first() const {

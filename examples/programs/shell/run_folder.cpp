@@ -11,7 +11,7 @@ void write_text(const std::string& path, const std::string& text) { io::write_fi
 
 void make_writable_folder(const std::string& folder) {
   std::error_code failure;
-  std::filesystem::create_directories(folder, failure);
+  std::filesystem::create_directories(io::path_of(folder), failure);
   if (failure || !is_folder(folder, ErrorKind::write))
     throw FileError(
         ErrorKind::write,
@@ -45,15 +45,15 @@ RunFolder::RunFolder(std::string path, bool is_new)
 RunFolder::~RunFolder() {
   claim_.release();
   std::error_code ignored;
-  if (is_new_) std::filesystem::remove(path_, ignored);  // fails unless it is empty
+  if (is_new_) std::filesystem::remove(io::path_of(path_), ignored);  // fails unless it is empty
 }
 
 std::string make_next_folder(const std::string& base) {
-  make_writable_folder(std::filesystem::path(base).parent_path().string());
+  make_writable_folder(io::path_of(base).parent_path().string());
   for (int number = 1;; ++number) {
     const std::string folder = base + formatted("-%03d", number);
     std::error_code failure;
-    if (std::filesystem::create_directory(folder, failure)) return folder;
+    if (std::filesystem::create_directory(io::path_of(folder), failure)) return folder;
     if (failure && failure != std::errc::file_exists)
       throw FileError(ErrorKind::write, {folder, "", "cannot create the folder: " + failure.message()});
   }
@@ -83,7 +83,7 @@ void require_file_of(const std::string& folder, const std::string& file, const s
   if (is_there(folder + "/" + file, ErrorKind::malformed)) return;
   std::string within;
   std::error_code no_folder;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, no_folder))
+  for (const auto& entry : std::filesystem::directory_iterator(io::path_of(folder), no_folder))
     if (within.empty() && std::filesystem::exists(entry.path() / file, no_folder))
       within = ", such as " + entry.path().string();
   throw FileError(ErrorKind::malformed, {folder, "", "no " + file + " in it",

@@ -34,8 +34,7 @@ inline std::vector<ChangedInput> changed_since(const Json& manifest, const Json&
   const auto setting = [&](const char* name) { return options.value(name, std::string()); };
   const std::string folder = setting("frames");
   const auto lies_in = [&](const std::string& path, const std::string& below) {
-    return detail::plain_folder(std::filesystem::path(path).parent_path()) ==
-           detail::plain_folder(folder + below);
+    return detail::plain_folder(io::path_of(path).parent_path()) == detail::plain_folder(folder + below);
   };
   const bool same_frames = !frames.empty() && scene.frames == folder;
   const bool in_parts = same_frames && frames.front().ends_with(".json");  // with masks of their own

@@ -39,7 +39,7 @@ std::size_t inputs_below(const fs::path& folder, const Json& inputs) {
   std::size_t count = 0;
   fs::path last("/");
   for (const Json& input : inputs) {
-    const fs::path path(input["path"].get<std::string>());
+    const fs::path path = io::path_of(input["path"].get<std::string>());
     if (path.is_absolute() || path.parent_path() == last) continue;
     last = path.parent_path();
     if (has_hash((folder / path).string(), text_in(input, "sha256"))) ++count;
@@ -56,7 +56,7 @@ Json begun_in(const std::string& run) {
     if (io::utf8_prefix(path) == path.size() && !path.empty()) places[name] = path;
   };
   add("folder", here.string());
-  add("from_run", fs::relative(here, run, failure).string());
+  add("from_run", fs::relative(here, io::path_of(run), failure).string());
   return places;
 }
 
@@ -64,9 +64,9 @@ std::string path_of_work(const std::string& folder, const Json& kept, const std:
   const Json places = kept.value("begun_in", Json());
   std::error_code failure;
   for (const fs::path& start :
-       {place_of(folder) / text_in(places, "from_run"), fs::path(text_in(places, "folder"))})
-    if (const fs::path found = start / path; places.is_object() && fs::exists(found, failure))
-      return fs::equivalent(found, path, failure) ? path : found.lexically_normal().string();
+       {place_of(folder) / io::path_of(text_in(places, "from_run")), io::path_of(text_in(places, "folder"))})
+    if (const fs::path found = start / io::path_of(path); places.is_object() && fs::exists(found, failure))
+      return fs::equivalent(found, io::path_of(path), failure) ? path : found.lexically_normal().string();
   return path;
 }
 
@@ -79,14 +79,14 @@ std::string go_where_it_began(const std::string& run, const std::string& program
   fs::path best = here;
   std::size_t most = inputs_below(here, manifest["inputs"]);
   for (const fs::path& folder :
-       {place_of(run) / text_in(places, "from_run"), fs::path(text_in(places, "folder"))}) {
+       {place_of(run) / io::path_of(text_in(places, "from_run")), io::path_of(text_in(places, "folder"))}) {
     const std::size_t count = folder.empty() ? 0 : inputs_below(folder, manifest["inputs"]);
     if (count > most) best = folder, most = count;
   }
   std::error_code failure;
   if (best == here || fs::equivalent(best, here, failure)) return {};
   for (std::string* const path : paths)
-    if (!path->empty()) *path = fs::absolute(*path).lexically_normal().string();
+    if (!path->empty()) *path = fs::absolute(io::path_of(*path)).lexically_normal().string();
   fs::current_path(best);
   return fs::current_path().string();
 }
@@ -96,7 +96,7 @@ void adopt_instruction_set(const std::string& path) {
   if ((chosen != nullptr && *chosen != '\0') || !is_there(path, ErrorKind::malformed)) return;
   const std::string name = text_in(read_json_file(path), "instruction_set");
   for (const auto set : {InstructionSet::portable, InstructionSet::avx2, InstructionSet::avx512})
-    if (name_of(set) == name && set <= best_instruction_set()) ::setenv(set_variable, name.c_str(), 1);
+    if (name_of(set) == name && set <= best_instruction_set()) platform::set_variable(set_variable, name);
 }
 
 std::string other_facts(const Json& manifest, const std::vector<std::string>& facts) {
@@ -148,7 +148,7 @@ void record_outputs(const std::string& run, const std::function<bool(const std::
   Json manifest = ordered_manifest(run), hashes = Json::object();
   for (const std::string& path :
        io::listed_paths(run, [&](const fs::path& file) { return is_output(file.filename().string()); }))
-    hashes[fs::path(path).filename().string()] = io::RegularFile(path).sha256();
+    hashes[io::path_of(path).filename().string()] = io::RegularFile(path).sha256();
   manifest["outputs"] = std::move(hashes);
   write_text(manifest_path(run), exact_text(manifest) + "\n");
 }

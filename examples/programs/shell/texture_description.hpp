@@ -127,7 +127,7 @@ inline std::string require_same_layout(const std::string& path, const Json& foun
 
 /// x.json for x.png.
 inline std::string description_path(const std::string& png) {
-  return std::filesystem::path(png).replace_extension(".json").string();
+  return io::path_of(png).replace_extension(".json").string();
 }
 
 /// Writes an atlas as PNG, and its description beside it.

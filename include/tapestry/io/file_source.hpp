@@ -30,6 +30,11 @@ inline constexpr std::uint64_t default_file_limit = std::uint64_t(4) << 30U;
 /// Length in bytes of the longest path that Linux opens; a longer one in a file is refused unparsed.
 inline constexpr std::size_t longest_path = 4096;
 
+/// Path of a file whose name is UTF-8, on every system: only Linux takes the name as it is.
+[[nodiscard]] inline std::filesystem::path path_of(std::string_view name) {
+  return std::u8string(name.begin(), name.end());
+}
+
 /// Whether a name within a file leads to the folder it starts from, or below: it is not absolute and does not
 /// leave the folder by `..`. Links are not checked.
 [[nodiscard]] bool stays_below(const std::string& name);
@@ -105,7 +110,7 @@ class RegularFile {
 [[nodiscard]] inline std::filesystem::file_status status_of(const std::string& path,
                                                             ErrorKind kind = ErrorKind::malformed) {
   std::error_code failure;
-  const auto status = std::filesystem::status(path, failure);
+  const auto status = std::filesystem::status(path_of(path), failure);
   using std::filesystem::file_type;
   if (status.type() == file_type::none || (failure && status.type() != file_type::not_found))
     throw FileError(kind, {path, "", "cannot inspect: " + failure.message()});
@@ -137,7 +142,7 @@ template <std::predicate<const std::filesystem::path&> Accepts>
 [[nodiscard]] std::vector<std::string> listed_paths(const std::string& folder, Accepts accepts) {
   std::vector<std::string> paths;
   std::error_code error;
-  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
+  for (std::filesystem::directory_iterator entry(path_of(folder), error), end; !error && entry != end;
        entry.increment(error))
     if (accepts(entry->path())) paths.push_back(entry->path().string());
   if (error == std::errc::not_enough_memory) throw std::bad_alloc();

@@ -28,7 +28,7 @@ inline WordTable word_table_of(const Json& json) {
 /// A path as seen from a folder.
 inline std::string path_from(const std::string& folder, const std::string& path) {
   std::error_code failure;
-  const auto relative = std::filesystem::relative(path, folder, failure);
+  const auto relative = std::filesystem::relative(io::path_of(path), io::path_of(folder), failure);
   return failure || relative.empty() ? path : relative.generic_string();
 }
 
@@ -108,7 +108,7 @@ inline std::string comparison_markdown(const std::vector<WordTable>& tables, con
 /// A page over all comparisons of a folder, in the order of their names.
 inline std::string comparisons_page(const std::string& folder) {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
+  for (const auto& entry : std::filesystem::directory_iterator(io::path_of(folder)))
     if (entry.path().extension() == ".json") files.push_back(entry.path());
   std::ranges::sort(files);
   std::string contents, sections;

@@ -83,9 +83,8 @@ inline std::vector<MeasuredContent> contents_of(const Json& json, const SavedMea
                                                 const std::string& path) {
   const auto inputs = member_of<Json>(json, "inputs", path);
   const auto read_as = [&](const char* role) { return files_read_as(role, inputs, path); };
-  MeasuredContent shared{std::filesystem::path(path).parent_path().string(),
-                         {{"protocol", saved.settings.protocol}},
-                         Json::object()};
+  MeasuredContent shared{
+      io::path_of(path).parent_path().string(), {{"protocol", saved.settings.protocol}}, Json::object()};
   add_options(shared, member_of<Json>(json, "options", path), is_on_photographs(saved.settings.protocol));
   shared.frames = read_as(frame_role);
   shared.masks = read_as(mask_role);
@@ -130,7 +129,7 @@ inline SavedMeasurement read_saved_measurement(const std::string& path) {
     for (auto& weights : member_of<std::vector<std::string>>(options, "further-weights", path))
       saved.weights.push_back(std::move(weights));
   if (json.contains("run"))
-    saved.run = path_of_work(std::filesystem::path(path).parent_path().string(), json,
+    saved.run = path_of_work(io::path_of(path).parent_path().string(), json,
                              member_of<std::string>(member_of<Json>(json, "run", path), "folder", path));
   saved.contents = contents_of(json, saved, path);
   return saved;

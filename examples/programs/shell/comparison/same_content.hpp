@@ -47,7 +47,7 @@ inline std::string difference(const std::string& folder, const ReadFiles& files,
     return folder + " and " + other + " read the same files in another order";
   if (own.empty()) return other + " read " + foreign.front().text() + ", which " + folder + " did not";
   if (foreign.empty()) return folder + " read " + own.front().text() + ", which " + other + " did not";
-  const auto name = [](const ReadFile& file) { return std::filesystem::path(file.path).filename(); };
+  const auto name = [](const ReadFile& file) { return io::path_of(file.path).filename(); };
   const auto same_name = std::ranges::find(foreign, name(own.front()), name);
   return folder + " read " + own.front().text() + ", " + other + " read " +
          (same_name == foreign.end() ? foreign.front() : *same_name).text();

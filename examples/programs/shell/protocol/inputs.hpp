@@ -43,7 +43,7 @@ inline std::vector<std::string> thinned(const std::vector<std::string>& paths, s
 
 /// The file's name in a form that fits a table; for a file of harden, its run's folder.
 inline std::string detector_name(const std::string& weights) {
-  const fs::path path(weights);
+  const fs::path path = io::path_of(weights);
   std::string name = path.stem().string();
   if (name == "hardened" && path.has_parent_path())
     name = path.parent_path().filename().string() + " hardened";
@@ -61,7 +61,7 @@ inline std::size_t trained_on(const std::string& run, const std::vector<std::str
   std::unordered_set<std::string> learnt;
   for (const auto& input : manifest["inputs"])
     if (!manifest.value("held_out", false) ||
-        fs::path(input["path"].get<std::string>()).parent_path().filename() == "train")
+        io::path_of(input["path"].get<std::string>()).parent_path().filename() == "train")
       learnt.insert(input.value("sha256", std::string()));
   const std::unordered_set<std::string> own(photographs.begin(), photographs.end());
   return static_cast<std::size_t>(std::ranges::count_if(hashes, [&](const Json& input) {

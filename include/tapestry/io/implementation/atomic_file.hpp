@@ -14,7 +14,7 @@ inline constexpr std::string_view part_mark = ".tapestry-part";
 std::string part_path(const std::string& target, unsigned attempt) {
   const std::string end =
       std::string(part_mark) + std::to_string(platform::process_number()) + "-" + std::to_string(attempt);
-  const auto slash = target.find_last_of('/');
+  const auto slash = target.find_last_of(platform::separators);
   const std::size_t folder = slash == std::string::npos ? 0 : slash + 1;
   constexpr std::size_t longest = 255;
   return target.substr(0, folder + std::min(target.size() - folder, longest - end.size())) + end;
@@ -28,8 +28,8 @@ TemporaryFile::TemporaryFile(const std::string& target) : target_(target) {
     if (file_.is_open() && !claim()) file_.close();
   }
   std::error_code ignored;
-  if (const auto status = std::filesystem::status(target_, ignored); std::filesystem::exists(status))
-    std::filesystem::permissions(path_, status.permissions() & std::filesystem::perms::all, ignored);
+  if (const auto status = std::filesystem::status(path_of(target_), ignored); std::filesystem::exists(status))
+    std::filesystem::permissions(path_of(path_), status.permissions() & std::filesystem::perms::all, ignored);
 }
 
 TemporaryFile::~TemporaryFile() {
@@ -59,7 +59,7 @@ void TemporaryFile::require(int reason, const char* action) const {
 /// Makes a rename within the folder of `path` durable, on file systems that can do so.
 /// \throws FileError (write) where the device fails
 inline void flush_folder_of(const std::string& path) {
-  const auto slash = path.find_last_of('/');
+  const auto slash = path.find_last_of(platform::separators);
   if (const int reason = platform::flush_folder(slash == std::string::npos ? "." : path.substr(0, slash + 1));
       reason != 0)
     throw FileError(ErrorKind::write,
@@ -97,7 +97,7 @@ void write_file_atomically(const std::string& path, std::initializer_list<std::s
 
 void remove_abandoned_parts(const std::string& folder) {
   std::error_code ignored;
-  std::filesystem::directory_iterator entry(folder.empty() ? "." : folder, ignored);
+  std::filesystem::directory_iterator entry(path_of(folder.empty() ? "." : folder), ignored);
   for (; !ignored && entry != std::filesystem::directory_iterator(); entry.increment(ignored)) {
     const std::string path = entry->path().string();
     if (!detail::is_part_name(entry->path().filename().string())) continue;
@@ -109,7 +109,7 @@ void remove_abandoned_parts(const std::string& folder) {
 
 RunLock RunLock::of_file(const std::string& path) {
   constexpr std::size_t longest = 255 - 6;  // a name, less prefix and ending
-  const auto slash = path.rfind('/');
+  const auto slash = path.find_last_of(platform::separators);
   const std::size_t name = slash == std::string::npos ? 0 : slash + 1;
   return {path.substr(0, name) + "." + path.substr(name, longest) + ".lock", path, "file"};
 }

@@ -75,7 +75,7 @@ bool is_of_darknet(const nn::NetworkDescription& network) {
 
 std::string description_beside(const std::string& weights) {
   if (!is_onnx(weights)) return "";
-  const auto beside = std::filesystem::path(weights).replace_extension(".json");
+  const auto beside = path_of(weights).replace_extension(".json");
   std::error_code ignored;
   return std::filesystem::is_regular_file(beside, ignored) ? beside.string() : "";
 }

@@ -8,7 +8,7 @@
 
 namespace tapestry::io {
 bool stays_below(const std::string& name) {
-  const auto relative = std::filesystem::path(name).lexically_normal();
+  const auto relative = path_of(name).lexically_normal();
   return !relative.has_root_path() && (relative.empty() || *relative.begin() != "..");
 }
 

@@ -11,7 +11,7 @@ struct FrameParts {
   std::string json, picture, mask;
 
   explicit FrameParts(const std::string& path) : json(path) {
-    const std::filesystem::path place(path);
+    const std::filesystem::path place = path_of(path);
     const std::string name = place.stem().string() + ".png";
     picture = (place.parent_path() / name).string();
     mask = (place.parent_path() / "masks" / name).string();
@@ -108,7 +108,7 @@ inline void write_frame_parts(const std::string& path, const Frame& frame) {
   write_image(parts.picture, frame.image);
   if (frame.mask) {
     std::error_code ignored;  // the writer names the folder
-    std::filesystem::create_directory(std::filesystem::path(parts.mask).parent_path(), ignored);
+    std::filesystem::create_directory(path_of(parts.mask).parent_path(), ignored);
     Array<float, 2> levels(frame.mask->shape());
     for (std::size_t i = 0; i < levels.size(); ++i)
       levels.data()[i] = static_cast<float>(frame.mask->data()[i]) / 255;
@@ -120,7 +120,7 @@ inline void write_frame_parts(const std::string& path, const Frame& frame) {
 /// Key that sorts file names with numbers by value: each number with zeros before it, to at least 20 digits.
 inline std::string numeric_order_key(const std::string& path) {
   std::string key;
-  const std::string stem = std::filesystem::path(path).stem().string();
+  const std::string stem = path_of(path).stem().string();
   for (std::size_t i = 0; i < stem.size();) {
     std::size_t end = i;
     while (end < stem.size() && stem[end] >= '0' && stem[end] <= '9') ++end;

@@ -44,11 +44,11 @@ InputLedger* InputLedger::active() { return detail::active_ledger(); }
 void InputLedger::leave_out(const std::string& folder) {
   if (folder.empty()) return;
   const std::lock_guard lock(mutex_);
-  left_out_.push_back((std::filesystem::path(folder) / "").lexically_normal().string());
+  left_out_.push_back((path_of(folder) / "").lexically_normal().string());
 }
 
 bool InputLedger::is_left_out(const std::string& path) const {
-  const auto folder = (std::filesystem::path(path).parent_path() / "").lexically_normal().string();
+  const auto folder = (path_of(path).parent_path() / "").lexically_normal().string();
   for (const std::string& left_out : left_out_)
     if (folder == left_out) return true;
   return false;

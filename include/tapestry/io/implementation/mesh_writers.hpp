@@ -110,7 +110,7 @@ inline void require_writable_names(const std::string& path, const geometry::Mesh
       throw FileError(ErrorKind::usage, {path, "", "control character in a name that the OBJ would hold",
                                          "none", in_quotes(name)});
   };
-  require(std::filesystem::path(path).filename().string());
+  require(path_of(path).filename().string());
   for (const auto& material : mesh.materials) require(material.name);
   for (const auto& group : mesh.groups) require(group);
 }
@@ -143,7 +143,7 @@ void write_painted_obj(const std::string& path, const raster::PaintedMesh& body,
   detail::require_writable_names(path, body.mesh);
   detail::require_writable_mesh(body.mesh);
   const auto written = detail::writable_body("write_painted_obj", body, texture.shape());
-  const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
+  const std::filesystem::path stem = path_of(path).replace_extension();
   const std::string name = stem.filename().string();
   write_image(stem.string() + ".png", detail::with_gutters_filled(written, texture));
   const auto pictures = detail::write_pictures(stem, written.mesh, written.painted);

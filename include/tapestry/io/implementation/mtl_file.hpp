@@ -97,9 +97,7 @@ inline std::string map_file(const TextLines& lines, LineOddities& oddities) {
   } else if (!stays_below(name)) {
     oddities.add("texture % lies outside the folder of the material file and is not read", lines, name);
   } else {
-    return (std::filesystem::path(lines.path()).parent_path() /
-            std::filesystem::path(name).lexically_normal())
-        .string();
+    return (path_of(lines.path()).parent_path() / path_of(name).lexically_normal()).string();
   }
   return {};
 }

@@ -44,7 +44,7 @@ std::vector<std::string> write_pictures(const std::filesystem::path& stem, const
     if (name.empty()) {
       const std::string file = stem.string() + "-" + std::to_string(i + 1) + ".png";
       if (file != source) write_image(file, *picture);
-      name = std::filesystem::path(file).filename().string();
+      name = path_of(file).filename().string();
     }
     names[i] = name;
   }
@@ -107,7 +107,7 @@ std::string unused_material_name(const geometry::Mesh& mesh, std::string name) {
 void write_obj(const std::string& path, const geometry::Mesh& mesh) {
   detail::require_writable_names(path, mesh);
   detail::require_writable_mesh(mesh);
-  const std::filesystem::path stem = std::filesystem::path(path).replace_extension();
+  const std::filesystem::path stem = path_of(path).replace_extension();
   write_file_atomically(stem.string() + ".mtl",
                         detail::mtl_text(mesh, "", detail::write_pictures(stem, mesh, {})));
   write_file_atomically(path, detail::obj_text(mesh, {}, stem.filename().string() + ".mtl", 1));

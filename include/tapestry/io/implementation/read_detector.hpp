@@ -113,7 +113,7 @@ struct SourcedDescription {
   if (detect::is_export_name(file))
     return {description_by_name(files, network, file, warnings), "the word " + file};
   const std::string nearest = nearest_word(file, detect::export_names);
-  if (!nearest.empty() && !std::filesystem::exists(file))
+  if (!nearest.empty() && !std::filesystem::exists(path_of(file)))
     throw Error(ErrorKind::usage,
                 {files.weights, ": ", in_quotes(file),
                  " is neither a file nor a family of exports; did you mean ", nearest, "?"});

@@ -139,7 +139,7 @@ class CocoReader {
                    std::to_string(name.size()));
       if (!io::stays_below(name))
         entry.fail("file_name", "lies outside the folder of the pictures", "a name in it", in_quotes(name));
-      LabelledPicture picture{(std::filesystem::path(images_) / name).string(), id,
+      LabelledPicture picture{(io::path_of(images_) / io::path_of(name)).string(), id,
                               static_cast<std::size_t>(entry.integer("height", 1, largest_side)),
                               static_cast<std::size_t>(entry.integer("width", 1, largest_side))};
       if (picture.path.find('\0') != std::string::npos || !io::is_regular_file(picture.path))

@@ -12,7 +12,7 @@ namespace detail {
 /// \returns empty if there is no such file
 [[nodiscard]] inline std::string yolo_label_path(const std::string& picture) {
   namespace fs = std::filesystem;
-  const fs::path beside = fs::path(picture).replace_extension(".txt");
+  const fs::path beside = io::path_of(picture).replace_extension(".txt");
   if (io::is_regular_file(beside.string())) return beside.string();
   std::vector<fs::path> parts(beside.begin(), beside.end());
   const auto last = std::find(parts.rbegin(), parts.rend(), fs::path("images"));
@@ -157,11 +157,11 @@ Dataset read_yolo_folder(const std::string& folder, std::size_t class_count) {
   const auto paths = io::listed_paths(from, io::has_picture_name);
   if (paths.empty())
     throw FileError(ErrorKind::mismatch, {from, "", "no pictures", io::picture_endings() + " files", "none"});
-  const auto stem_of = [](const std::string& path) { return fs::path(path).stem(); };
+  const auto stem_of = [](const std::string& path) { return io::path_of(path).stem(); };
   const auto twin = std::ranges::adjacent_find(paths, {}, stem_of);  // sorted by name
   if (twin != paths.end())
     throw FileError(ErrorKind::mismatch, {*twin, "", "two pictures would have the same labels", "other names",
-                                          in_quotes(fs::path(twin[1]).filename().string())});
+                                          in_quotes(io::path_of(twin[1]).filename().string())});
   Dataset dataset;
   std::size_t labelled = 0;
   for (const auto& path : paths)
@@ -180,7 +180,7 @@ Dataset read_darknet_list(const std::string& path, std::size_t class_count) {
   while (lines.next()) {
     const std::string name(lines.rest_of_line());
     if (name.empty()) continue;
-    const std::string picture = (std::filesystem::path(path).parent_path() / name).string();
+    const std::string picture = (io::path_of(path).parent_path() / io::path_of(name)).string();
     detail::require_picture(picture, path, std::to_string(lines.number()));
     const auto [first, is_new] = line_of.try_emplace(picture, lines.number());
     if (!is_new)
@@ -236,7 +236,7 @@ Dataset read_voc(const std::string& folder, const std::string& images) {
   for (const auto& path : detail::xml_paths(labels)) {
     auto annotation = parse_voc(io::read_text_file(path, largest), path);
     auto& picture = annotation.picture;
-    picture.path = (fs::path(images.empty() ? beside : images) / annotation.filename).string();
+    picture.path = (io::path_of(images.empty() ? beside : images) / annotation.filename).string();
     picture.id = dataset.pictures.size() + 1;
     detail::require_picture(picture.path, path, "");
     const auto [other, is_new] = labels_of.emplace(picture.path, path);

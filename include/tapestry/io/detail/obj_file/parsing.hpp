@@ -134,12 +134,12 @@ class ObjMaterials {
   }
 
   [[nodiscard]] static std::filesystem::path folder_of(const TextLines& lines) {
-    return std::filesystem::path(lines.path()).parent_path();
+    return path_of(lines.path()).parent_path();
   }
 
   void read_library(const TextLines& lines, const std::string& name) {
     if (!can_be_path(name)) return oddities_.add("mtllib % is longer than a path can be", lines, name);
-    const std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
+    const std::filesystem::path relative = path_of(name).lexically_normal();
     if (!names_.insert(relative.string()).second) return;
     if (!stays_below(name))
       return oddities_.add("mtllib % lies outside the folder of the OBJ and is not read", lines, name);

@@ -95,19 +95,19 @@ class ExternalData {
     constexpr const char* expected = "a path inside the model's folder";
     if (location.empty() || location.find('\0') != std::string_view::npos)
       tensor.fail_whole(label + " names no file", expected);
-    const fs::path path(location);
+    const fs::path path = path_of(location);
     if (path.is_absolute()) tensor.fail_whole(label + " is an absolute path", expected);
     for (const fs::path& part : path)
       if (part == "..") tensor.fail_whole(label + " leaves its folder by '..'", expected);
     std::error_code error;
-    const fs::path parent = fs::path(model_path_).parent_path();
+    const fs::path model = path_of(model_path_), parent = model.parent_path();
     const fs::path folder = fs::canonical(parent.empty() ? fs::path(".") : parent, error);
     const fs::path target = error ? fs::path() : fs::canonical(folder / path, error);
     if (error) tensor.fail_whole(label + " cannot be opened: " + error.message());
     const fs::path inside = target.lexically_relative(folder);
     const bool is_below = !inside.empty() && *inside.begin() != "..";
-    const bool is_beside_link = fs::is_symlink(model_path_, error) && !error &&
-                                target.parent_path() == fs::canonical(model_path_, error).parent_path();
+    const bool is_beside_link = fs::is_symlink(model, error) && !error &&
+                                target.parent_path() == fs::canonical(model, error).parent_path();
     if (!is_below && (error || !is_beside_link))
       tensor.fail_whole(label + " is a link that leads out of the folder", expected, "",
                         ErrorKind::malformed);
