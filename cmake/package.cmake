@@ -1,13 +1,19 @@
 # `cpack` in a build folder makes Debian packages: libtapestry-dev and, where their targets are, tapestry-tools and
-# python3-tapestry. The same sources, compiler and libraries give the same bytes, in any folder and at any time.
-set(CPACK_GENERATOR DEB)
+# python3-tapestry. The same sources, compiler and libraries give the same bytes, in any folder and at any time. For Windows it
+# makes one zip of everything.
 set(CPACK_PACKAGE_NAME tapestry)
+set(CPACK_STRIP_FILES ON)
+if(WIN32)
+  set(CPACK_GENERATOR ZIP)
+  include(CPack)
+  return()
+endif()
+set(CPACK_GENERATOR DEB)
 set(TAPESTRY_CONTACT "The Tapestry developers <maintainers@tapestry.invalid>" CACHE STRING
     "Whom users of the Debian packages write to, as \"Name <address>\"")
 set(CPACK_PACKAGE_CONTACT "${TAPESTRY_CONTACT}")
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
-set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)

@@ -1,11 +1,12 @@
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
 
+#if defined(__unix__)
 #include <sys/stat.h>
 #include <sys/wait.h>
-
+#include <unistd.h>
+#endif
 #include <chrono>
-#include <csignal>
 
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
@@ -47,6 +48,30 @@ TEST_CASE("a file name of the longest length can be written", "[io][atomic_file]
   CHECK(entry_count(folder) == 1);
 }
 
+TEST_CASE("names of all letters are written and locked, in paths of more than 260", "[io][atomic_file]") {
+  const TemporaryFolder folder;
+  const std::u8string letters = u8"Zürich 車 🚗";
+  const std::string name(letters.begin(), letters.end());
+  fs::path place = folder.path();
+  std::string deep = folder.path();
+  for (int level = 0; level < 20; ++level) place /= letters, deep += "/" + name;
+  fs::create_directories(place);
+  fs::create_directory(folder.path("a"));
+  for (const std::string& path :
+       {deep + "/" + name, folder.path("a\\b.txt")}) {  // on Windows, in the folder a
+    const RunLock lock = RunLock::of_file(path);
+    check_refused(ErrorKind::in_use, path, [&] { (void)RunLock::of_file(path); });
+    write_file_atomically(path, std::string_view("one\ntwo\r\n"));
+    CHECK(read_text_file(path) == "one\ntwo\r\n");
+    CHECK(is_regular_file(path));
+  }
+  CHECK(fs::file_size(place / letters) == 9);
+  const auto listed = listed_paths(deep, [](const fs::path&) { return true; });
+  REQUIRE(listed.size() == 1);
+  CHECK(read_text_file(listed[0]).size() == 9);
+}
+
+#if defined(__unix__)
 TEST_CASE("temporaries of killed processes are removed, those of living ones and other files stay",
           "[io][atomic_file]") {
   const TemporaryFolder folder;
@@ -91,6 +116,7 @@ TEST_CASE("only regular files within the limit are read", "[io][file_source]") {
   fs::resize_file(sparse, 1);
   CHECK(read_text_file(sparse, 1) == "x");
 }
+#endif
 
 TEST_CASE("a path that leads nowhere is told the nearest one", "[io][file_source]") {
   const TemporaryFolder folder;

@@ -1,9 +1,10 @@
 #include <tapestry/io/atomic_file.hpp>
 
+#if defined(__unix__)
 #include <sys/stat.h>
 #include <sys/wait.h>
-
-#include <csignal>
+#include <unistd.h>
+#endif
 
 #include "../support/refusal.hpp"
 #include "../support/temporary_folder.hpp"
@@ -15,7 +16,7 @@ TEST_CASE("a folder has one owner at a time", "[io][run_lock]") {  // F10
   const test::TemporaryFolder folder;
   {
     io::RunLock lock(folder.path());
-    const std::string owner = "in use by process " + std::to_string(::getpid()) + " on ";
+    const std::string owner = "in use by process " + std::to_string(platform::process_number()) + " on ";
     check_refused(ErrorKind::in_use, owner, [&] { const io::RunLock second(folder.path()); });
     const io::RunLock moved = std::move(lock);
     check_refused(ErrorKind::in_use, owner, [&] { const io::RunLock second(folder.path()); });
@@ -48,6 +49,7 @@ TEST_CASE("a lock takes its file away, and a claim of a file leaves its folder t
   CHECK(holds_nothing());
 }
 
+#if defined(__unix__)
 TEST_CASE("of two processes that come and go one at a time has the lock", "[io][run_lock]") {
   const test::TemporaryFolder folder;
   const auto work = [&] {  // false if another one was within
@@ -89,3 +91,4 @@ TEST_CASE("the lock of a killed process is free", "[io][run_lock]") {  // F10
   ::close(ready[0]);
   ::close(ready[1]);
 }
+#endif

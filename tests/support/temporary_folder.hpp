@@ -1,26 +1,26 @@
 #pragma once
-#include <stdlib.h>
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <system_error>
+#include <tapestry/core/platform.hpp>
 
 namespace tapestry::test {
 /// A folder of its own that vanishes with the object.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "tapestry-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data()) != nullptr ? name : std::string(".");
+    const auto start = std::filesystem::temp_directory_path() / "tapestry-";
+    const std::string name = start.string() + std::to_string(platform::process_number()) + "-";
+    for (int number = 0; folder_.empty() || !std::filesystem::create_directory(folder_); ++number)
+      folder_ = name + std::to_string(number);
   }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
   ~TemporaryFolder() {
     std::error_code ignored;
-    if (folder_ != ".") std::filesystem::remove_all(folder_, ignored);
+    std::filesystem::remove_all(folder_, ignored);
   }
   [[nodiscard]] const std::string& path() const { return folder_; }
   [[nodiscard]] std::string path(const std::string& name) const { return folder_ + "/" + name; }

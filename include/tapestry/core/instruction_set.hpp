@@ -23,7 +23,8 @@ inline constexpr InstructionSet plain_instruction_set = InstructionSet::portable
 
 /// The best instruction set of this processor that kernels are compiled for.
 [[nodiscard]] inline InstructionSet best_instruction_set() {
-#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
+#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET) && \
+    (!defined(__MINGW32__) || defined(__clang__) || defined(TAPESTRY_UNALIGNED_MOVES))
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
       __builtin_cpu_supports("avx512vl")) {
     return InstructionSet::avx512;

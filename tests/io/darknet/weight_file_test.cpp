@@ -1,6 +1,8 @@
 #include <tapestry/io/darknet/model_file.hpp>
 
+#if defined(__unix__)
 #include <sys/stat.h>
+#endif
 
 #include "../../support/bad_file.hpp"
 #include "../../support/temporary_folder.hpp"
@@ -155,6 +157,7 @@ TEST_CASE("W07, W15: suspicious values are remarked on", "[io][darknet][weight_f
   CHECK_THAT(warnings[2], contains("all zero"));
 }
 
+#if defined(__unix__)
 TEST_CASE("W17, W18: only regular files of a sane size are opened", "[io][darknet][bad_input]") {
   Model model;
   model.path = model.folder.path();
@@ -171,6 +174,7 @@ TEST_CASE("W17, W18: only regular files of a sane size are opened", "[io][darkne
   fs::resize_file(model.path, std::uintmax_t(5) << 30U);
   CHECK_THROWS_WITH(model.read(), contains("too large"));
 }
+#endif
 
 TEST_CASE("a weight file that is written reads back to the same bits", "[io][darknet][weight_file]") {
   const Model model;

@@ -90,7 +90,8 @@ class PixelMap {
     const auto from = walk.point(flat, walk.from), to = walk.point(flat, walk.to),
                opposite = walk.point(flat, walk.opposite);
     if (from[0] == to[0]) return;
-    const long first = static_cast<long>(std::max(std::ceil(std::min(from[0], to[0])), 0.0));
+    const long first = static_cast<long>(
+        std::clamp(std::ceil(std::min(from[0], to[0])), 0.0, static_cast<double>(size_[walk.axis])));
     const long last = static_cast<long>(
         std::min(std::floor(std::max(from[0], to[0])), static_cast<double>(size_[walk.axis] - 1)));
     const auto line = [](const auto& a, const auto& b, double at) {
