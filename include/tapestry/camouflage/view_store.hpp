@@ -23,7 +23,7 @@ class ViewStore {
     std::size_t height = 0;  ///< of the network's input
     std::size_t width = 0;
     std::size_t samples_per_axis = 2;
-    std::size_t keep_bytes = std::size_t(4) << 30U;  ///< views beyond it are prepared anew each time
+    std::uint64_t keep_bytes = std::uint64_t(4) << 30U;  ///< views beyond it are prepared anew each time
     image::Fit fit{};                                ///< of frames in the network's input
     std::optional<PhotoLight> photo_light{};  ///< settings of estimated light; none: the frames' own light
     bool redrawn = false;                     ///< whether views keep their Sight
@@ -72,7 +72,7 @@ class ViewStore {
   Settings settings_;
   std::vector<Loader> loaders_;
   std::vector<Kept> kept_;
-  std::size_t kept_bytes_ = 0;
+  std::uint64_t kept_bytes_ = 0;
   std::unique_ptr<std::mutex> keeping_ = std::make_unique<std::mutex>();
 };
 

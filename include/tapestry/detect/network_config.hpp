@@ -1,4 +1,5 @@
 #pragma once
+#include <tapestry/core/array_limit.hpp>
 #include <tapestry/detect/network_config/layer.hpp>
 #include <tapestry/image/letterbox.hpp>
 
@@ -37,7 +38,8 @@ struct FeatureShape {
 
 namespace detail {
 
-inline constexpr std::uint64_t largest_element_count = std::uint64_t(1) << 31U;
+inline constexpr std::uint64_t largest_element_count =
+    std::min<std::uint64_t>(std::uint64_t(1) << 31U, array_limit);
 
 [[nodiscard]] std::string to_text(const FeatureShape& shape);
 

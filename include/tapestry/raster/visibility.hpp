@@ -16,8 +16,9 @@ struct VisibilityBuffer {
 
 namespace detail {
 
-/// Greatest number of samples along an axis; with it all integers of the rasteriser fit.
-inline constexpr std::size_t sample_limit = 32768;
+/// Greatest number of samples along an axis; with it all integers of the rasteriser fit. On a 32-bit
+/// processor also the bytes of all samples.
+inline constexpr std::size_t sample_limit = sizeof(std::size_t) > 4 ? 32768 : 16384;
 void require_view(const char* operation, const geometry::Camera& camera, std::size_t height,
                   std::size_t width, std::size_t samples_per_axis);
 

@@ -93,8 +93,8 @@ ParameterLayout parameter_layout(const NetworkConfig& config, const std::vector<
       layout.blocks.push_back({i, role, layout.count, count});
       layout.count += count;
       if (layout.count > detail::largest_element_count)
-        throw cfg_error(config.name, layer.line, "too many parameters", "at most 2147483648", "",
-                        ErrorKind::limit);
+        throw cfg_error(config.name, layer.line, "too many parameters",
+                        "at most " + std::to_string(detail::largest_element_count), "", ErrorKind::limit);
       return layout.blocks.back().offset;
     };
     ConvolutionParameters& own = layout.layers[i];

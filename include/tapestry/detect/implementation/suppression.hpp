@@ -24,7 +24,7 @@ std::vector<Detection> suppress(std::vector<Detection> detections, double iou_th
         !per_class ? detections.end() : std::find_if(first, detections.end(), [&](const Detection& other) {
           return other.class_index != first->class_index;
         });
-    detail::suppress_within({first, last}, iou_threshold, measure, kept);
+    detail::suppress_within({&*first, static_cast<std::size_t>(last - first)}, iou_threshold, measure, kept);
     first = last;
   }
   std::sort(kept.begin(), kept.end(), is_stronger);

@@ -1,4 +1,5 @@
 #pragma once
+#include <tapestry/core/array_limit.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/letterbox.hpp>
 
@@ -9,6 +10,9 @@ void require_size(const char* operation, std::size_t rows, std::size_t columns) 
   constexpr std::size_t limit = 1U << 16U;
   if (rows == 0 || columns == 0 || rows > limit || columns > limit)
     throw DomainError({operation, ": a side of [", rows, ", ", columns, "] is not 1 to 65536"});
+  constexpr std::size_t channels = 4;
+  if (rows > array_limit / channels / columns)
+    throw DomainError({operation, ": a picture [", rows, ", ", columns, "] is too large for this processor"});
 }
 
 }  // namespace detail

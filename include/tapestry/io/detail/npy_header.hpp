@@ -2,8 +2,8 @@
 #include <array>
 #include <bit>
 #include <charconv>
-#include <limits>
 #include <span>
+#include <tapestry/core/array_limit.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
 
@@ -155,14 +155,15 @@ class NpyHeaderText {
       header_.shape.push_back(static_cast<std::size_t>(extent));
       empty = empty || extent == 0;
       const std::uint64_t factor = extent == 0 ? 1 : extent;
-      if (product > (std::numeric_limits<std::uint64_t>::max() >> 4U) / factor) too_large();
+      if (product > array_limit / factor) too_large();
       product *= factor;
       if (!accept(',') && peek() != ')') fail("array shape is not a tuple", "',' or ')'", found());
     }
     header_.element_count = empty ? 0 : static_cast<std::size_t>(product);
   }
   [[noreturn]] void too_large() const {
-    fail("array shape is larger than memory can hold", "fewer than 2^60 elements", "more", ErrorKind::limit);
+    fail("array shape is larger than memory can hold", "at most " + std::to_string(array_limit) + " elements",
+         "more", ErrorKind::limit);
   }
 
   std::string_view text_;

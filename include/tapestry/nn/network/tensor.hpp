@@ -1,8 +1,11 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <numeric>
 #include <span>
+#include <tapestry/core/array_limit.hpp>
 #include <tapestry/core/error.hpp>
 #include <variant>
 #include <vector>
@@ -18,7 +21,8 @@ using Shape = std::vector<std::size_t>;
 }
 
 /// Largest number of elements, and of axes, of a network's tensor.
-inline constexpr std::size_t most_elements = std::size_t(1) << 32U;
+inline constexpr std::size_t most_elements =
+    static_cast<std::size_t>(std::min<std::uint64_t>(std::uint64_t(1) << 32U, array_limit));
 inline constexpr std::size_t most_axes = 32;
 
 /// Checks that no product of a tensor's extents wraps, even if another extent is 0.

@@ -9,13 +9,14 @@ std::string to_text(const FeatureShape& shape) {
          std::to_string(shape.width) + "]";
 }
 
-/// Throws a limit error unless the product of the factors is at most 2³¹.
+/// Throws a limit error unless the product of the factors is at most largest_element_count.
 inline void require_product(const NetworkConfig& config, const LayerConfig& layer, const char* what,
                             std::initializer_list<std::size_t> factors) {
   std::uint64_t product = 1;
   for (const std::size_t factor : factors) {
     if (__builtin_mul_overflow(product, std::uint64_t(factor), &product) || product > largest_element_count)
-      throw cfg_error(config.name, layer.line, what, "at most 2147483648 elements", "", ErrorKind::limit);
+      throw cfg_error(config.name, layer.line, what,
+                      "at most " + std::to_string(largest_element_count) + " elements", "", ErrorKind::limit);
   }
 }
 
