@@ -19,19 +19,6 @@ if [ $# -eq 0 ]; then
   compilers+=(g++/native aarch64-linux-gnu-g++ clang++-14/aarch64)
 fi
 
-# Libraries that a build for arm64 links with, from Debian, unpacked below root.
-unpack_arm64_libraries() {
-  [ ! -d root ] || return 0
-  rm -rf lists root.part
-  mkdir -p lists/partial root.part
-  local apt=(apt-get --quiet --quiet -o APT::Architectures::=arm64 -o Dir::State::lists="$PWD/lists"
-             -o Dir::Cache="$PWD/lists" -o APT::Sandbox::User="$(id -un)")
-  "${apt[@]}" update
-  (cd lists && "${apt[@]}" download {zlib1g,zlib1g-dev,catch2}:arm64)
-  for package in lists/*.deb; do dpkg-deb --extract "$package" root.part; done
-  mv root.part root
-}
-
 # is_here PROGRAM...
 is_here() { command -v "$@" >/dev/null; }
 
@@ -53,13 +40,12 @@ configure_settings() {
     */native) flags+=(-DTAPESTRY_ONE_INSTRUCTION_SET -march=native) ;;
     *aarch64*)
       is_here aarch64-linux-gnu-g++ && is_here qemu-aarch64 || return 1
-      unpack_arm64_libraries
-      flags+=(-Wno-psabi -idirafter "$PWD/root/usr/include/aarch64-linux-gnu" -idirafter /usr/include)
-      settings+=(-DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=aarch64 -DCMAKE_PREFIX_PATH="$PWD/root/usr"
-                 -Dxtensor_DIR="/usr/lib/$(gcc -print-multiarch)/cmake/xtensor"
-                 -DCMAKE_DISABLE_FIND_PACKAGE_turbojpeg=ON
-                 -DCMAKE_CROSSCOMPILING_EMULATOR="qemu-aarch64;-L;/usr/aarch64-linux-gnu")
-      if [[ $1 == clang* ]]; then settings+=(-DCMAKE_CXX_COMPILER_TARGET=aarch64-linux-gnu); fi
+      "$source_dir/tests/reach/arm64_libraries.sh" root
+      settings+=(--toolchain "$source_dir/cmake/aarch64.cmake" -DCMAKE_PREFIX_PATH="$PWD/root/usr" -DTAPESTRY_CATCH_MAIN=ON)
+      if [[ $1 == clang* ]]; then
+        flags+=(-idirafter /usr/include)
+        settings+=(-DCMAKE_CXX_COMPILER_TARGET=aarch64-linux-gnu)
+      fi
       ;;
   esac
 }

@@ -59,8 +59,7 @@ std::vector<float> hard_values() {
 /// instructions for bfloat16 if it has them; the others emulate them.
 std::vector<nn::Kernels<float>> all_kernels() {
   std::vector<nn::Kernels<float>> all;
-  for (int set = 0; set <= static_cast<int>(nn::best_instruction_set()); ++set)
-    all.push_back(nn::kernels_of<float>(static_cast<nn::InstructionSet>(set)));
+  for (const auto set : tapestry::instruction_sets()) all.push_back(nn::kernels_of<float>(set));
   return all;
 }
 

@@ -315,8 +315,8 @@ TEMPLATE_TEST_CASE("every instruction set of this machine computes the same tile
   constexpr double tolerance = 800 * static_cast<double>(std::numeric_limits<TestType>::epsilon());
   const auto in = random_buffer<TestType>(12 * 40, 1);
   const auto weights = random_buffer<TestType>(40 * 32, 2);
-  for (int set = 0; set <= static_cast<int>(nn::best_instruction_set()); ++set) {
-    const auto kernels = nn::kernels_of<TestType>(static_cast<nn::InstructionSet>(set));
+  for (const auto set : tapestry::instruction_sets()) {
+    const auto kernels = nn::kernels_of<TestType>(set);
     for (std::size_t registers = 1; registers <= 2; ++registers)
       for (std::size_t rows = 1; rows <= kernels.tile_rows; ++rows) {
         const std::size_t width = registers * kernels.lanes;

@@ -138,8 +138,8 @@ void check_depthwise(const nn::Kernels<T>& kernels, std::size_t taps, std::size_
 
 TEMPLATE_TEST_CASE("every instruction set finishes sums as the epilogue's definition says", "[nn][epilogue]",
                    float, double) {
-  for (int set = 0; set <= static_cast<int>(nn::best_instruction_set()); ++set) {
-    const auto kernels = nn::kernels_of<TestType>(static_cast<nn::InstructionSet>(set));
+  for (const auto set : tapestry::instruction_sets()) {
+    const auto kernels = nn::kernels_of<TestType>(set);
     const bool has_bits = kernels.lanes % 8 == 0;
     for (unsigned code = 0; code < 64; ++code) {
       const Wishes wishes(code);
@@ -159,8 +159,8 @@ TEMPLATE_TEST_CASE("every instruction set finishes sums as the epilogue's defini
 
 TEMPLATE_TEST_CASE("every instruction set computes depthwise rows of any taps, stride and edge",
                    "[nn][depthwise]", float, double) {
-  for (int set = 0; set <= static_cast<int>(nn::best_instruction_set()); ++set) {
-    const auto kernels = nn::kernels_of<TestType>(static_cast<nn::InstructionSet>(set));
+  for (const auto set : tapestry::instruction_sets()) {
+    const auto kernels = nn::kernels_of<TestType>(set);
     for (const std::size_t taps : {1U, 2U, 3U, 4U, 5U})
       for (const std::size_t stride : {1U, 2U, 3U})
         for (const std::size_t spacing : {1U, 2U})

@@ -102,9 +102,9 @@ TEMPLATE_TEST_CASE("every instruction set of this machine transforms alike", "[n
   constexpr std::size_t channels = 16;  // whole vectors of every set
   const auto in = random_buffer<TestType>(36 * channels, 1);
   const auto weights = random_buffer<TestType>(9 * channels, 2);
-  for (int set = 0; set <= static_cast<int>(nn::best_instruction_set()); ++set)
+  for (const auto set : tapestry::instruction_sets())
     for (std::size_t which = 0; which < nn::winograd_form_count; ++which) {
-      const auto kernels = nn::kernels_of<TestType>(static_cast<nn::InstructionSet>(set));
+      const auto kernels = nn::kernels_of<TestType>(set);
       const auto axis = nn::extents_of(static_cast<nn::WinogradForm>(which));
       const std::size_t tile = axis.outputs;
       const std::size_t points = axis.points;

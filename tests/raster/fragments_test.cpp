@@ -101,13 +101,12 @@ TEST_CASE("barycentrics have the same bits with any instruction set, and those o
     for (auto& coordinates : place) coordinates[i] = random.uniform(-1, 64);
   }
   std::vector<std::array<std::vector<double>, 3>> found;
-  for (int set = 0; set <= static_cast<int>(tapestry::best_instruction_set()); ++set) {
+  for (const auto set : tapestry::instruction_sets()) {
     auto& b = found.emplace_back();
     for (auto& values : b) values.resize(count + 8);
     const std::array<double*, 3> result{b[0].data(), b[1].data(), b[2].data()};
-    raster::raster_kernels_of(static_cast<tapestry::InstructionSet>(set))
-        .barycentrics(rays, mesh.faces.data(), mesh.positions.data(), count, face.data(), place[0].data(),
-                      place[1].data(), result.data());
+    raster::raster_kernels_of(set).barycentrics(rays, mesh.faces.data(), mesh.positions.data(), count,
+                                                face.data(), place[0].data(), place[1].data(), result.data());
     for (auto& values : b) values.resize(count);
     CHECK(b == found.front());
   }

@@ -378,8 +378,8 @@ TEST_CASE("lookups have the same bits with any instruction set", "[raster][atlas
   const auto texels = random_array<float>({levels.back().first_texel + 1, 3}, 8);
   const auto random = random_array<double>({raster::LookupBatch::size, 7}, 9);
   std::vector<std::vector<double>> found;
-  for (int set = 0; set <= static_cast<int>(tapestry::best_instruction_set()); ++set) {
-    const auto kernels = raster::raster_kernels_of(static_cast<tapestry::InstructionSet>(set));
+  for (const auto set : tapestry::instruction_sets()) {
+    const auto kernels = raster::raster_kernels_of(set);
     raster::LookupBatch batch;
     const std::size_t count = raster::LookupBatch::size;
     for (std::size_t i = 0; i < count; ++i) {

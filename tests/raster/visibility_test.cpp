@@ -355,8 +355,8 @@ TEST_CASE("visibility has the same bits for any number of threads and any instru
   CHECK(std::count(expected.face.begin(), expected.face.end(), -1) < 150 * 171);
   for (const int count : {1, 2, 3, 8}) {
     tapestry::limit_threads(count);
-    for (int set = 0; set <= static_cast<int>(tapestry::best_instruction_set()); ++set) {
-      const auto kernels = raster::raster_kernels_of(static_cast<tapestry::InstructionSet>(set));
+    for (const auto set : tapestry::instruction_sets()) {
+      const auto kernels = raster::raster_kernels_of(set);
       const auto found = raster::visibility(mesh, camera, 150, 171, 2, raster::FaceCulling::none, kernels);
       CHECK(found.face == expected.face);
     }
@@ -371,8 +371,8 @@ TEST_CASE("kernels of all instruction sets set up the same triangles, to the bit
   const raster::RayGrid rays(camera, 480, 640);
   std::vector<std::vector<raster::ScreenTriangle>> made;
   std::vector<std::vector<std::array<double, 3>>> views;
-  for (int set = 0; set <= static_cast<int>(tapestry::best_instruction_set()); ++set) {
-    const auto kernels = raster::raster_kernels_of(static_cast<tapestry::InstructionSet>(set));
+  for (const auto set : tapestry::instruction_sets()) {
+    const auto kernels = raster::raster_kernels_of(set);
     std::vector<std::array<double, 3>> view(mesh.positions.size());
     std::vector<raster::ScreenVertex> screen(mesh.positions.size());
     kernels.project(projection, mesh.positions.data(), view.size(), view.data(), screen.data());

@@ -95,8 +95,8 @@ void adopt_instruction_set(const std::string& path) {
   const char* const chosen = std::getenv(set_variable);
   if ((chosen != nullptr && *chosen != '\0') || !is_there(path, ErrorKind::malformed)) return;
   const std::string name = text_in(read_json_file(path), "instruction_set");
-  for (const auto set : {InstructionSet::portable, InstructionSet::avx2, InstructionSet::avx512})
-    if (name_of(set) == name && set <= best_instruction_set()) platform::set_variable(set_variable, name);
+  for (const auto set : instruction_sets())
+    if (name_of(set) == name) platform::set_variable(set_variable, name);
 }
 
 std::string other_facts(const Json& manifest, const std::vector<std::string>& facts) {

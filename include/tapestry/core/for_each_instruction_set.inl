@@ -1,26 +1,50 @@
 // Compiles the file TAPESTRY_KERNELS for each instruction set by target attributes, so that a plain build has
-// them all: in the namespaces portable, avx2 and avx512, with TAPESTRY_VECTOR_BYTES defined. With
-// TAPESTRY_WIDE_LOOPS, GCC vectorises the file's plain loops with the whole width of AVX-512, too. With
+// them all: in the namespaces portable, avx2 and avx512, or portable and neon, with TAPESTRY_VECTOR_BYTES
+// defined. With TAPESTRY_WIDE_LOOPS, GCC vectorises the file's plain loops with the whole width of AVX-512,
+// too; the file's products are rounded before they are added, so that neon would be portable once more. With
 // TAPESTRY_ONE_INSTRUCTION_SET, the namespace portable is compiled for the set of the compiler's options,
 // alone.
 #ifndef TAPESTRY_KERNELS  // an editor reads this file alone
-#include <cstddef>
+#include <tapestry/core/instruction_set.hpp>
 #define TAPESTRY_KERNELS <tapestry/core/vector_memory.inl>
 #endif
 
-namespace portable {
-#if !defined(TAPESTRY_ONE_INSTRUCTION_SET)
-#define TAPESTRY_VECTOR_BYTES 16
-#elif defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__)
-#define TAPESTRY_VECTOR_BYTES 64
-#elif defined(__AVX2__) && defined(__FMA__)
-#define TAPESTRY_VECTOR_BYTES 32
+#if defined(__aarch64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
+#define TAPESTRY_NEON_SET
+#if defined(__clang__)
+#pragma clang fp contract(off)
 #else
-#define TAPESTRY_VECTOR_BYTES 16
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off")
 #endif
+#endif
+
+namespace portable {
+#define TAPESTRY_VECTOR_BYTES TAPESTRY_PLAIN_VECTOR_BYTES
 #include TAPESTRY_KERNELS
 #undef TAPESTRY_VECTOR_BYTES
 }  // namespace portable
+
+#if defined(TAPESTRY_NEON_SET)
+#if !defined(TAPESTRY_WIDE_LOOPS)
+#if defined(__clang__)
+#pragma clang fp contract(on)
+#else
+#pragma GCC optimize("fp-contract=fast")
+#endif
+namespace neon {
+#define TAPESTRY_VECTOR_BYTES 16
+#include TAPESTRY_KERNELS
+#undef TAPESTRY_VECTOR_BYTES
+}  // namespace neon
+#endif
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT DEFAULT
+#else
+#pragma GCC pop_options
+#endif
+#undef TAPESTRY_NEON_SET
+#endif
 
 #if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
 #if defined(__clang__)

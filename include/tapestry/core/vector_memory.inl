@@ -22,6 +22,13 @@ inline Register<T> load(const T* values) {
   return *reinterpret_cast<const typename Vector<T>::Memory*>(values);
 }
 
+/// Rows of two vectors that fit in the registers beside what is added to them.
+#if TAPESTRY_VECTOR_BYTES == 64 || defined(__aarch64__)
+inline constexpr int tile_rows = 12;
+#else
+inline constexpr int tile_rows = 6;
+#endif
+
 template <class T>
 inline void store(T* values, const Register<T>& value) {
   *reinterpret_cast<typename Vector<T>::Memory*>(values) = value;

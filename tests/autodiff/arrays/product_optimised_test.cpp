@@ -7,8 +7,7 @@
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"
 
-using tapestry::Array, tapestry::ArrayVariable, tapestry::InstructionSet, tapestry::test::ActiveTape,
-    tapestry::test::random_array;
+using tapestry::Array, tapestry::ArrayVariable, tapestry::test::ActiveTape, tapestry::test::random_array;
 
 namespace {
 /// Σ_k a(i, k) · b(k, j) + c(i, j) in long double, to compare with `product`.
@@ -52,12 +51,8 @@ TEMPLATE_TEST_CASE("every instruction set multiplies matrices of any extents", "
                    double) {
   using T = TestType;
   using Arguments = tapestry::detail::ProductArguments<T>;
-  check_extents<T>([](const Arguments& p) { tapestry::detail::ProductTiles<T, 16>::run(p); });
-  check_extents<T>([](const Arguments& p) { tapestry::detail::add_product(p); });
-#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
-  if (tapestry::best_instruction_set() != InstructionSet::portable)
-    check_extents<T>([](const Arguments& p) { tapestry::detail::add_product_avx2(p); });
-#endif
+  for (const auto set : tapestry::instruction_sets())
+    check_extents<T>([set](const Arguments& p) { tapestry::detail::add_product(p, set); });
 }
 
 TEST_CASE("a product of matrices on the tape satisfies the adjoint identity", "[autodiff][product]") {

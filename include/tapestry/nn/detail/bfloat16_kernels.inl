@@ -67,7 +67,6 @@ void fill_winograd_pairs(Kernels<float>& kernels) {
 }
 
 inline void fill_bfloat16(Kernels<float>& kernels) {
-  constexpr int tile_rows = TAPESTRY_VECTOR_BYTES == 64 ? 12 : 6;
   fill_pair_rows<1, tile_rows>(kernels);
   fill_pair_rows<2, tile_rows>(kernels);
   fill_winograd_pairs<WinogradForm::f2_taps3>(kernels);

@@ -14,7 +14,6 @@ template <std::floating_point T>
 Kernels<T> make_kernels() {
   Kernels<T> kernels;
   kernels.lanes = Vector<T>::lanes;
-  constexpr std::size_t tile_rows = TAPESTRY_VECTOR_BYTES == 64 ? 12 : 6;  // as many as fit in registers
   kernels.tile_rows = tile_rows;
   fill_rows<T, 1, tile_rows>(kernels);
   fill_rows<T, 2, tile_rows>(kernels);

@@ -56,10 +56,14 @@ namespace avx512_bf16 {
 template <std::floating_point T>
 Kernels<T> kernels_of([[maybe_unused]] InstructionSet set) {
   Kernels<T> kernels = [&] {
-#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
+#if !defined(TAPESTRY_ONE_INSTRUCTION_SET)
     if constexpr (std::is_same_v<T, float>) {
+#if defined(__x86_64__)
       if (set == InstructionSet::avx512) return avx512::make_kernels<T>();
       if (set == InstructionSet::avx2) return avx2::make_kernels<T>();
+#elif defined(__aarch64__)
+      if (set == InstructionSet::neon) return neon::make_kernels<T>();
+#endif
     }
 #endif
     return portable::make_kernels<T>();

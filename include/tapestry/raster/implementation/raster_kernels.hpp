@@ -7,10 +7,6 @@
 
 namespace tapestry::raster {
 
-#if defined(__clang__) && (defined(__x86_64__) || __clang_major__ >= 16)
-#define TAPESTRY_RESTORES_CONTRACTION  // an older clang for another processor cannot: it stays off
-#pragma float_control(push)
-#endif
 #if defined(__clang__)
 #pragma clang fp contract(off)
 #else
@@ -23,10 +19,9 @@ namespace tapestry::raster {
 #include <tapestry/core/for_each_instruction_set.inl>
 #undef TAPESTRY_WIDE_LOOPS
 
-#if defined(TAPESTRY_RESTORES_CONTRACTION)
-#pragma float_control(pop)
-#undef TAPESTRY_RESTORES_CONTRACTION
-#elif !defined(__clang__)
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT DEFAULT
+#else
 #pragma GCC pop_options
 #endif
 

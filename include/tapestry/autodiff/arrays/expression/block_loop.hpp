@@ -47,8 +47,8 @@ template <std::size_t Largest = 64, class Body>
 }
 
 // Sanitizers make these loops large and slow to compile, and also check all memory in the plain loop.
-#if defined(__x86_64__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(TAPESTRY_ONE_INSTRUCTION_SET)
+#if defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
+#if defined(__x86_64__)
 template <std::size_t Largest, class Body>
 [[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma"), gnu::noinline]] void avx512_block(std::size_t count,
                                                                                        const Body& body) {
@@ -60,26 +60,36 @@ template <std::size_t Largest, class Body>
   const Body own = body;
   plain_block<Largest>(count, own);
 }
+#elif defined(__aarch64__) && !defined(__clang__)
+template <std::size_t Largest, class Body>
+[[gnu::optimize("fp-contract=fast"), gnu::noinline]] void neon_block(std::size_t count, const Body& body) {
+  const Body own = body;
+  plain_block<Largest>(count, own);
+}
+#endif
+#endif
 
 /// plain_block() in the best instructions that this processor has, whatever the program was compiled for. A
 /// product and its sum may be rounded once (fused), so the last bits differ among processors.
 template <std::size_t Largest = 64, class Body>
 inline void for_block(std::size_t count, const Body& body) {
+#if defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
   switch (instruction_set()) {
+#if defined(__x86_64__)
     case InstructionSet::avx512:
       return avx512_block<Largest>(count, body);
     case InstructionSet::avx2:
       return avx2_block<Largest>(count, body);
+#elif defined(__aarch64__) && !defined(__clang__)
+    case InstructionSet::neon:
+      return neon_block<Largest>(count, body);
+#endif
     default:
-      portable_block<Largest>(count, body);
+      break;
   }
-}
-#else
-template <std::size_t Largest = 64, class Body>
-inline void for_block(std::size_t count, const Body& body) {
+#endif
   portable_block<Largest>(count, body);
 }
-#endif
 
 #if defined(__clang__)
 #pragma clang diagnostic pop

@@ -82,31 +82,11 @@ class ProductTiles {
   }
 };
 
-#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
+/// The same with an instruction set of this processor; see for_block().
 template <class T>
-[[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma")]] void add_product_avx512(const ProductArguments<T>& p) {
-  ProductTiles<T, 64>::run(p);
-}
-template <class T>
-[[gnu::target("avx2,fma")]] void add_product_avx2(const ProductArguments<T>& p) {
-  ProductTiles<T, 32>::run(p);
-}
-#endif
-
-/// The same in the best instructions of this processor; see for_block().
-template <class T>
-void add_product(const ProductArguments<T>& p) {
-#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
-  switch (instruction_set()) {
-    case InstructionSet::avx512:
-      return add_product_avx512(p);
-    case InstructionSet::avx2:
-      return add_product_avx2(p);
-    default:
-      break;
-  }
-#endif
-  ProductTiles<T, std::size_t{16} << static_cast<unsigned>(plain_instruction_set)>::run(p);
+void add_product(const ProductArguments<T>& p, InstructionSet set = instruction_set()) {
+  const auto run = [&](auto bytes) __attribute__((always_inline)) { ProductTiles<T, bytes()>::run(p); };
+  run_with(set, run);
 }
 
 /// aᵀ of a[rows, columns], row-major.

@@ -41,30 +41,10 @@ class TangentVectors {
 
   void run_forwards(const StatementRun& run) {
     auto* const lanes = reinterpret_cast<Lanes*>(memory_.data());
-#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
-    switch (instruction_set()) {
-      case InstructionSet::avx512:
-        return run_avx512(run, ends_.data(), lanes);
-      case InstructionSet::avx2:
-        return run_avx2(run, ends_.data(), lanes);
-      default:
-        break;
-    }
-#endif
-    run_portable(run, ends_.data(), lanes);
+    const Word* const* const ends = ends_.data();
+    const auto body = [&](auto) __attribute__((always_inline)) { run_statements(run, ends, lanes); };
+    run_with(instruction_set(), body);
   }
-
-#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
-  [[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma")]] static void run_avx512(const StatementRun& run,
-                                                                               const Word* const* ends,
-                                                                               Lanes* lanes) {
-    run_portable(run, ends, lanes);
-  }
-  [[gnu::target("avx2,fma")]] static void run_avx2(const StatementRun& run, const Word* const* ends,
-                                                   Lanes* lanes) {
-    run_portable(run, ends, lanes);
-  }
-#endif
 
   /// Sum of the products of the operands.
   struct Sum {
@@ -79,8 +59,8 @@ class TangentVectors {
     }
   };
 
-  [[gnu::always_inline]] static inline void run_portable(const StatementRun& run, const Word* const* ends,
-                                                         Lanes* lanes) {
+  [[gnu::always_inline]] static inline void run_statements(const StatementRun& run, const Word* const* ends,
+                                                           Lanes* lanes) {
     const std::size_t count = run.end_index - run.first_index;
     for (std::size_t i = 0; i < count; ++i) {
       Sum sum{lanes, lanes[run.first_index + i]};

@@ -95,7 +95,7 @@ class ReverseSweep {
     const StatementRun part = run_up_to<Scalar>(root, run, [&](StatementKind kind) {
       if (kind == StatementKind::record) skip_record();
     });
-#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
+#if (defined(__x86_64__) || defined(__aarch64__)) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
     if constexpr (std::floating_point<Scalar>)
       if (instruction_set() != InstructionSet::portable) return sweep_fused(part, adjoints, pull_back);
 #endif
@@ -127,13 +127,14 @@ class ReverseSweep {
     StatementWalk<Scalar, Visitor>::run(run.words_end, run.kinds + (run.end_index - run.first_index),
                                         visitor);
   }
-#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
   template <class PullBack>
-  [[gnu::target("avx2,fma")]] static void sweep_fused(const StatementRun& run, Scalar* adjoints,
-                                                      PullBack& pull_back) {
+#if defined(__x86_64__)
+  [[gnu::target("avx2,fma")]]
+#endif
+  static void
+  sweep_fused(const StatementRun& run, Scalar* adjoints, PullBack& pull_back) {
     sweep<true>(run, adjoints, pull_back);
   }
-#endif
 };
 
 }  // namespace tapestry::detail

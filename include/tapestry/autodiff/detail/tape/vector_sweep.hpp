@@ -89,17 +89,8 @@ class VectorSweep {
     const StatementRun part = run_up_to<Scalar>(root, run, [&](StatementKind kind) {
       if (kind == StatementKind::record) skip_record();
     });
-#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
-    switch (instruction_set()) {
-      case InstructionSet::avx512:
-        return run_avx512(part, adjoints, pull_back);
-      case InstructionSet::avx2:
-        return run_avx2(part, adjoints, pull_back);
-      default:
-        break;
-    }
-#endif
-    sweep(part, adjoints, pull_back);
+    const auto body = [&](auto) __attribute__((always_inline)) { sweep(part, adjoints, pull_back); };
+    run_with(instruction_set(), body);
   }
 
  private:
@@ -148,20 +139,6 @@ class VectorSweep {
     }
     [[gnu::always_inline]] static Lanes& as_lanes(T* adjoints) { return *reinterpret_cast<Lanes*>(adjoints); }
   };
-
-#if defined(__x86_64__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
-  template <class PullBack>
-  [[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma")]] static void run_avx512(
-      const StatementRun& run, VectorAdjoints<Scalar, Width>& adjoints, PullBack& pull_back) {
-    sweep(run, adjoints, pull_back);
-  }
-  template <class PullBack>
-  [[gnu::target("avx2,fma")]] static void run_avx2(const StatementRun& run,
-                                                   VectorAdjoints<Scalar, Width>& adjoints,
-                                                   PullBack& pull_back) {
-    sweep(run, adjoints, pull_back);
-  }
-#endif
 
   template <class PullBack>
   [[gnu::always_inline]] static inline void sweep(const StatementRun& run,
