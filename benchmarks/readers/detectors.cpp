@@ -16,36 +16,22 @@ const std::string net = "[net]\nwidth=32\nheight=32\nchannels=3\n";
 
 void read_cfg(const std::string& path) { (void)io::read_network_config(path); }
 
-std::string distinct_options(std::size_t bytes) {
-  return filled(
-      bytes, net, [](std::size_t i) { return std::string("k") + std::to_string(i) + "=1\n"; }, head);
-}
-std::string long_options(std::size_t bytes) {
-  return filled(
-      bytes, net, [](std::size_t i) { return std::to_string(i) + std::string(65000, 'w') + "=1\n"; }, head);
-}
-std::string repeated_options(std::size_t bytes) {
-  return filled(
-      bytes, net, [](std::size_t) { return std::string("burn_in=1\n"); }, head);
-}
 std::string full_layers(std::size_t bytes) {
   std::string layer = "[maxpool]\nsize=1\nstride=1\n";
   for (std::size_t i = 0; layer.size() < bytes / 2000; ++i)
     layer += std::string("k") + std::to_string(i) + "=1\n";
-  return filled(
-      bytes, net, [&](std::size_t) { return layer; }, head);
+  return filled(net, layer, head)(bytes);
 }
 
 /// Names of two bytes, then of three: as many as a file can have.
-std::string short_names(std::size_t bytes) {
+std::string short_name(std::size_t i) {
   constexpr std::size_t digits = 223, first = 33;  // all bytes from 33 on
-  return filled(bytes, "", [](std::size_t i) {
-    std::string name;
-    for (std::size_t left = i; name.size() < (i < digits * digits ? 2U : 3U); left /= digits)
-      name += static_cast<char>(static_cast<unsigned char>(first + left % digits));
-    return name + "\n";
-  });
+  std::string name;
+  for (std::size_t left = i; name.size() < (i < digits * digits ? 2U : 3U); left /= digits)
+    name += static_cast<char>(static_cast<unsigned char>(first + left % digits));
+  return name + "\n";
 }
+void read_names(const std::string& path) { (void)io::read_class_names(path); }
 
 /// A layer of 512 channels with as many filters as the weights have room for.
 detect::NetworkConfig wide_network(std::size_t weight_count) {
@@ -115,17 +101,13 @@ void read_onnx(const std::string& path) { (void)io::read_onnx(path); }
 }  // namespace
 
 std::vector<Kind> detector_kinds() {
-  return {{"cfg: distinct options", distinct_options, read_cfg, times_file(24), 4},
-          {"cfg: long options", long_options, read_cfg, times_file(24), 4},
-          {"cfg: repeated options", repeated_options, read_cfg, times_file(24), 4},
+  const std::string wide(65000, 'w');
+  return {{"cfg: distinct options", filled(net, numbered("k", "=1\n"), head), read_cfg, times_file(24), 4},
+          {"cfg: long options", filled(net, numbered("", wide + "=1\n"), head), read_cfg, times_file(24), 4},
+          {"cfg: repeated options", filled(net, "burn_in=1\n", head), read_cfg, times_file(24), 4},
           {"cfg: options of layers", full_layers, read_cfg, times_file(24), 4},
-          {"names",
-           [](std::size_t bytes) {
-             return filled(bytes, "", [](std::size_t i) { return std::to_string(i) + "\n"; });
-           },
-           [](const std::string& path) { (void)io::read_class_names(path); }, times_file(32), 4},
-          {"names: short", short_names, [](const std::string& path) { (void)io::read_class_names(path); },
-           times_file(32), 4},
+          {"names", filled("", numbered("", "\n")), read_names, times_file(32), 4},
+          {"names: short", filled("", short_name), read_names, times_file(32), 4},
           {"weights: denormal", weights, read_weights, times_file(2)},
           {"onnx: nodes", chain, read_onnx, times_file(56)},
           {"onnx: inputs", many_inputs, read_onnx, times_file(56)},

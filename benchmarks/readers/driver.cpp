@@ -39,29 +39,28 @@ void tell_memory(const std::string& name, const std::string& path) {
   std::printf("%.3f\n", peak_memory_mib());
 }
 
-/// The memory that a process of its own prints in tell_memory().
-double told_memory(const std::string& name, const std::string& path) {
+/// The number that a process of its own for tell_memory() prints, or what is put around it.
+double told_number(const std::string& before, const std::string& name, const std::string& path,
+                   const std::string& behind) {
   const std::string command =
-      std::string("/proc/") + std::to_string(::getpid()) + "/exe --memory '" + name + "' '" + path + "'";
+      before + "/proc/" + std::to_string(::getpid()) + "/exe --memory '" + name + "' '" + path + "'" + behind;
   std::FILE* const output = ::popen(command.c_str(), "r");
-  double mib = 0;
-  const bool is_told = output != nullptr && std::fscanf(output, "%lf", &mib) == 1;
+  double number = 0;
+  const bool is_told = output != nullptr && std::fscanf(output, "%lf", &number) == 1;
   if (output == nullptr || ::pclose(output) != 0 || !is_told)
-    throw Error(ErrorKind::numeric, "the process that reads " + name + " ended without an answer");
-  return mib;
+    throw Error(ErrorKind::numeric, command + " ended without an answer");
+  return number;
 }
 
-/// Millions of instructions that valgrind counts in a process of its own for tell_memory().
+double told_memory(const std::string& name, const std::string& path) {
+  return told_number("", name, path, "");
+}
+
+/// Millions of instructions that valgrind counts.
 double counted_instructions(const std::string& name, const std::string& path) {
-  const std::string command = "valgrind --tool=callgrind --callgrind-out-file=/dev/null /proc/" +
-                              std::to_string(::getpid()) + "/exe --memory '" + name + "' '" + path +
-                              "' 2>&1 >/dev/null | sed -n 's/.*Collected : //p'";
-  std::FILE* const output = ::popen(command.c_str(), "r");
-  double count = 0;
-  const bool is_told = output != nullptr && std::fscanf(output, "%lf", &count) == 1;
-  if (output == nullptr || ::pclose(output) != 0 || !is_told)
-    throw Error(ErrorKind::numeric, "valgrind did not count the instructions of " + name);
-  return count / 1e6;
+  return told_number("valgrind --tool=callgrind --callgrind-out-file=/dev/null ", name, path,
+                     " 2>&1 >/dev/null | sed -n 's/.*Collected : //p'") /
+         1e6;
 }
 
 /// Processor time, so that other programs do not count.
@@ -141,9 +140,7 @@ int main(int argc, char** argv) {
   bool has_fresh_pages = false, checks_memory = false;
   std::vector<std::string> memory;
   app.add_option("--case", pattern, "Only kinds whose name this regular expression finds");
-  app.add_option("--rounds", options.rounds, "Turns of each size")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+  app.add_option("--rounds", options.rounds, "Turns of each size")->check(CLI::Range(1, 1000));
   app.add_flag("--instructions", options.counts_instructions,
                "Count instructions, with valgrind, in place of milliseconds");
   app.add_flag("--fresh-pages", has_fresh_pages,

@@ -19,16 +19,33 @@ struct Kind {
   std::size_t largest_mb = 8;  ///< beyond it the reader refuses by size alone
 };
 
-/// `beginning`, entries of a number each until the file has its size, and `end`. The last entry may be cut by
-/// `cut` characters, such as a comma.
+[[nodiscard]] inline std::string repeated(const std::string& text, int times) {
+  std::string all;
+  for (int i = 0; i < times; ++i) all += text;
+  return all;
+}
+
+/// Entries of filled(): `before`, a number that is another each time, and `behind`.
+[[nodiscard]] inline auto numbered(const std::string& before, const std::string& behind) {
+  return [=](std::size_t i) { return before + std::to_string(i) + behind; };
+}
+
+/// Makes files of `beginning`, entries until the file has its size, and `end`. An entry is text, or made of
+/// its number. The last one may be cut by `cut` characters, such as a comma.
 template <class Entry>
-std::string filled(std::size_t bytes, std::string beginning, Entry entry, const std::string& end = "",
-                   std::size_t cut = 0) {
-  std::string text = std::move(beginning);
-  text.reserve(bytes + 4096);
-  for (std::size_t i = 0; text.size() + end.size() < bytes; ++i) text += entry(i);
-  text.resize(text.size() - cut);
-  return text += end;
+std::function<std::string(std::size_t bytes)> filled(const std::string& beginning, Entry entry,
+                                                     const std::string& end = "", std::size_t cut = 0) {
+  return [=](std::size_t bytes) {
+    std::string text = beginning;
+    text.reserve(bytes + 4096);
+    for (std::size_t i = 0; text.size() + end.size() < bytes; ++i)
+      if constexpr (std::is_invocable_v<Entry, std::size_t>)
+        text += entry(i);
+      else
+        text += entry;
+    text.resize(text.size() - cut);
+    return text += end;
+  };
 }
 
 /// The limit of readers that take up to so many times the file.

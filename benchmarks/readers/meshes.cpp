@@ -16,26 +16,7 @@ void read_materials(const std::string& path) {
 }
 void read_faces(const std::string& path) { (void)io::read_face_list(path, 1); }
 
-/// A record repeated behind a square.
-std::function<std::string(std::size_t)> repeated(const std::string& record) {
-  return [=](std::size_t bytes) {
-    return filled(bytes, square + "f 1 2 3\n", [&](std::size_t) { return record; });
-  };
-}
-/// A record with a number that is another each time.
-std::function<std::string(std::size_t)> numbered(const std::string& record) {
-  return [=](std::size_t bytes) {
-    return filled(bytes, square + "f 1 2 3\n",
-                  [&](std::size_t i) { return record + std::to_string(i) + "\n"; });
-  };
-}
-
-/// Convex faces of many corners, which become many triangles.
-std::string fans(std::size_t bytes) {
-  std::string face = "f";
-  for (int i = 0; i < 4096; ++i) face += " 1 2 3";
-  return filled(bytes, square, [&](std::size_t) { return face + "\n"; });
-}
+const std::string beginning = square + "f 1 2 3\n";
 
 /// One face below a random skyline, as long as a line may be, or several.
 std::string skylines(std::size_t bytes) {
@@ -56,34 +37,22 @@ std::string skylines(std::size_t bytes) {
   }
   return text;
 }
-
-/// A long way to a material file that is not there.
-std::string long_ways(std::size_t bytes) {
-  std::string way;
-  for (int i = 0; i < 250000; ++i) way += "a/";
-  return filled(bytes, square + "f 1 2 3\n",
-                [&](std::size_t i) { return "mtllib " + way + std::to_string(i) + "\n"; });
-}
 }  // namespace
 
 std::vector<Kind> mesh_kinds() {
-  return {
-      {"obj: vertices", repeated("v 0 0 0\n"), read_mesh, times_file(40)},
-      {"obj: triangles", repeated("f 1 2 3\n"), read_mesh, times_file(40)},
-      {"obj: fans", fans, read_mesh, times_file(40)},
-      {"obj: concave polygons", skylines, read_mesh, times_file(40)},
-      {"obj: groups", numbered("g "), read_mesh, times_file(40)},
-      {"obj: materials", numbered("usemtl "), read_mesh, times_file(40)},
-      {"obj: material files", numbered("mtllib "), read_mesh, times_file(40)},
-      {"obj: long ways", long_ways, read_mesh, times_file(40)},
-      {"mtl",
-       [](std::size_t bytes) {
-         return filled(bytes, "", [](std::size_t i) { return "newmtl " + std::to_string(i) + "\n"; });
-       },
-       read_materials, times_file(24)},
-      {"faces",
-       [](std::size_t bytes) { return filled(bytes, "", [](std::size_t) { return std::string("1\n"); }); },
-       read_faces, times_file(12)}};
+  return {{"obj: vertices", filled(beginning, "v 0 0 0\n"), read_mesh, times_file(40)},
+          {"obj: triangles", filled(beginning, "f 1 2 3\n"), read_mesh, times_file(40)},
+          // Convex faces of many corners, which become many triangles.
+          {"obj: fans", filled(square, "f" + repeated(" 1 2 3", 4096) + "\n"), read_mesh, times_file(40)},
+          {"obj: concave polygons", skylines, read_mesh, times_file(40)},
+          {"obj: groups", filled(beginning, numbered("g ", "\n")), read_mesh, times_file(40)},
+          {"obj: materials", filled(beginning, numbered("usemtl ", "\n")), read_mesh, times_file(40)},
+          {"obj: material files", filled(beginning, numbered("mtllib ", "\n")), read_mesh, times_file(40)},
+          // A long way to a material file that is not there.
+          {"obj: long ways", filled(beginning, numbered("mtllib " + repeated("a/", 250000), "\n")), read_mesh,
+           times_file(40)},
+          {"mtl", filled("", numbered("newmtl ", "\n")), read_materials, times_file(24)},
+          {"faces", filled("", "1\n"), read_faces, times_file(12)}};
 }
 
 }  // namespace tapestry::benchmarks

@@ -57,10 +57,8 @@ std::string small_pieces(std::size_t bytes) { return png_of(noise_png(1024, 8, 2
 std::string single_bits(std::size_t bytes) { return png_of(noise_png(8192, 1, 0, bytes), 1U << 20U); }
 std::string other_chunks(std::size_t bytes) {
   const test::PngParts parts = noise_png(8, 8, 0, 9);
-  return filled(
-      bytes, test::png_signature() + test::png_header(parts),
-      [](std::size_t) { return test::png_chunk("abCd", ""); },
-      test::png_chunk("IDAT", test::zlib_packed(parts.rows)) + test::png_chunk("IEND", ""));
+  return filled(test::png_signature() + test::png_header(parts), test::png_chunk("abCd", ""),
+                test::png_chunk("IDAT", test::zlib_packed(parts.rows)) + test::png_chunk("IEND", ""))(bytes);
 }
 
 std::string bits_of_bmp(std::size_t bytes) {
