@@ -111,8 +111,6 @@ template <class Objective>
 struct Comparison {
   std::string name;
   TapeSize tape{};
-  std::vector<Variant> variants{};
-  std::vector<Result> results{};
   std::vector<Contestant> contestants{};
 };
 
@@ -121,40 +119,26 @@ template <class Objective>
 [[nodiscard]] Comparison compare(const Objective& objective, const Folders& folders, const Schedule& schedule,
                                  const fs::path& other_build) {
   Comparison comparison{objective.name, tape_size_of(objective)};
-  std::copy_if(all_variants.begin(), all_variants.end(), std::back_inserter(comparison.variants),
-               [&](const Variant& variant) {
-                 return applies(variant, objective.name) &&
-                        (!variant.is_of_other_build || !other_build.empty());
-               });
-  const auto& variants = comparison.variants;
-  comparison.contestants.resize(variants.size());
+  std::vector<Variant> variants;
   std::cerr << objective.name << std::endl;
-  for (std::size_t i = 0; i < variants.size(); ++i) {
-    const Variant& variant = variants[i];
-    comparison.results.push_back({objective.name, variant.label(), variant.threads});
+  for (const Variant& variant : all_variants) {
     const fs::path& programs = variant.is_of_other_build ? other_build : folders.programs;
-    comparison.contestants[i].start({programs / variant.program, "--case", objective.name, "--variant",
-                                     variant.name, "--threads", std::to_string(variant.threads)},
-                                    {}, folders.work);
+    if (!applies(variant, objective.name) || programs.empty()) continue;
+    variants.push_back(variant);
+    comparison.contestants.push_back({{objective.name, variant.label(), variant.threads}});
+    comparison.contestants.back().start({programs / variant.program, "--case", objective.name, "--variant",
+                                         variant.name, "--threads", std::to_string(variant.threads)},
+                                        {}, folders.work);
   }
   run_rounds(comparison.contestants, schedule);
   const Reference reference = reference_of(objective);
   const std::string path = folders.work / "answer";
   for (std::size_t i = 0; i < variants.size(); ++i) {
     Contestant& contestant = comparison.contestants[i];
-    contestant.attempt([&](Worker& worker) {
-      (void)worker.ask("save " + path);
-      Result& result = comparison.results[i];
-      result.error = error_of(reference, path);
-      if (!(*result.error <= variants[i].largest_error))
-        throw Error(ErrorKind::numeric, "computes something else");
-      const int computations = variants[i].threads == 1 ? 1 : variants[i].threads * computations_a_wait;
-      const Timing timing = timing_of(contestant.seconds, 0);
-      result.seconds = timing.median / computations;
-      result.spread = timing.spread;
-      result.memory_mib = contestant.peak_memory_mib;
+    const int computations = variants[i].threads == 1 ? 1 : variants[i].threads * computations_a_wait;
+    contestant.finish(path, [&] {
+      contestant.conclude(error_of(reference, path), variants[i].largest_error, computations);
     });
-    contestant.worker.reset();
   }
   fs::remove(path);
   return comparison;
@@ -162,8 +146,9 @@ template <class Objective>
 
 /// Median seconds of a variant on one thread, or NaN.
 [[nodiscard]] double seconds_of(const Comparison& comparison, const std::string& variant) {
-  for (const Result& result : comparison.results)
-    if (result.variant == variant && result.seconds) return *result.seconds;
+  for (const auto& contestant : comparison.contestants)
+    if (const Result& result = contestant.result; result.variant == variant && result.seconds)
+      return *result.seconds;
   return std::nan("");
 }
 
@@ -176,20 +161,15 @@ void print(const Comparison& comparison) {
               static_cast<double>(comparison.tape.bytes) / statements);
   std::printf("  %-18s %11s %8s %9s %8s %9s %9s %9s %13s\n", "", "ms", "spread", "error", "MiB", "/ plain",
               "/ hand", "/ scalar", "1 / of ADOL-C");
-  for (std::size_t i = 0; i < comparison.results.size(); ++i) {
-    const Result& result = comparison.results[i];
-    std::string label = result.variant;
-    if (result.threads > 1) label += ", " + thread_title(result.threads);
-    if (!result.seconds) {
-      std::printf("  %-18s %s\n", label.c_str(), comparison.contestants[i].failure.c_str());
-      continue;
-    }
+  for (const Contestant& contestant : comparison.contestants) {
+    const Result& result = contestant.result;
+    const std::string threads = result.threads > 1 ? ", " + thread_title(result.threads) : "";
+    if (!contestant.print(result.variant + threads, 18)) continue;
     const double seconds = *result.seconds;
-    std::printf("  %-18s %11.5f %6.1f %% %9.1e %8.0f %9.2f %9.2f %9.2f %13.2f\n", label.c_str(),
-                1e3 * seconds, 100 * timing_of(comparison.contestants[i].seconds, 0).spread, *result.error,
-                *result.memory_mib, seconds / seconds_of(comparison, "plain"),
-                seconds / seconds_of(comparison, "hand"), seconds / seconds_of(comparison, "scalar"),
-                adolc / seconds);
+    std::printf(" %11.5f %6.1f %% %9.1e %8.0f %9.2f %9.2f %9.2f %13.2f\n", 1e3 * seconds,
+                100 * *result.spread, *result.error, *result.memory_mib,
+                seconds / seconds_of(comparison, "plain"), seconds / seconds_of(comparison, "hand"),
+                seconds / seconds_of(comparison, "scalar"), adolc / seconds);
   }
   std::fflush(stdout);
 }
@@ -198,7 +178,8 @@ void print(const Comparison& comparison) {
 [[nodiscard]] Panel panel_of(const Comparison& comparison) {
   const bool is_sum = comparison.name == FloatSum::name;
   Panel panel{comparison.name, is_sum ? "sums a second" : "gradients a second", {}, true};
-  for (const Result& result : comparison.results) {
+  for (const Contestant& contestant : comparison.contestants) {
+    const Result& result = contestant.result;
     const bool is_other = result.threads > 1 || result.variant == "scalar-8-roots" ||
                           result.variant == "recording" || result.variant.ends_with("other build") ||
                           result.variant == "hessian-product" || (result.variant == "plain" && !is_sum);
@@ -236,10 +217,10 @@ void run(const DriverOptions& options, const std::string& other_build) {
   std::vector<Result> results;
   std::vector<Panel> panels;
   for_each_objective([&](const auto& objective) {
-    if (!std::regex_search(objective.name, std::regex(options.case_pattern))) return;
+    if (!options.takes(objective.name)) return;
     const Comparison comparison = compare(objective, folders, options.schedule, other);
     print(comparison);
-    results.insert(results.end(), comparison.results.begin(), comparison.results.end());
+    add_results(comparison.contestants, results);
     panels.push_back(panel_of(comparison));
   });
   write_results(folders, "autodiff", "Gradients a second against error", results, panels, 3);
@@ -255,9 +236,8 @@ int main(int argc, char** argv) {
       "with long double. Writes autodiff.csv and autodiff.svg.");
   benchmarks::DriverOptions options;
   options.schedule = {9, 0.1};
-  bool is_quick = false;
-  app.add_flag("--quick", is_quick, "Few and short turns: 3 of 0.02 seconds where not given");
-  benchmarks::add_driver_options(app, options, &is_quick, {3, 0.02});
+  benchmarks::add_driver_options(app, options, "Few and short turns: 3 of 0.02 seconds where not given",
+                                 {3, 0.02});
   std::string other_build;
   app.add_option(
          "--other-build", other_build,

@@ -173,7 +173,7 @@ class OnThreads final : public Computation {
     start_.arrive_and_wait();
     end_.arrive_and_wait();
   }
-  void save(const std::string& path) override { computations_.back()->save(path); }
+  std::vector<double> answer() override { return computations_.back()->answer(); }
 
  private:
   std::vector<std::unique_ptr<Inner>> computations_;

@@ -16,17 +16,15 @@ class Computation {
   Computation& operator=(const Computation&) = delete;
   virtual ~Computation() = default;
   virtual void run() = 0;
-  /// Brings value and gradient to where save() finds them, if run() did not.
+  /// Brings value and gradient to where answer() finds them, if run() did not.
   virtual void finish() {}
   [[nodiscard]] std::string name() const { return "autodiff"; }
-  /// Writes value and gradient, in double.
-  virtual void save(const std::string& path) {
+  /// Value and gradient.
+  [[nodiscard]] virtual std::vector<double> answer() {
     finish();
-    std::ofstream file(path, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(&value_), sizeof value_);
-    file.write(reinterpret_cast<const char*>(gradient_.data()),
-               static_cast<std::streamsize>(sizeof(double) * gradient_.size()));
-    if (!file.flush()) throw FileError(ErrorKind::write, {path, "", "cannot write"});
+    std::vector<double> numbers{value_};
+    numbers.insert(numbers.end(), gradient_.begin(), gradient_.end());
+    return numbers;
   }
 
  protected:

@@ -11,14 +11,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
-  std::string case_pattern{};
-  std::string output{};
-  int rounds = 3;
+struct Options : DriverOptions {
   std::string compiler = "g++";
   std::string level = "-O2";
   std::vector<std::string> include_folders{};
-  bool is_quick = false;
 };
 
 /// The compiler with the flags that a user's program needs, and no more.
@@ -53,10 +49,9 @@ struct Row {
 /// The rows of the programs that the preprocessor accepts. \throws Error for one of ours that it refuses
 std::vector<Row> preprocessed(const Options& options, const std::vector<Program>& programs,
                               const fs::path& work) {
-  const std::regex wanted(options.case_pattern);
   std::vector<Row> rows;
   for (const Program& program : programs) {
-    if (!std::regex_search(program.name, wanted) || (options.is_quick && !program.is_quick)) continue;
+    if (!options.takes(program.name) || (options.is_quick && !program.is_quick)) continue;
     auto command = command_for(options, program.source);
     const fs::path output = work / "preprocessed";
     command.insert(command.end(), {"-E", "-P", "-o", output.string()});
@@ -86,8 +81,7 @@ void print(const std::vector<Row>& rows) {
   std::printf("\n%-28s %6s %12s %9s %11s %7s %6s\n", "", "lines", "preprocessed", "seconds", "processor s",
               "spread", "MiB");
   for (const Row& row : rows) {
-    const Timing seconds = timing_of(row.seconds, row.peak_memory_mib);
-    const Timing processor = timing_of(row.processor_seconds, row.peak_memory_mib);
+    const Timing seconds = timing_of(row.seconds), processor = timing_of(row.processor_seconds);
     std::printf("%-28s %6zu %12zu %9.2f %11.2f %6.0f%% %6.0f\n", row.program.name.c_str(),
                 line_count(row.program.source), row.preprocessed_lines, seconds.median, processor.median,
                 100 * processor.spread, row.peak_memory_mib);
@@ -98,7 +92,7 @@ void run(const Options& options) {
   const Folders folders = make_folders("compile", options.output);
   auto rows = preprocessed(options, all_programs(TAPESTRY_SOURCE, folders.work), folders.work);
   if (rows.empty()) throw Error(ErrorKind::usage, "no case to measure");
-  for (int round = 0; round < options.rounds; ++round)
+  for (int round = 0; round < options.schedule.rounds; ++round)
     for (Row& row : rows) compile(options, row, folders.work);
   print(rows);
 }
@@ -111,16 +105,11 @@ int main(int argc, char** argv) {
   auto app = shell::command_line(
       "Times a compiler on programs of ours and of other libraries, in turn. Nothing is linked.");
   benchmarks::Options options;
-  app.add_flag("--quick", options.is_quick, "Two programs of ours only");
-  app.add_option("--case", options.case_pattern, "Only programs whose name this regular expression finds")
-      ->check(benchmarks::complaint_about_pattern);
-  app.add_option("--rounds", options.rounds, "Turns of each program")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  app.add_option("--compiler", options.compiler, "The compiler")->capture_default_str();
-  app.add_option("--optimise", options.level, "Its flag of optimisation")->capture_default_str();
+  options.schedule = {3, 0};
+  benchmarks::add_driver_options(app, options, "Two programs of ours only", options.schedule);
+  app.add_option("--compiler", options.compiler, "The compiler");
+  app.add_option("--optimise", options.level, "Its flag of optimisation");
   app.add_option("--include", options.include_folders,
                  "A folder with headers of another library, such as CoDiPack's; may be given again");
-  app.add_option("--output", options.output, "Folder of what is compiled; the program's own if not given");
   return benchmarks::run_driver(app, argc, argv, [&] { benchmarks::run(options); });
 }

@@ -40,7 +40,6 @@ struct Comparison {
   double gflop;
   std::vector<Variant> rivals{};
   std::vector<Contestant> contestants{};  ///< one for each rival
-  std::vector<Result> results{};          ///< one for each rival
   std::vector<std::optional<GradientError>> gradient_errors{};
 };
 
@@ -52,9 +51,8 @@ struct Comparison {
         (threads > 1 && !variant.has_threads))
       continue;
     comparison.rivals.push_back(variant);
-    comparison.results.push_back({case_name, variant.name, threads});
+    comparison.contestants.push_back({{case_name, variant.name, threads}});
   }
-  comparison.contestants.resize(comparison.rivals.size());
   comparison.gradient_errors.resize(comparison.rivals.size());
   return comparison;
 }
@@ -101,12 +99,8 @@ inline void measure(Comparison& comparison, const NetworkFiles& files, std::size
   std::cerr << comparison.case_name << ", threads: " << comparison.threads << std::endl;
   for (std::size_t i = 0; i < comparison.rivals.size(); ++i) start(comparison, i, files, size, folders);
   run_rounds(comparison.contestants, schedule);
-  for (std::size_t i = 0; i < comparison.rivals.size(); ++i) {
-    Contestant& contestant = comparison.contestants[i];
-    contestant.attempt(
-        [&](Worker& worker) { (void)worker.ask("save " + answer_path(folders, comparison, i)); });
-    contestant.worker.reset();
-  }
+  for (std::size_t i = 0; i < comparison.rivals.size(); ++i)
+    comparison.contestants[i].finish(answer_path(folders, comparison, i), [] {});
 }
 
 /// Compares an answer with double precision.
@@ -118,8 +112,7 @@ inline void measure(Comparison& comparison, const NetworkFiles& files, std::size
   return error->relative;
 }
 
-/// Fills in the results. A variant whose error is beyond all rounding computes another network, so that its
-/// time means nothing.
+/// Fills in the results.
 inline void score(Comparison& comparison, const Problem& problem, Reference& reference,
                   const Folders& folders) {
   for (std::size_t i = 0; i < comparison.rivals.size(); ++i) {
@@ -127,19 +120,9 @@ inline void score(Comparison& comparison, const Problem& problem, Reference& ref
     if (!contestant.failure.empty()) continue;
     const double largest_rounding = comparison.rivals[i].engine == "bfloat16" ? 5e-2 : 1e-2;
     const std::string path = answer_path(folders, comparison, i);
-    try {
-      const double error = score_answer(comparison, i, problem, reference, path);
-      if (!(error < largest_rounding))
-        throw Error(ErrorKind::numeric, "an error of " + formatted("%.1e", error));
-      Result& result = comparison.results[i];
-      const Timing timing = timing_of(contestant.seconds, contestant.peak_memory_mib);
-      result.seconds = timing.median;
-      result.spread = timing.spread;
-      result.error = error;
-      result.memory_mib = contestant.peak_memory_mib;
-    } catch (const Error& error) {
-      contestant.failure = std::string("computes something else: ") + error.what();
-    }
+    contestant.attempt([&] {
+      contestant.conclude(score_answer(comparison, i, problem, reference, path), largest_rounding);
+    });
     std::filesystem::remove(path);
     std::filesystem::remove(decisions_path(path));
   }
@@ -148,7 +131,8 @@ inline void score(Comparison& comparison, const Problem& problem, Reference& ref
 /// The columns with the speed of a variant relative to each peer.
 [[nodiscard]] inline std::string ratio_columns(const Comparison& comparison, const Result* row) {
   std::string text;
-  for (const Result& peer : comparison.results) {
+  for (const Contestant& contestant : comparison.contestants) {
+    const Result& peer = contestant.result;
     if (!is_peer(peer.variant) || !peer.seconds) continue;
     const std::string title = "x " + peer.variant.substr(5);
     std::string cell = row == nullptr ? title : formatted("%.2f", *peer.seconds / *row->seconds);
@@ -158,20 +142,16 @@ inline void score(Comparison& comparison, const Problem& problem, Reference& ref
 }
 
 inline void print(const Comparison& comparison) {
-  std::printf("\n%s, %d thread%s: %.4g GFLOP done directly\n", comparison.case_name.c_str(),
-              comparison.threads, comparison.threads == 1 ? "" : "s", comparison.gflop);
+  std::printf("\n%s, %s: %.4g GFLOP done directly\n", comparison.case_name.c_str(),
+              thread_title(comparison.threads).c_str(), comparison.gflop);
   std::printf("  %-26s %9s %8s %8s %9s %8s%s%s\n", "", "seconds", "spread", "GFLOP/s", "error", "MiB",
               comparison.wants_gradient ? "  flips      with" : "",
               ratio_columns(comparison, nullptr).c_str());
-  for (std::size_t i = 0; i < comparison.results.size(); ++i) {
-    const Result& result = comparison.results[i];
-    if (!result.seconds) {
-      std::printf("  %-26s %s\n", result.variant.c_str(), comparison.contestants[i].failure.c_str());
-      continue;
-    }
-    const Timing timing = timing_of(comparison.contestants[i].seconds, 0);
-    std::printf("  %-26s %9.5f %6.1f %% %8.1f %9.1e %8.0f", result.variant.c_str(), *result.seconds,
-                100 * timing.spread, comparison.gflop / *result.seconds, *result.error, *result.memory_mib);
+  for (std::size_t i = 0; i < comparison.contestants.size(); ++i) {
+    const Result& result = comparison.contestants[i].result;
+    if (!comparison.contestants[i].print(result.variant, 26)) continue;
+    std::printf(" %9.5f %6.1f %% %8.1f %9.1e %8.0f", *result.seconds, 100 * *result.spread,
+                comparison.gflop / *result.seconds, *result.error, *result.memory_mib);
     if (const auto& gradient = comparison.gradient_errors[i])
       std::printf(" %6zu %9.1e", gradient->changed, gradient->own_decisions);
     std::printf("%s\n", ratio_columns(comparison, &result).c_str());

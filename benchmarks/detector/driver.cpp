@@ -9,7 +9,6 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options : DriverOptions {
-  bool is_quick = false;
   std::vector<int> threads{1, 2};
   std::string darknet_cfgs = "/usr/share/darknet/cfg";
   std::string detectors = TAPESTRY_SHARED "/data/detectors";
@@ -45,10 +44,9 @@ struct Source {
 
 [[nodiscard]] std::vector<std::string> chosen_cases(const Source& source, const Options& options) {
   std::vector<std::string> chosen;
-  const std::regex pattern(options.case_pattern);
   for (const char* task : {"forward", "forward+gradient"}) {
     const std::string name = source.name + "-" + std::to_string(source.size) + " " + task;
-    if (std::regex_search(name, pattern)) chosen.push_back(name);
+    if (options.takes(name)) chosen.push_back(name);
   }
   return chosen;
 }
@@ -90,8 +88,8 @@ struct Source {
 
 [[nodiscard]] Panel panel_of(const Comparison& comparison) {
   Panel panel{comparison.case_name, thread_title(comparison.threads)};
-  for (const Result& result : comparison.results)
-    if (result.seconds && result.error > 0)
+  for (const Contestant& contestant : comparison.contestants)
+    if (const Result& result = contestant.result; result.seconds && result.error > 0)
       panel.points.push_back(point_of(result, 0, comparison.gflop / *result.seconds));
   return panel;
 }
@@ -105,7 +103,7 @@ void run(const Options& options) {
     const auto cases = chosen_cases(source, options);
     if (cases.empty() || !is_present(source, options)) continue;
     for (const Comparison& comparison : compare(source, cases, options, folders)) {
-      results.insert(results.end(), comparison.results.begin(), comparison.results.end());
+      add_results(comparison.contestants, results);
       panels.push_back(panel_of(comparison));
     }
     columns = std::max(columns, cases.size() * options.threads.size());
@@ -123,15 +121,13 @@ int main(int argc, char** argv) {
       "Times detectors, ours and those of other libraries in turn, and compares their answers with "
       "double precision. Writes detector.csv and detector.svg.");
   benchmarks::Options options;
-  app.add_flag("--quick", options.is_quick, "yolov3-tiny only, 3 rounds of 0.1 s");
   benchmarks::add_threads_option(app, options.threads);
-  app.add_option("--darknet-cfgs", options.darknet_cfgs, "Folder with yolov3.cfg and yolov3-tiny.cfg")
-      ->capture_default_str();
+  app.add_option("--darknet-cfgs", options.darknet_cfgs, "Folder with yolov3.cfg and yolov3-tiny.cfg");
   app.add_option("--detectors", options.detectors,
                  "Folder with cfg and weights of the small trained networks");
   app.add_option("--cfg", options.cfg, "Measure this Darknet cfg file instead");
   app.add_option("--weights", options.weights, "Its weights; random ones if not given");
-  app.add_option("--size", options.size, "Its input's width and height, in pixels")->capture_default_str();
-  benchmarks::add_driver_options(app, options, &options.is_quick, {3, 0.1});
+  app.add_option("--size", options.size, "Its input's width and height, in pixels");
+  benchmarks::add_driver_options(app, options, "yolov3-tiny only, 3 rounds of 0.1 s", {3, 0.1});
   return benchmarks::run_driver(app, argc, argv, [&] { benchmarks::run(options); });
 }

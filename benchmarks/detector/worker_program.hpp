@@ -1,7 +1,6 @@
 #pragma once
 
 #include "../../examples/programs/shell/program.hpp"
-#include "../support/numbers_file.hpp"
 #include "../support/serve.hpp"
 #include "decisions.hpp"
 
@@ -33,34 +32,14 @@ inline void append(std::vector<float>& all, const float* values, std::size_t cou
   return answer_path + ".decisions";
 }
 
-inline void write_answer(const std::string& path, const Answer& answer) {
+inline void write_numbers(const std::string& path, const Answer& answer) {
   write_numbers(path, answer.values);
   if (!answer.decisions.chosen.empty()) write_decisions(decisions_path(path), answer.decisions);
 }
 
-/// A library that runs a detector.
-template <class E>
-concept Detector = std::constructible_from<E, const Problem&, const WorkerOptions&> && requires(E& detector) {
-  { detector.name() } -> std::convertible_to<std::string>;
-  detector.run();
-  { detector.answer() } -> std::convertible_to<Answer>;
-};
-
-template <Detector D>
-class DetectorEngine {
- public:
-  DetectorEngine(const Problem& problem, const WorkerOptions& options) : detector_(problem, options) {}
-  [[nodiscard]] std::string name() const { return detector_.name(); }
-  void run() { detector_.run(); }
-  void save(const std::string& path) { write_answer(path, detector_.answer()); }
-
- private:
-  D detector_;
-};
-
-/// The main function of a program that runs one library on one network.
+/// The main function of a program that runs one library on one network. The library's answer is an Answer.
 /// \param engines  the values of --engine, for the help
-template <Detector D>
+template <Engine Detector>
 int run_worker(int argc, char** argv, const std::string& engines) {
   auto app = shell::command_line(
       "Runs a detector again and again, for the benchmark that starts it. Reads requests from the standard "
@@ -68,15 +47,15 @@ int run_worker(int argc, char** argv, const std::string& engines) {
   WorkerOptions options;
   app.add_option("--cfg", options.cfg, "Darknet cfg file")->required();
   app.add_option("--weights", options.weights, "Its weights, of version 0.2.5")->required();
-  app.add_option("--size", options.size, "Width and height of the picture, in pixels")->capture_default_str();
-  app.add_option("--threads", options.threads, "Threads")->capture_default_str();
+  app.add_option("--size", options.size, "Width and height of the picture, in pixels");
+  app.add_option("--threads", options.threads, "Threads");
   app.add_flag("--gradient", options.wants_gradient, "Compute the gradient to the picture, too");
   app.add_option("--engine", options.engine, engines);
   app.add_option("--seconds", options.seconds, "Run that long, print the times and leave");
   return shell::run_program(app, argc, argv, [&] {
     Replies replies;
     const Problem problem = make_problem(options.cfg, options.size);
-    DetectorEngine<D> engine(problem, options);
+    Detector engine(problem, options);
     run_or_serve(engine, replies, options.seconds);
     return 0;
   });

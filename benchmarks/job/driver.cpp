@@ -12,7 +12,6 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options : DriverOptions {
-  bool is_quick = false;
   std::vector<int> threads{};
   std::string against{};
   std::string cfg{}, weights{};
@@ -37,8 +36,7 @@ struct Case {
   cases.push_back({"bundled", {}, options.is_quick ? 4 : 60});
   const fs::path nano = fs::path(TAPESTRY_SHARED) / "data/detectors/yolox_nano.onnx";
   if (!options.is_quick && fs::exists(nano)) cases.push_back({"yolox_nano", {"--weights", nano.string()}, 4});
-  const std::regex wanted(options.case_pattern);
-  std::erase_if(cases, [&](const Case& one) { return !std::regex_search(one.name, wanted); });
+  std::erase_if(cases, [&](const Case& one) { return !options.takes(one.name); });
   return cases;
 }
 
@@ -118,7 +116,7 @@ void measure(const Variant& variant, const Case& one, const Options& options, co
     measured.texture = io::read_text_file((folders.front() / "texture.npz").string());
 }
 
-[[nodiscard]] double median_of(std::vector<double> values) { return timing_of(std::move(values), 0).median; }
+[[nodiscard]] double median_of(std::vector<double> values) { return timing_of(std::move(values)).median; }
 
 /// Prints a case's table. The error of a variant is 0 where its texture has the bytes of the first one's.
 void report(const Case& one, const std::vector<Variant>& variants, const std::vector<Measured>& all,
@@ -143,9 +141,9 @@ void report(const Case& one, const std::vector<Variant>& variants, const std::ve
                 all[v].peak_memory_mib, is_equal ? "" : "  other bits");
     std::vector<double> seconds_an_image;
     for (const double images : all[v].rates) seconds_an_image.push_back(1 / images);
-    const Timing timing = timing_of(seconds_an_image, all[v].peak_memory_mib);
+    const Timing timing = timing_of(seconds_an_image);
     results.push_back({one.name, name, count, timing.median, is_equal ? std::optional(0.0) : std::nullopt,
-                       timing.peak_memory_mib, timing.spread});
+                       all[v].peak_memory_mib, timing.spread});
   }
 }
 
@@ -178,21 +176,18 @@ int main(int argc, char** argv) {
       "the whole run, the kernel's share of the processor, times that a thread waited, and memory. Writes "
       "job.csv.");
   benchmarks::Options options;
-  options.schedule.rounds = 5;
+  options.schedule = {5, 0};
   const auto all = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   for (int threads = 1; threads < all; threads *= 2) options.threads.push_back(threads);
   options.threads.push_back(all);
-  app.add_flag("--quick", options.is_quick, "The bundled detector only, 4 epochs, once");
   benchmarks::add_threads_option(app, options.threads);
   app.add_option("--against", options.against, "The camouflage program of another build, measured in turn");
   app.add_option("--weights", options.weights, "Measure this detector instead, .weights or .onnx")
       ->check(CLI::ExistingFile);
   app.add_option("--cfg", options.cfg, "Its cfg")->check(CLI::ExistingFile);
-  app.add_option("--scenes", options.scenes, "Street scenes that are drawn")
-      ->check(CLI::Range(4, 100000))
-      ->capture_default_str();
+  app.add_option("--scenes", options.scenes, "Street scenes that are drawn")->check(CLI::Range(4, 100000));
   app.add_option("--epochs", options.epochs, "Times that each is trained on; left out, each detector's own")
       ->check(CLI::Range(1, 100000));
-  benchmarks::add_driver_options(app, options, &options.is_quick, {1, 0});
+  benchmarks::add_driver_options(app, options, "The bundled detector only, 4 epochs, once", {1, 0});
   return benchmarks::run_driver(app, argc, argv, [&] { benchmarks::run(options); });
 }

@@ -10,7 +10,6 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options : DriverOptions {
-  bool is_quick = false;
   std::vector<int> threads{1, 2};
   std::vector<std::string> models{TAPESTRY_SHARED "/data/detectors/yolox_nano.onnx",
                                   TAPESTRY_SHARED "/data/detectors/nanodet_m.onnx"};
@@ -51,7 +50,6 @@ struct Comparison {
   std::string case_name;
   int threads;
   std::vector<Contestant> contestants{};
-  std::vector<Result> results{};
 };
 
 [[nodiscard]] std::string answer_path(const Folders& folders, int threads, std::size_t rival) {
@@ -63,65 +61,47 @@ struct Comparison {
                                  const Schedule& schedule) {
   std::cerr << case_name << ", threads: " << problem.threads << std::endl;
   Comparison comparison{case_name, problem.threads};
-  comparison.contestants.resize(rivals.size());
-  for (std::size_t i = 0; i < rivals.size(); ++i) {
-    comparison.results.push_back({case_name, rivals[i].name, problem.threads});
-    std::vector<std::string> command = rivals[i].command;
+  for (const Variant& rival : rivals) {
+    std::vector<std::string> command = rival.command;
     for (const std::string& word :
          {std::string("--model"), problem.model, std::string("--input"), problem.input, std::string("--size"),
           std::to_string(problem.size), std::string("--threads"), std::to_string(problem.threads)})
       command.push_back(word);
-    if (rivals[i].wants_gradient) command.emplace_back("--gradient");
-    comparison.contestants[i].start(command, {"OMP_NUM_THREADS=" + std::to_string(problem.threads)},
-                                    folders.work);
+    if (rival.wants_gradient) command.emplace_back("--gradient");
+    comparison.contestants.push_back({{case_name, rival.name, problem.threads}});
+    comparison.contestants.back().start(command, {"OMP_NUM_THREADS=" + std::to_string(problem.threads)},
+                                        folders.work);
   }
   run_rounds(comparison.contestants, schedule);
-  for (std::size_t i = 0; i < rivals.size(); ++i) {
-    comparison.contestants[i].attempt(
-        [&](Worker& worker) { (void)worker.ask("save " + answer_path(folders, problem.threads, i)); });
-    comparison.contestants[i].worker.reset();
-  }
+  for (std::size_t i = 0; i < rivals.size(); ++i)
+    comparison.contestants[i].finish(answer_path(folders, problem.threads, i), [] {});
   return comparison;
 }
 
-/// Fills in times and errors. A variant whose error is beyond all rounding computes another network, so that
-/// its time means nothing; a gradient's error holds what other sides of kinks and other maxima do to it, too.
+/// Fills in times and errors. A gradient's error holds what other sides of kinks and other maxima do to it,
+/// too.
 void score(Comparison& comparison, const std::vector<Variant>& rivals, GraphRun<double>& reference,
            const Folders& folders) {
-  constexpr double largest_rounding = 1e-2;
-  for (std::size_t i = 0; i < rivals.size(); ++i) {
-    Contestant& contestant = comparison.contestants[i];
-    if (!contestant.failure.empty()) continue;
-    const std::string path = answer_path(folders, comparison.threads, i);
-    const double error = relative_distance(
-        read_numbers<float>(path), rivals[i].wants_gradient ? reference.gradient() : reference.outputs());
-    fs::remove(path);
-    if (!(error < largest_rounding)) {
-      contestant.failure = "computes something else: an error of " + formatted("%.1e", error);
-      continue;
-    }
-    const Timing timing = timing_of(contestant.seconds, contestant.peak_memory_mib);
-    comparison.results[i].seconds = timing.median;
-    comparison.results[i].spread = timing.spread;
-    comparison.results[i].error = error;
-    comparison.results[i].memory_mib = timing.peak_memory_mib;
-  }
+  for (std::size_t i = 0; i < rivals.size(); ++i)
+    comparison.contestants[i].attempt([&] {
+      const std::string path = answer_path(folders, comparison.threads, i);
+      const auto answer = read_numbers<float>(path);
+      fs::remove(path);
+      const auto expected = rivals[i].wants_gradient ? reference.gradient() : reference.outputs();
+      comparison.contestants[i].conclude(relative_distance(answer, expected), 1e-2);
+    });
 }
 
 void print(const Comparison& comparison) {
   std::printf("\n%s, %s\n", comparison.case_name.c_str(), thread_title(comparison.threads).c_str());
   std::printf("  %-20s %9s %8s %9s %6s  %s\n", "", "ms", "spread", "error", "MiB", "over our forward");
-  const Result& own = comparison.results.front();
-  for (std::size_t i = 0; i < comparison.results.size(); ++i) {
-    const Result& result = comparison.results[i];
-    if (!result.seconds) {
-      std::printf("  %-20s %s\n", result.variant.c_str(), comparison.contestants[i].failure.c_str());
-      continue;
-    }
-    std::printf("  %-20s %9.3f %6.1f %% %9.1e %6.0f  %s\n", result.variant.c_str(), 1e3 * *result.seconds,
-                100 * timing_of(comparison.contestants[i].seconds, 0).spread, *result.error,
-                *result.memory_mib,
-                own.seconds ? formatted("%.3f", *result.seconds / *own.seconds).c_str() : "");
+  const Result& own = comparison.contestants.front().result;
+  for (const Contestant& contestant : comparison.contestants) {
+    const Result& result = contestant.result;
+    if (contestant.print(result.variant, 20))
+      std::printf(" %9.3f %6.1f %% %9.1e %6.0f  %s\n", 1e3 * *result.seconds, 100 * *result.spread,
+                  *result.error, *result.memory_mib,
+                  own.seconds ? formatted("%.3f", *result.seconds / *own.seconds).c_str() : "");
   }
   std::fflush(stdout);
 }
@@ -140,7 +120,7 @@ void run(const Options& options) {
   write_numbers(problem.input, picture);
   for (const std::string& model : options.models) {
     const std::string name = fs::path(model).stem().string() + "-" + std::to_string(options.size);
-    if (!std::regex_search(name, std::regex(options.case_pattern))) continue;
+    if (!options.takes(name)) continue;
     if (!fs::exists(model)) {
       std::cout << "\n" << name << ": skipped, there is no " << model << "\n";
       continue;
@@ -159,12 +139,12 @@ void run(const Options& options) {
       print(comparison);
       Panel panel{name, thread_title(comparison.threads)};
       for (std::size_t i = 0; i < rivals.size(); ++i) {
-        const Result& result = comparison.results[i];
+        const Result& result = comparison.contestants[i].result;
         if (!result.seconds || rivals[i].wants_gradient) continue;  // more work than a forward pass
         panel.points.push_back(point_of(result, 1e-9, 1 / *result.seconds));
       }
       panels.push_back(panel);
-      results.insert(results.end(), comparison.results.begin(), comparison.results.end());
+      add_results(comparison.contestants, results);
     }
   }
   write_results(folders, "onnx", "ONNX networks, forward: pictures a second against error", results, panels,
@@ -180,14 +160,12 @@ int main(int argc, char** argv) {
       "Times networks from ONNX files, ours and those of other libraries in turn, and compares their "
       "answers with double precision. Writes onnx.csv and onnx.svg.");
   benchmarks::Options options;
-  app.add_flag("--quick", options.is_quick, "3 rounds of 0.1 s");
   benchmarks::add_threads_option(app, options.threads);
-  app.add_option("--model", options.models, "ONNX files of one input, a picture [1, 3, size, size]")
-      ->capture_default_str();
-  app.add_option("--size", options.size, "Width and height of the picture, in pixels")->capture_default_str();
+  app.add_option("--model", options.models, "ONNX files of one input, a picture [1, 3, size, size]");
+  app.add_option("--size", options.size, "Width and height of the picture, in pixels");
   app.add_option("--onnxruntime", options.onnxruntime,
                  "Folder node_modules with onnxruntime-node, made by `npm install onnxruntime-node`; without "
                  "it, ONNX Runtime is left out");
-  benchmarks::add_driver_options(app, options, &options.is_quick, {3, 0.1});
+  benchmarks::add_driver_options(app, options, "3 rounds of 0.1 s", {3, 0.1});
   return benchmarks::run_driver(app, argc, argv, [&] { benchmarks::run(options); });
 }

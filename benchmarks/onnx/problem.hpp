@@ -2,7 +2,6 @@
 #include <tapestry/core/random.hpp>
 
 #include "../../examples/programs/shell/program.hpp"
-#include "../support/numbers_file.hpp"
 #include "../support/serve.hpp"
 
 namespace tapestry::benchmarks {
@@ -36,8 +35,8 @@ int run_network_worker(int argc, char** argv) {
   app.add_option("--model", options.model, "ONNX file")->required();
   app.add_option("--input", options.input, "File of the picture's values, floats [1, 3, size, size]")
       ->required();
-  app.add_option("--size", options.size, "Width and height of the picture, in pixels")->capture_default_str();
-  app.add_option("--threads", options.threads, "Threads")->capture_default_str();
+  app.add_option("--size", options.size, "Width and height of the picture, in pixels");
+  app.add_option("--threads", options.threads, "Threads");
   app.add_flag("--gradient", options.wants_gradient, "Compute the gradient to the picture, too");
   app.add_option("--seconds", options.seconds, "Run that long, print the times and leave");
   return shell::run_program(app, argc, argv, [&] {

@@ -16,8 +16,8 @@ class TapestryNetwork {
     run_.forward(wants_gradient_ ? nn::Mode::input_gradient : nn::Mode::inference);
     if (wants_gradient_) run_.adjoint();
   }
-  void save(const std::string& path) {
-    write_numbers(path, wants_gradient_ ? run_.gradient() : run_.outputs());
+  [[nodiscard]] std::vector<float> answer() const {
+    return wants_gradient_ ? run_.gradient() : run_.outputs();
   }
 
  private:

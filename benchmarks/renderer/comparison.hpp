@@ -60,8 +60,7 @@ struct Comparison {
   std::string case_name{};
   std::vector<Variant> rivals{};
   std::vector<Contestant> contestants{};             ///< one for each rival
-  std::vector<Result> results{};                     ///< one for each rival
-  std::vector<std::optional<double>> working_mib{};  ///< one for each rival: see RendererEngine
+  std::vector<std::optional<double>> working_mib{};  ///< one for each rival: see serve()
 };
 
 [[nodiscard]] inline std::string case_name_of(const std::string& stage, double distance, std::size_t size) {
@@ -76,9 +75,8 @@ struct Comparison {
     const bool is_slow = std::string(variant.name).find("neural_mesh_renderer") == 0;
     if (is_slow && size > largest_scored_motion) continue;
     comparison.rivals.push_back(variant);
-    comparison.results.push_back({comparison.case_name, variant.name, threads});
+    comparison.contestants.push_back({{comparison.case_name, variant.name, threads}});
   }
-  comparison.contestants.resize(comparison.rivals.size());
   comparison.working_mib.resize(comparison.rivals.size());
   return comparison;
 }
@@ -139,18 +137,12 @@ inline void measure(Comparison& comparison, const Folders& folders, const std::s
   const std::string path = folders.work / "answer";
   for (std::size_t i = 0; i < comparison.rivals.size(); ++i) {
     Contestant& contestant = comparison.contestants[i];
-    contestant.attempt([&](Worker& worker) {
-      (void)worker.ask("save " + path);
-      Result& result = comparison.results[i];
-      result.error = references.error_of(comparison, scene, read_numbers<float>(path));
-      const Timing timing = timing_of(contestant.seconds, 0);
-      result.seconds = timing.median / static_cast<double>(scene.cameras.size());
-      result.spread = timing.spread;
-      result.memory_mib = contestant.peak_memory_mib;
-      const auto memory = worker.ask("memory");
+    contestant.finish(path, [&] {
+      contestant.conclude(references.error_of(comparison, scene, read_numbers<float>(path)),
+                          std::numeric_limits<double>::infinity(), static_cast<double>(scene.cameras.size()));
+      const auto memory = contestant.worker->ask("memory");
       if (memory.contains("working_mib")) comparison.working_mib[i] = memory["working_mib"].get<double>();
     });
-    contestant.worker.reset();
   }
   std::filesystem::remove(path);
 }
@@ -165,18 +157,14 @@ inline void print(const Comparison& comparison, const Scene& scene) {
   const bool is_picture = comparison.stage == "visibility" || comparison.stage == "frame";
   std::printf("\n%s, %s\n", comparison.case_name.c_str(), thread_title(comparison.threads).c_str());
   std::printf("  %-24s %9s %8s %9s %8s %9s   times ours\n", "", "ms", "spread", "error", "MiB", "working");
-  for (std::size_t i = 0; i < comparison.results.size(); ++i) {
-    const Result& result = comparison.results[i];
-    if (!result.seconds) {
-      std::printf("  %-24s %s\n", result.variant.c_str(), comparison.contestants[i].failure.c_str());
-      continue;
-    }
-    const Timing timing = timing_of(comparison.contestants[i].seconds, 0);
-    std::printf("  %-24s %9.3f %6.1f %% %9s %8.0f %9s  ", result.variant.c_str(), 1e3 * *result.seconds,
-                100 * timing.spread, formatted("%.1e", result.error).c_str(), *result.memory_mib,
+  for (std::size_t i = 0; i < comparison.contestants.size(); ++i) {
+    const Result& result = comparison.contestants[i].result;
+    if (!comparison.contestants[i].print(result.variant, 24)) continue;
+    std::printf(" %9.3f %6.1f %% %9s %8.0f %9s  ", 1e3 * *result.seconds, 100 * *result.spread,
+                formatted("%.1e", result.error).c_str(), *result.memory_mib,
                 formatted("%.2f", comparison.working_mib[i]).c_str());
-    for (const Result& own : comparison.results)
-      if (!is_peer(own.variant) && own.seconds && is_peer(result.variant))
+    for (const Contestant& other : comparison.contestants)
+      if (const Result& own = other.result; !is_peer(own.variant) && own.seconds && is_peer(result.variant))
         std::printf(" %s %.2f", own.variant.c_str(), *result.seconds / *own.seconds);
     if (comparison.working_mib[i] && is_picture)
       std::printf(" %.2f of 24 B a pixel and 64 B a face", *comparison.working_mib[i] / allowed);
@@ -187,9 +175,9 @@ inline void print(const Comparison& comparison, const Scene& scene) {
 
 /// Adds the memory that a pass needs, in rows of their own: VARIANT-working.
 inline void add_working_memory(const Comparison& comparison, std::vector<Result>& results) {
-  for (std::size_t i = 0; i < comparison.results.size(); ++i) {
+  for (std::size_t i = 0; i < comparison.contestants.size(); ++i) {
     if (!comparison.working_mib[i]) continue;
-    const Result& result = comparison.results[i];
+    const Result& result = comparison.contestants[i].result;
     results.push_back(
         {result.case_name, result.variant + "-working", result.threads, {}, {}, comparison.working_mib[i]});
   }

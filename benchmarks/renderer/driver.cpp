@@ -9,7 +9,6 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options : DriverOptions {
-  bool is_quick = false;
   std::vector<int> threads{1, 2};
   std::vector<double> distances{1.5, 5, 20};
   std::vector<std::size_t> sizes{256, 640, 1024};
@@ -24,7 +23,8 @@ struct Options : DriverOptions {
 [[nodiscard]] Panel panel_of(const Comparison& comparison) {
   Panel panel{comparison.case_name, thread_title(comparison.threads)};
   panel.is_speed_logarithmic = is_gradient(comparison);
-  for (const Result& result : comparison.results) {
+  for (const Contestant& contestant : comparison.contestants) {
+    const Result& result = contestant.result;
     if (!result.seconds || !result.error) continue;
     panel.points.push_back(point_of(result, 1e-6, 1 / *result.seconds));
     std::string& label = panel.points.back().label;
@@ -36,10 +36,9 @@ struct Options : DriverOptions {
 /// All threads and stages of one picture, so that its reference is made once.
 void compare(const Scene& scene, double distance, std::size_t size, const Options& options,
              const Folders& folders, std::vector<Comparison>& comparisons) {
-  const std::regex pattern(options.case_pattern);
   References references;
   for (const std::string& stage : stages) {
-    if (!std::regex_search(case_name_of(stage, distance, size), pattern)) continue;
+    if (!options.takes(case_name_of(stage, distance, size))) continue;
     for (const int threads : options.threads) {
       Comparison comparison = make_comparison(stage, distance, size, threads);
       measure(comparison, folders, options.mesh, options.schedule, scene, references);
@@ -65,7 +64,7 @@ void run(Options options) {
   std::vector<Result> results;
   std::vector<Panel> pictures, gradients;
   for (const Comparison& comparison : comparisons) {
-    results.insert(results.end(), comparison.results.begin(), comparison.results.end());
+    add_results(comparison.contestants, results);
     add_working_memory(comparison, results);
     Panel panel = panel_of(comparison);
     if (panel.points.size() < 2) continue;
@@ -94,17 +93,15 @@ int main(int argc, char** argv) {
       "eight motions, up to 256 pixels (vertex-gradient). Writes renderer.csv, renderer.svg and "
       "renderer-gradients.svg.");
   benchmarks::Options options;
-  app.add_flag("--quick", options.is_quick, "Distance 5 at 256 and 640 pixels only, 3 rounds of 0.05 s");
   benchmarks::add_threads_option(app, options.threads);
-  auto* distances = app.add_option("--distances", options.distances, "Of the camera")
-                        ->check(CLI::Range(1.5, 1000.0))
-                        ->capture_default_str();
-  auto* sizes = app.add_option("--sizes", options.sizes, "Of the picture in pixels")
-                    ->check(CLI::Range(1, 4096))
-                    ->capture_default_str();
+  auto* distances =
+      app.add_option("--distances", options.distances, "Of the camera")->check(CLI::Range(1.5, 1000.0));
+  auto* sizes =
+      app.add_option("--sizes", options.sizes, "Of the picture in pixels")->check(CLI::Range(1, 4096));
   app.add_option("--mesh", options.mesh, "The car, an OBJ file; a procedural one if it does not exist");
   options.schedule = {5, 0.1};
-  benchmarks::add_driver_options(app, options, &options.is_quick, {3, 0.05});
+  benchmarks::add_driver_options(app, options, "Distance 5 at 256 and 640 pixels only, 3 rounds of 0.05 s",
+                                 {3, 0.05});
   return benchmarks::run_driver(app, argc, argv, [&] {
     if (options.is_quick && distances->count() == 0) options.distances = {5};
     if (options.is_quick && sizes->count() == 0) options.sizes = {256, 640};

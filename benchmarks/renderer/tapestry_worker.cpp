@@ -78,7 +78,7 @@ class TapestryRenderer {
     return static_cast<double>(peak_bytes() - before) / (1 << 20);
   }
 
-  [[nodiscard]] std::vector<float> first_answer() {
+  [[nodiscard]] std::vector<float> answer() {
     const geometry::Camera& camera = scene_.cameras.front();
     if (options_.stage == "visibility") {
       std::vector<float> faces(options_.size * options_.size, -1.0F);

@@ -11,9 +11,14 @@ namespace tapestry::benchmarks {
 
 /// Options of every driver.
 struct DriverOptions {
+  bool is_quick = false;
   std::string case_pattern{};
   std::string output{};
   Schedule schedule{};
+
+  [[nodiscard]] bool takes(const std::string& name) const {
+    return std::regex_search(name, std::regex(case_pattern));
+  }
 };
 
 [[nodiscard]] inline std::string complaint_about_pattern(const std::string& text) {
@@ -26,28 +31,28 @@ struct DriverOptions {
 }
 
 inline void add_threads_option(CLI::App& app, std::vector<int>& threads) {
-  app.add_option("--threads", threads, "Numbers of threads")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
+  app.add_option("--threads", threads, "Numbers of threads")->check(CLI::Range(1, 1024));
 }
 
-/// Adds the options that every driver has. Where `is_quick` is set, `quick` replaces what of the schedule was
-/// not given.
-inline void add_driver_options(CLI::App& app, DriverOptions& options, const bool* is_quick = nullptr,
-                               const Schedule& quick = {}) {
+/// Adds the options that every driver has. By --quick, `quick` replaces what of the schedule was not given. A
+/// turn of no seconds is a whole run of a program, which no option makes longer.
+/// \param quick_help  what is measured by --quick
+inline void add_driver_options(CLI::App& app, DriverOptions& options, const std::string& quick_help,
+                               const Schedule& quick) {
+  app.add_flag("--quick", options.is_quick, quick_help);
   app.add_option("--case", options.case_pattern, "Only cases whose name this regular expression finds")
       ->check(complaint_about_pattern);
   auto* rounds = app.add_option("--rounds", options.schedule.rounds, "Turns of each variant")
-                     ->check(CLI::Range(1, 1000000))
-                     ->capture_default_str();
-  auto* seconds = app.add_option("--seconds", options.schedule.seconds, "Of a turn, at least")
-                      ->check(CLI::Range(0.0, 3600.0))
-                      ->capture_default_str();
+                     ->check(CLI::Range(1, 1000000));
+  auto* seconds = options.schedule.seconds == 0
+                      ? nullptr
+                      : app.add_option("--seconds", options.schedule.seconds, "Of a turn, at least")
+                            ->check(CLI::Range(0.0, 3600.0));
   app.add_option("--output", options.output, "Folder of the results; the program's own if not given");
   app.callback([=, &options] {
-    if (is_quick == nullptr || !*is_quick) return;
+    if (!options.is_quick) return;
     if (rounds->count() == 0) options.schedule.rounds = quick.rounds;
-    if (seconds->count() == 0) options.schedule.seconds = quick.seconds;
+    if (seconds != nullptr && seconds->count() == 0) options.schedule.seconds = quick.seconds;
   });
 }
 
@@ -70,6 +75,11 @@ struct Folders {
 
 [[nodiscard]] inline std::string thread_title(int threads) {
   return std::to_string(threads) + (threads == 1 ? " thread" : " threads");
+}
+
+/// Adds the results of contestants to those of all cases.
+inline void add_results(const std::vector<Contestant>& contestants, std::vector<Result>& results) {
+  for (const Contestant& contestant : contestants) results.push_back(contestant.result);
 }
 
 /// A result in a figure.

@@ -1,9 +1,7 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <tapestry/io/atomic_file.hpp>
-#include <vector>
+
+#include "../../examples/programs/shell/protocol/drawing.hpp"
 
 namespace tapestry::benchmarks {
 
@@ -35,12 +33,6 @@ struct Panel {
 
 namespace detail {
 
-[[nodiscard]] inline std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f", value);
-  return text;
-}
-
 [[nodiscard]] inline std::string power_of_ten(int exponent) {
   static const std::vector<std::string> digits{"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
   std::string text = exponent < 0 ? "10⁻" : "10";
@@ -57,13 +49,17 @@ namespace detail {
   return 10 * power;
 }
 
-/// Draws one panel into a rectangle with its corner at (left, top).
+[[nodiscard]] inline std::string dot(double x, double y, const std::string& style) {
+  return "<circle cx=\"" + shell::fixed(x, 1) + "\" cy=\"" + shell::fixed(y, 1) + "\" r=\"4\" class=\"" +
+         style + "\"/>\n";
+}
+
+/// Draws one panel.
 class PanelDrawing {
  public:
-  static constexpr double width = 340;
-  static constexpr double height = 262;
+  static constexpr double width = 340, height = 262;
 
-  PanelDrawing(const Panel& panel, double left, double top) : panel_(panel), left_(left), top_(top) {
+  explicit PanelDrawing(const Panel& panel) : panel_(panel) {
     double least = 1;
     double most = 0;
     for (const Point& point : panel.points) {
@@ -83,8 +79,8 @@ class PanelDrawing {
   }
 
   [[nodiscard]] std::string svg() {
-    text(left_ + 14, top_ + 12, "title", panel_.title);
-    text(left_ + 14, top_ + 26, "tick", panel_.subtitle);
+    text(14, 12, "title", panel_.title);
+    text(14, 26, "muted", panel_.subtitle);
     draw_axes();
     draw_front();
     draw_points();
@@ -92,68 +88,60 @@ class PanelDrawing {
   }
 
  private:
-  static constexpr double plot_left = 44, plot_right = 14, plot_top = 40, plot_bottom = 40;
+  static constexpr double plot_left = 44, plot_right = 14, plot_top = 40;
+  static constexpr double bottom = height - 40;  ///< where the axis of errors lies
 
   [[nodiscard]] double x(double error) const {
     const double part = (std::log10(error) - first_decade_) / (last_decade_ - first_decade_);
-    return left_ + plot_left + part * (width - plot_left - plot_right);
+    return plot_left + part * (width - plot_left - plot_right);
   }
   [[nodiscard]] double y(double speed) const {
     const double part = panel_.is_speed_logarithmic
                             ? (std::log10(speed) - bottom_decade_) / (top_decade_ - bottom_decade_)
                             : speed / top_speed_;
-    return top_ + height - plot_bottom - part * (height - plot_top - plot_bottom);
+    return bottom - part * (bottom - plot_top);
   }
-  /// Where the axis of errors lies.
-  [[nodiscard]] double bottom() const { return top_ + height - plot_bottom; }
 
-  void text(double x, double y, const char* style, const std::string& words) {
-    svg_ += "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" class=\"" + style + "\">" + words +
-            "</text>\n";
+  void text(double x, double y, const std::string& style, const std::string& words) {
+    svg_ += shell::svg_text(x, y, style, words);
   }
   void line(double x1, double y1, double x2, double y2, const char* style) {
-    svg_ += "<path d=\"M" + number(x1) + " " + number(y1) + "L" + number(x2) + " " + number(y2) +
-            "\" class=\"" + style + "\"/>\n";
+    svg_ += shell::svg_line(x1, y1, x2, y2, style);
   }
 
   void draw_axes() {
-    const double right = left_ + width - plot_right;
+    constexpr double right = width - plot_right;
     if (panel_.is_speed_logarithmic) {
       for (int decade = bottom_decade_; decade <= top_decade_; ++decade)
         draw_speed(std::pow(10, decade), power_of_ten(decade), decade == bottom_decade_);
     } else {
-      for (double speed = 0; speed <= top_speed_ * 1.001; speed += step_) {
-        char label[32];
-        std::snprintf(label, sizeof label, "%g", speed);
-        draw_speed(speed, label, speed == 0);
-      }
+      for (double speed = 0; speed <= top_speed_ * 1.001; speed += step_)
+        draw_speed(speed, shell::formatted("%g", speed), speed == 0);
     }
     const int label_step = (last_decade_ - first_decade_ + 5) / 6;  // labels that do not touch
     for (int decade = first_decade_; decade <= last_decade_; ++decade) {
       const double at = x(std::pow(10, decade));
-      line(at, top_ + plot_top, at, bottom(), "grid");
+      line(at, plot_top, at, bottom, "grid");
       if ((decade - first_decade_) % label_step == 0)
-        text(at, bottom() + 15, "tick middle", power_of_ten(decade));
+        text(at, bottom + 15, "muted middle", power_of_ten(decade));
     }
-    text((left_ + plot_left + right) / 2, bottom() + 31, "tick middle", "error, relative L2");
+    text((plot_left + right) / 2, bottom + 31, "muted middle", "error, relative L2");
   }
   void draw_speed(double speed, const std::string& label, bool is_axis) {
-    line(left_ + plot_left, y(speed), left_ + width - plot_right, y(speed), is_axis ? "axis" : "grid");
-    text(left_ + plot_left - 5, y(speed) + 4, "tick end", label);
+    line(plot_left, y(speed), width - plot_right, y(speed), is_axis ? "ink" : "grid");
+    text(plot_left - 5, y(speed) + 4, "muted end", label);
   }
 
   /// Stairs: between two points of the front nothing is faster than the one on the left.
   void draw_front() {
     const auto front = pareto_front(panel_.points);
-    if (front.empty()) return;
-    std::string path = "M" + number(x(front.front().error)) + " " + number(bottom());
-    for (const Point& point : front) path += "V" + number(y(point.speed)) + "H" + next_x(front, point);
-    svg_ += "<path d=\"" + path + "\" class=\"front\"/>\n";
-  }
-  [[nodiscard]] std::string next_x(const std::vector<Point>& front, const Point& point) const {
-    for (const Point& other : front)
-      if (other.error > point.error) return number(x(other.error));
-    return number(left_ + width - plot_right);
+    double before = bottom;
+    for (std::size_t i = 0; i < front.size(); ++i) {
+      const double at = x(front[i].error), above = y(front[i].speed);
+      const double next = i + 1 < front.size() ? x(front[i + 1].error) : width - plot_right;
+      line(at, std::exchange(before, above), at, above, "front");
+      line(at, above, next, above, "front");
+    }
   }
 
   struct Box {
@@ -174,8 +162,7 @@ class PanelDrawing {
       draw_label(point, is_best ? "label best" : "label", taken);
     }
     for (const Point& point : panel_.points)
-      svg_ += "<circle cx=\"" + number(x(point.error)) + "\" cy=\"" + number(y(point.speed)) +
-              "\" r=\"4\" class=\"" + (point.is_peer ? "peer" : "own") + "\"/>\n";
+      svg_ += dot(x(point.error), y(point.speed), point.is_peer ? "peer" : "own");
   }
 
   /// Puts a label beside its point, or as near as there is room.
@@ -187,22 +174,20 @@ class PanelDrawing {
         const double middle = y(point.speed) + shift;
         const Box box{is_left ? begin - label_width : begin, is_left ? begin : begin + label_width,
                       middle - 6, middle + 6};
-        const bool is_inside = box.left > left_ + plot_left && box.right < left_ + width &&
-                               box.top > top_ + plot_top - 8 && box.bottom < bottom() + 1;
+        const bool is_inside =
+            box.left > plot_left && box.right < width && box.top > plot_top - 8 && box.bottom < bottom + 1;
         const bool is_free =
             std::none_of(taken.begin(), taken.end(), [&](const Box& other) { return box.overlaps(other); });
         if (!is_inside || !is_free) continue;
         taken.push_back(box);
         if (shift != 0) line(x(point.error), y(point.speed), begin, middle, "leader");
-        text(begin, middle + 4, (is_left ? style + " end" : style).c_str(), point.label);
+        text(begin, middle + 4, is_left ? style + " end" : style, point.label);
         return;
       }
     }
   }
 
   const Panel& panel_;
-  double left_;
-  double top_;
   double largest_speed_ = 0;
   double top_speed_ = 1;
   double step_ = 1;
@@ -212,48 +197,30 @@ class PanelDrawing {
 };
 }  // namespace detail
 
+/// Styles of these figures beside figure_style.
+inline constexpr const char* points_style = R"(<style>
+svg .label { font-size: 11px; paint-order: stroke; stroke: #fff; stroke-width: 3px; stroke-linejoin: round } svg .best { font-weight: bold }
+svg .leader { stroke: #8c959f; stroke-width: .7 } svg .front { stroke: #d1730c; stroke-width: 1.5; stroke-dasharray: 5 3 }
+svg .own { fill: #0969da; stroke: #fff } svg .peer { fill: #fff; stroke: #57606a; stroke-width: 1.5 }
+@media (prefers-color-scheme: dark) { svg .label { stroke: #0d1117 } }
+</style>
+)";
+
 /// Draws panels row by row, at most three beside each other, for a page of 1280 pixels; replaces the file as
 /// a whole.
 inline void write_figure(const std::string& path, const std::string& title, const std::vector<Panel>& panels,
                          std::size_t columns) {
-  using detail::number;
-  columns = std::min<std::size_t>(columns, 3);
-  constexpr double header = 44;
-  const double width = detail::PanelDrawing::width * static_cast<double>(columns);
-  const double height =
-      header + detail::PanelDrawing::height * static_cast<double>((panels.size() + columns - 1) / columns);
-  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(width) + "\" height=\"" +
-                    number(height) + "\" viewBox=\"0 0 " + number(width) + " " + number(height) + R"(">
-<style>
-text { font: 11px sans-serif; fill: #24292f }
-.heading { font-size: 14px; font-weight: bold } .title { font-size: 12px; font-weight: bold }
-.label { paint-order: stroke; stroke: #fff; stroke-width: 3px; stroke-linejoin: round } .best { font-weight: bold }
-.tick { fill: #57606a } .middle { text-anchor: middle } .end { text-anchor: end }
-.grid { stroke: #e5e8eb } .axis { stroke: #57606a } .leader { stroke: #8c959f; stroke-width: .7 }
-.front { fill: none; stroke: #d1730c; stroke-width: 1.5; stroke-dasharray: 5 3 }
-.own { fill: #0969da; stroke: #fff } .peer { fill: #fff; stroke: #57606a; stroke-width: 1.5 }
-</style>
-<rect width="100%" height="100%" fill="#fff"/>
-)";
-  svg += "<text x=\"14\" y=\"18\" class=\"heading\">" + title + "</text>\n";
-  svg +=
-      R"(<path d="M16 32H40" class="front"/><text x="46" y="36">Pareto front; up and to the left is better</text>
-<circle cx="306" cy="32" r="4" class="own"/><text x="314" y="36">ours</text>
-)";
-  const auto has_peer = [](const Panel& panel) {
-    return std::any_of(panel.points.begin(), panel.points.end(), [](const Point& p) { return p.is_peer; });
-  };
-  if (std::any_of(panels.begin(), panels.end(), has_peer))
-    svg += R"(<circle cx="356" cy="32" r="4" class="peer"/><text x="364" y="36">other libraries</text>
-)";
-  for (std::size_t i = 0; i < panels.size(); ++i) {
-    const auto column = static_cast<double>(i % columns);
-    const auto row = static_cast<double>(i / columns);
-    svg += detail::PanelDrawing(panels[i], detail::PanelDrawing::width * column,
-                                header + detail::PanelDrawing::height * row)
-               .svg();
-  }
-  io::write_file_atomically(path, std::string_view(svg + "</svg>\n"));
+  shell::Figure figure{title, {}, {460, 30, points_style}, std::min<std::size_t>(columns, 3)};
+  for (const Panel& panel : panels)
+    figure.panels.push_back(
+        {detail::PanelDrawing::width, detail::PanelDrawing::height, detail::PanelDrawing(panel).svg()});
+  figure.legend.svg += shell::svg_line(16, 12, 40, 12, "front") +
+                       shell::svg_text(46, 16, "", "Pareto front; up and to the left is better") +
+                       detail::dot(306, 12, "own") + shell::svg_text(314, 16, "", "ours");
+  if (std::ranges::any_of(
+          panels, [](const Panel& panel) { return std::ranges::any_of(panel.points, &Point::is_peer); }))
+    figure.legend.svg += detail::dot(356, 12, "peer") + shell::svg_text(364, 16, "", "other libraries");
+  io::write_file_atomically(path, std::string_view(shell::figure_svg(figure)));
 }
 
 }  // namespace tapestry::benchmarks

@@ -1,11 +1,14 @@
 #pragma once
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <tapestry/core/error.hpp>
 #include <vector>
@@ -21,14 +24,20 @@ struct ProcessCost {
   double peak_memory_mib = 0;  ///< of the largest process
 };
 
+/// Where a program runs and what its streams are, if not this program's folder, its input and the log.
+struct ProcessPlace {
+  std::filesystem::path folder = ".";
+  int in = STDIN_FILENO, out = -1;
+};
+
 /// A program that has been started.
 class Process {
  public:
   /// \param command      the program, found on PATH, then its arguments
   /// \param environment  added to this one's, as NAME=VALUE
-  /// \param log          takes what it prints
+  /// \param log          takes what it prints, or why it does not start
   Process(const std::vector<std::string>& command, const std::vector<std::string>& environment,
-          const std::filesystem::path& log)
+          const std::filesystem::path& log, const ProcessPlace& place = {})
       : start_(std::chrono::steady_clock::now()) {
     std::vector<char*> words;
     for (const auto& word : command) words.push_back(const_cast<char*>(word.c_str()));
@@ -37,10 +46,12 @@ class Process {
     if (id_ < 0) throw Error(ErrorKind::limit, "cannot start " + command.front());
     if (id_ > 0) return;
     const int file = ::open(log.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0666);
-    if (file >= 0 && ::dup2(file, 1) == 1 && ::dup2(file, 2) == 2) {
+    if (file >= 0 && ::dup2(place.in, 0) == 0 && ::dup2(place.out < 0 ? file : place.out, 1) == 1 &&
+        ::dup2(file, 2) == 2 && ::chdir(place.folder.c_str()) == 0) {
       for (const auto& word : environment) ::putenv(const_cast<char*>(word.c_str()));
       ::execvp(words[0], words.data());
     }
+    ::dprintf(2, "cannot start %s: %s\n", words[0], std::strerror(errno));
     ::_exit(127);
   }
 
@@ -59,6 +70,13 @@ class Process {
             in_seconds(usage.ru_stime),
             static_cast<double>(usage.ru_nvcsw),
             static_cast<double>(usage.ru_maxrss) / 1024};
+  }
+
+  /// Ends it, and waits for that; to be called once, instead of wait().
+  void end() const {
+    ::kill(id_, SIGTERM);
+    while (::waitpid(id_, nullptr, 0) < 0 && errno == EINTR) {
+    }
   }
 
  private:

@@ -5,6 +5,7 @@
 #include <memory>
 #include <thread>
 
+#include "result.hpp"
 #include "worker.hpp"
 
 namespace tapestry::benchmarks {
@@ -21,17 +22,17 @@ namespace tapestry::benchmarks {
 struct Timing {
   double median = 0;
   double spread = 0;  ///< half the distance of the quartiles, as a part of the median
-  double peak_memory_mib = 0;
 };
 
-[[nodiscard]] inline Timing timing_of(std::vector<double> seconds, double peak_memory_mib) {
+[[nodiscard]] inline Timing timing_of(std::vector<double> seconds) {
   std::sort(seconds.begin(), seconds.end());
   const double median = quantile(seconds, 0.5);
-  return {median, (quantile(seconds, 0.75) - quantile(seconds, 0.25)) / (2 * median), peak_memory_mib};
+  return {median, (quantile(seconds, 0.75) - quantile(seconds, 0.25)) / (2 * median)};
 }
 
 /// One contestant of a comparison. A worker that failed is gone, and `failure` holds the reason.
 struct Contestant {
+  Result result;
   std::unique_ptr<Worker> worker{};
   std::string failure{};
   std::vector<double> seconds{};
@@ -43,29 +44,56 @@ struct Contestant {
   /// \param folder       where it runs and its log is
   void start(const std::vector<std::string>& command, const std::vector<std::string>& environment,
              const std::filesystem::path& folder) {
-    const std::filesystem::path program = command.front();
-    if (!std::filesystem::exists(program)) {
-      failure = "not built";
-      return;
-    }
-    try {
+    attempt([&] {
+      const std::filesystem::path program = command.front();
+      if (!std::filesystem::exists(program)) throw Error(ErrorKind::usage, "not built");
       worker = std::make_unique<Worker>(command, environment, folder, program.filename().string() + ".log");
-    } catch (const Error& error) {
-      failure = error.what();
-    }
-    attempt([](Worker& started) { (void)started.reply(); });
+      (void)worker->reply();
+    });
   }
 
-  /// Calls use(worker) unless the worker has failed, before or by that.
+  /// Calls use() unless the contestant has failed, before or by that.
   template <class Use>
   void attempt(Use use) {
-    if (!worker) return;
+    if (!failure.empty()) return;
     try {
-      use(*worker);
+      use();
     } catch (const std::exception& error) {
       failure = error.what();
       worker.reset();
     }
+  }
+
+  /// Has the last answer written to a file, and then calls use(). The worker ends.
+  template <class Use>
+  void finish(const std::string& answer, Use use) {
+    attempt([&] {
+      (void)worker->ask("save " + answer);
+      use();
+    });
+    worker.reset();
+  }
+
+  /// Fills in the result.
+  /// \param parts  of a pass that the seconds are of one of
+  /// \throws Error  for an error beyond all rounding: it computes something else, so that its time means
+  ///                nothing
+  void conclude(std::optional<double> error, double largest_error, double parts = 1) {
+    if (error && !(*error <= largest_error))
+      throw Error(ErrorKind::numeric, "computes something else: an error of " + formatted("%.1e", error));
+    const Timing timing = timing_of(seconds);
+    result.error = error;
+    result.seconds = timing.median / parts;
+    result.spread = timing.spread;
+    result.memory_mib = peak_memory_mib;
+  }
+
+  /// Begins a row of a table with a name, in a column so wide, and ends it with the failure if there is one.
+  /// \returns whether there are figures
+  [[nodiscard]] bool print(const std::string& name, int width) const {
+    std::printf("  %-*s", width, name.c_str());
+    if (!result.seconds) std::printf(" %s\n", failure.c_str());
+    return result.seconds.has_value();
   }
 };
 
@@ -81,9 +109,9 @@ inline void run_rounds(std::vector<Contestant>& contestants, const Schedule& sch
   for (int round = 0; round < schedule.rounds; ++round) {
     for (std::size_t i = 0; i < contestants.size(); ++i) {
       Contestant& contestant = contestants[(i + static_cast<std::size_t>(round)) % contestants.size()];
-      contestant.attempt([&](Worker& worker) {
+      contestant.attempt([&] {
         std::this_thread::sleep_for(pause);
-        const auto reply = worker.ask("turn " + std::to_string(schedule.seconds));
+        const auto reply = contestant.worker->ask("turn " + std::to_string(schedule.seconds));
         const auto seconds = reply.at("seconds").get<std::vector<double>>();
         contestant.seconds.insert(contestant.seconds.end(), seconds.begin(), seconds.end());
         contestant.peak_memory_mib = reply.at("peak_memory_mib").get<double>();

@@ -8,17 +8,17 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <tapestry/core/error.hpp>
-#include <vector>
+
+#include "numbers_file.hpp"
 
 namespace tapestry::benchmarks {
 
-/// Something that a benchmark times: one library, set up for one task.
+/// Something that a benchmark times: one library, set up for one task. write_numbers() takes its answer.
 template <class E>
 concept Engine = requires(E& engine, const std::string& path) {
   { engine.name() } -> std::convertible_to<std::string>;
   engine.run();
-  engine.save(path);
+  write_numbers(path, engine.answer());
 };
 
 /// Replies to the driver. Takes the standard output for itself: what a library prints there goes to the error
@@ -78,7 +78,7 @@ template <Engine E>
 ///
 ///   turn SECONDS  →  {"seconds": [of each pass], "peak_memory_mib": …}
 ///   save PATH     →  {}, after writing the last pass's answer
-///  memory        →  {"working_mib": …}, which a pass needs beyond its input; {} if it is not known
+///   memory        →  {"working_mib": …}, which a pass needs beyond its input; {} if it is not known
 template <Engine E>
 void serve(E& engine, Replies& replies) {
   engine.run();
@@ -95,7 +95,7 @@ void serve(E& engine, Replies& replies) {
     } else if (verb == "save") {
       std::string path;
       std::getline(request, path);
-      engine.save(path);
+      write_numbers(path, engine.answer());
       replies.send(nlohmann::json::object());
     } else if (verb == "memory") {
       auto reply = nlohmann::json::object();
@@ -111,11 +111,8 @@ void serve(E& engine, Replies& replies) {
 /// 0.
 template <Engine E>
 void run_or_serve(E& engine, Replies& replies, double seconds) {
-  if (seconds > 0) {
-    replies.send(timed_reply(engine, seconds));
-  } else {
-    serve(engine, replies);
-  }
+  if (seconds == 0) return serve(engine, replies);
+  replies.send(timed_reply(engine, seconds));
 }
 
 }  // namespace tapestry::benchmarks

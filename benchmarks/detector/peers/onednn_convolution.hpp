@@ -9,6 +9,9 @@ namespace tapestry::benchmarks {
   return static_cast<dnnl::memory::dim>(count);
 }
 
+/// Of rows and of columns.
+[[nodiscard]] inline dnnl::memory::dims both(std::size_t extent) { return {dim(extent), dim(extent)}; }
+
 [[nodiscard]] inline dnnl::memory::desc description(const detect::FeatureShape& shape,
                                                     dnnl::memory::format_tag layout) {
   return {
@@ -63,14 +66,11 @@ struct ConvolutionTask {
     after.append_eltwise(1, dnnl::algorithm::eltwise_relu, task.slope, 0);
     attributes.set_post_ops(after);
   }
-  const dnnl::memory::dims stride(2, dim(layer.stride));
-  const dnnl::memory::dims dilation(2, dim(layer.dilation - 1));
-  const dnnl::memory::dims padding(2, dim(layer.padding));
   const dnnl::memory::desc biases({dim(task.out.channels)}, dnnl::memory::data_type::f32,
                                   dnnl::memory::format_tag::a);
   return {{is_winograd ? dnnl::prop_kind::forward_training : dnnl::prop_kind::forward_inference, algorithm,
-           task.source(), task.weights(dnnl::memory::format_tag::any), biases, blocked(task.out), stride,
-           dilation, padding, padding},
+           task.source(), task.weights(dnnl::memory::format_tag::any), biases, blocked(task.out),
+           both(layer.stride), both(layer.dilation - 1), both(layer.padding), both(layer.padding)},
           attributes,
           engine};
 }
@@ -78,12 +78,9 @@ struct ConvolutionTask {
 [[nodiscard]] inline dnnl::convolution_backward_data::primitive_desc backward_convolution(
     const ConvolutionTask& task, dnnl::algorithm algorithm, const dnnl::engine& engine) {
   const auto& layer = task.layer;
-  const dnnl::memory::dims stride(2, dim(layer.stride));
-  const dnnl::memory::dims dilation(2, dim(layer.dilation - 1));
-  const dnnl::memory::dims padding(2, dim(layer.padding));
   const auto hint = forward_convolution(task, dnnl::algorithm::convolution_direct, engine);
-  return {{algorithm, task.source(), task.weights(dnnl::memory::format_tag::any), blocked(task.out), stride,
-           dilation, padding, padding},
+  return {{algorithm, task.source(), task.weights(dnnl::memory::format_tag::any), blocked(task.out),
+           both(layer.stride), both(layer.dilation - 1), both(layer.padding), both(layer.padding)},
           engine,
           hint};
 }

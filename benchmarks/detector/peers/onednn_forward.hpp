@@ -50,7 +50,7 @@ class OneDnnForward {
         const auto values = plain(values_[i].memory, i, layout);
         decisions.is_positive[i] = signs(values.data(), values.size());
       }
-      if (layer(i).kind == detect::LayerKind::maxpool)
+      if (layer(i).kind == Kind::maxpool)
         decisions.chosen[i] =
             pool_choices(problem_, i, plain(values_[producer(i - 1)].memory, i - 1, layout));
     }
@@ -106,12 +106,9 @@ class OneDnnForward {
   }
 
   [[nodiscard]] dnnl::pooling_forward::primitive_desc pooling(std::size_t i) const {
-    const dnnl::memory::dims stride(2, dim(layer(i).stride));
-    const dnnl::memory::dims window(2, dim(layer(i).size));
-    const dnnl::memory::dims before(2, dim(layer(i).padding / 2));
     return {{wants_gradient_ ? dnnl::prop_kind::forward_training : dnnl::prop_kind::forward_inference,
-             dnnl::algorithm::pooling_max, blocked(shape(inputs(i).front())), blocked(shape(i)), stride,
-             window, before, pool_overhang(i)},
+             dnnl::algorithm::pooling_max, blocked(shape(inputs(i).front())), blocked(shape(i)),
+             both(layer(i).stride), both(layer(i).size), both(layer(i).padding / 2), pool_overhang(i)},
             engine_};
   }
 

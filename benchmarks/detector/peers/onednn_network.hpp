@@ -115,11 +115,9 @@ class OneDnnNetwork : public OneDnnForward {
 
   void max_pool_back(std::size_t i, const Value& adjoint) {
     const std::size_t in = inputs(i).front();
-    const dnnl::memory::dims stride(2, dim(layer(i).stride));
-    const dnnl::memory::dims window(2, dim(layer(i).size));
-    const dnnl::memory::dims before(2, dim(layer(i).padding / 2));
     const dnnl::pooling_backward::desc back(dnnl::algorithm::pooling_max, blocked(shape(in)),
-                                            blocked(shape(i)), stride, window, before, pool_overhang(i));
+                                            blocked(shape(i)), both(layer(i).stride), both(layer(i).size),
+                                            both(layer(i).padding / 2), pool_overhang(i));
     const Value part = pool_.take(blocked(shape(in)));
     backward_.append(dnnl::pooling_backward({back, engine_, pooling(i)}),
                      {{DNNL_ARG_DIFF_DST, adjoint.memory},

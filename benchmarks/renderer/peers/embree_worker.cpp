@@ -33,7 +33,7 @@ class EmbreeRenderer {
     for (const geometry::Camera& camera : scene_.cameras) trace(camera);
   }
 
-  [[nodiscard]] std::vector<float> first_answer() {
+  [[nodiscard]] std::vector<float> answer() {
     trace(scene_.cameras.front());
     return {face_.begin(), face_.end()};
   }

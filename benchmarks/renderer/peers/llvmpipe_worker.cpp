@@ -78,7 +78,7 @@ class LlvmpipeRenderer {
     for (const geometry::Camera& camera : scene_.cameras) draw(camera);
   }
 
-  [[nodiscard]] std::vector<float> first_answer() {
+  [[nodiscard]] std::vector<float> answer() {
     draw(scene_.cameras.front());
     const auto read = GL_CALL(glReadPixels);
     const std::size_t count = static_cast<std::size_t>(size_) * static_cast<std::size_t>(size_);
