@@ -75,7 +75,7 @@ Validation validate(const detect::Detector<float>& detector, const std::vector<L
   Array<float, 4> batch(Extents<4>{1, size, size, 3});
   Validation result;
   for (const LabelledScene& scene : scenes) {
-    put_into_batch(scene, 0, {}, batch);
+    put_into_batch(scene.colours, 0, {}, batch);
     detector.forward(batch, pass);
     detect::require_finite_logits(pass.logits, "validation scene " + std::to_string(found.size()));
     const auto detections = detector.detections(pass.logits);
@@ -175,7 +175,6 @@ int run_tuning(const CLI::App& app, const char* program, const Options& o) {
   take("--seed", s.seed, o.training.seed);
   s.learning_rate = tuning.detector.weights.empty() ? 0.002 : 0.0005;
   take("--learning-rate", s.learning_rate, o.training.learning_rate);
-  tuning.threads = o.training.threads;
   tuning.checkpoint_steps = o.training.save_every;
   return tune(app, program, std::move(tuning));
 }

@@ -38,13 +38,6 @@ std::vector<loss::Target> varied(std::vector<loss::Target> truths, const Variati
   return truths;
 }
 
-void put_into_batch(const LabelledScene& scene, std::size_t image, const Variation& variation,
-                    Array<float, 4>& batch) {
-  put_into_batch(
-      scene.colours.data(), [](std::uint8_t value) { return static_cast<float>(value) / 255; }, image,
-      variation, batch);
-}
-
 void ScenePool::fill(std::size_t step, std::size_t fresh, Array<float, 4>& batch, loss::Truths& truths) {
   const std::size_t count = batch.shape(0);
   if (scenes_.size() < count) fresh = count;
@@ -61,7 +54,7 @@ void ScenePool::fill(std::size_t step, std::size_t fresh, Array<float, 4>& batch
         image < fresh ? (first_place + image) % capacity_ : random.index(scenes_.size());
     const LabelledScene& scene = scenes_[place];
     const Variation variation = draw_variation(random);
-    put_into_batch(scene, image, variation, batch);
+    put_into_batch(scene.colours, image, variation, batch);
     truths[image] = varied(scene.truths, variation, size_);
   }
 }

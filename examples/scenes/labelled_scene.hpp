@@ -33,26 +33,22 @@ struct Variation {
                                                std::size_t width);
 
 /// Writes a picture into one image of a batch [N, H, W, 3], at most 1.
-/// \param values    of the picture, [H, W, 3]
-/// \param value_of  makes a number in [0, 1] of each
-template <class Value, class ValueOf>
-void put_into_batch(const Value* values, ValueOf value_of, std::size_t image, const Variation& variation,
+/// \param picture  [H, W, 3], bytes or numbers in [0, 1]
+template <class Value>
+void put_into_batch(const Array<Value, 3>& picture, std::size_t image, const Variation& variation,
                     Array<float, 4>& batch) {
+  constexpr float most = std::is_floating_point_v<Value> ? 1 : 255;
   const std::size_t height = batch.shape(1), width = batch.shape(2);
   for (std::size_t row = 0; row < height; ++row) {
     float* const out = batch.data() + 3 * (image * height + row) * width;
-    const Value* const in = values + 3 * row * width;
+    const Value* const in = picture.data() + 3 * row * width;
     for (std::size_t column = 0; column < width; ++column) {
       const std::size_t from = variation.mirrored ? width - 1 - column : column;
       for (std::size_t c = 0; c < 3; ++c)
-        out[3 * column + c] = std::min(1.0F, value_of(in[3 * from + c]) * variation.gain[c]);
+        out[3 * column + c] = std::min(1.0F, static_cast<float>(in[3 * from + c]) / most * variation.gain[c]);
     }
   }
 }
-
-/// Copies a scene into one image of a batch [N, size, size, 3].
-void put_into_batch(const LabelledScene& scene, std::size_t image, const Variation& variation,
-                    Array<float, 4>& batch);
 
 /// The stream of training pictures: some of each batch are drawn anew, the rest come from the last ones
 /// drawn, since drawing takes longer than learning. All are mirrored half the time and tinted. Everything

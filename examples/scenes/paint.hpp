@@ -96,17 +96,11 @@ class PaintPattern {
 
  private:
   [[nodiscard]] std::size_t nearest_centre(const Point& point) const {
-    std::size_t nearest = 0;
-    double least = 1e9;
-    for (std::size_t i = 0; i < centres_.size(); ++i) {
-      const Point gap = geometry::subtract(point, centres_[i]);
-      const double distance = geometry::dot(gap, gap);
-      if (distance < least) {
-        least = distance;
-        nearest = i;
-      }
-    }
-    return nearest;
+    const auto distance = [&](const Point& centre) {
+      const Point gap = geometry::subtract(point, centre);
+      return geometry::dot(gap, gap);
+    };
+    return static_cast<std::size_t>(std::ranges::min_element(centres_, {}, distance) - centres_.begin());
   }
 
   PaintKind kind_;

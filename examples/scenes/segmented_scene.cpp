@@ -33,9 +33,7 @@ void put_segmented(Random random, std::size_t image, Array<float, 4>& images, Ar
   const std::size_t size = images.shape(1);
   const SegmentedScene scene = draw_segmented(random.fork(0), {}, size);
   const Variation variation = draw_variation(random);
-  put_into_batch(
-      scene.colours.data(), [](std::uint8_t value) { return static_cast<float>(value) / 255; }, image,
-      variation, images);
+  put_into_batch(scene.colours, image, variation, images);
   for (std::size_t row = 0; row < size; ++row)
     for (std::size_t column = 0; column < size; ++column) {
       const std::size_t from = variation.mirrored ? size - 1 - column : column;

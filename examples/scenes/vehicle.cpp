@@ -6,15 +6,11 @@ namespace tapestry::scenes {
 
 Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, double length,
                         double least_m) {
-  constexpr double most = 1e300;
-  Point low{most, most, most}, high{-most, -most, -most};
+  std::vector<Point> corners;  // the mesh may have positions that no face uses
   for (const geometry::Corners& face : mesh.faces)
     for (const std::int32_t corner : face)
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double x = mesh.positions[static_cast<std::size_t>(corner)][axis];
-        low[axis] = std::min(low[axis], x);
-        high[axis] = std::max(high[axis], x);
-      }
+      corners.push_back(mesh.positions[static_cast<std::size_t>(corner)]);
+  const auto [low, high] = geometry::bounds_of(corners);
   const double longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
   Vehicle vehicle;
   vehicle.metres_per_unit = length > 0 ? length / longest : 1;

@@ -222,12 +222,9 @@ class FlatLayout {
 
   [[nodiscard]] Segment segment(const std::array<std::size_t, 2>& edge) const {
     const std::size_t from = vertices_[edge[0]][edge[1]], to = vertices_[edge[0]][(edge[1] + 1) % 3];
-    const Flat a = places_[from], b = places_[to];
-    return {{from, to},
-            std::min(a.real(), b.real()),
-            std::max(a.real(), b.real()),
-            std::min(a.imag(), b.imag()),
-            std::max(a.imag(), b.imag())};
+    const auto [left, right] = std::minmax({places_[from].real(), places_[to].real()});
+    const auto [bottom, top] = std::minmax({places_[from].imag(), places_[to].imag()});
+    return {{from, to}, left, right, bottom, top};
   }
 
   /// Whether edges of the rim cross: without turned faces, a part overlaps itself only there.
@@ -242,9 +239,8 @@ class FlatLayout {
     for (std::size_t i = 0; i < segments.size(); ++i)
       for (std::size_t k = i + 1; k < segments.size() && segments[k].left < segments[i].right; ++k) {
         const Segment &one = segments[i], &other = segments[k];
-        if (other.bottom >= one.top || other.top <= one.bottom || one.ends[0] == other.ends[0] ||
-            one.ends[0] == other.ends[1] || one.ends[1] == other.ends[0] || one.ends[1] == other.ends[1])
-          continue;
+        const bool is_joined = std::ranges::find_first_of(one.ends, other.ends) != one.ends.end();
+        if (other.bottom >= one.top || other.top <= one.bottom || is_joined) continue;
         if (side(one, other.ends[0]) * side(one, other.ends[1]) < 0 &&
             side(other, one.ends[0]) * side(other, one.ends[1]) < 0)
           return true;
@@ -466,22 +462,19 @@ class Flattening {
 
   [[nodiscard]] std::array<std::vector<std::size_t>, 2> cut_in_the_middle(
       const std::vector<std::size_t>& part) const {
-    geometry::Vector3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-    const auto middle = [&](std::size_t i, std::size_t axis) {
-      double sum = 0;
-      for (const std::size_t corner : surface_.corners(i)) sum += surface_.position(corner)[axis] / 3;
+    const auto middle = [&](std::size_t i) {
+      geometry::Vector3 sum{0, 0, 0};
+      for (const std::size_t corner : surface_.corners(i))
+        for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += surface_.position(corner)[axis] / 3;
       return sum;
     };
-    for (const std::size_t i : part)
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], middle(i, axis));
-        high[axis] = std::max(high[axis], middle(i, axis));
-      }
-    std::size_t axis = 0;
-    for (std::size_t other = 1; other < 3; ++other)
-      if (high[other] - low[other] > high[axis] - low[axis]) axis = other;
+    std::vector<geometry::Vector3> middles;
+    for (const std::size_t i : part) middles.push_back(middle(i));
+    const auto bounds = geometry::bounds_of(middles);
+    const auto extents = geometry::subtract(bounds.high, bounds.low);
+    const auto axis = static_cast<std::size_t>(std::ranges::max_element(extents) - extents.begin());
     std::vector<std::size_t> order = part;
-    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return middle(i, axis); });
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return middle(i)[axis]; });
     const auto half = order.begin() + static_cast<std::ptrdiff_t>(order.size() / 2);
     return {std::vector(order.begin(), half), std::vector(half, order.end())};
   }

@@ -28,10 +28,7 @@ inline loss::Truths view_truths(const detect::Detector<float>& undefended, std::
     undefended.forward(image::batch_of(view->background), pass);
     auto& of_view = truths.emplace_back();
     of_view.push_back({class_index, view->target});
-    for (const auto& found :
-         detect::suppress(detect::decode(undefended.heads(), pass.logits, 0, confidence,
-                                         undefended.input_height(), undefended.input_width()),
-                          nms, true, undefended.suppression_measure())) {
+    for (const auto& found : undefended.detections(pass.logits, 0, confidence, nms)) {
       const bool is_inside = found.box.cx > 0 && found.box.cy > 0 &&
                              found.box.cx < static_cast<double>(undefended.input_width()) &&
                              found.box.cy < static_cast<double>(undefended.input_height());
@@ -151,11 +148,11 @@ class MixedBatch {
   void write(const Part& part, std::size_t image) {
     const auto& truths = part.scene != nullptr ? part.scene->truths : clean_.truths[part.place];
     truths_[image] = scenes::varied(truths, part.variation, images_.shape(2));
-    if (part.scene != nullptr) return scenes::put_into_batch(*part.scene, image, part.variation, images_);
+    if (part.scene != nullptr)
+      return scenes::put_into_batch(part.scene->colours, image, part.variation, images_);
     const Array<float, 3> picture =
         part.is_photo ? part.view->background : camouflage::picture_of(*part.view, part.colours);
-    scenes::put_into_batch(
-        picture.data(), [](float value) { return value; }, image, part.variation, images_);
+    scenes::put_into_batch(picture, image, part.variation, images_);
   }
 
   camouflage::ViewStore<float>& store_;

@@ -44,7 +44,7 @@ inline ScenePrecision scene_precision(const detect::Detector<float>& network, do
   Array<float, 4> batch(Extents<4>{1, size, size, 3});
   for (std::size_t i = 0; i < drawn.size(); ++i) {
     StopSignal::throw_if_arrived();
-    scenes::put_into_batch(drawn[i], 0, {}, batch);
+    scenes::put_into_batch(drawn[i].colours, 0, {}, batch);
     network.forward(batch, pass);
     detect::require_finite_logits(pass.logits, "test scene " + std::to_string(i));
     for (const auto& [class_index, box] : drawn[i].truths) {
@@ -57,9 +57,7 @@ inline ScenePrecision scene_precision(const detect::Detector<float>& network, do
         return truth.class_index != scenes::class_clutter && detect::iou(truth.box, box) >= 0.1;
       });
     };
-    for (const auto& one :
-         detect::suppress(detect::decode(network.heads(), pass.logits, 0, least_confidence, size, size), nms,
-                          true, network.suppression_measure())) {
+    for (const auto& one : network.detections(pass.logits, 0, least_confidence, nms)) {
       if (std::ranges::find(classes, std::optional(one.class_index)) == classes.end()) continue;
       found.push_back({i, one.class_index, one.box, one.confidence});
       alarms += one.class_index == car && one.confidence > confidence && !is_on_vehicle(one.box) ? 1U : 0U;
