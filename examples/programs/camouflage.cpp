@@ -68,7 +68,6 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
   if (options.check && !options.resume) return check_only(options, problems);
   problems.throw_first();
   take_over_run(options, "camouflage");
-  if (options.threads > 0) limit_threads(options.threads);
   const StopSignal stop_signal;
   io::InputLedger ledger;
   ledger.leave_out(options.output);

@@ -15,7 +15,6 @@ using namespace tapestry::shell;
 
 struct Options {
   DetectorSettings detector;
-  int threads = 0;
   bool json = false;
   std::string annotate;
   std::string sheet;
@@ -29,7 +28,7 @@ struct Options {
 void describe(CLI::App& app, Options& options) {
   add_options(app, options.detector, {"class"});
   app.option_defaults()->group("Output");
-  app.add_option("--threads", options.threads, "threads; 0: all cores");
+  add_threads_option(app);
   app.add_flag(
       "--json", options.json,
       "print a JSON array; boxes in pixels of the image, cut at its edge, x and y the top left corner");
@@ -233,11 +232,9 @@ int run(const CLI::App& app, Options& options) {
   auto& settings = options.detector;
   ProblemList problems;
   require_sound(settings, problems);
-  require_sound_thread_count(options.threads, problems);
   problems.attempt([&] { (void)heat_map_by_name(options.heat_map_kind); });
   problems.throw_first();
   fill_in_bundled(settings);
-  if (options.threads > 0) limit_threads(options.threads);
   for (const char* option : {"--layer", "--heat-map-kind"})
     if (options.heat_map.empty() && app.get_option(option)->count() > 0)
       throw Error(ErrorKind::usage, std::string(option) + " needs --heat-map");

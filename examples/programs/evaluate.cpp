@@ -25,7 +25,6 @@ struct Options {
   std::string film;
   double seconds = 0.5;
   std::uint64_t seed = 1;
-  int threads = 0;
   bool clean_only = false;
   bool accept_changed_inputs = false;
   bool other_frames = false;  ///< others than the run's
@@ -91,7 +90,7 @@ void describe(CLI::App& app, Options& options) {
   describe_film(app, options);
   app.add_option("--seed", options.seed,
                  "seed of the random controls; use the run's seed to get the run's own controls again");
-  app.add_option("--threads", options.threads, "threads; 0: all cores");
+  add_threads_option(app);
   app.add_flag("--clean-only", options.clean_only, "no texture: measure photo, clean and the controls");
 }
 
@@ -165,7 +164,6 @@ void require_sound(const CLI::App& app, const Options& options) {
   list.attempt([&] { (void)heat_map_by_name(options.protocol.heat_map_kind); });
   require_sound(options.scene, list);
   require_sound(options.detector, list);
-  require_sound_thread_count(options.threads, list);
   list.attempt([&] { (void)image::conditions_by_names(options.conditions); });
   list.require(!options.conditions.empty() || app.get_option("--draws")->count() == 0,
                "--draws needs --conditions");
@@ -402,9 +400,7 @@ int survey_detections(const CLI::App& app, const Options& options) {
   ProblemList problems;
   require_sound(options.detector, problems);
   require_sound_sweep(options, problems);
-  require_sound_thread_count(options.threads, problems);
   problems.throw_first();
-  if (options.threads > 0) limit_threads(options.threads);
   const io::InputLedger ledger;
   auto exported = read_exported_pictures(options.pictures);
   if (!options.camouflage.run.empty())
@@ -431,8 +427,7 @@ int survey_detections(const CLI::App& app, const Options& options) {
 int run(const CLI::App& app, Options& options) {
   if (Ranks::all().count() > 1 && options.protocol.protocol.empty())
     throw Error(ErrorKind::usage, "several ranks of mpirun can share the work of --protocol only");
-  if (!options.dataset.dataset.empty())
-    return evaluate_dataset(app, options.dataset, options.detector, options.threads);
+  if (!options.dataset.dataset.empty()) return evaluate_dataset(app, options.dataset, options.detector);
   if (!options.detections.empty()) return survey_detections(app, options);
   require_consistent(app, options);
   take_over_run(options);
@@ -442,7 +437,6 @@ int run(const CLI::App& app, Options& options) {
   if (!options.camouflage.picture.empty() && options.scene.texels == 0)
     options.scene.texels = rows_for_picture(options.camouflage.picture);
   require_sound(app, options);
-  if (options.threads > 0) limit_threads(options.threads);
   if (options.protocol.protocol.empty()) return survey_frames(options);
   return evaluate_protocol({options.protocol,
                             options.scene,

@@ -18,7 +18,6 @@ int run(const CLI::App& app, const char* program, HardenOptions& options) {
   require_sound(options, problems);
   problems.throw_first();
   take_over_run(options, "harden");
-  if (options.threads > 0) limit_threads(options.threads);
   const StopSignal stop_signal;
   io::InputLedger ledger;
   ledger.leave_out(options.output);

@@ -248,23 +248,6 @@ Json settings_json(const CLI::App& app, const Options& options) {
   return settings;
 }
 
-/// Differences between the settings of two data sets, by name.
-std::string differences(const Json& was, const Json& now) {
-  std::string text;
-  const auto compare = [&](const std::string& name, const Json& before, const Json& after) {
-    if (before != after)
-      text += (text.empty() ? "" : ", ") + name + " (was " + before.dump() + ", now " + after.dump() + ")";
-  };
-  for (const auto& fact : facts_of_bits) compare(fact, was.value(fact, now[fact]), now[fact]);
-  const Json before = was.value("options", Json::object()), &after = now["options"];
-  for (const auto& [name, value] : after.items()) compare("--" + name, before.value(name, Json()), value);
-  for (const auto& [name, value] : before.items())
-    if (!after.contains(name)) compare("--" + name, value, Json());
-  const auto changed = changed_inputs(was.value("inputs", Json::array()), now["inputs"]);
-  if (text.empty() && !changed.empty()) text = "inputs: " + text_of(changed);
-  return text;
-}
-
 /// Checks that a data set may be written to a folder. A folder with the same manifest holds an interrupted
 /// data set, or one to draw again.
 /// \throws Error (in_use) for a folder that holds anything but frames of this data set

@@ -31,7 +31,6 @@ struct Options {
   std::vector<double> colour;
   std::string filter = "anisotropic";
   double u_extent = 0;
-  bool is_filter_given = false, is_space_given = false, is_up_given = false, is_forward_given = false;
   std::string view = "colour";
   double azimuth = 45, elevation = 20, fov = 60;
   std::vector<double> distance;
@@ -51,7 +50,6 @@ struct Options {
   double ambient = 0.5, directional = 0.5;
   double coat = 0, roughness = 0.1;
   std::vector<double> light_direction{0, 0, 1};
-  int threads = 0;
   std::string output = "render.png";
   std::string exported;
   std::string panels;
@@ -133,7 +131,7 @@ void describe(CLI::App& app, Options& o) {
       ->expected(3);
   app.add_flag("--transparent", o.transparent,
                "no background: the mesh's coverage as straight opacity (an RGBA PNG)");
-  app.add_option("--threads", o.threads, "threads; 0: all cores");
+  add_threads_option(app);
   app.add_option("--output", o.output,
                  "PNG to write; an older one is replaced. NAME.npy holds a depth, position or normal in the "
                  "units of the mesh as floats, 0 where it does not show");
@@ -249,7 +247,6 @@ void require_sound(const Options& o) {
   require_colour("--colour", o.colour, list);
   require_colour("--background", o.background, list);
   require_sound_camera(o, list);
-  list.require(o.threads >= 0 && o.threads <= 1024, "--threads must be 0 to 1024");
   list.throw_first();
 }
 
@@ -270,7 +267,7 @@ struct GivenTexture {
 };
 
 /// Takes what the description of the texture says and no option does; says what is assumed without one.
-GivenTexture given_texture(Options& o, std::vector<std::string>& warnings) {
+GivenTexture given_texture(const CLI::App& app, Options& o, std::vector<std::string>& warnings) {
   if (o.texture.empty()) return {};
   GivenTexture given{io::read_texture(o.texture, &warnings)};
   given.description = read_texture_description(o.texture, {given.picture->shape(0), given.picture->shape(1)});
@@ -281,13 +278,13 @@ GivenTexture given_texture(Options& o, std::vector<std::string>& warnings) {
     return given;
   }
   const auto& described = *given.description;
-  const auto adopt = [&](const char* name, bool is_given, std::string& option) {
-    if (!is_given) option = described[name].get<std::string>();
+  const auto adopt = [&](const char* name, const char* option, std::string& value) {
+    if (app.count(option) == 0) value = described[name].get<std::string>();
   };
-  adopt("filter", o.is_filter_given, o.filter);
-  adopt("colour_space", o.is_space_given, o.colour_space);
-  adopt("up", o.is_up_given, o.axes.up);
-  adopt("forward", o.is_forward_given, o.axes.forward);
+  adopt("filter", "--filter", o.filter);
+  adopt("colour_space", "--colour-space", o.colour_space);
+  adopt("up", "--up", o.axes.up);
+  adopt("forward", "--forward", o.axes.forward);
   if (o.u_extent == 0) o.u_extent = described["u_extent"].get<double>();
   if (const auto& painted = described["painted"];
       o.material.empty() && o.faces.empty() && painted.contains("materials"))
@@ -372,10 +369,10 @@ void require_kept(const Options& o, const io::LoadedMesh& loaded) {
   list.throw_first();
 }
 
-PaintedScene load_scene(Options& o, bool is_normalised) {
+PaintedScene load_scene(const CLI::App& app, Options& o, bool is_normalised) {
   if (o.mesh.empty()) o.mesh = BundledAssets{}.mesh();
   auto loaded = io::read_obj(o.mesh);
-  const GivenTexture texture = given_texture(o, loaded.warnings);
+  const GivenTexture texture = given_texture(app, o, loaded.warnings);
   PaintedScene scene;
   scene.painted.assign(loaded.mesh.faces.size(), 1);
   if (texture.description) require_own_charts(o, *texture.description, loaded.mesh);
@@ -404,35 +401,24 @@ PaintedScene load_scene(Options& o, bool is_normalised) {
   return scene;
 }
 
-/// The ball around the middle of the mesh's box that holds the mesh.
-struct Ball {
-  geometry::Vector3 centre{0, 0, 0};
-  double radius = 1;
-};
-
-Ball ball_around(const geometry::Mesh& mesh) {
-  const auto bounds = geometry::bounds_of(mesh.positions);
-  const double radius = geometry::length(geometry::subtract(bounds.high, bounds.low)) / 2;
-  return {bounds.middle(), radius > 0 ? radius : 1};
-}
-
 /// Position of the camera if neither a frame nor a pose is given.
 struct OrbitSettings {
-  Ball ball;
+  geometry::Vector3 centre;  ///< the middle of the mesh's box
+  double radius;             ///< of the ball around it that holds the mesh
   geometry::Vector3 target;
   double fov_rad;
   double aspect;  ///< height over width
 
   [[nodiscard]] double whole_distance() const {
     const double across = std::min(fov_rad / 2, std::atan(std::tan(fov_rad / 2) * aspect));
-    return 1.02 * ball.radius / std::sin(across);
+    return 1.02 * radius / std::sin(across);
   }
 
   [[nodiscard]] geometry::Camera camera(double azimuth_deg, double elevation_deg, double distance) const {
     auto camera = geometry::orbit_camera(azimuth_deg * rad_per_deg, elevation_deg * rad_per_deg, distance,
                                          target, fov_rad);
     camera.tan_half_fov_y = camera.tan_half_fov_x * aspect;
-    const double reach = distance + geometry::length(geometry::subtract(target, ball.centre)) + ball.radius;
+    const double reach = distance + geometry::length(geometry::subtract(target, centre)) + radius;
     camera.far = 2 * reach;
     camera.near = std::min(1e-4 * reach, 0.01 * distance);
     return camera;
@@ -440,13 +426,12 @@ struct OrbitSettings {
 };
 
 OrbitSettings orbit_settings(const Options& o, const geometry::Mesh& mesh, const PictureSettings& picture) {
-  OrbitSettings orbit{ball_around(mesh),
-                      {},
-                      o.fov * rad_per_deg,
-                      static_cast<double>(picture.height) / static_cast<double>(picture.width)};
-  orbit.target =
-      o.target.empty() ? orbit.ball.centre : geometry::Vector3{o.target[0], o.target[1], o.target[2]};
-  return orbit;
+  const auto bounds = geometry::bounds_of(mesh.positions);
+  const double radius = geometry::length(geometry::subtract(bounds.high, bounds.low)) / 2;
+  const auto target =
+      o.target.empty() ? bounds.middle() : geometry::Vector3{o.target[0], o.target[1], o.target[2]};
+  return {bounds.middle(), radius > 0 ? radius : 1, target, o.fov * rad_per_deg,
+          static_cast<double>(picture.height) / static_cast<double>(picture.width)};
 }
 
 geometry::Camera camera_of_pose(const Options& o, const PictureSettings& picture) {
@@ -664,12 +649,11 @@ std::vector<std::string> outputs_of(const Options& o) {
   return outputs;
 }
 
-int run(Options& o) {
+int run(const CLI::App& app, Options& o) {
   require_sound(o);
   const auto claims = claimed_files(outputs_of(o));
-  if (o.threads > 0) limit_threads(o.threads);
   const io::Frame frame = o.frame.empty() ? io::Frame{} : io::read_frame(o.frame);
-  const auto scene = load_scene(o, o.normalise || (!o.frame.empty() && !frame.camera));
+  const auto scene = load_scene(app, o, o.normalise || (!o.frame.empty() && !frame.camera));
   PictureSettings picture{o.size.back(), o.size.front(), o.samples, {}};
   for (std::size_t c = 0; c < 3; ++c) picture.background[c] = o.background[c];
   const Shots shots = shots_of(o, scene, frame, picture);
@@ -691,11 +675,5 @@ int main(int argc, char** argv) {
       "  render --mesh car.obj --turntable 8 --output sheet.png\n"
       "  render --turntable 48 --seconds 4 --transparent --output turning.png\n"
       "  render --mesh car.obj --texture run/texture.png --panels panels.pdf");
-  return run_program(app, argc, argv, [&] {
-    options.is_filter_given = app.count("--filter") > 0;
-    options.is_space_given = app.count("--colour-space") > 0;
-    options.is_up_given = app.count("--up") > 0;
-    options.is_forward_given = app.count("--forward") > 0;
-    return run(options);
-  });
+  return run_program(app, argc, argv, [&] { return run(app, options); });
 }

@@ -58,7 +58,7 @@ class CamouflageRun {
     inputs_.warnings.clear();
     std::optional<ScopedWorkTimer> work(preparing_);
     auto usable_train = prepared(train_);
-    auto& test = test_store();
+    auto& test = inputs_.frames.held_out ? test_ : train_;
     const auto usable_test = inputs_.frames.held_out ? prepared(test) : usable_train;  // all of them
     print_warnings(inputs_.warnings);
     if (usable_train.empty() || usable_test.empty()) throw no_car_shown(options_.scene.frames, inputs_.car);
@@ -112,9 +112,6 @@ class CamouflageRun {
     return settings;
   }
 
-  [[nodiscard]] camouflage::ViewStore<float>& test_store() {
-    return inputs_.frames.held_out ? test_ : train_;
-  }
   [[nodiscard]] FrameLoaders test_loaders() const {
     return inputs_.frames.held_out ? frame_loaders(inputs_.frames.test, inputs_.mask, inputs_.frames.posed)
                                    : train_loaders(inputs_.frames, inputs_.mask);
@@ -237,7 +234,8 @@ class CamouflageRun {
     write_painted(car, paint.colours);
     report.exported =
         export_difference_of(reshaped ? reshaped->store() : test, car, usable.front(), paint.colours);
-    if (inputs_.photo_light) write_light(test, usable);
+    if (inputs_.photo_light)
+      write_text(path("light.json"), report_text(PhotoLightReport(test, usable, inputs_.car.painted).json()));
     write_sheets(before, after);
     report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     report.history = training.history();
@@ -260,11 +258,6 @@ class CamouflageRun {
     camouflage::write_paint(path("texture.npz"), parameter, paint, offsets,
                             exact_text(inputs_.car.description));
     write_matched_controls(textures.controls);
-  }
-
-  void write_light(camouflage::ViewStore<float>& test, const std::vector<std::size_t>& usable) const {
-    const PhotoLightReport report(test, usable, inputs_.car.painted);
-    write_text(path("light.json"), report_text(report.json()));
   }
 
   void write_sheets(const std::vector<MarkedPicture>& before, const std::vector<MarkedPicture>& after) const {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <tapestry/core/parallel.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
 
@@ -136,6 +137,14 @@ CommandLine::CommandLine(std::string description) : CLI::App(std::move(descripti
 }
 
 CommandLine command_line(std::string description) { return CommandLine(std::move(description)); }
+
+void add_threads_option(CLI::App& app, const std::string& help) {
+  const auto limit = [](int threads) {
+    if (threads < 0 || threads > 1024) throw Error(ErrorKind::usage, "--threads must be 0 to 1024");
+    if (threads > 0) limit_threads(threads);
+  };
+  app.add_option_function<int>("--threads", limit, help)->default_str("0");
+}
 
 int parse_arguments(CLI::App& app, int argc, char** argv) {
   platform::open_standard_streams();

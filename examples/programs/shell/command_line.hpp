@@ -15,6 +15,9 @@ struct CommandLine : CLI::App {
 
 CommandLine command_line(std::string description);
 
+/// Adds --threads, which limits the threads of this process as it is parsed.
+void add_threads_option(CLI::App& app, const std::string& help = "threads; 0: all cores");
+
 /// Parses the command line. Returns a negative number to continue, else the exit code to leave with (0 after
 /// --help, 2 after a mistake, for which the message names the nearest option).
 int parse_arguments(CLI::App& app, int argc, char** argv);

@@ -63,7 +63,7 @@ namespace detail {
 inline void require_known_options(const CLI::App& app, std::vector<std::string> known, ProblemList& list) {
   known.insert(known.end(), {"--quiet", "--verbose"});
   DetectorSettings detector;
-  visit_settings(detector, [&](const std::string& name, auto&, const std::string&) {
+  visit_settings(detector, [&](const std::string& name, const auto&...) {
     if (name != "class") known.push_back("--" + name);
   });
   for (const auto* option : app.get_options())
@@ -219,15 +219,12 @@ inline std::string results_text(const evaluate::Dataset& dataset, const ClassMat
 /// Runs a detector on the pictures of a data set, prints its average precision and writes the requested
 /// files.
 /// \param app  has the options of the settings; all are checked except this measurement's
-inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, DetectorSettings settings,
-                            int threads) {
+inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, DetectorSettings settings) {
   ProblemList problems;
   detail::require_dataset_options(app, s, problems);
   require_sound(settings, problems);
-  require_sound_thread_count(threads, problems);
   problems.throw_first();
   if (app.get_option("--confidence")->count() == 0) settings.confidence = dataset_confidence;
-  if (threads > 0) limit_threads(threads);
   fill_in_bundled(settings);
   std::vector<std::string> remarks;
   const auto detector = load_detector(settings, remarks);

@@ -257,7 +257,6 @@ inline int tune(const CLI::App& app, const char* program, TuningOptions options)
   }
   problems.throw_first();
   take_over_run(options, "train_detector");
-  if (options.threads > 0) limit_threads(options.threads);
   const StopSignal stop_signal;
   io::InputLedger ledger;
   ledger.leave_out(options.output);

@@ -40,8 +40,9 @@ void visit_settings(DatasetTraining& s, Visit visit) {
   visit("held-out", s.held_out,
         "share of the pictures to validate on instead, drawn by --seed; they should not be neighbours of a "
         "video's");
-  visit("patience", s.patience, "validations without a better AP50 after which training ends; 0: never");
-  visit("steps", s.steps, "");
+  visit("patience", s.patience, "validations without a better AP50 after which training ends; 0: never",
+        at_most_a_million);
+  visit("steps", s.steps, "", Numbers{0, 1e8});
   visit("batch", s.batch, "");
   visit("learning-rate", s.learning_rate, "");
   visit("validate-every", s.validate_every, "");
@@ -49,10 +50,9 @@ void visit_settings(DatasetTraining& s, Visit visit) {
 }
 
 inline void require_sound(const DatasetTraining& s, ProblemList& list) {
+  require_values(s, list);
   list.require(!s.dataset.empty(), "--dataset is missing");
   list.require(s.held_out > 0 && s.held_out < 1, "--held-out lies between 0 and 1");
-  list.require(s.patience <= 1000000, "--patience must be at most 1000000");
-  list.require(s.steps <= 100000000, "--steps must be at most 100000000");
 }
 
 /// Trains a detector on labelled pictures, and keeps its state at the best validation. Two trainings with

@@ -36,26 +36,31 @@ void visit_settings(HardenSettings& s, Visit visit) {
       "attacks", s.attacks,
       "{measured}: both detectors under a paint made for the undefended one and a fresh one on each; {none}: "
       "only without attacks");
-  visit("rounds", s.rounds, "rounds, each with a paint of its own");
+  visit("rounds", s.rounds, "rounds, each with a paint of its own", Numbers{1, 1000});
   visit("attack-steps", s.attack_steps,
-        "steps of a round's paint before the weights move; later it takes one with each of theirs");
-  visit("steps", s.steps, "steps of the weights in a round");
-  visit("pictures", s.pictures, "pictures a step of the weights");
-  visit("painted", s.painted, "share of these pictures that show a painted car, 0 to 1");
+        "steps of a round's paint before the weights move; later it takes one with each of theirs",
+        at_most_a_million);
+  visit("steps", s.steps, "steps of the weights in a round", Numbers{1, 1e6});
+  visit("pictures", s.pictures, "pictures a step of the weights", of_a_batch);
+  visit("painted", s.painted, "share of these pictures that show a painted car, 0 to 1", shares);
   visit("weight-rate", s.weight_rate,
         "Adam's learning rate of the weights, at its highest: it rises for 50 steps, then falls as a cosine "
-        "over all rounds");
+        "over all rounds",
+        above_zero);
   visit("clean-scenes", s.clean_scenes,
         "street scenes drawn with labels to learn from, for detectors of the classes car, van and clutter; "
-        "others learn from clean views alone");
-  visit("test-scenes", s.test_scenes, "such scenes held out, for average precision before and after");
+        "others learn from clean views alone",
+        Numbers{0, 1e5});
+  visit("test-scenes", s.test_scenes, "such scenes held out, for average precision before and after",
+        Numbers{0, 1e5});
   visit("epochs", s.epochs,
         "passes over the training views of each attack that is measured; 0: 20 over drawn scenes; over "
-        "frames, as many as give 2400 views, at least 5");
+        "frames, as many as give 2400 views, at least 5",
+        at_most_a_million);
   visit("loss", s.loss, "adversarial loss of the paints: " + help_of(loss::adversarial_losses));
   visit("smoothness-weight", s.smoothness, "weight of the paints' smoothness term, in units of 1e-4");
-  visit("batch", s.batch, "views a step of a paint");
-  visit("learning-rate", s.learning_rate, "Adam's learning rate of the paints");
+  visit("batch", s.batch, "views a step of a paint", of_a_batch);
+  visit("learning-rate", s.learning_rate, "Adam's learning rate of the paints", above_zero);
   visit("seed", s.seed, "seed of all paints, orders and draws");
 }
 
@@ -82,23 +87,7 @@ inline Json settings_json(const HardenOptions& options) {
   return json_of_settings(options.scene, options.detector, options.harden);
 }
 
-inline void require_sound(const HardenSettings& s, ProblemList& list) {
-  list.require_choice("--paint", s.paint, {"optimised", "none"});
-  list.require_choice("--attacks", s.attacks, {"measured", "none"});
-  list.require(s.rounds >= 1 && s.rounds <= 1000, "--rounds must be 1 to 1000");
-  list.require(s.steps >= 1 && s.steps <= 1000000, "--steps must be 1 to 1000000");
-  list.require(s.attack_steps <= 1000000, "--attack-steps must be at most 1000000");
-  list.require(s.pictures >= 1 && s.pictures <= 1024, "--pictures must be 1 to 1024");
-  list.require(s.painted >= 0 && s.painted <= 1, "--painted lies in 0 to 1");
-  list.require(s.weight_rate > 0, "--weight-rate must be above 0");
-  list.require(s.clean_scenes <= 100000, "--clean-scenes must be at most 100000");
-  list.require(s.test_scenes <= 100000, "--test-scenes must be at most 100000");
-  list.require(s.epochs <= 1000000, "--epochs must be at most 1000000");
-  list.attempt([&] { (void)loss::adversarial_loss_by_name(s.loss); });
-  list.require(s.smoothness >= 0, "--smoothness-weight must be at least 0");
-  list.require(s.batch >= 1 && s.batch <= 1024, "--batch must be 1 to 1024");
-  list.require(s.learning_rate > 0, "--learning-rate must be above 0");
-}
+inline void require_sound(const HardenSettings& s, ProblemList& list) { require_values(s, list); }
 
 /// Checks the options. To resume a run, the settings come from its manifest and are checked there.
 inline void require_sound(const HardenOptions& options, ProblemList& list) {

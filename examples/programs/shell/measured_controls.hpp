@@ -3,7 +3,7 @@
 
 namespace tapestry::shell {
 
-/// The controls that --controls names, see require_controls(); other parameters as evaluate::make_controls().
+/// The controls that --controls names, see SurveySettings; other parameters as evaluate::make_controls().
 inline std::vector<evaluate::Control> measured_controls(const std::string& controls,
                                                         const raster::PaintedMesh& car,
                                                         const camouflage::Paint<float>& paint,

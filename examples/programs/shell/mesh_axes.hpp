@@ -9,16 +9,20 @@ inline constexpr const char* up_help = "axis of the mesh that points up: {x}, {y
 inline constexpr const char* forward_help =
     "axis of the mesh that points to its front: {x}, {y}, {z}, {-x}, {-y} or {-z}";
 
-inline void require_axes(const geometry::MeshAxes& axes, const std::string& object, ProblemList& list) {
-  list.require_choice("--object", object, {"car", "any"});
-  for (const auto& [option, name] : {std::pair{"--up", axes.up}, std::pair{"--forward", axes.forward}})
-    list.require_choice(option, name, {"x", "y", "z", "-x", "-y", "-z"});
+inline constexpr const char* object_help =
+    "what the mesh shows: {car}, which must stand on its wheels and be longest to its front, or {any}";
+
+inline void require_right_angle(const geometry::MeshAxes& axes, ProblemList& list) {
   list.require(axes.up.empty() || axes.forward.empty() || axes.up.back() != axes.forward.back(),
                "--up " + axes.up + " and --forward " + axes.forward + " are not at a right angle");
 }
 
-inline constexpr const char* object_help =
-    "what the mesh shows: {car}, which must stand on its wheels and be longest to its front, or {any}";
+inline void require_axes(const geometry::MeshAxes& axes, const std::string& object, ProblemList& list) {
+  list.require_choice("--object", object, words_in(object_help));
+  list.require_choice("--up", axes.up, words_in(up_help));
+  list.require_choice("--forward", axes.forward, words_in(forward_help));
+  require_right_angle(axes, list);
+}
 
 /// A car's mesh with z up and its front at +x; any other object's without a check.
 /// \param object  car or any

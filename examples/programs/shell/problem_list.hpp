@@ -1,9 +1,12 @@
 #pragma once
+#include <cmath>
 #include <filesystem>
 #include <system_error>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <vector>
+
+#include "formatted.hpp"
 
 namespace tapestry::shell {
 
@@ -29,6 +32,14 @@ std::string help_of(const Rows& rows) {
   return text;
 }
 
+/// The words in braces of a help.
+inline std::vector<std::string> words_in(const std::string& help) {
+  std::vector<std::string> words;
+  for (std::size_t begin = help.find('{'); begin != std::string::npos; begin = help.find('{', begin + 1))
+    words.push_back(help.substr(begin + 1, help.find('}', begin) - begin - 1));
+  return words;
+}
+
 /// Collects problems instead of stopping at the first.
 class ProblemList {
  public:
@@ -45,15 +56,25 @@ class ProblemList {
   void require(bool holds, const std::string& message) {
     if (!holds) problems_.emplace_back(ErrorKind::usage, message);
   }
+  /// Adds a usage error unless `value` lies from `least`, unless that is excluded, to `most`.
+  void require_number(const std::string& option, double value, double least, double most,
+                      bool excludes_least = false) {
+    std::string range;
+    if (least > 0 || excludes_least || !std::isfinite(most))
+      range = formatted(excludes_least ? "above %g" : "at least %g", least);
+    if (std::isfinite(most)) range += (range.empty() ? "" : " and ") + formatted("at most %.9g", most);
+    require((excludes_least ? value > least : value >= least) && value <= most, option + " must be " + range);
+  }
   /// Adds a usage error that lists the choices unless `value` is one of them.
-  void require_choice(const char* option, const std::string& value, const std::vector<std::string>& choices) {
+  void require_choice(const std::string& option, const std::string& value,
+                      const std::vector<std::string>& choices) {
     std::string list;
     for (const auto& choice : choices) {
       if (choice == value) return;
       list += (list.empty() ? "" : ", ") + choice;
     }
     const std::string nearest = io::nearest_word(value, choices);
-    require(false, std::string(option) + " is " + in_quotes(value) + "; expected one of " + list +
+    require(false, option + " is " + in_quotes(value) + "; expected one of " + list +
                        (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
   }
   /// Adds a usage error if writing `output` would replace a file that is read.

@@ -11,7 +11,6 @@ namespace tapestry::shell {
 /// Options of every program that works in its own folder and can be resumed there.
 struct RunOptions {
   std::string output;
-  int threads = 0;
   std::size_t checkpoint_steps = 50;
   std::size_t keep_mib = 4096;
   bool resume = false;
@@ -31,7 +30,7 @@ inline void add_resume_options(CLI::App& app, RunOptions& options) {
 inline void add_run_options(CLI::App& app, RunOptions& options, const std::string& folder) {
   app.option_defaults()->group("Run");
   app.add_option("--output", options.output, "run folder; " + folder + "-001, -002, ... when left out");
-  app.add_option("--threads", options.threads, "threads; 0: all cores. Results do not depend on it");
+  add_threads_option(app, "threads; 0: all cores. Results do not depend on it");
   app.add_option("--checkpoint-steps", options.checkpoint_steps, "steps between checkpoints");
   app.add_option("--keep-mib", options.keep_mib,
                  "memory for prepared views, MiB; those beyond are prepared anew");
@@ -39,7 +38,6 @@ inline void add_run_options(CLI::App& app, RunOptions& options, const std::strin
 }
 
 inline void require_sound_run(const RunOptions& options, ProblemList& list) {
-  require_sound_thread_count(options.threads, list);
   list.require(options.checkpoint_steps > 0, "--checkpoint-steps must be at least 1");
   list.require(options.keep_mib <= std::size_t(1) << 24U, "--keep-mib must be at most 16777216");
 }

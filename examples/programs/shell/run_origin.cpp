@@ -110,6 +110,26 @@ std::string other_facts(const Json& manifest, const std::vector<std::string>& fa
   return text;
 }
 
+std::string differences(const Json& was, const Json& now, const std::vector<std::string>& members,
+                        const Json& lacking) {
+  std::string text;
+  const auto compare = [&](const std::string& name, const Json& before, const Json& after) {
+    if (before != after)
+      text += (text.empty() ? "" : ", ") + name + " (was " + before.dump() + ", now " + after.dump() + ")";
+  };
+  for (const auto& fact : facts_of_bits) compare(fact, was.value(fact, now[fact]), now[fact]);
+  for (const auto& member : members) compare(member, was.value(member, Json()), now.value(member, Json()));
+  const Json before = was.value("options", Json::object()), after = now["options"];
+  const auto option = [&](const Json& of, const std::string& name) {
+    return of.value(name, lacking.value(name, Json()));
+  };
+  for (const auto& [name, value] : after.items()) compare("--" + name, option(before, name), value);
+  for (const auto& [name, value] : before.items())
+    if (!after.contains(name)) compare("--" + name, value, option(after, name));
+  const auto changed = changed_inputs(was.value("inputs", Json::array()), now["inputs"]);
+  return text.empty() && !changed.empty() ? "inputs: " + text_of(changed) : text;
+}
+
 std::string record_resumption(const std::string& run) {
   Json manifest = ordered_manifest(run);
   auto facts = facts_of_bits;

@@ -40,6 +40,12 @@ std::string record_resumption(const std::string& run);
 /// Facts of this process that differ from those in a manifest: "compiler (was 12.2.0, now 13.1.0)".
 std::string other_facts(const Json& manifest, const std::vector<std::string>& facts);
 
+/// Differences between what two works of one program keep: facts of the bits, some members, options or, if
+/// all of these are equal, inputs.
+/// \param lacking  values of options that one of them lacks
+std::string differences(const Json& was, const Json& now, const std::vector<std::string>& members = {},
+                        const Json& lacking = Json::object());
+
 /// \param options   settings of a run as they are used
 /// \param remedy    last words of the message
 /// \throws FileError (malformed) for the first input of the run that is not there, naming its option

@@ -13,7 +13,6 @@ struct SceneTraining {
   std::size_t steps = 0, batch = 0, validate = 0, validate_every = 0, save_every = 250;
   double learning_rate = 0.002;
   std::uint64_t seed = 1;
-  int threads = 0;
 };
 
 /// \param measured  on held-out scenes
@@ -27,7 +26,7 @@ inline void add_options(CLI::App& app, SceneTraining& s, const std::string& meas
   app.add_option("--validate-every", s.validate_every, "steps between validations");
   app.add_option("--save-every", s.save_every, "steps between saves");
   app.add_option("--seed", s.seed, "seed of scenes and first weights");
-  app.add_option("--threads", s.threads, "threads; 0: all cores. Results do not depend on it");
+  add_threads_option(app, "threads; 0: all cores. Results do not depend on it");
 }
 
 inline void require_sound(const SceneTraining& s, ProblemList& list) {
@@ -36,7 +35,6 @@ inline void require_sound(const SceneTraining& s, ProblemList& list) {
                "--save-every and --validate-every must be at least 1");
   list.require(s.learning_rate > 0, "--learning-rate must be above 0");
   list.require(s.validate <= 2000, "--validate must be at most 2000");
-  require_sound_thread_count(s.threads, list);
 }
 
 /// Held-out views of cars in one kind of paint.
@@ -121,7 +119,6 @@ std::size_t train_on_scenes(const SceneTraining& s, Step step, Save save, Valida
 /// \param train   returns the exit code
 template <class Train>
 int run_training(const SceneTraining& s, const std::string& output, Train train) {
-  if (s.threads > 0) limit_threads(s.threads);
   std::optional<OutputClaim> claim;
   if (s.steps > 0) {
     require_writable_file(output);

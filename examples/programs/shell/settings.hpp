@@ -72,6 +72,17 @@ struct SurveySettings {
   std::string controls = "all";
 };
 
+/// Numbers that a setting takes: more than `least` or, unless `excludes_least`, equal to it.
+struct Numbers {
+  double least = 0, most = std::numeric_limits<double>::infinity();
+  bool excludes_least = false;
+};
+inline constexpr Numbers shares{0, 1}, at_most_a_million{0, 1e6}, of_a_batch{1, 1024};
+inline constexpr Numbers above_zero{.excludes_least = true};
+
+// Calls visit(name, value, help) for every setting, or visit(name, value, help, Numbers). A word must be one
+// of those in braces of the help, where there are any; see require_values().
+
 template <class Visit>
 void visit_settings(SceneSettings& s, Visit visit) {
   visit("mesh", s.mesh, "OBJ file of the car; the bundled sedan when left out");
@@ -88,7 +99,8 @@ void visit_settings(SceneSettings& s, Visit visit) {
         "frames when left out");
   visit("scenes", s.scenes,
         "street scenes of the bundled car that are drawn to optimise on, instead of frames; 0: 800 when "
-        "--frames is left out, else none");
+        "--frames is left out, else none",
+        at_most_a_million);
   visit(
       "mask", s.mask,
       "{auto}: the frame's own mask, else the rendered silhouette; {silhouette}; {file}: masks/dataN.png or "
@@ -137,11 +149,13 @@ void visit_settings(DetectorSettings& s, Visit visit) {
         "else none");
   visit("class", s.class_name,
         "name of the class that is the car; its number, from 0, when there are no names");
-  visit("size", s.size, "side of the network's square input, pixels; 0: that of the cfg or the model");
-  visit("confidence", s.confidence, "least objectness x class probability of a detection, 0 to 1");
+  visit("size", s.size, "side of the network's square input, pixels; 0: that of the cfg or the model",
+        Numbers{0, 4096});
+  visit("confidence", s.confidence, "least objectness x class probability of a detection, 0 to 1", shares);
   visit("nms", s.nms,
         "overlap (IoU, or as nms_kind of the cfg has it) above which the weaker of two boxes of one class is "
-        "dropped, 0 to 1");
+        "dropped, 0 to 1",
+        shares);
   visit("precision", s.precision,
         "precision of products in convolutions: {float}, or {bfloat16}, which is faster on processors that "
         "have it and less accurate everywhere");
@@ -166,14 +180,16 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
         "of this car");
   visit("epochs", s.epochs,
         "passes over the training views; 0: 20 over drawn scenes; over frames, as many as give 2400 views, "
-        "at least 5");
+        "at least 5",
+        at_most_a_million);
   visit("validation", s.validation,
         "training views to try each epoch's paint on instead; the best is kept. 0: the last epoch's is");
-  visit("batch", s.batch, "views a step");
+  visit("batch", s.batch, "views a step", of_a_batch);
   visit("worst-views", s.worst_views,
         "share of each step's views to learn from, those of the largest losses (conditional value at risk); "
-        "1: all");
-  visit("learning-rate", s.learning_rate, "Adam's step size; 0.01 in the paper");
+        "1: all",
+        Numbers{0, 1, true});
+  visit("learning-rate", s.learning_rate, "Adam's step size; 0.01 in the paper", above_zero);
   visit("ensemble", s.ensemble,
         "further detectors to optimise against, .onnx models of the same input "
         "size and --class: the loss is the mean over all; only the first, --weights, is measured");
@@ -195,41 +211,34 @@ void visit_settings(SurveySettings& s, Visit visit) {
 template <class Settings>
 void add_options(CLI::App& app, Settings& settings, const std::vector<std::string>& except = {}) {
   app.option_defaults()->group(Settings::group);
-  visit_settings(settings, [&](const char* name, auto& value, const std::string& help) {
+  visit_settings(settings, [&](const char* name, auto& value, const std::string& help, const auto&...) {
     if (std::find(except.begin(), except.end(), name) != except.end()) return;
     app.add_option(std::string("--") + name, value, help);
   });
 }
 
-/// Value of a setting that is missing in an older manifest: off, left to the detector, or the only choice at
-/// that time. Null if the setting must be present.
-inline const char* value_when_lacking(const std::string& name) {
-  if (name == "filter") return raster::name_of(raster::TextureFilter::bilinear);
-  if (name == "light") return "frame";
-  if (name == "unpainted") return "materials";
-  if (name == "paint") return "optimised";
-  if (name == "attacks") return "measured";
-  if (name == "up") return "z";
-  if (name == "forward") return "x";
-  if (name == "object") return "car";
-  if (name == "scale") return "1";
-  if (name == "method") return "fca";
-  if (name == "precision") return "float";
-  if (name == "validation") return "0";
-  if (name == "controls") return "all";
-  if (name == "colour-space") return image::name_of(image::ColourSpace::encoded);
-  const bool is_open = name == "segmenter" || name == "decode" || name == "fit" || name == "detector" ||
-                       name == "ensemble" || name == "conditions" || name == "palette";
-  return is_open ? "" : nullptr;
+/// Values of settings that are missing in an older manifest: off, left to the detector, or the only choice at
+/// that time. Others must be present.
+inline const nlohmann::ordered_json& values_when_lacking() {
+  static const auto values = nlohmann::ordered_json::parse(
+      R"({"up": "z", "forward": "x", "object": "car", "scale": "1", "segmenter": "", "filter": "bilinear",
+      "colour-space": "encoded", "light": "frame", "unpainted": "materials", "precision": "float", "decode": "",
+      "fit": "", "detector": "", "method": "fca", "palette": "", "validation": "0", "ensemble": "",
+      "conditions": "", "controls": "all", "paint": "optimised", "attacks": "measured"})");
+  return values;
+}
+inline const std::string* value_when_lacking(const std::string& name) {
+  const auto found = values_when_lacking().find(name);
+  return found == values_when_lacking().end() ? nullptr : found->get_ptr<const std::string*>();
 }
 
 /// Adds the settings to a JSON object under their option names.
 template <class Settings>
 void add_json(nlohmann::ordered_json& json, Settings settings) {
-  visit_settings(settings, [&](const char* name, auto& value, const std::string&) {
+  visit_settings(settings, [&](const char* name, auto& value, const auto&...) {
     const nlohmann::ordered_json setting = value;
-    const char* const lacking = value_when_lacking(name);
-    if (lacking != nullptr && (setting.empty() || setting == lacking)) return;
+    const std::string* const lacking = value_when_lacking(name);
+    if (lacking != nullptr && (setting.empty() || setting == *lacking)) return;
     json[name] = setting;
   });
 }
@@ -251,21 +260,33 @@ inline double scale_of(const SceneSettings& settings) {
 /// Whether --start names a file.
 inline bool is_texture_file(const std::string& start) { return start.ends_with(".npz"); }
 
+/// Requires that the numbers of settings lie in their ranges, and that words are among those in braces of
+/// their help. An empty word leaves the choice open; --start and --detector take files, too.
+template <class Settings>
+void require_values(Settings s, ProblemList& list) {
+  const auto require = [&]<class Value>(const std::string& name, const Value& value, const std::string& help,
+                                        const Numbers& numbers = {}) {
+    const std::string option = "--" + name, *const lacking = value_when_lacking(name);
+    if constexpr (std::is_arithmetic_v<Value>)
+      list.require_number(option, static_cast<double>(value), numbers.least, numbers.most,
+                          numbers.excludes_least);
+    std::string word;
+    if constexpr (std::is_integral_v<Value>) word = std::to_string(value);
+    if constexpr (std::is_same_v<Value, std::string>) word = value;
+    const bool is_file = name == "detector" || (name == "start" && is_texture_file(word));
+    const bool is_open = word.empty() && lacking != nullptr && lacking->empty();
+    const auto words = words_in(help);
+    if (!words.empty() && !is_open && !is_file) list.require_choice(option, word, words);
+  };
+  visit_settings(s, require);
+}
+
 inline void require_sound(const SceneSettings& s, ProblemList& list) {
-  require_axes(s.axes, s.object, list);
+  require_values(s, list);
+  require_right_angle(s.axes, list);
   list.require(scale_of(s) > 0, "--scale is '" + s.scale + "'; expected a number above 0, such as 0.01");
-  list.require_choice("--mask", s.mask, {"auto", "silhouette", "file", "u2net"});
   list.require(s.segmenter.empty() || s.mask == "u2net", "--segmenter needs --mask u2net");
-  list.require_choice("--texture", s.texture, {"atlas", "cube"});
-  list.require_choice("--filter", s.filter, names_of(raster::texture_filters));
-  list.require_choice("--light", s.light, {"frame", "photo"});
-  list.require_choice("--unpainted", s.unpainted, {"photo", "materials"});
-  list.require_choice("--colour-space", s.colour_space, names_of(image::colour_spaces));
-  list.require(s.samples == 1 || s.samples == 2 || s.samples == 4 || s.samples == 8,
-               "--samples is " + std::to_string(s.samples) + "; expected 1, 2, 4 or 8");
-  list.require(s.scenes <= 1000000, "--scenes must be at most 1000000");
-  const std::size_t most_texels = s.texture == "cube" ? 256 : 8192;
-  list.require(s.texels <= most_texels, "--texels must be at most " + std::to_string(most_texels));
+  list.require_number("--texels", static_cast<double>(s.texels), 0, s.texture == "cube" ? 256 : 8192);
   list.require(s.faces.empty() || s.material.empty(), "--faces and --material cannot be given together");
   list.require(s.mesh.empty() || !s.faces.empty() || !s.material.empty(),
                "--mesh needs --material or --faces, which select the painted faces");
@@ -280,42 +301,18 @@ inline std::vector<std::string> decode_choices() {
 }
 
 inline void require_sound(const DetectorSettings& s, ProblemList& list) {
+  require_values(s, list);
   list.require(s.cfg.empty() || !s.weights.empty(), "--cfg and --weights go together; --weights is missing");
-  if (!s.decode.empty()) list.require_choice("--decode", s.decode, decode_choices());
-  if (!s.fit.empty()) list.require_choice("--fit", s.fit, names_of(image::fit_kinds));
-  list.require(s.size <= 4096, "--size must be at most 4096 pixels");
-  list.require(s.confidence >= 0 && s.confidence <= 1, "--confidence lies in 0 to 1");
-  list.require(s.nms >= 0 && s.nms <= 1, "--nms lies in 0 to 1");
-  list.require_choice("--precision", s.precision, {"float", "bfloat16"});
 }
 
-inline void require_controls(const std::string& controls, ProblemList& list) {
-  list.require_choice("--controls", controls, {"all", "matched"});
-}
-
-inline void require_sound(const SurveySettings& s, ProblemList& list) { require_controls(s.controls, list); }
+inline void require_sound(const SurveySettings& s, ProblemList& list) { require_values(s, list); }
 
 inline void require_sound(const OptimisationSettings& s, ProblemList& list) {
-  list.require_choice("--method", s.method, names_of(camouflage::methods<float>()));
-  list.attempt([&] { (void)loss::adversarial_loss_by_name(s.loss); });
+  require_values(s, list);
   list.attempt([&] { (void)image::conditions_by_names(s.conditions); });
-  list.require_choice("--smooth-over", s.smooth_over, {"picture", "texture"});
-  if (!is_texture_file(s.start)) list.require_choice("--start", s.start, {"random", "zero", "own"});
-  auto objective = s.objective;
-  for (const auto& term : camouflage::ObjectiveTerms::all)
-    list.require(term.option == nullptr || term.weight(objective) >= 0,
-                 std::string("--") + (term.option ? term.option : "") + " must be at least 0");
-  list.require(s.epochs <= 1000000, "--epochs must be at most 1000000");
-  list.require(s.batch >= 1 && s.batch <= 1024, "--batch must be 1 to 1024");
-  list.require(s.worst_views > 0 && s.worst_views <= 1, "--worst-views must be above 0 and at most 1");
   list.require(s.worst_views == 1 || s.batch > 1,
                "--worst-views has nothing to choose from where --batch is 1");
   list.require(s.palette.empty() || s.objective.printability > 0, "--palette needs --printability above 0");
-  list.require(s.learning_rate > 0, "--learning-rate must be above 0");
-}
-
-inline void require_sound_thread_count(int threads, ProblemList& list) {
-  list.require(threads >= 0 && threads <= 1024, "--threads must be 0 to 1024");
 }
 
 /// Whether a 0 leaves a setting to the program, as in its help.
@@ -334,7 +331,7 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
   const auto is_left_out = [&](const char* name) {
     return value_when_lacking(name) != nullptr && saved.is_object() && !saved.contains(name);
   };
-  visit_settings(whole, [&](const char* name, auto& value, const std::string&) {
+  visit_settings(whole, [&](const char* name, auto& value, const auto&...) {
     if (is_left_out(name)) return;
     bool is_sound = saved.is_object() && saved.contains(name);
     if constexpr (std::is_integral_v<std::remove_reference_t<decltype(value)>>)  // no fractions
@@ -353,11 +350,11 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
   require_sound(whole, problems);
   if (!problems.problems().empty())
     throw FileError(ErrorKind::malformed, {path, "", problems.problems().front().what()});
-  visit_settings(settings, [&](const char* name, auto& value, const std::string&) {
+  visit_settings(settings, [&](const char* name, auto& value, const auto&...) {
     using Value = std::remove_reference_t<decltype(value)>;
     Value previous{};
     if constexpr (std::is_same_v<Value, std::string>)
-      if (is_left_out(name)) previous = value_when_lacking(name);
+      if (is_left_out(name)) previous = *value_when_lacking(name);
     if (!is_left_out(name)) saved[name].get_to(previous);
     const bool given = app.get_option(std::string("--") + name)->count() > 0;
     const bool left_open = std::is_unsigned_v<Value> && value == Value{} && is_open_at_zero(name);

@@ -57,28 +57,6 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
   return settings;
 }
 
-/// Differences between the settings of two measurements, by name.
-inline std::string differences(const Json& saved, const Json& own) {
-  std::string text;
-  const auto compare = [&](const std::string& name, const Json& was, const Json& now) {
-    if (was != now)
-      text += (text.empty() ? "" : ", ") + name + " (was " + was.dump() + ", now " + now.dump() + ")";
-  };
-  for (const auto& fact : facts_of_bits) compare(fact, saved[fact], own[fact]);
-  compare("protocol", saved["protocol"], own["protocol"]);
-  const char* const changed = "changed_inputs";
-  compare(changed, saved.value(changed, Json::array()), own.value(changed, Json::array()));
-  const auto option = [](const Json& of, const std::string& name) {
-    const char* const lacking = value_when_lacking(name);
-    return of["options"].value(name, lacking == nullptr ? Json() : Json(lacking));
-  };
-  for (const auto& [name, value] : own["options"].items()) compare("--" + name, option(saved, name), value);
-  for (const auto& [name, value] : saved["options"].items())
-    if (!own["options"].contains(name)) compare("--" + name, value, option(own, name));
-  if (text.empty()) text = "inputs: " + text_of(changed_inputs(saved["inputs"], own["inputs"]));
-  return text;
-}
-
 /// Writes the settings to a new folder; refuses a folder with other settings.
 inline void settle_folder(const std::string& folder, const Json& settings) {
   const std::string path = folder + "/settings.json";
@@ -97,8 +75,10 @@ inline void settle_folder(const std::string& folder, const Json& settings) {
   for (const auto& fact : facts_of_bits)
     if (!saved.contains(fact)) saved[fact] = settings[fact];      // not stated by earlier versions
   if (nlohmann::json(saved) == nlohmann::json(settings)) return;  // members may be in any order
-  throw Error(ErrorKind::in_use, folder + " holds a measurement with other settings: " +
-                                     differences(saved, settings) + "; give another --output");
+  throw Error(ErrorKind::in_use,
+              folder + " holds a measurement with other settings: " +
+                  differences(saved, settings, {"protocol", "changed_inputs"}, values_when_lacking()) +
+                  "; give another --output");
 }
 
 inline void write_report(const std::string& folder, const Protocol& protocol, const ProtocolResult& result,

@@ -66,7 +66,7 @@ inline void require_sound(const ProtocolSettings& s, const std::vector<std::stri
                           ProblemList& list) {
   if (s.protocol.empty()) return;
   list.require_choice("--protocol", s.protocol, protocols);
-  require_controls(s.controls, list);
+  require_sound(SurveySettings{s.controls}, list);
   list.require(s.noise_draws >= 1 && s.noise_draws <= most_noise_draws,
                "--noise-draws takes 1 to " + std::to_string(most_noise_draws));
   for (const double channel : s.background)
