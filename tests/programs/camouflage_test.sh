@@ -58,8 +58,7 @@ expect_same one/views.csv two/views.csv
 expect_exit 0 "matched controls alone" "$camouflage" "${quick[@]}" --controls matched --output matched
 expect_same matched/texture.npz two/texture.npz
 expect_same matched/metrics.csv <(sed '/^\(random\|white\|grey\|black\|red\|green\|blue\),/d' two/metrics.csv)
-expect_exit 2 "other controls" "$camouflage" "${quick[@]}" --controls few --output few
-expect_error_line "--controls is 'few'; expected one of all, matched"
+expect_refusal 2 "--controls is 'few'; expected one of all, matched" "other controls" "$camouflage" "${quick[@]}" --controls few --output few
 
 # Threads share a step view by view: they meet a few times, not at every layer, and memory is used again. On 2 threads a
 # step waited 150 times when each layer was shared.
@@ -80,8 +79,7 @@ if command -v python3 >/dev/null; then  # four views; beside the network's input
   expect_exit 0 "the film" python3 "$sources/tests/programs/moving_picture.py" frames film.png 4 200
   [ "$(od -An -tu1 -j18 -N2 film.png | tr -s ' ')" = " 3 16" ] && pass || fail "film.png is not 3 * 260 + 4 pixels wide"
 fi
-expect_exit 2 "a film of another kind" "$programs/evaluate" --run two --film film.gif
-expect_error_line '--film takes a name that ends with .png'
+expect_refusal 2 '--film takes a name that ends with .png' "a film of another kind" "$programs/evaluate" --run two --film film.gif
 expect_exit 2 "a film of a protocol" "$programs/evaluate" --run two --protocol views --film no.png
 expect_same again/metrics.csv two/metrics.csv
 expect_same again/views.csv two/views.csv
@@ -133,8 +131,7 @@ grep -q '^warning: frame 0001 has no mask, and the detector finds no car where t
   fail "no word on a frame without the car: $(cat command.err)"
 grep -q 'in 1 view.s., such as 0001, there is no mask and the detector finds no car' bare_run/report.html && pass || fail "the report is silent on it"
 for frame in 0 2 3; do cp nothing.png bare/test/000$frame.png; done
-expect_exit 4 "no frame with the car" "${look[@]}" photo --frames bare
-expect_error_line '^error: --light photo: no photograph shows the car to the detector'
+expect_refusal 4 '^error: --light photo: no photograph shows the car to the detector' "no frame with the car" "${look[@]}" photo --frames bare
 expect_exit 0 "no frame with the car, in another light" "${look[@]}" frame --frames bare
 expect_exit 0 "light estimated from photographs" "$camouflage" --frames "four frames" --scenes 4 --texels 32 --epochs 1 --light photo \
   --output by_photo
@@ -143,8 +140,7 @@ grep -q '"unpainted_faces_show": "the photograph"' by_photo/light.json && pass |
 grep -q '"light": "photo"' by_photo/manifest.json && pass || fail "the manifest does not name the light"
 [ -e two/light.json ] && fail "light is exported that was not estimated" || pass
 expect_exit 2 "an unknown light" "$camouflage" --light moon --output none
-expect_exit 2 "an unknown colour space" "$camouflage" --colour-space gamma --output none
-expect_error_line '--colour-space .*gamma'
+expect_refusal 2 '--colour-space .*gamma' "an unknown colour space" "$camouflage" --colour-space gamma --output none
 
 # An atlas is filtered, or looked up at single places; older manifests mean the latter.
 grep -q '"filter": "anisotropic"' two/manifest.json && pass || fail "the manifest does not name the filter"
@@ -152,8 +148,7 @@ expect_exit 0 "single lookups" "$camouflage" "${quick[@]}" --filter bilinear --o
 grep -q '"filter"' unfiltered/manifest.json && fail "a manifest names what was no choice before" || pass
 if cmp -s unfiltered/texture.npz two/texture.npz; then fail "both filters give the same texture"; else pass; fi
 expect_exit 0 "an unfiltered run measured again" "$programs/evaluate" --run unfiltered --output measured_unfiltered
-expect_exit 2 "an unknown filter" "$camouflage" --filter cubic --output none
-expect_error_line '--filter .*cubic'
+expect_refusal 2 '--filter .*cubic' "an unknown filter" "$camouflage" --filter cubic --output none
 
 expect_exit 0 "another seed" "$camouflage" "${quick[@]}" --seed 2 --profile --output other
 grep -Eq '^  layers kept of [0-9]+ of [0-9]+ views, where that saves 25 % of the products; ' command.out && pass ||
@@ -184,17 +179,13 @@ if [ "$code" -eq 130 ]; then
   expect_file stopped/checkpoint.npz
 elif [ "$code" -eq 0 ]; then echo "the run was over before the signal"; else fail "SIGINT: exit code $code"; fi
 
-expect_exit 7 "a folder that holds a run" "$camouflage" "${quick[@]}" --output two  # F11
-expect_error_line 'two already holds a run'
-expect_exit 7 "resume with another seed" "$camouflage" --seed 9 --resume --output two  # F12
-expect_error_line '\-\-seed \(was 1, now 9\)'
+expect_refusal 7 'two already holds a run' "a folder that holds a run" "$camouflage" "${quick[@]}" --output two  # F11
+expect_refusal 7 '\-\-seed \(was 1, now 9\)' "resume with another seed" "$camouflage" --seed 9 --resume --output two  # F12
 expect_exit 3 "resume where nothing is" "$camouflage" --resume --output nowhere
-expect_exit 2 "a misspelt option" "$camouflage" --epoch 3
-expect_error_line 'did you mean --epochs'
+expect_refusal 2 'did you mean --epochs' "a misspelt option" "$camouflage" --epoch 3
 expect_exit 2 "an unknown loss" "$camouflage" --loss hinge
 expect_exit 2 "a number that is none" "$camouflage" --epochs few
-expect_exit 3 "a missing mesh" "$camouflage" --mesh absent.obj --material body --output absent
-expect_error_line 'absent.obj'
+expect_refusal 3 'absent.obj' "a missing mesh" "$camouflage" --mesh absent.obj --material body --output absent
 expect_exit 4 "a missing class" "$camouflage" --class unicorn --output absent
 expect_exit 4 "a missing material" "$camouflage" --mesh "$sources/examples/assets/car_sedan.obj" --material paint --output absent
 expect_error_line 'car_sedan.obj: .*paint'
@@ -204,8 +195,7 @@ expect_exit 5 "a file in the folder's place" "$camouflage" "${quick[@]}" --outpu
 mkdir frames && cp "$sources"/examples/assets/frames/test/*.npz frames
 first=$(ls frames | head -n 1)
 head -c 500 "frames/$first" >cut && mv cut "frames/$first"
-expect_exit 3 "check with a cut frame" "$camouflage" --check --frames frames
-expect_error_line "frames/$first"
+expect_refusal 3 "frames/$first" "check with a cut frame" "$camouflage" --check --frames frames
 printf '[net]\nwidth=64\n' >broken.cfg
 expect_exit 3 "check with several problems" "$camouflage" --check --frames frames --cfg broken.cfg --weights absent.weights
 if [ "$(grep -c '^error: ' command.err)" -ge 2 ]; then pass; else fail "--check does not list all problems"; fi
@@ -237,8 +227,7 @@ done
 expect_exit 2 "an empty name" "$camouflage" --mesh "" --output senseless
 for words in "--material --output senseless" "--mesh --output senseless" "--class --resume" "--output --check"; do
   # shellcheck disable=SC2086  # several words on purpose
-  expect_exit 2 "$words" "$camouflage" $words
-  expect_error_line "^error: ${words%% *}: the value is missing before --"
+  expect_refusal 2 "^error: ${words%% *}: the value is missing before --" "$words" "$camouflage" $words
 done
 "$camouflage" --help >/dev/full 2>command.err
 [ $? -eq 5 ] && pass || fail "help into a full standard output does not end with 5"
@@ -267,17 +256,12 @@ awk -F , 'NR == 1 && $7 != "printability" { exit 1 } NR == 2 { first = $7 } END 
 expect_exit 0 "the mean of all views" "$camouflage" "${brief[@]}" --epochs 20 --batch 4 --printability 10 --palette colours.txt --output mean
 cmp -s mean/texture.npz printable/texture.npz && fail "worst views change nothing" || pass
 echo '0.2 0.2 0.8' >>colours.txt
-expect_exit 7 "resumed with another palette" "$camouflage" --resume --output printable
-expect_error_line 'inputs have changed: colours.txt'
-expect_exit 7 "resumed with other worst views" "$camouflage" --resume --worst-views 0.25 --output mean
-expect_error_line '--worst-views \(was 1(.0)?, now 0.25\)'
+expect_refusal 7 'inputs have changed: colours.txt' "resumed with another palette" "$camouflage" --resume --output printable
+expect_refusal 7 '--worst-views \(was 1(.0)?, now 0.25\)' "resumed with other worst views" "$camouflage" --resume --worst-views 0.25 --output mean
 echo '0 128 255' >colours.txt
-expect_exit 3 "colours of bytes" "$camouflage" "${printable[@]}" --output senseless
-expect_error_line '^error: colours.txt:1: a channel lies outside 0 to 1'
-expect_exit 3 "a palette that is not there" "$camouflage" "${brief[@]}" --printability 1 --palette none.txt --check
-expect_error_line 'none.txt'
-expect_exit 2 "a palette for nothing" "$camouflage" "${brief[@]}" --palette colours.txt --output senseless
-expect_error_line '^error: --palette needs --printability'
+expect_refusal 3 '^error: colours.txt:1: a channel lies outside 0 to 1' "colours of bytes" "$camouflage" "${printable[@]}" --output senseless
+expect_refusal 3 'none.txt' "a palette that is not there" "$camouflage" "${brief[@]}" --printability 1 --palette none.txt --check
+expect_refusal 2 '^error: --palette needs --printability' "a palette for nothing" "$camouflage" "${brief[@]}" --palette colours.txt --output senseless
 [ -e senseless ] && fail "a refused run left a folder behind" || pass
 
 # Kept layers of a network change no bit.
@@ -320,24 +304,20 @@ expect_exit 0 "against it on purpose" "$programs/evaluate" --run own_later --aga
 grep -A 2 '"changed_inputs"' compared/metrics.json | grep -q own/car_sedan.mtl && pass || fail "metrics.json does not name what has changed"
 expect_exit 0 "another mesh on purpose" "$programs/evaluate" --run own_mesh --mesh "$assets/car_sedan.obj"
 mv own/car_sedan.mtl kept.mtl
-expect_exit 7 "measured without colours" "$programs/evaluate" --run own_mesh
-expect_error_line 'own/car_sedan.mtl \(expected SHA-256 [0-9a-f]{16}, found none\)'
+expect_refusal 7 'own/car_sedan.mtl \(expected SHA-256 [0-9a-f]{16}, found none\)' "measured without colours" "$programs/evaluate" --run own_mesh
 expect_exit 0 "a check without colours" "$camouflage" "${own[@]}" --check
 grep -q "^warning: .*mtllib 'car_sedan.mtl' is not there" command.err && ! grep -q 'are sound' command.out && pass ||
   fail "--check says nothing of a missing MTL"
 cp "$assets/car_sedan.mtl" own
 printf '\1' | dd of=own/detector.weights bs=1 seek=100000 conv=notrunc status=none
-expect_exit 7 "measured with other weights" "$programs/evaluate" --run own_mesh
-expect_error_line 'inputs have changed since the run: own/detector.weights \('
+expect_refusal 7 'inputs have changed since the run: own/detector.weights \(' "measured with other weights" "$programs/evaluate" --run own_mesh
 expect_exit 0 "other weights on purpose" "$programs/evaluate" --run own_mesh --weights "$assets/detector.weights"
 cp "$assets/detector.weights" own
 cp "four frames/000.npz" "four frames/004.npz"
-expect_exit 7 "measured on one more frame" "$programs/evaluate" --run own_mesh
-expect_error_line 'four frames/004.npz \(expected none, found SHA-256'
+expect_refusal 7 'four frames/004.npz \(expected none, found SHA-256' "measured on one more frame" "$programs/evaluate" --run own_mesh
 expect_exit 7 "a protocol with one more frame" "$programs/evaluate" --protocol digital --run own_mesh
 mv "four frames/004.npz" "four frames/003.npz"
-expect_exit 7 "measured on another frame" "$programs/evaluate" --run own_mesh
-expect_error_line 'inputs have changed since the run: four frames/003.npz \('
+expect_refusal 7 'inputs have changed since the run: four frames/003.npz \(' "measured on another frame" "$programs/evaluate" --run own_mesh
 expect_exit 0 "other frames on purpose" "$programs/evaluate" --run own_mesh --frames "$assets/frames"
 cp "$assets/frames/test/003.npz" "four frames"
 expect_exit 0 "everything as it was" "$programs/evaluate" --run own_mesh
@@ -353,8 +333,7 @@ expect_error_line 'limited/.*cannot write'
 expect_exit 0 "resumed with more room" "$camouflage" --epochs 0 --resume --output limited
 expect_file limited/metrics.json
 ls -A limited | grep -q part && fail "a temporary file was left behind" || pass
-expect_exit 6 "a loss that overflows" "$camouflage" "${brief[@]}" --max-score-weight 1e308 --output overflow  # T01
-expect_error_line 'step 1: term total is inf'
+expect_refusal 6 'step 1: term total is inf' "a loss that overflows" "$camouflage" "${brief[@]}" --max-score-weight 1e308 --output overflow  # T01
 "$camouflage" "${brief[@]}" --epochs 1 --output unheard >/dev/full 2>command.err
 [ $? -eq 5 ] && pass || fail "a full standard output does not end with 5"  # F05
 expect_file unheard/metrics.json
@@ -368,21 +347,17 @@ expect_exit 0 "the run of a killed process" "$camouflage" --resume --epochs 1000
 
 # Refusals to resume name the cause.
 cp -r limited damaged && sed 's/"mesh": "[^"]*"/"mesh": 3/' limited/manifest.json >damaged/manifest.json
-expect_exit 3 "a manifest of another shape" "$camouflage" --resume --output damaged
-expect_error_line "damaged/manifest.json: no sound setting 'mesh'"
+expect_refusal 3 "damaged/manifest.json: no sound setting 'mesh'" "a manifest of another shape" "$camouflage" --resume --output damaged
 expect_exit 3 "evaluate with it" "$programs/evaluate" --run damaged
 sed 's/"worst-views"/"best-views"/' limited/manifest.json >damaged/manifest.json
 expect_exit 3 "a manifest of an earlier version" "$camouflage" --resume --output damaged
 expect_error_line "damaged/manifest.json: no sound setting 'worst-views'.*a run that this version began"
 sed 's/"samples": [0-9]*/"samples": 2.5/' limited/manifest.json >damaged/manifest.json
-expect_exit 3 "a count with a fraction" "$programs/evaluate" --run damaged
-expect_error_line "damaged/manifest.json: no sound setting 'samples'"
+expect_refusal 3 "damaged/manifest.json: no sound setting 'samples'" "a count with a fraction" "$programs/evaluate" --run damaged
 nested=$(head -c 200000 /dev/zero | tr '\0' '[')$(head -c 200000 /dev/zero | tr '\0' ']')
 printf '{"options": {"x": %s}, "inputs": []}' "$nested" >damaged/manifest.json
-expect_exit 3 "evaluate with a manifest nested 200,000 deep" "$programs/evaluate" --run damaged
-expect_error_line 'damaged/manifest.json:@80: JSON nested too deep'
-expect_exit 3 "resume with it" "$camouflage" --resume --output damaged
-expect_error_line 'damaged/manifest.json:@80: JSON nested too deep'
+expect_refusal 3 'damaged/manifest.json:@80: JSON nested too deep' "evaluate with a manifest nested 200,000 deep" "$programs/evaluate" --run damaged
+expect_refusal 3 'damaged/manifest.json:@80: JSON nested too deep' "resume with it" "$camouflage" --resume --output damaged
 for foreign in 's/"program": "camouflage"/"program": "other"/' 's/"version": "[^"]*"/"version": "9.9.9"/'; do # N22
   sed "$foreign" limited/manifest.json >damaged/manifest.json
   expect_exit 4 "measuring the run of another program or version" "$programs/evaluate" --run damaged
@@ -395,8 +370,7 @@ ln -s loop loop
 long=$(printf 'n%.0s' $(seq 300))
 for name in loop "$long"; do
   expect_exit 3 "frames that cannot be inspected" "$camouflage" --check --frames "$name"
-  expect_exit 5 "a folder that cannot be inspected" "$camouflage" "${brief[@]}" --output "$name"
-  expect_error_line "^error: $name.*: cannot inspect"
+  expect_refusal 5 "^error: $name.*: cannot inspect" "a folder that cannot be inspected" "$camouflage" "${brief[@]}" --output "$name"
   expect_exit 3 "a run that cannot be inspected" "$camouflage" --resume --output "$name"
   expect_exit 3 "weights that cannot be inspected" "$camouflage" --check --cfg "$assets/detector.cfg" --weights "$name"
 done
@@ -417,8 +391,7 @@ wait "$process"
 [ $? -eq 0 ] && pass || fail "a run under nohup ends with its terminal"
 expect_file ignoring/metrics.json
 rm "four frames/003.npz"
-expect_exit 7 "an input that is gone" "$camouflage" --resume --output limited
-expect_error_line 'inputs have changed: four frames/003.npz'
+expect_refusal 7 'inputs have changed: four frames/003.npz' "an input that is gone" "$camouflage" --resume --output limited
 expect_exit 7 "evaluate into a run's folder" "$programs/evaluate" --run both_kinds --output both_kinds
 
 # Two at once: one of them runs. Without --output each gets a folder of its own.

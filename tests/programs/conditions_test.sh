@@ -24,8 +24,7 @@ expect_same <(grep '^clean,' parts_plain/metrics.csv) <(grep '^clean,' parts_pri
 kill_until_done killed 3 1 "$camouflage" "${quick[@]}"
 expect_same killed/texture.npz two/texture.npz
 
-expect_exit 2 "conditions that are not known" "$camouflage" --conditions blur fog --output none  # F28
-expect_error_line "'fog' is none of camera, light"
+expect_refusal 2 "'fog' is none of camera, light" "conditions that are not known" "$camouflage" --conditions blur fog --output none  # F28
 expect_exit 7 "resumed under other conditions" "$camouflage" --resume --output two --conditions blur
 
 # Measured under them: the same rows for the same seed and any number of threads.
@@ -51,7 +50,6 @@ grep -q 'effect beyond other run: mean best confidence' command.out && pass || f
 expect_exit 0 "against itself" "$evaluate" --run two --against two --output itself
 grep -q 'effect beyond other run: mean best confidence 0.000 \[0.000, 0.000\]' command.out && pass || fail "a run differs from itself"
 expect_exit 2 "nothing against a run" "$evaluate" --clean-only --against plain
-expect_exit 2 "a protocol against another run" "$evaluate" --run two --protocol views --quick --against plain
-expect_error_line '--against has no part in --protocol'
+expect_refusal 2 '--against has no part in --protocol' "a protocol against another run" "$evaluate" --run two --protocol views --quick --against plain
 expect_exit 3 "a run that is not there" "$evaluate" --run two --against nowhere
 finish

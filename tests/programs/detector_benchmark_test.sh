@@ -34,8 +34,7 @@ expect_exit 0 "one case" "${detector[@]}" --case 'forward$' --threads 1
 [ "$(grep -c automatic $csv)" -eq 1 ] && pass || fail "--case or --threads is not heeded"
 cp $csv before.csv
 expect_exit 2 "no such case" "${detector[@]}" --case backward
-expect_exit 2 "a pattern that is none" "${detector[@]}" --case '('
-expect_error_line 'error: --case'
+expect_refusal 2 'error: --case' "a pattern that is none" "${detector[@]}" --case '('
 expect_exit 3 "a missing cfg" alone/detector --cfg absent.cfg --output results
 timeout --signal=INT 1 "${endless[@]}" >/dev/null 2>&1
 [ $? -eq 124 ] && pass || fail "the endless run ended by itself"

@@ -62,17 +62,13 @@ expect_exit 0 "two detections a picture" "$evaluate" --dataset yolo --most-detec
 grep -q ' van ' command.out && pass || fail "a class that has objects has no row"
 
 # What does not fit.
-expect_exit 4 "a picture that is missing" "$evaluate" --dataset coco.json
-expect_error_line 'coco.json:@[0-9]+: images\[0\].file_name is missing'
+expect_refusal 4 'coco.json:@[0-9]+: images\[0\].file_name is missing' "a picture that is missing" "$evaluate" --dataset coco.json
 head -c 200 coco.json >cut.json
-expect_exit 3 "a cut JSON" "$evaluate" --dataset cut.json --images yolo/images
-expect_error_line 'cut.json:@[0-9]+: not valid JSON'
+expect_refusal 3 'cut.json:@[0-9]+: not valid JSON' "a cut JSON" "$evaluate" --dataset cut.json --images yolo/images
 expect_exit 2 "a folder for images where there is none" "$evaluate" --dataset yolo --images yolo
-expect_exit 2 "a camouflage and a data set" "$evaluate" --dataset yolo --clean-only
-expect_error_line '^error: --clean-only has no part in --dataset'
+expect_refusal 2 '^error: --clean-only has no part in --dataset' "a camouflage and a data set" "$evaluate" --dataset yolo --clean-only
 expect_exit 2 "no detections" "$evaluate" --dataset yolo --most-detections 0
-expect_exit 2 "results of nothing" "$evaluate" --clean-only --results results.json
-expect_error_line '^error: --results needs --dataset'
+expect_refusal 2 '^error: --results needs --dataset' "results of nothing" "$evaluate" --clean-only --results results.json
 expect_exit 2 "results over the data set" "$evaluate" --dataset coco.json --results coco.json
 printf 'lorry\n' >other.names
 expect_exit 4 "classes that nobody knows" "$evaluate" --dataset yolo --dataset-names other.names
@@ -81,8 +77,7 @@ expect_exit 2 "an unknown kind of file" "$evaluate" --dataset yolo.csv
 expect_exit 5 "a folder that is not there" "$evaluate" --dataset yolo --csv absent/table.csv
 [ -e absent ] && fail "a refused evaluation left something behind" || pass
 sed -i 's/"width": [0-9]*/"width": 9/' coco.json
-expect_exit 4 "another size" "$evaluate" --dataset coco.json --images yolo/images --csv none.csv
-expect_error_line 'another size than its labels state; expected 9x'
+expect_refusal 4 'another size than its labels state; expected 9x' "another size" "$evaluate" --dataset coco.json --images yolo/images --csv none.csv
 [ -e none.csv ] && fail "half of the answer was written" || pass
 
 finish

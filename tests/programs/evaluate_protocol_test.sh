@@ -106,8 +106,7 @@ awk -F , 'NR > 1 && $2 != "all" { cells++; part = $1 ~ / as it is$/ ? "as it is"
   $2 == "all" { wholes++; if ($4 != 36 || $4 != frames[$1, $3] || $7 != found[$1, $3]) exit 1; sure[$1, $3] = $11 }
   END { exit !(cells == 72 && wholes == 8 && sure["photographed", "clean"] < sure["as it is", "clean"]) }' physical/physical.csv &&
   pass || fail "physical.csv does not add up"
-expect_exit 7 "other photographs by another seed" "$evaluate" "${physical[@]}" --seed 2 --output physical
-expect_error_line '--seed \(was 1, now 2\)'
+expect_refusal 7 '--seed \(was 1, now 2\)' "other photographs by another seed" "$evaluate" "${physical[@]}" --seed 2 --output physical
 expect_exit 0 "the plain car, photographed" "$evaluate" --protocol physical --clean-only --quick --size 128
 grep -q 'worst cell: the plain car is found least at surroundings street [123], distance' command.out && pass || fail "no worst cell"
 grep -q 'kept' command.out && fail "an effect of no camouflage" || pass
@@ -160,8 +159,7 @@ expect_exit 2 "a background of photographs" "$evaluate" --protocol digital --cle
 expect_error_line '^error: --background has no part in --protocol digital'
 expect_exit 2 "a further detector without its description" "$evaluate" "${photographs[@]:0:6}" --further-weights "$assets/detector.weights"
 expect_error_line '^error: --further-weights: .*detector.weights is not an .onnx model; convert_weights makes one'
-expect_exit 7 "other photographs" "$evaluate" "${photographs[@]}" --output digital
-expect_error_line '--quick \(was true, now false\)'
+expect_refusal 7 '--quick \(was true, now false\)' "other photographs" "$evaluate" "${photographs[@]}" --output digital
 
 expect_exit 0 "draws of noise" "$evaluate" "${photographs[@]:0:6}" --quick --controls matched --noise-draws 3 --output drawn
 grep -q '^  matched noise *[0-9]* of 60 ' command.out && grep -q 'draws that leave no more' command.out && grep -qE ' [0-3] of 3$' command.out &&
@@ -175,20 +173,17 @@ expect_same one.csv first.csv  # the first draw is that without the option
 grep -q '^clean & .*\\\\$' drawn/digital.tex && pass || fail "no LaTeX: $(head -n 9 drawn/digital.tex)"
 expect_exit 7 "another number of draws" "$evaluate" "${photographs[@]:0:6}" --quick --controls matched --noise-draws 2 --output drawn
 expect_error_line '--noise-draws \(was 3, now 2\)'
-expect_exit 2 "no draws" "$evaluate" "${photographs[@]:0:6}" --noise-draws 0
-expect_error_line '^error: --noise-draws takes 1 to 1000'
+expect_refusal 2 '^error: --noise-draws takes 1 to 1000' "no draws" "$evaluate" "${photographs[@]:0:6}" --noise-draws 0
 expect_exit 2 "fewer draws than none" "$evaluate" "${photographs[@]:0:6}" --noise-draws -1
 expect_error_line "^error: --noise-draws: expected a whole number of at least 0, found '-1'"
-expect_exit 2 "draws without a protocol" "$evaluate" --clean-only --noise-draws 2
-expect_error_line '^error: --noise-draws needs --protocol'
+expect_refusal 2 '^error: --noise-draws needs --protocol' "draws without a protocol" "$evaluate" --clean-only --noise-draws 2
 
 expect_exit 0 "attention" "$evaluate" --protocol attention "${photographs[@]:2}" --controls matched --quick --output attention # of .onnx, see real_frames_test.sh
 [ "$(grep -c '^attention on the car' command.out)" -eq 2 ] && pass || fail "not a table for each detector"
 awk -F , 'NR > 1 && !($5 >= 0 && $5 <= 1) { exit 1 }' attention/photographs.csv && pass || fail "photographs.csv"
 expect_exit 2 "heat maps where there are none" "$evaluate" "${photographs[@]}" --heat-map-kind grad_cam
 expect_error_line '^error: --heat-map-kind has no part in --protocol digital'
-expect_exit 2 "heat maps of no kind" "$evaluate" --protocol attention --clean-only --heat-map-kind warm
-expect_error_line "--heat-map-kind is 'warm'"
+expect_refusal 2 "--heat-map-kind is 'warm'" "heat maps of no kind" "$evaluate" --protocol attention --clean-only --heat-map-kind warm
 
 # Stopped politely. (F15)
 "$evaluate" --protocol occlusion "${small[@]}" --output stopped >/dev/null 2>stopped.err &
@@ -214,22 +209,18 @@ grep -q 'worst cell: the plain car is found least at' command.out && pass || fai
 # Other settings in the folder of a measurement. (F26)
 expect_exit 7 "another seed" "$evaluate" --protocol occlusion "${small[@]}" --seed 2 --output whole
 expect_error_line 'whole holds a measurement with other settings: --seed \(was 1, now 2\)'
-expect_exit 7 "another protocol" "$evaluate" --protocol views "${small[@]}" --output whole
-expect_error_line 'protocol \(was "occlusion", now "views"\)'
-expect_exit 7 "all views" "$evaluate" --protocol occlusion "${small[@]:0:2}" "${small[@]:3}" --output whole
-expect_error_line '--quick \(was true, now false\)'
+expect_refusal 7 'protocol \(was "occlusion", now "views"\)' "another protocol" "$evaluate" --protocol views "${small[@]}" --output whole
+expect_refusal 7 '--quick \(was true, now false\)' "all views" "$evaluate" --protocol occlusion "${small[@]:0:2}" "${small[@]:3}" --output whole
 expect_exit 0 "another camouflage" "$programs/camouflage" --frames frames --texels 8 --epochs 1 --seed 2 --start random --output other
 expect_exit 7 "the camouflage of another run" "$evaluate" --protocol occlusion --run other "${small[@]:2}" --output whole
 expect_error_line 'inputs: other/manifest.json .*other/texture.npz'
-expect_exit 7 "the folder of a run" "$evaluate" --protocol views "${small[@]}" --output run
-expect_error_line 'run holds a run'
+expect_refusal 7 'run holds a run' "the folder of a run" "$evaluate" --protocol views "${small[@]}" --output run
 cmp -s whole/occlusion.csv before.csv && pass || fail "a refused measurement changed the files"
 
 # Damaged files of a measurement. (F27)
 cp -r whole damaged
 head -c 300 whole/outcomes.npz >damaged/outcomes.npz
-expect_exit 3 "cut outcomes" "$evaluate" --protocol occlusion "${small[@]}" --output damaged
-expect_error_line 'damaged/outcomes.npz:@300: '
+expect_refusal 3 'damaged/outcomes.npz:@300: ' "cut outcomes" "$evaluate" --protocol occlusion "${small[@]}" --output damaged
 cp two/outcomes.npz damaged/outcomes.npz
 expect_exit 4 "outcomes of another measurement" "$evaluate" --protocol occlusion "${small[@]}" --output damaged
 expect_error_line 'damaged/outcomes.npz: outcomes of another measurement; expected 216 frames of 6 textures'
@@ -241,18 +232,13 @@ expect_error_line 'damaged/settings.json: not the settings of a measurement'
 expect_exit 2 "an unknown protocol" "$evaluate" --protocol sideways --clean-only
 expect_error_line "--protocol is 'sideways'; expected one of digital, physical, attention, views, occlusion, traffic"
 expect_exit 2 "an unknown set of controls" "$evaluate" --protocol views --run run --controls some
-expect_exit 2 "a colour that is none" "$evaluate" --protocol views --clean-only --background 2 0 0
-expect_error_line '^error: --background takes numbers from 0 to 1'
-expect_exit 2 "frames" "$evaluate" --protocol views --clean-only --frames frames
-expect_error_line '^error: --frames has no part in --protocol'
-expect_exit 2 "light" "$evaluate" --protocol views --clean-only --light photo
-expect_error_line '^error: --light has no part in --protocol views'
+expect_refusal 2 '^error: --background takes numbers from 0 to 1' "a colour that is none" "$evaluate" --protocol views --clean-only --background 2 0 0
+expect_refusal 2 '^error: --frames has no part in --protocol' "frames" "$evaluate" --protocol views --clean-only --frames frames
+expect_refusal 2 '^error: --light has no part in --protocol views' "light" "$evaluate" --protocol views --clean-only --light photo
 expect_exit 2 "controls of nothing" "$evaluate" --protocol views --clean-only --controls all
-expect_exit 2 "quick without a protocol" "$evaluate" --clean-only --quick
-expect_error_line '^error: --quick needs --protocol'
+expect_refusal 2 '^error: --quick needs --protocol' "quick without a protocol" "$evaluate" --clean-only --quick
 expect_exit 2 "neither a run nor the plain car" "$evaluate" --protocol views
-expect_exit 2 "a data set" "$evaluate" --protocol views --dataset frames
-expect_error_line '^error: --protocol has no part in --dataset'
+expect_refusal 2 '^error: --protocol has no part in --dataset' "a data set" "$evaluate" --protocol views --dataset frames
 expect_exit 3 "no such run" "$evaluate" --protocol views --run absent --output none
 expect_exit 4 "the texture of another layout" "$evaluate" --protocol views --run run --texels 16 --output none
 [ -e none ] && fail "a refused measurement left a folder behind" || pass

@@ -35,8 +35,7 @@ goes_on() { # FOLDER
 (variants_in twice "${both[@]}") >/dev/null 2>first.err &
 process=$!
 at_work "twice/out/runs/first-1" "$process"
-expect_exit 7 "started twice" eval '(variants_in twice "${both[@]}")'
-expect_error_line "^error: out: folder is in use by process $process on "
+expect_refusal 7 "^error: out: folder is in use by process $process on " "started twice" eval '(variants_in twice "${both[@]}")'
 wait "$process" && pass || fail "the first of two: $(cat first.err)"
 expect_same_tables twice
 
@@ -143,8 +142,7 @@ unset FRAMES
 (paper_in drawn) >/dev/null 2>&1 &
 process=$!
 at_work "drawn/out/frames/.lock" "$process"
-expect_exit 7 "started twice while frames are drawn" eval '(paper_in drawn)'
-expect_error_line "^error: out: folder is in use by process $process on "
+expect_refusal 7 "^error: out: folder is in use by process $process on " "started twice while frames are drawn" eval '(paper_in drawn)'
 kill "$process"
 wait "$process" 2>/dev/null
 no_locks drawn

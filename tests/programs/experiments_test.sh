@@ -129,8 +129,7 @@ fi
 measured=whole/out/measured
 expect_exit 2 "a row without a name" "$programs/tabulate" --output none "=$measured/digital-fca-1"
 expect_error_line '^error: a row without a name; expected NAME=FOLDER'
-expect_exit 3 "a folder that is none" "$programs/tabulate" --output none row=absent
-expect_error_line 'absent: no settings.json in it'
+expect_refusal 3 'absent: no settings.json in it' "a folder that is none" "$programs/tabulate" --output none row=absent
 expect_exit 4 "seeds in other frames" "$programs/tabulate" --output none "row=$measured/digital-fca-1,$measured/digital-fca-1-train"
 expect_error_line 'row: .*digital-fca-1 read .*, .*digital-fca-1-train read .*'
 expect_exit 4 "rows in other frames" "$programs/tabulate" --output none "row=$measured/digital-fca-1" "other=$measured/digital-fca-1-train"
@@ -139,8 +138,7 @@ expect_exit 0 "the plain car" "$programs/evaluate" --protocol digital --clean-on
 expect_exit 4 "a measurement without a camouflage" "$programs/tabulate" --output none row=plain
 cp -r $measured/digital-fca-1 torn
 printf '{"program": "evaluate"}' >torn/settings.json
-expect_exit 3 "settings that are none" "$programs/tabulate" --output none row=torn
-expect_error_line 'torn/settings.json: no options of a measurement'
+expect_refusal 3 'torn/settings.json: no options of a measurement' "settings that are none" "$programs/tabulate" --output none row=torn
 [ -e none ] && fail "a refused table left a folder behind" || pass
 
 # A texture to begin with.

@@ -106,8 +106,7 @@ expect_exit 4 "another material" "${measure[@]}" --mesh renamed.obj --material s
 expect_error_line "whole/texture.npz: $otherwise: painted; expected .\"materials\":\\[\"shell\"\\]., found .\"materials\":\\[\"body\"\\].$"
 expect_exit 4 "against a run of another layout" "${measure[@]}" --against halved
 expect_error_line "^error: halved/texture.npz: $otherwise: texels; expected 512, found 256$"
-expect_exit 4 "other axes" "${measure[@]}" --object any --up y --forward z
-expect_error_line "$otherwise: up; expected \"y\", found \"z\"$"
+expect_refusal 4 "$otherwise: up; expected \"y\", found \"z\"$" "other axes" "${measure[@]}" --object any --up y --forward z
 expect_exit 4 "a protocol of another layout" "${measure[@]}" --object any --forward y --protocol views --quick
 expect_error_line "$otherwise: forward; expected \"y\", found \"x\"$"
 expect_exit 0 "another lookup" "${measure[@]}" --filter bilinear
@@ -126,14 +125,11 @@ expect_exit 0 "the material of the description" "${draw[@]}" --mesh whole.obj
 cp drawn.png adopted.png
 expect_exit 0 "the same material" "${draw[@]}" --mesh whole.obj --material body
 expect_same drawn.png adopted.png
-expect_exit 4 "another u" "${draw[@]}" --mesh halved.obj
-expect_error_line "^error: whole/texture.json: $otherwise: u_extent; expected 1.0, found 2.0$"
+expect_refusal 4 "^error: whole/texture.json: $otherwise: u_extent; expected 1.0, found 2.0$" "another u" "${draw[@]}" --mesh halved.obj
 expect_exit 4 "another width in u" "${draw[@]}" --mesh whole.obj --u-extent 1
 expect_error_line '^error: whole/texture.json: --u-extent is of another layout; expected 2.0, found 1.0$'
-expect_exit 4 "another material" "${draw[@]}" --mesh renamed.obj --material shell --panels panels.pdf
-expect_error_line "whole/texture.json: $otherwise: painted"
-expect_exit 4 "another axis" "${draw[@]}" --mesh whole.obj --object any --up x --forward y
-expect_error_line "whole/texture.json: $otherwise: up"
+expect_refusal 4 "whole/texture.json: $otherwise: painted" "another material" "${draw[@]}" --mesh renamed.obj --material shell --panels panels.pdf
+expect_refusal 4 "whole/texture.json: $otherwise: up" "another axis" "${draw[@]}" --mesh whole.obj --object any --up x --forward y
 expect_exit 4 "charts of the faces on a mesh's own uv" "$render" --mesh shared.obj --material body --up z \
   --texture shared/texture.png --output none.png
 expect_error_line '^error: shared.obj: shared/texture.png, of a run with --texture cube, .* expected --mesh shared/painted.obj$'

@@ -76,11 +76,9 @@ short() { sha256sum <"$1" | cut -c 1-16; }
 hashes="taken/texture.npz \(expected SHA-256 $(short best/texture.npz), found SHA-256 $(short whole/texture.npz)\)"
 for how in "" "--protocol digital --quick" "--protocol views --quick"; do
   # shellcheck disable=SC2086  # several words on purpose
-  expect_exit 7 "another paint $how" "$evaluate" --run taken $how --output none
-  expect_error_line "^error: taken: inputs have changed since the run: $hashes"
+  expect_refusal 7 "^error: taken: inputs have changed since the run: $hashes" "another paint $how" "$evaluate" --run taken $how --output none
 done
-expect_exit 7 "against another paint" "$evaluate" --run best --against taken
-expect_error_line "$hashes"
+expect_refusal 7 "$hashes" "against another paint" "$evaluate" --run best --against taken
 expect_exit 0 "another paint on purpose" "$evaluate" --run taken --accept-changed-inputs --output accepted
 grep -A 2 '"changed_inputs"' accepted/metrics.json | grep -q taken/texture.npz && pass || fail "metrics.json does not name the paint"
 cp best/texture.npz taken && cp best/before.png taken/result.png

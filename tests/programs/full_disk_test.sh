@@ -8,14 +8,12 @@ mkdir disk
 mount -t tmpfs -o size=64k tapestry "$disk" 2>/dev/null || { echo "no right to mount: skipped"; exit 77; }
 trap 'umount "$disk"' EXIT
 conversion=("$programs/convert_weights" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights")
-expect_exit 5 "weights on a disk that is too small" "${conversion[@]}" --output "$disk/weights.onnx"
-expect_error_line 'disk/weights.*No space left'
+expect_refusal 5 'disk/weights.*No space left' "weights on a disk that is too small" "${conversion[@]}" --output "$disk/weights.onnx"
 [ -z "$(ls -A "$disk")" ] && pass || fail "weights that did not fit left $(ls -A "$disk")"
 
 quick=(--scenes 20 --texels 32 --epochs 1 --checkpoint-steps 2)
 expect_exit 0 "a run with room" "$camouflage" "${quick[@]}" --output roomy
-expect_exit 5 "a run on a disk that fills" "$camouflage" "${quick[@]}" --output "$disk/run"
-expect_error_line 'disk/run.*No space left'
+expect_refusal 5 'disk/run.*No space left' "a run on a disk that fills" "$camouflage" "${quick[@]}" --output "$disk/run"
 for file in "$disk"/run/* "$disk"/run/.[!.]*; do
   [ ! -e "$file" ] || [ -e "roomy/$(basename "$file")" ] && pass || fail "$file stays"
 done
@@ -27,8 +25,6 @@ expect_same "$disk/run/texture.npz" roomy/texture.npz
 expect_same "$disk/run/metrics.csv" roomy/metrics.csv
 
 mount -o remount,ro "$disk"
-expect_exit 5 "weights on a read-only disk" "${conversion[@]}" --output "$disk/weights.onnx"
-expect_error_line 'disk/weights.*Read-only'
-expect_exit 5 "a run on a read-only disk" "$camouflage" "${quick[@]}" --output "$disk/another"
-expect_error_line 'disk/another.*Read-only'
+expect_refusal 5 'disk/weights.*Read-only' "weights on a read-only disk" "${conversion[@]}" --output "$disk/weights.onnx"
+expect_refusal 5 'disk/another.*Read-only' "a run on a read-only disk" "$camouflage" "${quick[@]}" --output "$disk/another"
 finish

@@ -48,8 +48,7 @@ cmp -s anchored/hardened.onnx yolov5.onnx && fail "the weights of heads with anc
 
 # Models that cannot learn here.
 touch empty.onnx
-expect_exit 3 "an empty file" "$harden" "${tiny[@]}" --weights empty.onnx --output none
-expect_error_line 'empty.onnx'
+expect_refusal 3 'empty.onnx' "an empty file" "$harden" "${tiny[@]}" --weights empty.onnx --output none
 expect_exit 4 "boxes that the network decodes" "$harden" "${tiny[@]}" --weights decoded.onnx --detector decoded.json --output none
 expect_error_line 'decoded.onnx: a head that cannot be trained; expected heads of raw outputs'
 expect_exit 4 "a number in two roles" "$harden" "${tiny[@]}" --weights sharing.onnx --output none

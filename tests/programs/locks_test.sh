@@ -23,8 +23,7 @@ locked() {
     process=$!
     wait_for 120 is_stopped_or_over "$process"
     [ -n "$(locks)" ] && pass || fail "$program holds no lock: $(cat stopped.err)"
-    expect_exit 7 "$program, twice" "$programs/$program" "$@"
-    expect_error_line "is in use by process $process on "
+    expect_refusal 7 "is in use by process $process on " "$program, twice" "$programs/$program" "$@"
     kill "-$signal" "$process"
     kill -CONT "$process"
     code=147 # of a process that has stopped, which is told first

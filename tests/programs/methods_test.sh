@@ -28,25 +28,17 @@ grep -q "^warning: --method das: smoothness outweighs" command.err && pass || fa
 kill_until_done killed_method 6 1 "$camouflage" "${quick[@]}" --method camou
 expect_same killed_method/texture.npz camou/texture.npz
 expect_exit 0 "a run that is not optimised resumed" "$camouflage" --resume --output random
-expect_exit 7 "a run resumed by another method" "$camouflage" --resume --method solid --output camou
-expect_error_line '--method \(was "camou", now "solid"\)'
-expect_exit 2 "an unknown method" "$camouflage" --method dta --output none
-expect_error_line '--method .*dta'
-expect_exit 2 "parts of cubes" "$camouflage" --method upc --texture cube --output none
-expect_error_line '--method upc .*needs --texture atlas'
-expect_exit 2 "the attention of two detectors" "$camouflage" --method das --ensemble second.onnx --output none
-expect_error_line '--method das .*takes no --ensemble'
-expect_exit 2 "a loss of attention" "$camouflage" --method das --loss paper --output none
-expect_error_line '--loss has no part in --method das'
-expect_exit 2 "steps of noise" "$camouflage" --method random --worst-views 0.5 --output none
-expect_error_line '--worst-views have no part in --method random'
-expect_exit 2 "light that is not estimated" "$camouflage" --method rauca --output none
-expect_error_line '--method rauca .*needs --light photo'
+expect_refusal 7 '--method \(was "camou", now "solid"\)' "a run resumed by another method" "$camouflage" --resume --method solid --output camou
+expect_refusal 2 '--method .*dta' "an unknown method" "$camouflage" --method dta --output none
+expect_refusal 2 '--method upc .*needs --texture atlas' "parts of cubes" "$camouflage" --method upc --texture cube --output none
+expect_refusal 2 '--method das .*takes no --ensemble' "the attention of two detectors" "$camouflage" --method das --ensemble second.onnx --output none
+expect_refusal 2 '--loss has no part in --method das' "a loss of attention" "$camouflage" --method das --loss paper --output none
+expect_refusal 2 '--worst-views have no part in --method random' "steps of noise" "$camouflage" --method random --worst-views 0.5 --output none
+expect_refusal 2 '--method rauca .*needs --light photo' "light that is not estimated" "$camouflage" --method rauca --output none
 printf '%s\n' 'v 0 -1 0' 'v 0 1 0' 'v 0 0 1' 'v -2 0 0' 'vt 0 0' 'vt 1 0' 'vt .5 1' 'f 1/1 2/2 3/3' >front.obj
 echo 1 >front.txt
 front=(--method upc --mesh front.obj --faces front.txt)
-expect_exit 4 "a car without panels" "$camouflage" "${front[@]}" --output none
-expect_error_line 'front.obj: the method upc paints roof, hood and doors'
+expect_refusal 4 'front.obj: the method upc paints roof, hood and doors' "a car without panels" "$camouflage" "${front[@]}" --output none
 expect_exit 4 "a check of a car without panels" "$camouflage" "${front[@]}" --check
 [ -e none ] && fail "a refused method left a folder behind" || pass
 
@@ -69,8 +61,7 @@ row() { sed -n "s/^$1,//p" "$2/metrics.csv" | cut -d, -f1-6; }
 [ "$(row clean beside)" = "$(row clean mesh_adv)" ] && pass || fail "clean is not the car as it is"
 [ "$(row 'other run' beside)" = "$(row adversarial mesh_adv)" ] && pass || fail "the other run is not measured in its shape"
 awk '$1 == "vt" { $2 *= 2 } $1 == "f" { print "usemtl body" } { print }' front.obj >body.obj  # u as wide as the car's
-expect_exit 4 "a shape of another mesh" "$programs/evaluate" --run mesh_adv --mesh body.obj
-expect_error_line 'mesh_adv/texture.npz: the shape does not fit the car'
+expect_refusal 4 'mesh_adv/texture.npz: the shape does not fit the car' "a shape of another mesh" "$programs/evaluate" --run mesh_adv --mesh body.obj
 expect_exit 4 "a shape of another mesh in a protocol" "$programs/evaluate" --run mesh_adv --mesh body.obj --protocol views
 expect_error_line 'mesh_adv/texture.npz: the shape does not fit the car'
 

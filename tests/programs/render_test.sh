@@ -268,8 +268,7 @@ cp car.png paint.png
 refuses_to_write() { # refuses_to_write PATTERN OPTIONS...
   local pattern=$1
   shift
-  expect_exit 2 "$*" "$render" --size 8 --material body "$@"
-  expect_error_line "$pattern"
+  expect_refusal 2 "$pattern" "$*" "$render" --size 8 --material body "$@"
 }
 refuses_to_write '--output would overwrite .*paint.png' --texture paint.png --output ./paint.png
 refuses_to_write '--export would overwrite paint.png' --texture paint.png --export paint.obj --output untouched.png

@@ -95,11 +95,9 @@ expect_exit 2 "a class that the data set does not have" "$train" "${coco[@]}" lo
 expect_error_line '--classes lorry=car: the data set has no such class; expected one of vehicle, van, clutter'
 expect_exit 4 "boxes that the network decodes" "$train" --dataset yolo --weights decoded.onnx --detector decoded.json --output none
 expect_error_line 'decoded.onnx: a head that cannot be trained'
-expect_exit 2 "classes without names" "$train" --dataset yolo --output none
-expect_error_line '--dataset-names is missing: yolo numbers its classes'
+expect_refusal 2 '--dataset-names is missing: yolo numbers its classes' "classes without names" "$train" --dataset yolo --output none
 expect_exit 2 "options of drawn scenes" "$train" --dataset yolo --pool 3 --output none
-expect_exit 2 "options of own pictures" "$train" --held-out 0.5 --output none
-expect_error_line '--held-out needs --dataset'
+expect_refusal 2 '--held-out needs --dataset' "options of own pictures" "$train" --held-out 0.5 --output none
 echo "0 0.5 0.5 0.2" >"yolo/labels/$name.txt"
 expect_exit 3 "a label that ends early" "$train" --dataset yolo "${bundled[@]}" --output none
 expect_error_line "yolo/labels/$name.txt:1: label ends early; expected class cx cy w h"

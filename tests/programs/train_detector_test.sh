@@ -34,19 +34,15 @@ kill -INT "$child"
 wait "$child"
 [ $? -eq 130 ] && pass || fail "the command to go on does not work when pasted"
 
-expect_exit 2 "a misspelt option" "$train" --stepz 3
-expect_error_line 'did you mean --steps'
+expect_refusal 2 'did you mean --steps' "a misspelt option" "$train" --stepz 3
 expect_exit 2 "an empty batch" "$train" --batch 0
 for words in "--steps -3" "--learning-rate nan" "--threads 1000000" "--validate 1000000000000" "--batch 100000000"; do
   # shellcheck disable=SC2086  # several words on purpose
-  expect_exit 2 "$words" "$train" $words --output refused.weights
-  expect_error_line "^error: ${words% *}"
+  expect_refusal 2 "^error: ${words% *}" "$words" "$train" $words --output refused.weights
 done
 mkdir folder
 expect_exit 5 "a folder in the file's place" "$train" $small --output folder
 [ -e refused.weights ] && fail "a refused run wrote weights" || pass
-expect_exit 3 "missing weights" "$train" --weights absent.weights --steps 0
-expect_error_line 'absent.weights'
-expect_exit 5 "a missing folder" "$train" $small --output absent/x.weights
-expect_error_line 'absent/x.weights'
+expect_refusal 3 'absent.weights' "missing weights" "$train" --weights absent.weights --steps 0
+expect_refusal 5 'absent/x.weights' "a missing folder" "$train" $small --output absent/x.weights
 finish

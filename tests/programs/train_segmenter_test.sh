@@ -18,30 +18,23 @@ cmp -s one.onnx further.onnx && fail "two steps changed nothing" || pass
 expect_exit 0 "only validation" "$train" $small --steps 0 --weights one.onnx --output none.onnx
 [ -e none.onnx ] && fail "validation alone wrote weights" || pass
 
-expect_exit 2 "a misspelt option" "$train" --stepz 3
-expect_error_line 'did you mean --steps'
+expect_refusal 2 'did you mean --steps' "a misspelt option" "$train" --stepz 3
 for words in "--steps -3" "--learning-rate nan" "--threads 1000000" "--validate 1000000000000" "--batch 0" "--side 40"; do
   # shellcheck disable=SC2086  # several words on purpose
-  expect_exit 2 "$words" "$train" $words --output refused.onnx
-  expect_error_line "^error: ${words% *}"
+  expect_refusal 2 "^error: ${words% *}" "$words" "$train" $words --output refused.onnx
 done
 [ -e refused.onnx ] && fail "a refused run wrote weights" || pass
-expect_exit 3 "missing weights" "$train" --weights absent.onnx --steps 0
-expect_error_line 'absent.onnx'
-expect_exit 5 "a missing folder" "$train" $small --output absent/x.onnx
-expect_error_line 'absent/x.onnx'
+expect_refusal 3 'absent.onnx' "missing weights" "$train" --weights absent.onnx --steps 0
+expect_refusal 5 'absent/x.onnx' "a missing folder" "$train" $small --output absent/x.onnx
 
 camouflage=$programs/camouflage
 if [ -x "$camouflage" ]; then
   expect_exit 0 "masks by the bundled network" "$camouflage" --frames "$sources/examples/assets/frames" --mask u2net --check
   expect_exit 0 "masks by one's own" "$camouflage" --frames "$sources/examples/assets/frames" --mask u2net \
     --segmenter one.onnx --check
-  expect_exit 2 "a network without its rule" "$camouflage" --segmenter one.onnx --check
-  expect_error_line '--segmenter needs --mask u2net'
-  expect_exit 3 "a network that is missing" "$camouflage" --mask u2net --segmenter absent.onnx --check
-  expect_error_line 'absent.onnx'
+  expect_refusal 2 '--segmenter needs --mask u2net' "a network without its rule" "$camouflage" --segmenter one.onnx --check
+  expect_refusal 3 'absent.onnx' "a network that is missing" "$camouflage" --mask u2net --segmenter absent.onnx --check
   head -c 1000 one.onnx >cut.onnx
-  expect_exit 3 "a network that is cut" "$camouflage" --mask u2net --segmenter cut.onnx --check
-  expect_error_line 'cut.onnx'
+  expect_refusal 3 'cut.onnx' "a network that is cut" "$camouflage" --mask u2net --segmenter cut.onnx --check
 fi
 finish

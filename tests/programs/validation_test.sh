@@ -39,18 +39,15 @@ cmp -s paper/best.npz whole/best.npz && fail "the loss had no part in the run" |
 expect_exit 0 "without validation" "${run[@]}" --output without
 grep -q '"validation": null' without/metrics.json && pass || fail "a validation that nobody asked for"
 cmp -s whole/texture.npz without/texture.npz && fail "the held-back views were optimised on" || pass
-expect_exit 2 "no view left" "${run[@]}" --validation 8 --output none
-expect_error_line '--validation 8: of 8 views that show the car none are left to optimise on'
+expect_refusal 2 '--validation 8: of 8 views that show the car none are left to optimise on' "no view left" "${run[@]}" --validation 8 --output none
 [ -e none ] && fail "a refused run left a folder" || pass
 
 # The kept paint belongs to the run.
 expect_exit 0 "a run to damage" "${run[@]}" --validation 2 --output torn
 rm torn/metrics.json torn/best.npz
-expect_exit 3 "the best paint is lost" "$camouflage" --resume --output torn
-expect_error_line 'torn/best.npz: the best paint so far is missing'
+expect_refusal 3 'torn/best.npz: the best paint so far is missing' "the best paint is lost" "$camouflage" --resume --output torn
 
 # A 0 for "none" differs from a 0 that leaves the choice to the program.
-expect_exit 7 "resumed without validation" "$camouflage" --resume --validation 0 --output whole
-expect_error_line '--validation \(was 2, now 0\)'
+expect_refusal 7 '--validation \(was 2, now 0\)' "resumed without validation" "$camouflage" --resume --validation 0 --output whole
 expect_exit 0 "resumed with texels left open" "$camouflage" --resume --texels 0 --validation 2 --output whole
 finish

@@ -37,8 +37,7 @@ done
 
 expect_exit 2 "RetinaNet without names" "$programs/detect" --weights retinanet.onnx --detector torchvision "$picture"
 expect_error_line 'do not tell the number of classes'
-expect_exit 4 "another family" "$programs/detect" --weights ssd.onnx --detector yolov8 "$picture"
-expect_error_line 'ssd.onnx'
+expect_refusal 4 'ssd.onnx' "another family" "$programs/detect" --weights ssd.onnx --detector yolov8 "$picture"
 echo '{"head": "boxes_and_scores", "outputs": {"boxes": "/m/roi_heads/Reshape_2_output_0", "form": "corners",
   "scores": "/m/roi_heads/box_predictor/cls_score/Gemm_output_0", "boxes_of": "class", "score": "softmax",
   "background": "first", "candidates": 2}}' >few.json
