@@ -1,6 +1,7 @@
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/loss/printability.hpp>
 
+#include "../support/finite_difference.hpp"
 #include "../support/pipeline_gradient.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
@@ -18,6 +19,11 @@ std::vector<std::shared_ptr<const camouflage::View<T>>> views_of(const raster::P
   std::vector<std::shared_ptr<const camouflage::View<T>>> views;
   for (std::size_t i = 0; i < count; ++i) views.push_back(store.view(i));
   return views;
+}
+
+detect::Detector<float> window_detector(std::size_t size) {
+  const auto config = io::parse_network_config(test::cfg_text("window_layers"), "some.cfg");
+  return test::random_model<float>(config, 1, size).detector();
 }
 }  // namespace
 
@@ -118,16 +124,11 @@ TEST_CASE("the tape adds nothing of its own to the pipeline's gradient in cubes"
   const auto start = test::random_array<double>({car.layout.texel_count(car.mesh), 3}, 3, -1, 1);
   const auto gradient = test::pipeline_gradient(objective, views, start);
   const auto direction = test::random_direction<double>({car.layout.texel_count(car.mesh), 3}, 4);
-  const double step = 1e-6;
-  const auto value = [&](double t) {
-    Array<double, 2> moved = start;
-    for (std::size_t i = 0; i < moved.size(); ++i) moved.data()[i] += t * direction.data()[i];
-    return objective(ArrayVariable<double, 2>(moved), views).value();
-  };
-  double along = 0;
-  for (std::size_t i = 0; i < gradient.size(); ++i) along += gradient.data()[i] * direction.data()[i];
-  const double numeric = (value(step) - value(-step)) / (2 * step);
-  CHECK(std::abs(along - numeric) <= 1e-6 * std::max(std::abs(numeric), 1e-3));
+  double t = 0;
+  const double numeric = test::slope_by(t, 1e-6, [&] {
+    return objective(ArrayVariable<double, 2>(Array<double, 2>(start + t * direction)), views).value();
+  });
+  CHECK(std::abs(test::dot(gradient, direction) - numeric) <= 1e-6 * std::max(std::abs(numeric), 1e-3));
 }
 
 TEST_CASE("a class that the network does not have is refused", "[camouflage]") {
@@ -232,10 +233,7 @@ TEST_CASE("layers that the car cannot reach are kept, and change no bit of a los
           "[camouflage]") {
   const auto car = test::tiny_car();
   const auto views = views_of<float>(car);
-  const auto network =
-      test::random_model<float>(io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
-                                views[0]->background.shape()[1])
-          .detector();
+  const auto network = window_detector(views[0]->background.shape()[1]);
   camouflage::Objective<float> plain(network, {}), keeping(network, {}), full(network, {});
   keeping.join(network, 0);
   plain.join(network, 0);
@@ -268,10 +266,7 @@ TEST_CASE("layers are kept of those views only whose windows leave out a share o
           "[camouflage]") {
   const auto car = test::tiny_car();
   const auto views = views_of<float>(car);
-  const auto network =
-      test::random_model<float>(io::parse_network_config(test::cfg_text("window_layers"), "some.cfg"), 1,
-                                views[0]->background.shape()[1])
-          .detector();
+  const auto network = window_detector(views[0]->background.shape()[1]);
   std::vector<double> shares;
   for (const auto& view : views) shares.push_back(network.share_kept(view->window));
   std::ranges::sort(shares);

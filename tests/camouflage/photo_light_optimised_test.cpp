@@ -8,6 +8,7 @@
 #include "../support/catch.hpp"
 #include "../support/paint.hpp"
 #include "../support/paths.hpp"
+#include "../support/threads.hpp"
 #include "../support/tiny_scene.hpp"
 
 using namespace tapestry;
@@ -205,19 +206,12 @@ TEST_CASE("a view under a photograph's light keeps it, and has the same bits for
           "[camouflage][light]") {
   const auto body = ball();
   const auto frame = photographed(body, afternoon(body.mesh));
-  const int threads = tapestry::thread_count();
-  const auto weights = [&] {
-    return camouflage::make_view<float>(frame, body, 64, 64, 2, {}, camouflage::PhotoLight{});
-  };
-  tapestry::limit_threads(1);
-  const auto one = weights();
-  tapestry::limit_threads(2);
-  const auto two = weights();
-  tapestry::limit_threads(threads);
-  REQUIRE(one.photo_light != nullptr);
-  CHECK(one.photo_light->light.shadow == nullptr);
-  CHECK(one.photo_light->light.sky == two.photo_light->light.sky);
-  CHECK(one.paint_to_picture->weights == two.paint_to_picture->weights);
+  test::same_by_threads({1, 2}, [&] {
+    const auto view = camouflage::make_view<float>(frame, body, 64, 64, 2, {}, camouflage::PhotoLight{});
+    REQUIRE(view.photo_light != nullptr);
+    CHECK(view.photo_light->light.shadow == nullptr);
+    return std::pair(view.photo_light->light.sky, view.paint_to_picture->weights);
+  });
   CHECK(camouflage::make_view<float>(frame, body, 64, 64).photo_light == nullptr);
 }
 

@@ -92,15 +92,11 @@ TEST_CASE("a checkpoint that no training wrote is refused by its name", "[camouf
 TEST_CASE("training gives the same bits for one and two threads", "[camouflage][training]") {  // T16
   Fixture fixture;
   fixture.worst_share = GENERATE(1.0, 0.5);
-  const auto run = [&](int threads) {
-    tapestry::limit_threads(threads);
+  test::same_by_threads({1, 2}, [&] {
     auto training = fixture.training(2);
     while (!training.finished()) training.step();
     return training.parameter();
-  };
-  const auto one = run(1);
-  const auto two = run(2);
-  CHECK(one == two);
+  });
 }
 
 TEST_CASE("threads share a step a few times, whatever the number of layers", "[camouflage][training]") {
@@ -119,15 +115,12 @@ TEST_CASE("threads share a step a few times, whatever the number of layers", "[c
 TEST_CASE("a step prepares the views of the next, and the last one none", "[camouflage][training]") {
   Fixture fixture;
   std::atomic<int> loads{0};
-  std::vector<camouflage::ViewStore<float>::Loader> loaders;
-  for (std::size_t i = 0; i < 4; ++i)
-    loaders.emplace_back([&loads, i] {
-      ++loads;
-      return test::tiny_frame(i);
-    });
   auto settings = fixture.store.settings();
   settings.keep_bytes = 0;  // every view is prepared for each step that takes it
-  camouflage::ViewStore<float> store(fixture.car, settings, std::move(loaders));
+  auto store = test::tiny_store<float>(fixture.car, 4, settings, [&](std::size_t i) {
+    ++loads;
+    return test::tiny_frame(i);
+  });
   camouflage::TrainingOptions options;
   options.epochs = 2;
   options.batch = 3;

@@ -6,15 +6,11 @@ using namespace tapestry;
 
 TEST_CASE("views that do not show the car are left out with a warning", "[camouflage][usable_views]") {
   const auto car = test::tiny_car();
-  std::vector<camouflage::ViewStore<float>::Loader> loaders;
-  for (std::size_t i = 0; i < 3; ++i) {
-    loaders.push_back([i] {
-      auto frame = test::tiny_frame(i);
-      if (i == 1) frame.mask = tapestry::zeros<std::uint8_t, 2>({48, 48});  // wholly hidden
-      return frame;
-    });
-  }
-  camouflage::ViewStore<float> store(car, {48, 48, 2}, loaders);
+  auto store = test::tiny_store<float>(car, 3, {48, 48, 2}, [](std::size_t i) {
+    auto frame = test::tiny_frame(i);
+    if (i == 1) frame.mask = tapestry::zeros<std::uint8_t, 2>({48, 48});  // wholly hidden
+    return frame;
+  });
   std::vector<std::string> visited;
   const auto usable = camouflage::usable_views(
       store, [&](const camouflage::View<float>& view) { visited.push_back(view.name); });
@@ -28,8 +24,8 @@ TEST_CASE("a view that was kept has the bits of one that is made anew", "[camouf
   const auto car = test::tiny_car();
   for (const std::size_t side : {48U, 40U}) {  // as the frames are, kept as bytes; and fitted
     const auto store_with = [&](std::size_t keep_bytes) {
-      std::vector<camouflage::ViewStore<float>::Loader> loaders{[] { return test::tiny_frame(1); }};
-      return camouflage::ViewStore<float>(car, {side, side, 2, keep_bytes}, loaders);
+      return test::tiny_store<float>(car, 1, {side, side, 2, keep_bytes},
+                                     [](std::size_t) { return test::tiny_frame(1); });
     };
     auto keeping = store_with(1U << 30U), forgetting = store_with(0);
     for (int again = 0; again < 3; ++again) {

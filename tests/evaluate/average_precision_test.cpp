@@ -1,9 +1,9 @@
 #include <tapestry/evaluate/average_precision.hpp>
 
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/core/random.hpp>
 
 #include "../support/catch.hpp"
+#include "../support/threads.hpp"
 
 namespace evaluate = tapestry::evaluate;
 using evaluate::average_precision, evaluate::ScoredBox, evaluate::TruthBox, tapestry::detect::Box,
@@ -262,7 +262,7 @@ TEST_CASE("the order of truths and detections, and the number of threads, do not
   for (int round = 0; round < 5; ++round) {
     random.shuffle(shuffled.truths);
     random.shuffle(shuffled.detections);
-    tapestry::limit_threads(1 + round % 2);
+    const tapestry::test::Threads cap(1 + round % 2);
     const auto result = average_precision(shuffled.truths, shuffled.detections, 3);
     CHECK(is_same(result.mean, expected.mean));
     for (std::size_t k = 0; k < 3; ++k)

@@ -3,6 +3,7 @@
 #include "../support/catch.hpp"
 #include "../support/charts.hpp"
 #include "../support/random_array.hpp"
+#include "../support/threads.hpp"
 
 using namespace tapestry;
 
@@ -85,13 +86,10 @@ TEST_CASE("matched noise follows from its seed, for any number of threads", "[ev
   const auto second = test::chart_of(
       7, 5, [](std::size_t row, std::size_t column) { return row != column; }, chart.texels.size());
   const auto colours = test::random_array<float>({chart.texels.size() + second.texels.size() + 3, 3}, 4);
-  const auto noise = evaluate::matched_noise(colours, {chart, second}, Random(5));
-  CHECK((evaluate::matched_noise(colours, {chart, second}, Random(5)) == noise));
+  const auto noise = test::same_by_threads({1, 2, 2}, [&] {
+    return evaluate::matched_noise(colours, {chart, second}, Random(5));
+  });
   CHECK((evaluate::matched_noise(colours, {chart, second}, Random(6)) != noise));
-  const int threads = tapestry::thread_count();
-  tapestry::limit_threads(1);
-  CHECK((evaluate::matched_noise(colours, {chart, second}, Random(5)) == noise));
-  tapestry::limit_threads(threads);
 
   check_same_values(noise, colours, chart);  // each chart for itself
   check_same_values(noise, colours, second);

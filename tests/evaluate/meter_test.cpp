@@ -15,9 +15,12 @@ struct Fixture {
 
   /// The detections of detector programs, with a threshold of confidence alone.
   [[nodiscard]] std::vector<detect::Detection> detections(const Array<float, 3>& picture, double confidence) {
-    detect::Pass<float> pass;
-    network.forward(image::batch_of(picture), pass);
-    return detect::suppress(detect::decode(network.heads(), pass.logits, 0, confidence, 48, 48), 0.45);
+    return detect::suppress(all_detections(picture, confidence), 0.45);
+  }
+  [[nodiscard]] std::vector<detect::Detection> all_detections(const Array<float, 3>& picture,
+                                                              double confidence) const {
+    const auto logits = detect::forward(network, image::batch_of(picture));
+    return detect::decode(network.heads(), logits, 0, confidence, 48, 48);
   }
 };
 }  // namespace
@@ -57,9 +60,7 @@ TEST_CASE("a meter tells the best confidence of the car below any threshold", "[
   std::size_t counts = 0;
   for (std::size_t i = 0; i < fixture.store.size(); ++i) {
     auto view = *fixture.store.view(i);
-    detect::Pass<float> pass;
-    fixture.network.forward(image::batch_of(view.background), pass);
-    const auto all = detect::decode(fixture.network.heads(), pass.logits, 0, 0, 48, 48);
+    const auto all = fixture.all_detections(view.background, 0);
     view.target = all[all.size() / 2].box;
     double expected = 0;
     for (const auto& found : all)

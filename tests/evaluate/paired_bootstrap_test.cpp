@@ -13,6 +13,25 @@ std::vector<double> zeros_like(const std::vector<double>& values) {
 /// Factor by which intervals of few pairs are wider than a bootstrap's.
 double widening(double pairs, double t) { return std::sqrt(pairs / (pairs - 1)) * t / 1.959963984540054; }
 
+/// Compares both ends of an interval, relatively or, with a margin, absolutely.
+void check_interval(const std::array<double, 2>& found, double low, double high, double epsilon = 1e-5,
+                    double margin = 0) {
+  CHECK(found[0] == Approx(low).epsilon(epsilon).margin(margin));
+  CHECK(found[1] == Approx(high).epsilon(epsilon).margin(margin));
+}
+
+/// Share of 'trials' whose interval, made from random numbers of its own, holds the truth.
+template <class Draw>
+double coverage(std::size_t trials, std::uint64_t seed, double truth, Draw interval_of) {
+  std::size_t covered = 0;
+  for (std::size_t trial = 0; trial < trials; ++trial) {
+    Random random = Random(seed).fork(trial);
+    const std::array<double, 2> interval = interval_of(random, trial);
+    covered += interval[0] <= truth && truth <= interval[1] ? 1U : 0U;
+  }
+  return static_cast<double>(covered) / static_cast<double>(trials);
+}
+
 }  // namespace
 
 TEST_CASE("the normal quantile is the inverse of the distribution function", "[evaluate][paired_bootstrap]") {
@@ -39,10 +58,8 @@ TEST_CASE("a paired bootstrap reads its interval from the distribution of means"
   // Two pairs, differences 0 and 1: resampled means are 0, ½ and 1 with probability ¼, ½ and ¼, no skewness.
   // 95 % goes from one end to the other, ½ from the mean; at 30 % both ends, 0.35 and 0.65, are within those
   // of ½. With one degree of freedom t is tan(0.95·π/2).
-  const auto wide = evaluate::paired_bootstrap({1, 3}, {1, 2}).interval;
   const double reach = 0.5 * widening(2, std::tan(0.95 * std::numbers::pi / 2));
-  CHECK(wide[0] == Approx(0.5 - reach));
-  CHECK(wide[1] == Approx(0.5 + reach));
+  check_interval(evaluate::paired_bootstrap({1, 3}, {1, 2}).interval, 0.5 - reach, 0.5 + reach);
   const auto narrow = evaluate::paired_bootstrap({1, 3}, {1, 2}, {2000, 1, 0.3});
   CHECK(narrow.interval == std::array<double, 2>{0.5, 0.5});
   CHECK(narrow.mean == 0.5);
@@ -64,8 +81,7 @@ TEST_CASE("a paired bootstrap of many normal differences has the normal interval
   const double error = std::sqrt(squares) / 500;  // of the mean, with the divisor n as resampling has
   // The quantile of 20000 draws at 0.025 is uncertain by √(0.025 · 0.975 / 20000) / φ(1.96) = 0.019 errors;
   // skewness of 500 normal numbers, 0.11, moves it by less.
-  CHECK(found.interval[0] == Approx(found.mean - 1.96 * error).margin(0.1 * error));
-  CHECK(found.interval[1] == Approx(found.mean + 1.96 * error).margin(0.1 * error));
+  check_interval(found.interval, found.mean - 1.96 * error, found.mean + 1.96 * error, 0, 0.1 * error);
   CHECK(found.mean == Approx(-0.4).margin(4 * error));
 }
 
@@ -91,22 +107,16 @@ TEST_CASE("the interval of a paired bootstrap covers the true mean about as ofte
           "[evaluate][paired_bootstrap][repeated]") {
   // Best confidences of 60 views that a noise leaves at u^(1/4) and an attack at u⁴, with u and v that have
   // half of their share in common: bounded, skewed, paired. Their means are 4/5 and 1/5.
-  const double truth = 0.6;
-  const std::size_t trials = 600;
-  std::size_t covered = 0;
-  for (std::size_t trial = 0; trial < trials; ++trial) {
-    Random random = Random(5).fork(trial);
+  const double share = coverage(600, 5, 0.6, [](Random& random, std::size_t trial) {
     std::vector<double> first(60), second(60);
     for (std::size_t i = 0; i < first.size(); ++i) {
       const double u = random.uniform(), v = random.chance(0.5) ? u : random.uniform();
       first[i] = std::pow(u, 0.25);
       second[i] = std::pow(v, 4.0);
     }
-    const auto interval = evaluate::paired_bootstrap(first, second, {1000, trial}).interval;
-    covered += interval[0] <= truth && truth <= interval[1] ? 1U : 0U;
-  }
+    return evaluate::paired_bootstrap(first, second, {1000, trial}).interval;
+  });
   // 0.95 with a standard deviation of 0.009; four of them below, as bootstraps of few pairs cover less.
-  const double share = static_cast<double>(covered) / static_cast<double>(trials);
   CHECK(share >= 0.914);
   CHECK(share <= 0.986);
 }
@@ -122,17 +132,11 @@ TEST_CASE("the interval of a paired bootstrap of six views covers the true mean 
   Random many(3);
   double truth = 0;
   for (int i = 0; i < 200000; ++i) truth += difference(many) / 200000;
-  const std::size_t trials = 500;
-  std::size_t covered = 0;
-  for (std::size_t trial = 0; trial < trials; ++trial) {
-    Random random = Random(7).fork(trial);
+  const double found = coverage(500, 7, truth, [&](Random& random, std::size_t trial) {
     std::vector<double> differences(6);
     for (double& value : differences) value = difference(random);
-    const auto [low, high] =
-        evaluate::paired_bootstrap(differences, zeros_like(differences), {400, trial}).interval;
-    covered += low <= truth && truth <= high ? 1U : 0U;
-  }
-  const double found = static_cast<double>(covered) / static_cast<double>(trials);
+    return evaluate::paired_bootstrap(differences, zeros_like(differences), {400, trial}).interval;
+  });
   CHECK(found >= 0.89);  // the bootstrap alone: 0.84
   CHECK(found <= 0.98);
 }
@@ -143,8 +147,7 @@ TEST_CASE("a paired bootstrap of rates holds its ties", "[evaluate][paired_boots
   std::fill_n(second.begin(), 10, 1.0);
   const auto found = evaluate::paired_bootstrap(first, second);
   CHECK(found.mean == 0.75);
-  CHECK(found.interval[0] == Approx(0.75 - 1.96 * 0.068).margin(0.05));
-  CHECK(found.interval[1] == Approx(0.75 + 1.96 * 0.068).margin(0.05));
+  check_interval(found.interval, 0.75 - 1.96 * 0.068, 0.75 + 1.96 * 0.068, 0, 0.05);
   const auto same = evaluate::paired_bootstrap(std::vector<double>(7, 0.3), std::vector<double>(7, 0.2));
   CHECK(same.interval[0] == same.interval[1]);
   CHECK(same.interval[0] == Approx(0.1));
@@ -176,8 +179,7 @@ TEST_CASE("a ratio of paired means has the interval of the mean where it is one"
   const auto mean = evaluate::paired_bootstrap(values, zeros_like(values));
   const auto ratio = evaluate::paired_ratio(values, std::vector<double>(values.size(), 1.0));
   CHECK(ratio.ratio == Approx(mean.mean).epsilon(1e-14));
-  for (const std::size_t end : {0U, 1U})
-    CHECK(ratio.interval[end] == Approx(mean.interval[end]).epsilon(1e-12));
+  check_interval(ratio.interval, mean.interval[0], mean.interval[1], 1e-12);
 }
 
 TEST_CASE("what pairs have in common does not widen the interval of their ratio",
@@ -191,8 +193,7 @@ TEST_CASE("what pairs have in common does not widen the interval of their ratio"
   }
   const auto known = evaluate::paired_ratio(first, second);
   CHECK(known.ratio == Approx(0.75));
-  CHECK(known.interval[0] == Approx(0.75));
-  CHECK(known.interval[1] == Approx(0.75));
+  check_interval(known.interval, 0.75, 0.75);
   const auto unknown = evaluate::paired_ratio(apart, second);
   CHECK(unknown.interval[0] < unknown.ratio - 0.1);
   CHECK(unknown.interval[1] > unknown.ratio + 0.1);
@@ -201,20 +202,15 @@ TEST_CASE("what pairs have in common does not widen the interval of their ratio"
 TEST_CASE("a ratio's interval covers the true ratio about as often as it says",
           "[evaluate][paired_bootstrap][repeated]") {
   // 60 views; the second numbers have an effect of u², the first half of it and noise: means ⅓ and ⅙.
-  const std::size_t trials = 600;
-  std::size_t covered = 0;
-  for (std::size_t trial = 0; trial < trials; ++trial) {
-    Random random = Random(7).fork(trial);
+  const double share = coverage(600, 7, 0.5, [](Random& random, std::size_t trial) {
     std::vector<double> first(60), second(60);
     for (std::size_t i = 0; i < first.size(); ++i) {
       const double u = random.uniform();
       second[i] = u * u;
       first[i] = 0.5 * second[i] + 0.2 * random.normal();
     }
-    const auto interval = evaluate::paired_ratio(first, second, {1000, trial}).interval;
-    covered += interval[0] <= 0.5 && 0.5 <= interval[1] ? 1U : 0U;
-  }
-  const double share = static_cast<double>(covered) / static_cast<double>(trials);
+    return evaluate::paired_ratio(first, second, {1000, trial}).interval;
+  });
   CHECK(share >= 0.914);
   CHECK(share <= 0.986);
 }
@@ -268,8 +264,7 @@ TEST_CASE("the difference of two rates has Newcombe's interval", "[evaluate][pai
     const auto found = evaluate::rate_difference(first, second);
     CHECK(found.pairs == first.size());
     CHECK(found.mean == Approx(mean).margin(1e-12));
-    CHECK(found.interval[0] == Approx(low).epsilon(1e-9));
-    CHECK(found.interval[1] == Approx(high).epsilon(1e-9));
+    check_interval(found.interval, low, high, 1e-9);
   };
   check({20, 12, 2, 16}, 0.2, 0.056156424841748265, 0.3292069954001405);
   check({14, 5, 0, 22}, 5.0 / 41, 0.01148324138303325, 0.2264926843512112);
@@ -291,26 +286,20 @@ TEST_CASE("the difference of two rates has Newcombe's interval", "[evaluate][pai
 
 TEST_CASE("the interval of two rates' difference holds the truth as often as it says",
           "[evaluate][paired_bootstrap][repeated]") {
-  const std::size_t trials = 3000;
   for (const std::size_t views : {20U, 80U, 400U})
     for (const auto& [both, first_alone, second_alone] :
          {std::array{0.05, 0.3, 0.02}, std::array{0.4, 0.2, 0.1}, std::array{0.1, 0.8, 0.01}}) {
-      std::size_t covered = 0;
-      for (std::size_t trial = 0; trial < trials; ++trial) {
-        Random random = Random(7).fork(trial);
+      const std::array ends{both, both + first_alone, both + first_alone + second_alone};
+      const auto interval_of = [&](Random& random, std::size_t) {
         std::array<std::size_t, 4> counts{};
         for (std::size_t i = 0; i < views; ++i) {
           const double u = random.uniform();
-          ++counts[u < both                                ? 0U
-                   : u < both + first_alone                ? 1U
-                   : u < both + first_alone + second_alone ? 2U
-                                                           : 3U];
+          ++counts[u < ends[0] ? 0U : u < ends[1] ? 1U : u < ends[2] ? 2U : 3U];
         }
         const auto [first, second] = pairs_of(counts);
-        const auto [low, high] = evaluate::rate_difference(first, second).interval;
-        covered += low <= first_alone - second_alone && first_alone - second_alone <= high ? 1U : 0U;
-      }
-      const double share = static_cast<double>(covered) / static_cast<double>(trials);
+        return evaluate::rate_difference(first, second).interval;
+      };
+      const double share = coverage(3000, 7, first_alone - second_alone, interval_of);
       CAPTURE(views, both, first_alone, second_alone, share);
       CHECK(share >= 0.93);
       CHECK(share <= 0.975);

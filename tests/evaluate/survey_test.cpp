@@ -353,15 +353,12 @@ TEST_CASE("a view is prepared once for all its photographs, on any number of thr
   const test::Threads cap(threads);
   Fixture fixture;
   std::atomic<int> loads{0};
-  std::vector<camouflage::ViewStore<float>::Loader> loaders;
-  for (std::size_t i = 0; i < 5; ++i)
-    loaders.emplace_back([&loads, i] {
-      ++loads;
-      return test::tiny_frame(i);
-    });
   auto settings = fixture.store.settings();
   settings.keep_bytes = 0;
-  camouflage::ViewStore<float> store(fixture.car, settings, loaders);
+  auto store = test::tiny_store<float>(fixture.car, 5, settings, [&](std::size_t i) {
+    ++loads;
+    return test::tiny_frame(i);
+  });
   const evaluate::Photography photography{image::conditions_by_names({"noise"}), 20, 3};
   const auto measured = evaluate::measure(
       "clean", fixture.meter, store, {0, 1, 2, 3, 4}, &fixture.textures.clean, [](const Measured&) {},
@@ -377,13 +374,10 @@ TEST_CASE(
   const int threads = GENERATE(1, 2, 8);
   const test::Threads cap(threads);
   Fixture fixture;
-  std::vector<camouflage::ViewStore<float>::Loader> loaders;
-  for (std::size_t i = 0; i < 5; ++i)
-    loaders.emplace_back([i] {
-      if (i >= 3) throw std::runtime_error("frame " + std::to_string(i) + " cannot be read");
-      return test::tiny_frame(i);
-    });
-  camouflage::ViewStore<float> store(fixture.car, fixture.store.settings(), loaders);
+  auto store = test::tiny_store<float>(fixture.car, 5, fixture.store.settings(), [](std::size_t i) {
+    if (i >= 3) throw std::runtime_error("frame " + std::to_string(i) + " cannot be read");
+    return test::tiny_frame(i);
+  });
   std::size_t seen = 0;
   const camouflage::Paint<float>* const untouched = nullptr;
   CHECK_THROWS_WITH(evaluate::measure("photo", fixture.meter, store, {0, 1, 2, 3, 4}, untouched,

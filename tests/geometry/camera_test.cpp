@@ -1,4 +1,3 @@
-#include <limits>
 #include <tapestry/geometry/camera.hpp>
 
 #include "../support/catch.hpp"

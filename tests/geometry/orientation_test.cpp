@@ -1,6 +1,5 @@
 #include <tapestry/geometry/detail/orientation.hpp>
 
-#include <cmath>
 #include <limits>
 #include <random>
 

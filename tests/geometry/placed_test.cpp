@@ -42,13 +42,10 @@ TEST_CASE("placed_adjoint agrees with central differences", "[geometry][placed][
     geometry::placed_adjoint(pose, mesh.positions, part, gradient);
   }
   const double step = tapestry::test::central_difference_step<double>();
+  Pose at = pose;
   for (std::size_t k = 0; k < 6; ++k) {
-    const auto moved = [&](double way) {
-      Pose at = pose;
-      (k < 3 ? at.rotation[k] : at.translation[k - 3]) += way;
-      return loss(at);
-    };
-    const double expected = (moved(step) - moved(-step)) / (2 * step);
+    const double expected = tapestry::test::slope_by(k < 3 ? at.rotation[k] : at.translation[k - 3], step,
+                                                     [&] { return loss(at); });
     const double found = k < 3 ? gradient.rotation[k] : gradient.translation[k - 3];
     CHECK(std::abs(found - expected) <= 1e-7 * (1 + std::abs(expected)));
   }

@@ -3,9 +3,10 @@
 #include <tapestry/core/random.hpp>
 
 #include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
 
 namespace geometry = tapestry::geometry;
-using geometry::Camera, geometry::Pose, geometry::Vector3;
+using geometry::Camera, geometry::Pose, geometry::Vector3, tapestry::test::slope_by;
 
 namespace {
 /// A camera whose rotation has a shear in it, as one has whose axis misses the middle of its picture.
@@ -57,16 +58,11 @@ TEST_CASE("posed_adjoint agrees with central differences of what a camera sees",
     gradient.push_back({0, 0, 0});
     Pose found{{1, 1, 1}, {1, 1, 1}};  // the adjoint adds
     geometry::posed_adjoint(pose, positions, gradient, found);
-    const double h = 1e-5;
+    Pose at = pose;
+    const auto value = [&] { return loss(at); };
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      Pose ahead = pose, behind = pose;
-      ahead.rotation[axis] += h;
-      behind.rotation[axis] -= h;
-      CHECK(found.rotation[axis] - 1 == Approx((loss(ahead) - loss(behind)) / (2 * h)).margin(1e-7));
-      ahead.rotation = behind.rotation = pose.rotation;
-      ahead.translation[axis] += h;
-      behind.translation[axis] -= h;
-      CHECK(found.translation[axis] - 1 == Approx((loss(ahead) - loss(behind)) / (2 * h)).margin(1e-7));
+      CHECK(found.rotation[axis] - 1 == Approx(slope_by(at.rotation[axis], 1e-5, value)).margin(1e-7));
+      CHECK(found.translation[axis] - 1 == Approx(slope_by(at.translation[axis], 1e-5, value)).margin(1e-7));
     }
   }
 }

@@ -2,6 +2,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
+#include "../support/threads.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;
@@ -185,11 +186,5 @@ TEST_CASE("pairs of faces are the same for any number of threads", "[raster][cro
   for (std::size_t pixel = 0; pixel < 72; ++pixel)
     for (std::int32_t face = 0; face < 400; ++face)
       if ((static_cast<std::size_t>(face) * 31 + pixel) % 7 < 3) seen.band(pixel / 8).add(pixel, face);
-  const int threads = tapestry::thread_count();
-  tapestry::limit_threads(1);
-  const auto one = raster::crossing_faces(mesh, edges, seen);
-  tapestry::limit_threads(3);
-  CHECK(raster::crossing_faces(mesh, edges, seen) == one);
-  tapestry::limit_threads(threads);
-  CHECK(!one.empty());
+  CHECK(!same_by_threads({1, 3}, [&] { return raster::crossing_faces(mesh, edges, seen); }).empty());
 }

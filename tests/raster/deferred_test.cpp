@@ -7,6 +7,7 @@
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
+#include "../support/threads.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;
@@ -217,20 +218,14 @@ TEST_CASE("a crowded picture shaded by a user's formula agrees with central diff
 
 TEST_CASE("deferred shading has the same bits on one thread and two", "[raster][deferred][determinism]") {
   const auto mesh = crowded();
-  const auto run = [&](int threads) {
-    tapestry::limit_threads(threads);
+  same_by_threads({1, 2}, [&] {
     ActiveTape<float> tape;
     const auto x = tape.input(positions_of<float>(mesh));
     const auto rasterised = raster::rasterise<float>(mesh, {}, 40, 40, x);
     const auto out = raster::antialias(rasterised, raster::interpolate(rasterised, x));
     tape.reverse(out, random_array<float>({40, 40, 3}, 1));
     return std::pair(out.value(), x.adjoint());
-  };
-  const int before = tapestry::thread_count();
-  const auto one = run(1), two = run(2);
-  tapestry::limit_threads(before);
-  CHECK((one.first == two.first));
-  CHECK((one.second == two.second));
+  });
 }
 
 TEST_CASE("deferred shading takes meshes with nothing to see", "[raster][deferred]") {

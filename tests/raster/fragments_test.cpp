@@ -3,6 +3,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
+#include "../support/threads.hpp"
 
 namespace raster = tapestry::raster;
 using tapestry::geometry::Camera, tapestry::geometry::Mesh, tapestry::geometry::Vector3;
@@ -124,11 +125,10 @@ TEST_CASE("list_fragments packs what fragments() finds, with the same bits for a
           "[raster][fragments]") {
   const Mesh mesh = tapestry::test::random_triangles(300, 4, 0.4);
   const Camera camera;
-  const int threads = tapestry::thread_count();
   for (const std::size_t samples : std::vector<std::size_t>{1, 2, 4, 8}) {
     const auto expected = raster::fragments(raster::visibility(mesh, camera, 41, 70, samples), mesh, camera);
     for (const int count : {1, 2, 3, 8}) {
-      tapestry::limit_threads(count);
+      const tapestry::test::Threads cap(count);
       const auto list = raster::list_fragments(mesh, camera, 41, 70, samples);
       std::size_t next = 0, wrong = 0;
       for (const auto& band : list.bands) {
@@ -145,7 +145,6 @@ TEST_CASE("list_fragments packs what fragments() finds, with the same bits for a
       CHECK(next == expected.size());
       CHECK(wrong == 0);
     }
-    tapestry::limit_threads(threads);
   }
 }
 

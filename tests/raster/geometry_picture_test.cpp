@@ -2,6 +2,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
+#include "../support/threads.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
 using namespace tapestry;
@@ -168,22 +169,15 @@ TEST_CASE("a half plane that moves takes its depth along, and its edge",
 
 TEMPLATE_TEST_CASE("pictures of geometry and their gradients have the same bits for any number of threads",
                    "[raster][geometry_picture]", raster::Depth, raster::SurfacePosition, raster::Normal) {
-  const int threads = tapestry::thread_count();
   const auto mesh = test::random_triangles(200, 3, 0.9);
-  std::vector<Picture<TestType>> pictures;
-  std::vector<std::vector<Vector3>> gradients;
-  for (const int count : {1, 2, 3}) {
-    tapestry::limit_threads(count);
-    pictures.push_back(raster::geometry_picture<TestType, double>(mesh, Camera{}, 90, 70));
-    gradients.emplace_back(mesh.positions.size(), Vector3{0, 0, 0});
-    raster::geometry_picture_adjoint<TestType>(mesh, Camera{}, pictures.front(), gradients.back());
-  }
-  tapestry::limit_threads(threads);
-  CHECK(gradients[0] != std::vector<Vector3>(mesh.positions.size(), Vector3{0, 0, 0}));
-  for (const std::size_t i : {std::size_t{1}, std::size_t{2}}) {
-    CHECK((pictures[0] == pictures[i]));
-    CHECK(gradients[0] == gradients[i]);
-  }
+  const std::vector<Vector3> zeros(mesh.positions.size(), Vector3{0, 0, 0});
+  const auto drawn_with_gradient = same_by_threads({1, 2, 3}, [&] {
+    const auto picture = raster::geometry_picture<TestType, double>(mesh, Camera{}, 90, 70);
+    auto gradient = zeros;
+    raster::geometry_picture_adjoint<TestType>(mesh, Camera{}, picture, gradient);
+    return std::pair(picture, gradient);
+  });
+  CHECK(drawn_with_gradient.second != zeros);
 }
 
 TEMPLATE_TEST_CASE("pictures of geometry in hard cases", "[raster][geometry_picture][bad_input]",

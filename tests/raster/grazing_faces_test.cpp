@@ -3,6 +3,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/edge_on_scene.hpp"
+#include "../support/threads.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
 using namespace tapestry;
@@ -100,19 +101,12 @@ TEST_CASE("a box's bottom nearly edge-on moves as the exact picture does, with a
 TEST_CASE("gradients of planes nearly edge-on are the same for any threads, and in float",
           "[raster][vertex_gradient][hard_case]") {
   const EdgeOnScene scene(test::edge_on_truck(), 48);
-  const int threads = tapestry::thread_count();
   const auto camera = EdgeOnScene::camera_at(-0.123, 1.8);
-  std::vector<std::vector<Vector3>> gradients;
-  for (const int count : {1, 3}) {
-    tapestry::limit_threads(count);
-    gradients.push_back(scene.gradient<double>(camera, 4));
-  }
-  tapestry::limit_threads(threads);
-  CHECK(gradients[0] == gradients[1]);
+  const auto gradient = same_by_threads({1, 3}, [&] { return scene.gradient<double>(camera, 4); });
   const auto in_float = scene.gradient<float>(camera, 4);
-  const double largest = test::largest_component(gradients[0]);
+  const double largest = test::largest_component(gradient);
   for (std::size_t i = 0; i < in_float.size(); ++i)
-    CHECK(geometry::length(geometry::subtract(in_float[i], gradients[0][i])) <= 1e-5 * largest);
+    CHECK(geometry::length(geometry::subtract(in_float[i], gradient[i])) <= 1e-5 * largest);
 }
 
 // The bottom is 3.4 px thick: with 2 x 2 samples it is integrated along lines, with 8 x 8 it is sampled.

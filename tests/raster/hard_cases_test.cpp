@@ -6,6 +6,7 @@
 #include "../support/catch.hpp"
 #include "../support/paint.hpp"
 #include "../support/random_array.hpp"
+#include "../support/relative_distance.hpp"
 #include "../support/simple_mesh.hpp"
 
 using namespace tapestry;
@@ -19,12 +20,6 @@ Array<double, 3> picture_of(const Mesh& mesh, const raster::TextureLayout& layou
   const auto view = raster::texture_operator<double>({mesh, every_face(mesh), layout}, Camera{}, height,
                                                      width, raster::Unlit{}, 4);
   return raster::render(view, random_array<double>({view.texel_count, 3}, seed));
-}
-
-double largest_difference(const Array<double, 3>& a, const Array<double, 3>& b) {
-  double largest = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(a.data()[i] - b.data()[i]));
-  return largest;
 }
 
 bool is_finite(const std::vector<Vector3>& gradient) {

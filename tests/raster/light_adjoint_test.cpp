@@ -8,6 +8,7 @@
 #include "../support/paint.hpp"
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
+#include "../support/threads.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;
@@ -124,19 +125,14 @@ TEST_CASE("the light of a wall that faces it, worked out by hand", "[raster][lig
 }
 
 TEST_CASE("light_adjoint has the same bits for any number of threads", "[raster][light]") {
-  const int threads = tapestry::thread_count();
   const auto body = some_body(test::atlas, 200);
   const auto texels = random_array<float>({128, 3}, 2);
-  std::vector<Array<float, 1>> gradients;
-  for (const int count : {1, 2, 3}) {
-    tapestry::limit_threads(count);
-    gradients.push_back(tapestry::zeros<float, 1>({8}));
+  same_by_threads({1, 2, 3}, [&] {
+    auto gradient = tapestry::zeros<float, 1>({8});
     raster::light_adjoint(body, Camera{}, raster::SmoothLight{warm}, texels,
-                          random_array<float>({200, 150, 3}, 3), gradients.back());
-  }
-  tapestry::limit_threads(threads);
-  CHECK((gradients[0] == gradients[1]));
-  CHECK((gradients[0] == gradients[2]));
+                          random_array<float>({200, 150, 3}, 3), gradient);
+    return gradient;
+  });
 }
 
 TEST_CASE("a light of other than eight numbers is refused", "[raster][light][bad_input]") {

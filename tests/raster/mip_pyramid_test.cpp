@@ -4,9 +4,11 @@
 #include <tapestry/raster/used_texels.hpp>
 
 #include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/simple_mesh.hpp"
+#include "../support/threads.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;
@@ -88,10 +90,8 @@ TEST_CASE("the adjoint of a pyramid is its transpose, whatever is used", "[raste
       auto gradient = tapestry::zeros<double, 2>({texels, 3});
       pyramid.adjoint(y, gradient);
       pyramid.adjoint(y, gradient);  // adds
-      double left = 0, right = 0;
-      for (std::size_t i = 0; i < y.size(); ++i) left += y.data()[i] * forward.data()[i];
-      for (std::size_t i = 0; i < x.size(); ++i) right += gradient.data()[i] * x.data()[i] / 2;
-      CHECK(std::abs(left - right) <= 1e-12 * static_cast<double>(y.size()));
+      CHECK(std::abs(test::dot(y, forward) - test::dot(gradient, x) / 2) <=
+            1e-12 * static_cast<double>(y.size()));
     }
   }
 }
@@ -100,17 +100,12 @@ TEST_CASE("a pyramid has the same bits for any number of threads", "[raster][mip
   const auto layout = layout_of(257, 300);
   const raster::MipPyramid pyramid(layout, patches(257, 300));
   const auto texels = random_array<float>({257 * 300, 3}, 4);
-  const int available = tapestry::thread_count();
-  const auto run = [&](int threads) {
-    tapestry::limit_threads(threads);
+  same_by_threads({1, 2, 5}, [&] {
     auto gradient = tapestry::zeros<float, 2>(texels.shape());
     const auto levels = pyramid(texels);
     pyramid.adjoint(levels, gradient);
-    tapestry::limit_threads(available);
     return std::pair{levels, gradient};
-  };
-  CHECK((run(1) == run(2)));
-  CHECK((run(1) == run(5)));
+  });
 }
 
 TEST_CASE("what no face refers to shows in no level", "[raster][mip_pyramid]") {
@@ -361,15 +356,11 @@ TEST_CASE("pictures by kernels are those of the operator in double, at borders a
   body.mesh.uvs.front() = {0, 1};  // on the border
   body.painted[7] = 0;
   const auto texels = random_array<float>({raster::stored_texel_count(layout, body.mesh), 3}, 5);
-  Array<double, 2> same = tapestry::zeros<double, 2>(texels.shape());
-  for (std::size_t i = 0; i < texels.size(); ++i) same.data()[i] = static_cast<double>(texels.data()[i]);
   const auto drawn = raster::render_textured<float>(body, Camera{}, 48, 64, raster::Unlit{}, texels, 4);
-  const auto expected =
-      raster::render(raster::texture_operator<double>(body, Camera{}, 48, 64, raster::Unlit{}, 4), same);
-  double error = 0;
-  for (std::size_t i = 0; i < expected.size(); ++i)
-    error = std::max(error, std::abs(static_cast<double>(drawn.colour.data()[i]) - expected.data()[i]));
-  CHECK(error <= 2e-5);  // places of 19 lookups reach 2 · 19 texels: 38 · 2⁻²⁴ of a texel each, and sums
+  const auto in_double = raster::texture_operator<double>(body, Camera{}, 48, 64, raster::Unlit{}, 4);
+  const auto expected = raster::render(in_double, tapestry::cast<double>(texels));
+  CHECK(test::largest_difference(drawn.colour, expected) <=
+        2e-5);  // places of 19 lookups reach 2 · 19 texels: 38 · 2⁻²⁴ of a texel each, and sums
 }
 
 TEST_CASE("lookups have the same bits with any instruction set", "[raster][atlas_filter]") {

@@ -3,6 +3,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/random_array.hpp"
+#include "../support/relative_distance.hpp"
 #include "../support/simple_mesh.hpp"
 
 namespace raster = tapestry::raster;
@@ -22,10 +23,7 @@ TEST_CASE("render_textured equals the picture of a texture operator", "[raster][
       const auto linear =
           raster::texture_operator<double>({mesh, painted, layout}, camera, 37, 70, light, samples);
       const auto expected = raster::render(linear, texels);
-      double error = 0;
-      for (std::size_t i = 0; i < expected.size(); ++i)
-        error = std::max(error, std::abs(picture.colour.data()[i] - expected.data()[i]));
-      CHECK(error <= 1e-12);
+      CHECK(tapestry::test::largest_difference(picture.colour, expected) <= 1e-12);
       CHECK(picture.coverage == linear.coverage);
     }
   }

@@ -5,6 +5,7 @@
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
+#include "../support/threads.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
 using namespace tapestry;
@@ -149,26 +150,16 @@ TEST_CASE("recorded twice before one reverse gives the sum, exactly", "[raster][
 }
 
 TEST_CASE("derivatives on the tape have the same bits for any number of threads", "[raster][variable]") {
-  const int threads = tapestry::thread_count();
   const raster::PaintedMesh body{test::random_triangles(300, 5, 0.4), std::vector<std::uint8_t>(300, 1),
                                  test::small_atlas};
   const Values values(body);
-  std::vector<Array<double, 2>> positions;
-  std::vector<Array<double, 1>> poses;
-  for (const int count : {1, 2, 3}) {
-    tapestry::limit_threads(count);
+  same_by_threads({1, 2, 3}, [&] {
     ActiveTape<double> tape;
     const auto inputs = values.active(tape);
     const auto drawn = raster::render(body, Camera{}, side, side, warm, inputs);
     tape.reverse(weighted(drawn.picture) + tapestry::sum(drawn.coverage));
-    positions.push_back(inputs.positions.adjoint());
-    poses.push_back(inputs.pose.adjoint());
-  }
-  tapestry::limit_threads(threads);
-  for (std::size_t i = 1; i < 3; ++i) {
-    CHECK((positions[0] == positions[i]));
-    CHECK((poses[0] == poses[i]));
-  }
+    return std::pair(inputs.positions.adjoint(), inputs.pose.adjoint());
+  });
 }
 
 TEST_CASE("passive inputs record nothing", "[raster][variable]") {
@@ -232,12 +223,9 @@ TEST_CASE("sun and sky are differentiated on the tape, but a mesh does not move 
   ActiveTape<double> tape;
   const auto numbers = tape.input(start);
   tape.reverse(loss(numbers));
-  const double h = 1e-6;
+  auto at = start;
   for (std::size_t i = 0; i < start.size(); ++i) {
-    auto ahead = start, behind = start;
-    ahead(i) += h;
-    behind(i) -= h;
-    const double expected = (loss(ahead).value() - loss(behind).value()) / (2 * h);
+    const double expected = test::slope_by(at(i), 1e-6, [&] { return loss(at).value(); });
     CHECK(std::abs(numbers.adjoint()(i) - expected) <= 1e-6 * (1 + std::abs(expected)));
   }
   RenderInputs<double> moving{values.texels};

@@ -220,13 +220,10 @@ TEST_CASE("a pose's gradient through a neighbour agrees with central differences
   geometry::Pose gradient;
   geometry::placed_adjoint(pose, car.mesh.positions, {own.begin(), own.end()}, gradient);
   const double step = test::central_difference_step<double>();
+  auto at = pose;
   for (std::size_t k = 0; k < 6; ++k) {
-    const auto moved = [&](double way) {
-      auto at = pose;
-      (k < 3 ? at.rotation[k] : at.translation[k - 3]) += way;
-      return depth(at);
-    };
-    const double expected = (moved(step) - moved(-step)) / (2 * step);
+    const double expected =
+        test::slope_by(k < 3 ? at.rotation[k] : at.translation[k - 3], step, [&] { return depth(at); });
     CHECK(std::abs((k < 3 ? gradient.rotation[k] : gradient.translation[k - 3]) - expected) <= 1e-6);
   }
   CHECK(std::abs(gradient.translation[2]) > 1);

@@ -2,29 +2,12 @@
 
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
+#include "../support/uv_triangles.hpp"
 
 using namespace tapestry;
+using test::body_of, test::UvTriangle;
 
 namespace {
-
-using UvTriangle = std::array<std::array<double, 2>, 3>;
-
-/// Triangles of uv alone, each with uvs of its own; their places in space do not matter.
-raster::PaintedMesh body_of(const std::vector<UvTriangle>& triangles, std::size_t height, std::size_t width) {
-  raster::PaintedMesh body;
-  body.layout.height = height;
-  body.layout.width = width;
-  body.mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  for (const auto& triangle : triangles) {
-    const auto first = static_cast<std::int32_t>(body.mesh.uvs.size());
-    body.mesh.uvs.insert(body.mesh.uvs.end(), triangle.begin(), triangle.end());
-    body.mesh.faces.push_back({0, 1, 2});
-    body.mesh.face_uvs.push_back({first, first + 1, first + 2});
-    body.painted.push_back(1);
-  }
-  return body;
-}
-
 /// Both halves of the rectangle [left, right] × [low, high].
 std::vector<UvTriangle> rectangle(double left, double right, double low, double high) {
   return {{{{left, low}, {right, low}, {right, high}}}, {{{left, low}, {right, high}, {left, high}}}};

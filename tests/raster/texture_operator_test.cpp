@@ -7,7 +7,9 @@
 #include "../support/finite_difference.hpp"
 #include "../support/paint.hpp"
 #include "../support/random_array.hpp"
+#include "../support/relative_distance.hpp"
 #include "../support/simple_mesh.hpp"
+#include "../support/threads.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;
@@ -43,10 +45,7 @@ TEST_CASE("an atlas of the picture's size comes out as it is, row 0 on top", "[r
       raster::texture_operator<double>({mesh, every_face(mesh), layout}, Camera{}, 6, 8, unlit, 1);
   const auto texels = random_array<double>({48, 3}, 1);
   const auto image = raster::render(picture, texels);
-  double error = 0;
-  for (std::size_t i = 0; i < image.size(); ++i)
-    error = std::max(error, std::abs(image.data()[i] - texels.data()[i]));
-  CHECK(error <= 1e-12);
+  CHECK(test::largest_difference(image, texels) <= 1e-12);
   for (const double value : picture.coverage.storage()) CHECK(value == 1.0);
 }
 
@@ -241,30 +240,20 @@ TEMPLATE_TEST_CASE("render_adjoint agrees with central differences", "[raster][g
 
 TEST_CASE("operator, picture and gradient have the same bits for any number of threads",
           "[raster][texture_operator]") {
-  const int threads = tapestry::thread_count();
   const Mesh mesh = random_triangles(500, 13, 0.3);
   const auto texels = random_array<float>({mesh.faces.size() * 27, 3}, 14);
   const auto y = random_array<float>({70, 90, 3}, 15, -1);
-  std::vector<Array<float, 3>> images;
-  std::vector<Array<float, 2>> gradients;
-  for (const int count : {1, 3, 4}) {
-    tapestry::limit_threads(count);
+  same_by_threads({1, 3, 4}, [&] {
     const auto picture =
         raster::texture_operator<float>({mesh, every_face(mesh), cube}, Camera{}, 70, 90, warm);
-    images.push_back(raster::render(picture, texels));
-    gradients.push_back(tapestry::zeros<float, 2>({mesh.faces.size() * 27, 3}));
-    raster::render_adjoint(picture, y, gradients.back());
-  }
-  tapestry::limit_threads(threads);
-  CHECK((images[0] == images[1]));
-  CHECK((images[0] == images[2]));
-  CHECK((gradients[0] == gradients[1]));
-  CHECK((gradients[0] == gradients[2]));
+    auto gradient = tapestry::zeros<float, 2>({mesh.faces.size() * 27, 3});
+    raster::render_adjoint(picture, y, gradient);
+    return std::pair(raster::render(picture, texels), gradient);
+  });
 }
 
 TEMPLATE_TEST_CASE("tiles of texels add up to the same bits for any number of threads",
                    "[raster][texture_operator][threads]", float, double) {
-  const int threads = tapestry::thread_count();
   const Mesh mesh = random_triangles(500, 13, 0.3);
   const auto y = random_array<TestType>({70, 90, 3}, 15, -1);
   raster::TextureLayout large = test::anisotropic;
@@ -276,15 +265,14 @@ TEMPLATE_TEST_CASE("tiles of texels add up to the same bits for any number of th
     REQUIRE(tiled.tiles->texels_of.size() == picture.texels_of.size());
     CHECK(raster::memory_bytes(tiled) >= raster::memory_bytes(picture) + 8 * picture.texels_of.size());
     const auto start = random_array<TestType>({picture.texel_count, 3}, 16);
-    tapestry::limit_threads(1);
     auto expected = start;
     raster::render_adjoint(picture, y, expected);
-    for (const int count : {1, 2, 3, 5}) {
-      tapestry::limit_threads(count);
+    const auto found = same_by_threads({1, 2, 3, 5}, [&] {
       auto gradient = start;
       raster::render_adjoint(tiled, y, gradient);
-      CHECK((gradient == expected));
-    }
+      return gradient;
+    });
+    CHECK((found == expected));
     const auto mask = random_array<TestType>({70, 90}, 17);
     auto masked = start, masked_tiled = start;
     raster::render_adjoint(raster::masked(picture, mask), y, masked);
@@ -298,7 +286,6 @@ TEMPLATE_TEST_CASE("tiles of texels add up to the same bits for any number of th
   auto gradient = tapestry::zeros<TestType, 2>({empty.texel_count, 3});
   raster::render_adjoint(empty, y, gradient);
   CHECK((gradient == tapestry::zeros<TestType, 2>({empty.texel_count, 3})));
-  tapestry::limit_threads(threads);
 }
 
 TEST_CASE("a view without the mesh, a view of one pixel and a mesh of one face",

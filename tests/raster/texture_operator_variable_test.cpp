@@ -8,6 +8,7 @@
 #include "../support/paint.hpp"
 #include "../support/random_array.hpp"
 #include "../support/simple_mesh.hpp"
+#include "../support/threads.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;
@@ -101,24 +102,17 @@ TEST_CASE("views that nothing depends on, passive textures and a second record c
 
 TEST_CASE("the tape keeps views alive and sums them to the same bits on any number of threads",
           "[raster][variable]") {
-  const int threads = tapestry::thread_count();
   const raster::TextureLayout large{raster::TextureKind::atlas, 300, 300, 1, 0};
-  for (const auto& layout : {test::atlas, large}) {
-    std::vector<Array<float, 2>> gradients;
-    for (const int count : {1, 2, 3}) {
-      tapestry::limit_threads(count);
+  for (const auto& layout : {test::atlas, large})
+    same_by_threads({1, 2, 3}, [&] {
       ActiveTape<float> tape;
       auto views = some_views<float>(4, layout);
       const auto input = tape.input(random_array<float>({views[0]->texel_count, 3}, 2));
       const auto loss = weighted(raster::render(views, input));
       views.clear();
       tape.reverse(loss);
-      gradients.push_back(input.adjoint());
-    }
-    CHECK((gradients[0] == gradients[1]));
-    CHECK((gradients[0] == gradients[2]));
-  }
-  tapestry::limit_threads(threads);
+      return input.adjoint();
+    });
 }
 
 TEST_CASE("render on the tape refuses a texture of another size", "[raster][variable][bad_input]") {

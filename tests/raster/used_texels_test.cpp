@@ -2,29 +2,12 @@
 #include <tapestry/raster/used_texels.hpp>
 
 #include "../support/catch.hpp"
+#include "../support/uv_triangles.hpp"
 
 using namespace tapestry;
+using test::body_of;
 
 namespace {
-
-/// Triangles of uv alone; where they are in space does not matter.
-raster::PaintedMesh body_of(const std::vector<std::array<std::array<double, 2>, 3>>& triangles,
-                            std::size_t height, std::size_t width, double u_extent = 1) {
-  raster::PaintedMesh body;
-  body.layout.height = height;
-  body.layout.width = width;
-  body.layout.u_extent = u_extent;
-  body.mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  for (const auto& triangle : triangles) {
-    const auto first = static_cast<std::int32_t>(body.mesh.uvs.size());
-    for (const auto& uv : triangle) body.mesh.uvs.push_back({uv[0], uv[1]});
-    body.mesh.faces.push_back({0, 1, 2});
-    body.mesh.face_uvs.push_back({first, first + 1, first + 2});
-    body.painted.push_back(1);
-  }
-  return body;
-}
-
 /// The texels that many lookups in the triangle take from.
 Array<double, 2> sampled(const raster::PaintedMesh& body, int samples) {
   auto used = tapestry::zeros<double, 2>({body.layout.height, body.layout.width});

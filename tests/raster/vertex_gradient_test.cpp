@@ -3,6 +3,7 @@
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/catch.hpp"
+#include "../support/threads.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 
 using namespace tapestry;
@@ -134,24 +135,14 @@ TEST_CASE("faces without area and corners that are not finite change nothing", "
 }
 
 TEST_CASE("the gradient has the same bits for any number of threads, and adds", "[raster][vertex_gradient]") {
-  const int threads = tapestry::thread_count();
   const Scene<raster::Light> scene{test::random_triangles(400, 5, 0.4), small_atlas, warm};
   const auto weights = smooth_weights();
   const auto check = [&](const auto& policy) {
-    std::vector<std::vector<Vector3>> gradients;
-    for (const int count : {1, 3, 4}) {
-      tapestry::limit_threads(count);
-      gradients.push_back(scene.gradient(weights, policy));
-    }
-    tapestry::limit_threads(threads);
-    CHECK(gradients[0] == gradients[1]);
-    CHECK(gradients[0] == gradients[2]);
-    raster::vertex_adjoint(scene.surface(), Camera{}, weights, gradients[1], policy);
-    double error = 0;
-    for (std::size_t i = 0; i < gradients[0].size(); ++i)
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        error = std::max(error, std::abs(gradients[1][i][axis] - 2 * gradients[0][i][axis]));
-    CHECK(error <= 1e-9);
+    const auto once = same_by_threads({1, 3, 4}, [&] { return scene.gradient(weights, policy); });
+    auto twice = once;
+    raster::vertex_adjoint(scene.surface(), Camera{}, weights, twice, policy);
+    for (std::size_t i = 0; i < once.size(); ++i)
+      CHECK(geometry::length(geometry::subtract(twice[i], geometry::scale(once[i], 2))) <= 1e-9);
   };
   check(raster::BoundaryIntegral{});
   check(raster::NeuralMeshRenderer{});

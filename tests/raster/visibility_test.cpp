@@ -3,6 +3,7 @@
 
 #include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
+#include "../support/threads.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;
@@ -349,19 +350,16 @@ TEST_CASE("visibility has the same bits for any number of threads and any instru
   }
   Camera camera = geometry::look_at({0.3, -0.2, -0.5}, {0.1, 0.2, 2.5}, {0.1, 1, 0.2}, 1.7);
   camera.near = 0.02;
-  const int threads = tapestry::thread_count();
-  tapestry::limit_threads(1);
   const auto expected = raster::visibility(mesh, camera, 150, 171);
   CHECK(std::count(expected.face.begin(), expected.face.end(), -1) < 150 * 171);
   for (const int count : {1, 2, 3, 8}) {
-    tapestry::limit_threads(count);
+    const Threads cap(count);
     for (const auto set : tapestry::instruction_sets()) {
       const auto kernels = raster::raster_kernels_of(set);
       const auto found = raster::visibility(mesh, camera, 150, 171, 2, raster::FaceCulling::none, kernels);
       CHECK(found.face == expected.face);
     }
   }
-  tapestry::limit_threads(threads);
 }
 
 TEST_CASE("kernels of all instruction sets set up the same triangles, to the bit", "[raster][visibility]") {

@@ -9,6 +9,7 @@
 #include "../support/onnx_builder.hpp"
 #include "../support/random_array.hpp"
 #include "../support/refusal.hpp"
+#include "../support/threads.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;
@@ -187,19 +188,13 @@ TEST_CASE("masks are the same bits for any number of threads", "[segment][u2_net
   const segment::U2Net network(small_network());
   const auto picture = random_array<float>({90, 50, 3}, 10);
   const auto weights = random_array<float>({90, 50}, 11);
-  const auto results = [&](int threads) {
-    tapestry::limit_threads(threads);
+  same_by_threads({1, 3}, [&] {
     segment::U2NetPass pass;
     network.forward(picture, pass, nn::Mode::input_gradient);
     auto adjoint = tapestry::zeros<float, 3>(picture.shape());
     network.pull_back(pass, weights, adjoint);
     return std::pair(pass.mask, adjoint);
-  };
-  const int before = tapestry::thread_count();
-  const auto one = results(1), three = results(3);
-  tapestry::limit_threads(before);
-  CHECK(one.first == three.first);
-  CHECK(one.second == three.second);
+  });
 }
 
 TEST_CASE("a model that leaves its size open takes that of the paper, or the one asked for",

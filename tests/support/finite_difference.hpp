@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <vector>
 
 namespace tapestry::test {
 /// Step h = ε^(1/3) of a central difference at arguments of order one.
@@ -20,6 +21,15 @@ auto dot(const Array& a, const Array& b) {
   return static_cast<typename Array::value_type>(sum);
 }
 
+/// The sum of dot() over arrays of all heads.
+template <class Array>
+requires requires { typename Array::value_type; }
+auto dot(const std::vector<Array>& a, const std::vector<Array>& b) {
+  typename Array::value_type sum = 0;
+  for (std::size_t h = 0; h < b.size(); ++h) sum += dot(a[h], b[h]);
+  return sum;
+}
+
 /// (f(x + h·v) − f(x − h·v)) / 2h
 template <class Function, class Array>
 auto central_difference(Function f, const Array& x, const Array& v) {
@@ -31,6 +41,24 @@ auto central_difference(Function f, const Array& x, const Array& v) {
     behind.data()[i] -= h * v.data()[i];
   }
   return (f(ahead) - f(behind)) / (2 * h);
+}
+
+/// (f() with `number` raised by h − f() with it lowered by h) / 2h. The number keeps its value.
+template <class Scalar, class Function>
+auto slope_by(Scalar& number, Scalar h, Function f) {
+  const Scalar here = number;
+  number = here + h;
+  const auto ahead = f();
+  number = here - h;
+  const auto behind = f();
+  number = here;
+  return (ahead - behind) / (2 * h);
+}
+
+/// The derivative of f at 0 by differences of fourth order.
+template <class Function>
+double fourth_order_difference(Function f, double h) {
+  return (8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h);
 }
 
 /// Bound 4·ε^(2/3)·max(1, |f|) on the error of central_difference().

@@ -2,6 +2,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "catch.hpp"
+
 namespace tapestry::test {
 /// ‖a − b‖ / ‖b‖ of `count` numbers, in double; 0 where both are 0.
 template <class A, class B>
@@ -20,5 +22,17 @@ double relative_distance(const A* a, const B* b, std::size_t count) {
 template <class A, class B>
 double relative_distance(const A& a, const B& b) {
   return relative_distance(a.data(), b.data(), b.size());
+}
+
+/// Largest |a − b| of two arrays of one size, in double; NaN if a difference is NaN.
+template <class A, class B>
+double largest_difference(const A& a, const B& b) {
+  REQUIRE(a.size() == b.size());
+  double largest = 0;
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    const double difference = std::abs(static_cast<double>(a.data()[i]) - static_cast<double>(b.data()[i]));
+    if (!(difference <= largest)) largest = difference;
+  }
+  return largest;
 }
 }  // namespace tapestry::test

@@ -1,5 +1,8 @@
 #pragma once
+#include <optional>
 #include <tapestry/core/parallel.hpp>
+
+#include "catch.hpp"
 
 namespace tapestry::test {
 
@@ -14,5 +17,19 @@ class Threads {
  private:
   int before_ = thread_count();
 };
+
+/// Result of run(), after a check that it is the same with each of these numbers of threads.
+template <class Run>
+auto same_by_threads(std::initializer_list<int> counts, Run run) {
+  std::optional<decltype(run())> first;
+  for (const int count : counts) {
+    const Threads cap(count);
+    auto result = run();
+    CAPTURE(count);
+    CHECK((!first || result == *first));
+    first = std::move(result);
+  }
+  return *std::move(first);
+}
 
 }  // namespace tapestry::test

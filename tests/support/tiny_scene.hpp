@@ -90,11 +90,17 @@ void spoil(detect::Detector<T>& detector) {
   detector.set_weights(filled<T, 1>({detector.weights().size()}, std::numeric_limits<T>::quiet_NaN()));
 }
 
+/// Views of the frames load(0), load(1), ….
+template <class T, class Load>
+camouflage::ViewStore<T> tiny_store(const raster::PaintedMesh& car, std::size_t count,
+                                    const typename camouflage::ViewStore<T>::Settings& settings, Load load) {
+  std::vector<typename camouflage::ViewStore<T>::Loader> loaders;
+  for (std::size_t i = 0; i < count; ++i) loaders.push_back([load, i] { return load(i); });
+  return {car, settings, std::move(loaders)};
+}
 template <class T>
 camouflage::ViewStore<T> tiny_store(const raster::PaintedMesh& car, std::size_t count) {
-  std::vector<typename camouflage::ViewStore<T>::Loader> loaders;
-  for (std::size_t i = 0; i < count; ++i) loaders.push_back([i] { return tiny_frame(i); });
-  return {car, {48, 48, 2}, std::move(loaders)};
+  return tiny_store<T>(car, count, {48, 48, 2}, [](std::size_t i) { return tiny_frame(i); });
 }
 
 }  // namespace tapestry::test

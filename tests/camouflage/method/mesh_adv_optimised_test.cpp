@@ -1,7 +1,9 @@
 #include <tapestry/camouflage/method/comparators.hpp>
 
+#include "../../support/finite_difference.hpp"
 #include "../../support/pipeline_gradient.hpp"
 #include "../../support/random_array.hpp"
+#include "../../support/threads.hpp"
 #include "../../support/tiny_scene.hpp"
 
 using namespace tapestry;
@@ -109,15 +111,10 @@ TEST_CASE("before the car's side the gradient by texture and offsets agrees with
   const std::size_t texels = car.layout.texel_count(car.mesh);
   const auto gradient = test::pipeline_gradient(objective, views, start);
   std::size_t moved = 0;
+  auto at = start;
+  const auto value = [&] { return objective(ArrayVariable<double, 2>(at), views).value(); };
   for (std::size_t i = 3 * texels; i < start.size(); ++i) {
-    const double h = 1e-5;
-    auto ahead = start, behind = start;
-    ahead.data()[i] += h;
-    behind.data()[i] -= h;
-    const auto value = [&](const Array<double, 2>& at) {
-      return objective(ArrayVariable<double, 2>(at), views).value();
-    };
-    const double numeric = (value(ahead) - value(behind)) / (2 * h);
+    const double numeric = test::slope_by(at.data()[i], 1e-5, value);
     CAPTURE(i - 3 * texels, numeric, gradient.data()[i]);
     CHECK(std::abs(gradient.data()[i] - numeric) <= 1e-6 * std::max(std::abs(numeric), 1e-2));
     if (std::abs(numeric) > 1e-4) ++moved;
@@ -196,15 +193,13 @@ TEST_CASE("texture and shape are trained together, within bounds, to the same bi
     for (std::size_t i = first; i < first + 3; ++i) sum += of.history()[i].total;  // an epoch
     return sum / 3;
   };
-  const auto run = [&](int threads) {
-    tapestry::limit_threads(threads);
+  const auto run = [&] {
     auto whole = training();
     while (!whole.finished()) whole.step();
     CHECK(mean_loss(whole, 33) < mean_loss(whole, 0));
     return whole.parameter();
   };
-  const auto one = run(1), two = run(2);
-  CHECK((one == two));
+  const auto one = test::same_by_threads({1, 2}, run);
   auto first = training();
   for (int step = 0; step < 17; ++step) first.step();
   auto second = training();

@@ -3,6 +3,7 @@
 #include "../../support/pipeline_gradient.hpp"
 #include "../../support/random_array.hpp"
 #include "../../support/stepped_car.hpp"
+#include "../../support/threads.hpp"
 
 using namespace tapestry;
 
@@ -81,15 +82,13 @@ TEST_CASE("a method trains to the same bits with one and two threads, and goes o
     return camouflage::Training<float>(objective, store, {0, 1, 2},
                                        camouflage::first_parameter(objective.method(), start), options);
   };
-  const auto run = [&](int threads) {
-    tapestry::limit_threads(threads);
+  const auto run = [&] {
     auto whole = training();
     while (!whole.finished()) whole.step();
     return whole.parameter();
   };
   INFO(name);
-  const auto one = run(1), two = run(2);
-  CHECK((one == two));
+  const auto one = test::same_by_threads({1, 2}, run);
   auto first = training();
   for (int step = 0; step < 5 && !first.finished(); ++step) first.step();
   auto second = training();

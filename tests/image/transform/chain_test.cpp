@@ -5,6 +5,7 @@
 #include "../../support/catch.hpp"
 #include "../../support/finite_difference.hpp"
 #include "../../support/random_array.hpp"
+#include "../../support/threads.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;
@@ -126,18 +127,12 @@ TEST_CASE("transformations give the same bits on one thread and two", "[image][t
   const auto out_adjoint = random_array<float>({70, 50, 3}, 2, -1, 1);
   image::TransformationChain chain;
   for (const auto& kind : all_kinds()) chain.push_back(kind.transformation);
-  const auto run = [&](int threads) {
-    tapestry::limit_threads(threads);
+  same_by_threads({1, 2}, [&] {
     const auto stages = image::transformation_stages(picture, chain);
     Array<float, 3> adjoint = xt::zeros_like(picture);
     image::transformed_adjoint(stages, chain, out_adjoint, adjoint);
     return std::pair(stages.back(), adjoint);
-  };
-  const int before = tapestry::thread_count();
-  const auto one = run(1), two = run(2);
-  tapestry::limit_threads(before);
-  CHECK((one.first == two.first));
-  CHECK((one.second == two.second));
+  });
 }
 
 TEST_CASE("chains refuse what does not fit", "[image][transform][bad_input]") {

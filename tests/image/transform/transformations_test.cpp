@@ -1,4 +1,3 @@
-#include <numbers>
 #include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/detail/transform/camera_effects.hpp>
 #include <tapestry/image/detail/transform/warp.hpp>
@@ -8,6 +7,7 @@
 
 #include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"
+#include "../../support/relative_distance.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;
@@ -174,10 +174,7 @@ TEST_CASE("sensor noise has the mean and the variance that its model says", "[im
 TEST_CASE("JPEG of quality 100 and of a constant change little", "[image][transform][jpeg]") {
   const auto picture = waves(24, 40);
   const auto out = image::transformed(picture, image::JpegCompression{100, false});
-  double worst = 0;
-  for (std::size_t i = 0; i < picture.size(); ++i)
-    worst = std::max(worst, std::abs(out.data()[i] - picture.data()[i]));
-  CHECK(worst <= 3.0 / 255);
+  CHECK(test::largest_difference(out, picture) <= 3.0 / 255);
   const auto grey = tapestry::filled<double, 3>({3, 5, 3}, 128.0 / 255);
   const auto same = image::transformed(grey, image::JpegCompression{10});
   for (const double value : same.storage()) CHECK(value == Approx(128.0 / 255).epsilon(1e-12));
