@@ -1,7 +1,6 @@
 #include <tapestry/loss/adversarial.hpp>
 
-#include "../support/catch.hpp"
-#include "../support/finite_difference.hpp"
+#include "../support/head_adjoints.hpp"
 #include "../support/tiny_heads.hpp"
 
 using namespace tapestry;
@@ -39,9 +38,16 @@ loss::Predictions<T> view(const std::vector<detect::Head>& heads, const Logits<T
   return {heads, loss::to_read(logits), image, input_height, input_width};
 }
 
-void fill(Logits<double>& logits, double value) {
-  for (auto& head : logits)
-    for (double& logit : head.storage()) logit = value;
+/// Logits that all have one value.
+Logits<double> level(double value, DecodeFamily decode = DecodeFamily::darknet) {
+  auto logits = random_logits<double>(1, 1, decode);
+  for (auto& head : logits) head.fill(value);
+  return logits;
+}
+
+DecodeFamily any_family() {
+  return GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox,
+                  DecodeFamily::distance);
 }
 
 /// Lets one candidate of image 1 predict exactly the given box with the given certainty.
@@ -68,8 +74,7 @@ const loss::Target car{0, {50.0, 30.0, 26.0, 17.0}};
 TEST_CASE("the paper's loss adds IoU, objectness and class probability of each scale",
           "[loss][adversarial]") {
   const auto heads = three_heads();
-  auto logits = random_logits<double>(1);
-  fill(logits, -60);  // every box vanishes and no candidate is sure of anything
+  auto logits = level(-60);  // every box vanishes and no candidate is sure of anything
   predict(heads, logits, {1, 0, 1, 3}, 20, 16, 2.0);  // centre (56, 24)
   predict(heads, logits, {2, 1, 3, 6}, 9, 14, 1.0);   // centre (52, 28)
   const loss::Target target{0, {56, 24, 20, 16}};
@@ -85,8 +90,7 @@ TEST_CASE("the paper's loss adds IoU, objectness and class probability of each s
 
 TEST_CASE("max_score is minus the log of the chance that nothing finds the target", "[loss][adversarial]") {
   const auto heads = three_heads();
-  auto logits = random_logits<double>(1);
-  fill(logits, -60);
+  auto logits = level(-60);
   predict(heads, logits, {1, 0, 1, 3}, 20, 16, 2.0);
   predict(heads, logits, {2, 1, 3, 6}, 9, 14, 1.0);
   const auto terms =
@@ -98,8 +102,7 @@ TEST_CASE("max_score is minus the log of the chance that nothing finds the targe
 
 TEST_CASE("vanish is the log of one plus the odds of every name", "[loss][adversarial]") {
   const auto heads = three_heads();
-  auto logits = random_logits<double>(1);
-  fill(logits, -60);
+  auto logits = level(-60);
   predict(heads, logits, {1, 0, 1, 3}, 20, 16, 2.0);
   const loss::Target target{0, {56, 24, 20, 16}};
   const auto predictions = view(heads, logits);
@@ -129,8 +132,7 @@ TEST_CASE("vanish is the log of one plus the odds of every name", "[loss][advers
 
 TEST_CASE("as_coded equals the published terms worked out by hand", "[loss][adversarial]") {
   auto heads = three_heads();
-  auto logits = random_logits<double>(1);
-  fill(logits, 0);
+  auto logits = level(0);
   for (auto& head : heads) head.scale_x_y = 1;
   // A target of 20 × 16 around (56, 24): ratios below 4 for all anchors, so two matches a head.
   const loss::Target target{1, {56, 24, 20, 16}};
@@ -170,8 +172,7 @@ TEST_CASE("anchors match up to a ratio of 4, in the cell of the centre only", "[
 }
 
 TEST_CASE("adversarial_adjoint agrees with central differences in double", "[loss][adversarial][gradient]") {
-  const auto decode =
-      GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox, DecodeFamily::distance);
+  const auto decode = any_family();
   const auto heads = three_heads(decode);
   const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::as_coded, AdversarialLoss::max_score,
                              AdversarialLoss::vanish);
@@ -196,23 +197,7 @@ TEST_CASE("adversarial_adjoint agrees with central differences in double", "[los
       }
       return value;
     };
-    for (std::size_t head = 0; head < heads.size(); ++head) {
-      auto direction = tapestry::zeros<double, 4>(logits[head].shape());
-      Random random(seed * 100 + head);
-      for (double& value : direction.storage()) value = random.uniform(-1, 1);
-      const double scale = 1 / std::sqrt(test::dot(direction, direction));
-      for (double& value : direction.storage()) value *= scale;
-      const auto value = [&](const Array<double, 4>& changed) {
-        auto at = logits;
-        at[head] = changed;
-        return alpha_free(at);
-      };
-      const double size = alpha_free(logits);
-      CAPTURE(seed, head, size);
-      CHECK(std::abs(test::dot(adjoint[head], direction) -
-                     test::central_difference(value, logits[head], direction)) <=
-            4 * test::central_difference_tolerance(size));
-    }
+    test::check_head_adjoints(adjoint, logits, seed, 4.0, alpha_free);
     for (const double slope : adjoint[0].storage()) REQUIRE(std::isfinite(slope));
     const auto half = adjoint[1].size() / 2;
     for (std::size_t i = 0; i < half; ++i) REQUIRE(adjoint[1].data()[i] == 0);  // image 0 is not touched
@@ -241,8 +226,7 @@ TEST_CASE("adversarial in float follows double", "[loss][adversarial]") {
 }
 
 TEST_CASE("descending a loss hides the target", "[loss][adversarial]") {
-  const auto decode =
-      GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox, DecodeFamily::distance);
+  const auto decode = any_family();
   const auto heads = three_heads(decode);
   const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::max_score, AdversarialLoss::vanish);
   auto logits = random_logits<double>(7, 3, decode);
@@ -257,8 +241,7 @@ TEST_CASE("descending a loss hides the target", "[loss][adversarial]") {
 
 TEST_CASE("the slope of an ultralytics box equals the one worked out by hand", "[loss][adversarial]") {
   const auto heads = three_heads(DecodeFamily::ultralytics);
-  auto logits = random_logits<double>(1);
-  fill(logits, std::log(3.0));  // σ = ¾, σ' = 3/16
+  auto logits = level(std::log(3.0));  // σ = ¾, σ' = 3/16
   const loss::Candidate candidate{2, 1, 3, 6};
   const auto box = loss::decoded_box(view(heads, logits), candidate);
   CHECK(box.cx == Approx(8 * (6 + 1.0)).epsilon(1e-14));
@@ -279,8 +262,7 @@ TEST_CASE("the slope of an ultralytics box equals the one worked out by hand", "
 TEST_CASE("a box of saturated ultralytics logits has a finite slope", "[loss][adversarial]") {
   const auto heads = three_heads(DecodeFamily::ultralytics);
   const double size = GENERATE(100.0, -100.0, 800.0, -800.0, 1e30);
-  auto logits = random_logits<double>(1);
-  fill(logits, size);
+  auto logits = level(size);
   auto adjoint = zeros_like(logits);
   loss::decoded_box_adjoint(view(heads, logits), {1, 0, 1, 3}, {1, 1, 1, 1}, loss::to_add_to(adjoint));
   for (const double slope : adjoint[1].storage()) REQUIRE(std::isfinite(slope));
@@ -339,12 +321,10 @@ TEST_CASE("a target box touching or crossing the border is measured whole", "[lo
 }
 
 TEST_CASE("saturated logits give finite losses and gradients", "[loss][adversarial]") {
-  const auto decode =
-      GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox, DecodeFamily::distance);
+  const auto decode = any_family();
   const auto heads = three_heads(decode);
   const double size = GENERATE(100.0, -100.0, 800.0, -800.0, 1e30);
-  auto logits = random_logits<double>(6, 1, decode);
-  fill(logits, size);
+  const auto logits = level(size, decode);
   for (const auto kind : all_kinds) {
     if (kind == AdversarialLoss::as_coded && size == 1e30) continue;
     CAPTURE(size, loss::name_of(kind), detect::name_of(decode));
@@ -358,8 +338,7 @@ TEST_CASE("saturated logits give finite losses and gradients", "[loss][adversari
 
 TEST_CASE("max_score still pulls where the detector is utterly sure", "[loss][adversarial]") {
   const auto heads = three_heads();
-  auto logits = random_logits<double>(1);
-  fill(logits, -60);
+  auto logits = level(-60);
   predict(heads, logits, {1, 0, 1, 3}, 20, 16, 100.0);
   const auto predictions = view(heads, logits);
   const loss::Target target{0, loss::decoded_box(predictions, {1, 0, 1, 3})};
@@ -372,8 +351,7 @@ TEST_CASE("max_score still pulls where the detector is utterly sure", "[loss][ad
 
 TEST_CASE("a tie goes to the first candidate", "[loss][adversarial]") {
   const auto heads = three_heads();
-  auto logits = random_logits<double>(1);
-  fill(logits, -60);
+  auto logits = level(-60);
   predict(heads, logits, {1, 0, 1, 2}, 16, 16, 1.0);  // 8 px left of the target's centre
   predict(heads, logits, {1, 0, 1, 3}, 16, 16, 1.0);  // 8 px right of it
   const auto found = loss::responsible(view(heads, logits), 1, {0, {48, 24, 16, 16}});
@@ -382,8 +360,7 @@ TEST_CASE("a tie goes to the first candidate", "[loss][adversarial]") {
 }
 
 TEST_CASE("responsible is the maximum over every candidate", "[loss][adversarial]") {
-  const auto decode =
-      GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox, DecodeFamily::distance);
+  const auto decode = any_family();
   const auto heads = three_heads(decode);
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     auto logits = random_logits<double>(seed, 0.2 * static_cast<double>(seed), decode);
@@ -402,8 +379,7 @@ TEST_CASE("responsible is the maximum over every candidate", "[loss][adversarial
 }
 
 TEST_CASE("NaN arriving in the loss is passed on", "[loss][adversarial]") {
-  const auto decode =
-      GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics, DecodeFamily::yolox, DecodeFamily::distance);
+  const auto decode = any_family();
   const auto heads = three_heads(decode);
   for (const auto kind : all_kinds) {
     auto logits = random_logits<double>(8, 1, decode);

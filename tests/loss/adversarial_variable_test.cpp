@@ -1,9 +1,8 @@
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/adversarial.hpp>
 
 #include "../support/active_tape.hpp"
-#include "../support/catch.hpp"
-#include "../support/finite_difference.hpp"
+#include "../support/head_adjoints.hpp"
+#include "../support/threads.hpp"
 #include "../support/tiny_heads.hpp"
 
 using namespace tapestry;
@@ -89,18 +88,10 @@ TEMPLATE_TEST_CASE("every term of adversarial on the tape agrees with central di
   const TinyHeads detector;
   const auto logits = detector.logits<T>(cars.size(), 4);
   const auto gradient = gradient_of_mixed(logits, kind);
-  for (std::size_t head = 0; head < 3; ++head) {
-    auto direction = detector.logits<T>(cars.size(), 5)[head];
-    direction /= std::sqrt(test::dot(direction, direction));
-    const auto value = [&](const Array<T, 4>& changed) {
-      std::vector<ArrayVariable<T, 4>> at(logits.begin(), logits.end());
-      at[head] = changed;
-      return mixed(loss::adversarial(detector, at, cars, kind, weights)).value();
-    };
-    CHECK(std::abs(test::dot(gradient[head], direction) -
-                   test::central_difference(value, logits[head], direction)) <=
-          4 * test::central_difference_tolerance(value(logits[head])));
-  }
+  check_head_adjoints(gradient, logits, 5, T(4), [&](const Logits<T>& numbers) {
+    const std::vector<ArrayVariable<T, 4>> at(numbers.begin(), numbers.end());
+    return mixed(loss::adversarial(detector, at, cars, kind, weights)).value();
+  });
 }
 
 TEST_CASE("adversarial recorded twice on one tape gives the sum of both gradients", "[loss][tape]") {
@@ -158,13 +149,7 @@ TEST_CASE("adversarial on the tape gives the same bits with one thread and with 
   const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::as_coded, AdversarialLoss::max_score,
                              AdversarialLoss::vanish);
   const auto logits = TinyHeads().logits<float>(3, 9);
-  const int threads = tapestry::thread_count();
-  tapestry::limit_threads(1);
-  const auto one = gradient_of_mixed(logits, kind);
-  tapestry::limit_threads(2);
-  const auto two = gradient_of_mixed(logits, kind);
-  tapestry::limit_threads(threads);
-  for (std::size_t head = 0; head < 3; ++head) CHECK((one[head] == two[head]));
+  same_by_threads({1, 2}, [&] { return gradient_of_mixed(logits, kind); });
 }
 
 TEST_CASE("adversarial on the tape refuses what does not fit together", "[loss][tape][error]") {

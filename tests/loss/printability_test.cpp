@@ -4,6 +4,7 @@
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
+#include "../support/threads.hpp"
 
 using namespace tapestry;
 
@@ -75,16 +76,9 @@ TEST_CASE("the gradient in double agrees with central differences to 1e-6 at sat
   const auto palette = loss::printable_colours();
   auto gradient = tapestry::zeros<double, 2>({5, 3});
   loss::non_printability_adjoint(texels, used, palette, loss::printable_spread, 1.0, gradient);
-  constexpr double step = 1e-5;
-  for (std::size_t i = 0; i < texels.size(); ++i) {
-    const double at = texels.data()[i];
-    texels.data()[i] = at + step;
-    const double above = loss::non_printability(texels, used, palette);
-    texels.data()[i] = at - step;
-    const double below = loss::non_printability(texels, used, palette);
-    texels.data()[i] = at;
-    CHECK(std::abs(gradient.data()[i] - (above - below) / (2 * step)) <= 1e-6);
-  }
+  const auto value = [&] { return loss::non_printability(texels, used, palette); };
+  for (std::size_t i = 0; i < texels.size(); ++i)
+    CHECK(std::abs(gradient.data()[i] - test::slope_by(texels.data()[i], 1e-5, value)) <= 1e-6);
 }
 
 TEST_CASE("midway between two printable colours nothing pulls along their line", "[loss][printability]") {
@@ -118,17 +112,14 @@ TEST_CASE("on the tape the score has its value and its gradient, for any number 
   const auto palette = std::make_shared<const Array<double, 2>>(loss::printable_colours());
   Array<float, 2> expected = xt::zeros_like(texels);
   loss::non_printability_adjoint(texels, *used, *palette, 0.05, 3.0F, expected);
-  float value = 0;
-  for (const int threads : {1, 2}) {
-    tapestry::limit_threads(threads);
+  const float value = test::same_by_threads({1, 2}, [&] {
     test::ActiveTape<float> tape;
     const ArrayVariable<float, 2> input = tape.input(texels);
     const auto score = loss::non_printability(input, used, palette);
     tape.reverse(3.0F * score);
     CHECK((input.adjoint() == expected));
-    CHECK((threads == 1 || score.value() == value));
-    value = score.value();
-  }
+    return score.value();
+  });
   CHECK(value == loss::non_printability(texels, *used, *palette));
 }
 

@@ -1,8 +1,6 @@
 #include <tapestry/loss/yolo_training.hpp>
 
-#include "../support/catch.hpp"
-#include "../support/finite_difference.hpp"
-#include "../support/random_array.hpp"
+#include "../support/head_adjoints.hpp"
 
 using namespace tapestry;
 using detect::DecodeFamily;
@@ -112,20 +110,9 @@ TEST_CASE("yolo_training_adjoint agrees with central differences", "[loss][yolo_
     for (int half = 0; half < 2; ++half)
       loss::yolo_training_adjoint(heads, loss::to_read(logits), two_images, size, size, options, 0.5,
                                   loss::to_add_to(adjoint));
-    for (std::size_t head = 0; head < heads.size(); ++head) {
-      auto direction = tapestry::zeros<double, 4>(logits[head].shape());
-      Random random(seed * 100 + head);
-      for (double& value : direction.storage()) value = random.uniform(-1, 1);
-      direction /= std::sqrt(test::dot(direction, direction));
-      const auto value = [&](const Array<double, 4>& changed) {
-        auto at = logits;
-        at[head] = changed;
-        return loss::yolo_training(heads, loss::to_read(at), two_images, size, size, options).total;
-      };
-      CHECK(std::abs(test::dot(adjoint[head], direction) -
-                     test::central_difference(value, logits[head], direction)) <=
-            test::central_difference_tolerance(value(logits[head])));
-    }
+    test::check_head_adjoints(adjoint, logits, seed, 1.0, [&](const Logits& at) {
+      return loss::yolo_training(heads, loss::to_read(at), two_images, size, size, options).total;
+    });
   }
 }
 

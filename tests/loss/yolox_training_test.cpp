@@ -1,8 +1,7 @@
 #include <tapestry/loss/yolox_training.hpp>
 
 #include "../support/active_tape.hpp"
-#include "../support/catch.hpp"
-#include "../support/finite_difference.hpp"
+#include "../support/head_adjoints.hpp"
 #include "../support/tiny_heads.hpp"
 
 using namespace tapestry;
@@ -103,21 +102,8 @@ TEST_CASE("yolox_training_adjoint agrees with central differences, matches held"
     for (int half = 0; half < 2; ++half)
       loss::yolox_training_adjoint(detector.heads(), loss::to_read(logits), matches, height, width, options,
                                    0.5, loss::to_add_to(adjoint));
-    for (std::size_t head = 0; head < logits.size(); ++head) {
-      auto direction = tapestry::zeros<double, 4>(logits[head].shape());
-      Random random(seed * 100 + head);
-      for (double& value : direction.storage()) value = random.uniform(-1, 1);
-      direction /= std::sqrt(test::dot(direction, direction));
-      const auto value = [&](const Array<double, 4>& changed) {
-        auto at = logits;
-        at[head] = changed;
-        return terms_of(detector, at, matches, options).total;
-      };
-      const double slope = test::dot(adjoint[head], direction);
-      const double difference = test::central_difference(value, logits[head], direction);
-      CHECK(std::abs(slope - difference) <= 1e-6 * std::max(1.0, std::abs(slope)));
-      CHECK(std::abs(slope - difference) <= test::central_difference_tolerance(value(logits[head])));
-    }
+    check_head_adjoints(adjoint, logits, seed, 1.0,
+                        [&](const Logits& at) { return terms_of(detector, at, matches, options).total; });
   }
 }
 
