@@ -2,11 +2,11 @@
 #include <tapestry/nn/detail/convolution_window.hpp>
 #include <tapestry/nn/engine.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/random_buffer.hpp"
+#include "../support/relative_distance.hpp"
 
 namespace nn = tapestry::nn;
-using tapestry::test::random_buffer;
+using tapestry::test::largest_difference, tapestry::test::random_buffer;
 
 namespace {
 /// Calls visit(input index, weight index, output index) for every product of a convolution of one image.
@@ -33,18 +33,6 @@ void for_each_product(const nn::ConvolutionShape& s, Visit visit) {
                     (oy * s.columns.output + ox) * s.out_channels + m);
             }
           }
-}
-
-template <class T>
-double largest_difference(const nn::Buffer<T>& found, const std::vector<double>& expected) {
-  REQUIRE(found.size() == expected.size());
-  const T* const values = found.data();
-  double largest = 0;
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    const double difference = std::abs(static_cast<double>(values[i]) - expected[i]);
-    if (!(difference <= largest)) largest = difference;
-  }
-  return largest;
 }
 
 std::vector<nn::ConvolutionShape> shapes() {

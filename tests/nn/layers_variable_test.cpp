@@ -55,12 +55,10 @@ double gradient_error(const Array<double, 4>& x0, const Network& network) {
   Array<double, 4> gradient;
   static_cast<void>(value_of(x0, &gradient));
   double worst = 0, largest = 1;
+  auto x = x0;
   const double step = test::central_difference_step<double>();
   for (std::size_t i = 0; i < x0.size(); ++i) {
-    auto ahead = x0, behind = x0;
-    ahead.data()[i] += step;
-    behind.data()[i] -= step;
-    const double slope = (value_of(ahead, nullptr) - value_of(behind, nullptr)) / (2 * step);
+    const double slope = test::slope_by(x.data()[i], step, [&] { return value_of(x, nullptr); });
     worst = std::max(worst, std::abs(slope - gradient.data()[i]));
     largest = std::max(largest, std::abs(slope));
   }

@@ -58,15 +58,7 @@ TEST_CASE("a network on the tape has the gradients of central differences", "[nn
   Array<double, 1> of_weights;
   problem.value(&of_pictures, &of_weights);
   const double step = test::central_difference_step<double>();
-  const auto slope = [&](double& number) {
-    const double here = number;
-    number = here + step;
-    const double ahead = problem.value();
-    number = here - step;
-    const double behind = problem.value();
-    number = here;
-    return (ahead - behind) / (2 * step);
-  };
+  const auto slope = [&](double& number) { return slope_by(number, step, [&] { return problem.value(); }); };
   for (std::size_t i = 0; i < of_pictures.size(); i += 7)
     CHECK(of_pictures.data()[i] == Approx(slope(problem.pictures.data()[i])).epsilon(1e-6).margin(1e-7));
   REQUIRE(of_weights.size() == 4 * 3 * 3 * 3 + 4);

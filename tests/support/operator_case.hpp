@@ -93,21 +93,14 @@ class OperatorRun {
     return all;
   }
 
-  /// Σ wᵢ·yᵢ over the first outputs, with wᵢ = cos(1 + i) an element of one of them.
-  [[nodiscard]] double weighted_sum(std::size_t outputs) const {
+  /// Σ wᵢ·yᵢ over the first outputs, with wᵢ = cos(1 + i) an element of one of them; or Σ |wᵢ·yᵢ|
+  [[nodiscard]] double weighted_sum(std::size_t outputs, bool of_magnitudes = false) const {
     double sum = 0;
     for (std::size_t o = 0; o < outputs; ++o)
-      for (std::size_t i = 0; i < nn::size_of(network.output_shape(o)); ++i)
-        sum += weight(i) * pass.output(o)[i];
-    return sum;
-  }
-
-  /// Σ |wᵢ·yᵢ|
-  [[nodiscard]] double magnitude(std::size_t outputs) const {
-    double sum = 0;
-    for (std::size_t o = 0; o < outputs; ++o)
-      for (std::size_t i = 0; i < nn::size_of(network.output_shape(o)); ++i)
-        sum += std::abs(weight(i) * pass.output(o)[i]);
+      for (std::size_t i = 0; i < nn::size_of(network.output_shape(o)); ++i) {
+        const double term = weight(i) * pass.output(o)[i];
+        sum += of_magnitudes ? std::abs(term) : term;
+      }
     return sum;
   }
 
@@ -143,20 +136,15 @@ inline double adjoint_error(OperatorRun& run, std::size_t outputs) {
   run.forward(nn::Mode::input_gradient);
   const auto gradient = run.gradient(outputs);
   const double step = central_difference_step<double>();
-  const double bound = step * step * (100 + 4 * run.magnitude(outputs));
+  const double bound = step * step * (100 + 4 * run.weighted_sum(outputs, true));
   double worst = 0;
   for (std::size_t input = 0; input < run.inputs.size(); ++input)
     for (std::size_t i = 0; i < run.inputs[input].size(); ++i) {
-      double& value = run.inputs[input].data()[i];
-      const double here = value;
-      value = here + step;
-      run.forward(nn::Mode::inference);
-      const double ahead = run.weighted_sum(outputs);
-      value = here - step;
-      run.forward(nn::Mode::inference);
-      const double behind = run.weighted_sum(outputs);
-      value = here;
-      const double error = std::abs(gradient[input][i] - 1 - (ahead - behind) / (2 * step)) / bound;
+      const double slope = slope_by(run.inputs[input].data()[i], step, [&] {
+        run.forward(nn::Mode::inference);
+        return run.weighted_sum(outputs);
+      });
+      const double error = std::abs(gradient[input][i] - 1 - slope) / bound;
       worst = std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(worst, error);
     }
   return worst;

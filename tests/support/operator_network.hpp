@@ -2,7 +2,7 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/nn/network/network.hpp>
 
-#include "catch.hpp"
+#include "relative_distance.hpp"
 
 namespace tapestry::test {
 
@@ -87,6 +87,16 @@ struct OperatorNetwork {
   }
 };
 
+/// \param computed  whether constant operands are given, too
+inline OperatorNetwork operator_network(const std::string& operation, std::vector<TestOperand> operands,
+                                        std::map<std::string, nn::Attribute> attributes = {},
+                                        std::int64_t opset = 13, bool computed = false) {
+  OperatorNetwork test{{"", operation, {}, {}, std::move(attributes)}, std::move(operands), opset};
+  for (TestOperand& operand : test.operands)
+    if (computed) operand.kind = TestOperand::Kind::given;
+  return test;
+}
+
 template <class T>
 std::vector<const T*> addresses(const std::vector<nn::Buffer<T>>& buffers) {
   std::vector<const T*> all;
@@ -103,17 +113,6 @@ std::vector<T> result_of(const OperatorNetwork& test) {
   network.forward(addresses(inputs), pass);
   const std::size_t count = nn::size_of(network.output_shape(0));
   return std::vector<T>(pass.output(0), pass.output(0) + count);
-}
-
-template <class T>
-double largest_difference(const std::vector<T>& found, const std::vector<double>& expected) {
-  REQUIRE(found.size() == expected.size());
-  double largest = 0;
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    const double difference = std::abs(static_cast<double>(found[i]) - expected[i]);
-    if (!(difference <= largest)) largest = difference;  // NaN, too
-  }
-  return largest;
 }
 
 /// A sum, and the sum of its terms' absolute values.

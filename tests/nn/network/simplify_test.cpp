@@ -351,23 +351,12 @@ TEST_CASE("pictures that become rows of pixels stay as they lie", "[nn][network]
 
 TEST_CASE("operations of simplified networks pull adjoints back to what is fresh and what is not",
           "[nn][network][simplify][gradient]") {
-  OperatorNetwork test;
-  test.operands = {given({2, 19, 4, 6}, 1)};
-  SECTION("PixelUnshuffle") {
-    test.node.operation = "PixelUnshuffle";
-    test.node.attributes = {{"block", Integers{2, 3}}, {"places", Integers{1, 2, 0, 0, 1, 1}}};
-  }
-  SECTION("FlattenPixels") { test.node.operation = "FlattenPixels"; }
-  SECTION("InterleaveChannels") {
-    test.node.operation = "InterleaveChannels";
-    test.operands.push_back(given({2, 19, 4, 6}, 2));
-  }
-  SECTION("ChannelShuffle") {
-    test.node.operation = "ChannelShuffle";
-    test.operands = {given({2, 18, 4, 6}, 1)};
-    test.node.attributes["group"] = std::int64_t(3);
-  }
-  check_adjoints(test);
+  const auto x = given({2, 19, 4, 6}, 1);
+  check_adjoints(operator_network("PixelUnshuffle", {x},
+                                  {{"block", Integers{2, 3}}, {"places", Integers{1, 2, 0, 0, 1, 1}}}));
+  check_adjoints(operator_network("FlattenPixels", {x}));
+  check_adjoints(operator_network("InterleaveChannels", {x, given({2, 19, 4, 6}, 2)}));
+  check_adjoints(operator_network("ChannelShuffle", {given({2, 18, 4, 6}, 1)}, {{"group", std::int64_t(3)}}));
 }
 
 TEST_CASE("zeros around a picture go into the padding behind them", "[nn][network][simplify]") {

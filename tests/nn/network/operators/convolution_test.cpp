@@ -27,14 +27,10 @@ std::vector<Case> cases() {
 }
 
 OperatorNetwork network_of(const Case& c, bool computed = false) {
-  OperatorNetwork test;
-  test.node.operation = "Conv";
-  test.node.attributes = {
-      {"group", c.group}, {"strides", c.strides}, {"dilations", c.dilations}, {"pads", c.pads}};
-  test.operands = {given(c.x, 1), weight(c.weights, 2), weight({c.weights[0]}, 3)};
-  if (computed)
-    for (TestOperand& operand : test.operands) operand.kind = TestOperand::Kind::given;
-  return test;
+  return operator_network(
+      "Conv", {given(c.x, 1), weight(c.weights, 2), weight({c.weights[0]}, 3)},
+      {{"group", c.group}, {"strides", c.strides}, {"dilations", c.dilations}, {"pads", c.pads}}, 13,
+      computed);
 }
 
 /// Σ as ONNX defines it, in plain loops over [N, C, H, W].

@@ -23,18 +23,14 @@ std::vector<Case> cases() {
 }
 
 OperatorNetwork network_of(const Case& c, bool computed = false) {
-  OperatorNetwork test;
-  test.node.operation = "ConvTranspose";
-  test.node.attributes = {{"group", c.group},
-                          {"strides", c.strides},
-                          {"dilations", c.dilations},
-                          {"pads", c.pads},
-                          {"output_padding", c.extra}};
   const std::size_t channels = c.weights[1] * static_cast<std::size_t>(c.group);
-  test.operands = {given(c.x, 1), weight(c.weights, 2), weight({channels}, 3)};
-  if (computed)
-    for (TestOperand& operand : test.operands) operand.kind = TestOperand::Kind::given;
-  return test;
+  return operator_network("ConvTranspose", {given(c.x, 1), weight(c.weights, 2), weight({channels}, 3)},
+                          {{"group", c.group},
+                           {"strides", c.strides},
+                           {"dilations", c.dilations},
+                           {"pads", c.pads},
+                           {"output_padding", c.extra}},
+                          13, computed);
 }
 
 /// Each input spread over the outputs, in plain loops over [N, C, H, W].

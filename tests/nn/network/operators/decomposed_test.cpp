@@ -13,12 +13,7 @@ double sigmoid(double x) { return 1 / (1 + std::exp(-x)); }
 
 OperatorNetwork network_of(const char* operation, std::vector<TestOperand> operands,
                            std::map<std::string, nn::Attribute> attributes, std::int64_t opset = 23) {
-  OperatorNetwork test;
-  test.node.operation = operation;
-  test.node.attributes = std::move(attributes);
-  test.operands = std::move(operands);
-  test.opset = opset;
-  return test;
+  return operator_network(operation, std::move(operands), std::move(attributes), opset);
 }
 
 /// Both precisions against the values expected, and the adjoints against differences.

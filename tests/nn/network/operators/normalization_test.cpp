@@ -29,13 +29,7 @@ std::vector<double> normalised(const std::vector<double>& x, std::size_t sets, S
 }
 
 OperatorNetwork network_of(const char* operation, std::vector<TestOperand> operands, bool computed = false) {
-  OperatorNetwork test;
-  test.node.operation = operation;
-  test.node.attributes = {{"epsilon", epsilon}};
-  test.operands = std::move(operands);
-  for (TestOperand& operand : test.operands)
-    if (computed) operand.kind = TestOperand::Kind::given;
-  return test;
+  return operator_network(operation, std::move(operands), {{"epsilon", epsilon}}, 13, computed);
 }
 const std::vector<nn::Shape> shapes = {{2, 6, 3, 5}, {3, 6}, {2, 6, 7}, {2, 6, 2, 2, 3}, {1, 6, 17, 16}};
 std::size_t pixels_of(const nn::Shape& shape) { return nn::size_of(shape) / shape[0] / shape[1]; }

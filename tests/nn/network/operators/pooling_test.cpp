@@ -23,12 +23,10 @@ std::vector<Case> cases() {
 }
 
 OperatorNetwork network_of(const char* operation, const Case& c) {
-  OperatorNetwork test;
-  test.node.operation = operation;
-  test.node.attributes = {{"kernel_shape", c.taps}, {"strides", c.strides}, {"pads", c.pads}};
+  auto test = operator_network(operation, {given(c.x, 1)},
+                               {{"kernel_shape", c.taps}, {"strides", c.strides}, {"pads", c.pads}});
   if (c.dilations != Integers{1, 1}) test.node.attributes["dilations"] = c.dilations;
   if (c.ceil_mode != 0) test.node.attributes["ceil_mode"] = c.ceil_mode;
-  test.operands = {given(c.x, 1)};
   return test;
 }
 
@@ -117,9 +115,7 @@ TEMPLATE_TEST_CASE("global poolings fold a whole picture", "[nn][network][poolin
                    double) {
   for (const char* operation : {"GlobalMaxPool", "GlobalAveragePool", "GlobalLpPool"}) {
     CAPTURE(operation);
-    OperatorNetwork test;
-    test.node.operation = operation;
-    test.operands = {given({2, 19, 13, 11}, 4)};
+    const auto test = operator_network(operation, {given({2, 19, 13, 11}, 4)});
     const auto network = test.network<TestType>();
     CHECK(network.output_shape(0) == nn::Shape{2, 19, 1, 1});
     const auto y = result_of<TestType>(test);

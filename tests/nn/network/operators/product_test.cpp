@@ -12,10 +12,7 @@ double tolerance_of(std::size_t depth) {
 }
 
 OperatorNetwork matmul(const nn::Shape& a, const nn::Shape& b, bool is_constant) {
-  OperatorNetwork test;
-  test.node.operation = "MatMul";
-  test.operands = {given(a, 1), is_constant ? weight(b, 2) : given(b, 2)};
-  return test;
+  return operator_network("MatMul", {given(a, 1), is_constant ? weight(b, 2) : given(b, 2)});
 }
 
 /// a of extents [s, t, m, k] and b of [u, v, k, n], where s, t, u or v may be 1, in plain loops.
@@ -35,13 +32,11 @@ std::vector<double> product(const nn::Shape& a, const nn::Shape& b, const Operat
 }
 
 OperatorNetwork gemm(bool turns_a, bool turns_b, const nn::Shape& c, bool is_constant) {
-  OperatorNetwork test;
-  test.node.operation = "Gemm";
-  test.node.attributes = {
-      {"transA", std::int64_t(turns_a)}, {"transB", std::int64_t(turns_b)}, {"alpha", 0.5}, {"beta", -2.0}};
   const nn::Shape b = turns_b ? nn::Shape{37, 19} : nn::Shape{19, 37};
-  test.operands = {given(turns_a ? nn::Shape{19, 5} : nn::Shape{5, 19}, 1),
-                   is_constant ? weight(b, 2) : given(b, 2)};
+  auto test = operator_network(
+      "Gemm",
+      {given(turns_a ? nn::Shape{19, 5} : nn::Shape{5, 19}, 1), is_constant ? weight(b, 2) : given(b, 2)},
+      {{"transA", std::int64_t(turns_a)}, {"transB", std::int64_t(turns_b)}, {"alpha", 0.5}, {"beta", -2.0}});
   if (c != nn::Shape{0}) test.operands.push_back(is_constant ? weight(c, 3) : given(c, 3));
   return test;
 }
@@ -62,13 +57,11 @@ TEMPLATE_TEST_CASE("products of no rows or columns are empty, those of no terms 
          {std::tuple(0U, 3U, 2U), std::tuple(2U, 3U, 0U), std::tuple(2U, 0U, 3U)})
       for (const bool turns : {false, true}) {
         CAPTURE(rows, terms, columns, turns, is_constant);
-        OperatorNetwork test;
-        test.node.operation = "Gemm";
-        test.node.attributes = {
-            {"transA", std::int64_t(turns)}, {"transB", std::int64_t(turns)}, {"alpha", 0.5}};
         const nn::Shape a = turns ? nn::Shape{terms, rows} : nn::Shape{rows, terms};
         const nn::Shape b = turns ? nn::Shape{columns, terms} : nn::Shape{terms, columns};
-        test.operands = {given(a, 1), is_constant ? weight(b, 2) : given(b, 2), given({1, columns}, 3)};
+        const auto test = operator_network(
+            "Gemm", {given(a, 1), is_constant ? weight(b, 2) : given(b, 2), given({1, columns}, 3)},
+            {{"transA", std::int64_t(turns)}, {"transB", std::int64_t(turns)}, {"alpha", 0.5}});
         std::vector<TestType> expected;
         for (std::size_t i = 0; i < rows * columns; ++i)
           expected.push_back(static_cast<TestType>(test.operands[2].values[i % columns]));

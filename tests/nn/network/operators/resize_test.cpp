@@ -10,14 +10,8 @@ using nn::ElementType;
 /// Resize of a picture of one channel.
 OperatorNetwork picture(std::vector<double> x, std::size_t height, std::size_t width, TestOperand scales,
                         TestOperand sizes, const std::map<std::string, nn::Attribute>& attributes) {
-  OperatorNetwork test;
-  test.node.operation = "Resize";
-  test.node.attributes = attributes;
-  test.operands = {{TestOperand::Kind::given, {1, 1, height, width}, std::move(x)},
-                   {},
-                   std::move(scales),
-                   std::move(sizes)};
-  return test;
+  const TestOperand of_picture{TestOperand::Kind::given, {1, 1, height, width}, std::move(x)};
+  return operator_network("Resize", {of_picture, {}, std::move(scales), std::move(sizes)}, attributes);
 }
 TestOperand scales(std::vector<double> values) { return numbers(std::move(values), ElementType::floating); }
 const std::vector<double> four = {1, 2, 3, 4}, eight = {1, 2, 3, 4, 5, 6, 7, 8},
@@ -204,13 +198,9 @@ TEST_CASE("Resize's adjoint agrees with central differences", "[nn][network][res
       for (const std::vector<double>& factors :
            {std::vector<double>{1, 1, 2, 2}, {1, 1, 3, 2}, {1, 1, 0.6, 1.7}, {2, 1.5, 1, 0.5}}) {
         CAPTURE(mode, shape, factors);
-        OperatorNetwork test;
-        test.node.operation = "Resize";
-        test.node.attributes = {{"mode", name(mode)}};
-        test.operands = {given(shape, 3),
-                         {},
-                         scales({factors.end() - static_cast<std::ptrdiff_t>(shape.size()), factors.end()})};
-        check_adjoints(test);
+        const auto first = factors.end() - static_cast<std::ptrdiff_t>(shape.size());
+        check_adjoints(operator_network("Resize", {given(shape, 3), {}, scales({first, factors.end()})},
+                                        {{"mode", name(mode)}}));
       }
     }
 }

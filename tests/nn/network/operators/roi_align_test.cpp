@@ -21,14 +21,9 @@ TestOperand ramp() {
 
 OperatorNetwork network_of(const TestOperand& x, const Numbers& boxes, const Numbers& images,
                            std::map<std::string, nn::Attribute> attributes) {
-  OperatorNetwork test;
   attributes["output_height"] = attributes["output_width"] = static_cast<std::int64_t>(size);
-  test.node.operation = "RoiAlign";
-  test.node.attributes = std::move(attributes);
-  TestOperand of_boxes{TestOperand::Kind::given, {boxes.size() / 4, 4}, boxes};
-  test.operands = {x, of_boxes, numbers(images)};
-  test.opset = 16;
-  return test;
+  const TestOperand of_boxes{TestOperand::Kind::given, {boxes.size() / 4, 4}, boxes};
+  return operator_network("RoiAlign", {x, of_boxes, numbers(images)}, std::move(attributes), 16);
 }
 }  // namespace
 
@@ -95,7 +90,7 @@ TEST_CASE("the largest weighted pixel of a box moves with the box", "[nn][networ
   one.data()[0] = 1;
   Numbers of_x(height * width), of_box(4);
   network.adjoint(pass, {one.data(), nullptr}, {of_x.data(), of_box.data()});
-  CHECK(largest_difference(of_box, {-2.4, 2.8, -2.4, 2.8}) <= 1e-12);
+  CHECK(largest_difference(of_box, std::vector{-2.4, 2.8, -2.4, 2.8}) <= 1e-12);
   CHECK(of_x[3 * width + 2] == Approx(0.42));
 }
 
