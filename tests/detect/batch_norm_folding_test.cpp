@@ -1,8 +1,8 @@
 #include <tapestry/io/darknet/model_file.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
+#include "../support/refusal.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;
@@ -27,6 +27,10 @@ TEST_CASE("fold_batch_norm of one filter is what is worked out by hand", "[detec
   const auto folded = detect::fold_batch_norm(config, layout, parameters);
   REQUIRE(folded.size() == 4);
   CHECK(std::vector<double>(folded.begin(), folded.end()) == std::vector<double>{-1, 3, 6, 12});
+  auto single = tapestry::cast<float>(parameters);
+  single(1) = 3e38F;
+  check_refused(ErrorKind::numeric, "layer 0",
+                [&] { (void)detect::fold_batch_norm(config, layout, single); });
 }
 
 TEST_CASE("the folded model finds what the model finds, but for rounding", "[detect][folding]") {

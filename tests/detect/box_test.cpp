@@ -33,37 +33,6 @@ TEST_CASE("T09: boxes without area or with NaN overlap nothing", "[detect][box_o
   CHECK(iou({1, 1, not_a_number, 2}, {1, 1, 2, 2}) == 0);
 }
 
-TEST_CASE("decode follows Darknet's formula", "[detect][box_decode]") {
-  auto logits = empty_logits();
-  const double values[7] = {0.3, -0.7, 0.5, -0.25, 2, 1, -20};
-  for (std::size_t c = 0; c < 7; ++c) logits(0, c, 1, 2) = values[c];
-  const auto found = decode<double>({small_head()}, {logits}, 0, 0.25, 64, 96);
-  REQUIRE(found.size() == 1);
-  const auto sigma = [](double x) { return 1 / (1 + std::exp(-x)); };
-  CHECK(found[0].class_index == 0);
-  CHECK(found[0].candidate == 5);
-  CHECK(found[0].confidence == Approx(sigma(2) * sigma(1)).epsilon(1e-14));
-  CHECK(found[0].box.cx == Approx(((sigma(0.3) - 0.5) * 1.2 + 0.5 + 2) / 3 * 96).epsilon(1e-14));
-  CHECK(found[0].box.cy == Approx(((sigma(-0.7) - 0.5) * 1.2 + 0.5 + 1) / 2 * 64).epsilon(1e-14));
-  CHECK(found[0].box.w == Approx(std::exp(0.5) * 10).epsilon(1e-14));
-  CHECK(found[0].box.h == Approx(std::exp(-0.25) * 20).epsilon(1e-14));
-}
-
-TEST_CASE("T10: saturated logits decode to finite boxes and NaN to none", "[detect][box_decode]") {
-  auto logits = empty_logits();
-  for (std::size_t c = 0; c < 7; ++c) logits(0, c, 0, 0) = 1e4;
-  for (std::size_t c = 0; c < 7; ++c) logits(0, c, 0, 1) = c < 4 ? -1e4 : 100;
-  for (std::size_t c = 0; c < 7; ++c) logits(0, c, 0, 2) = not_a_number;
-  for (std::size_t c = 0; c < 7; ++c) logits(0, c, 1, 0) = c == 2 ? not_a_number : 100;
-  const auto found = decode<double>({small_head()}, {logits}, 0, 0.25, 64, 96);
-  REQUIRE(found.size() == 4);
-  for (const Detection& detection : found) {
-    CHECK(std::isfinite(detection.box.w));
-    CHECK(detection.confidence == 1);
-  }
-  CHECK(decode<double>({small_head()}, {empty_logits()}, 0, 0.25, 64, 96).empty());
-}
-
 TEST_CASE("decode names what does not fit", "[detect][box_decode]") {
   CHECK_THROWS_AS(decode<double>({small_head()}, {}, 0, 0.25, 64, 96), tapestry::ShapeError);
   CHECK_THROWS_AS(decode<double>({small_head()}, {empty_logits()}, 1, 0.25, 64, 96), tapestry::DomainError);

@@ -3,6 +3,7 @@
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 #include "../support/temporary_folder.hpp"
@@ -24,16 +25,10 @@ double value(const detect::Detector<double>& detector, const Array<double, 4>& i
              const Array<double, 4>& weights, detect::Mode mode) {
   detect::Pass<double> pass;
   detector.forward(images, pass, mode);
-  double sum = 0;
-  for (std::size_t i = 0; i < weights.size(); ++i) sum += weights.data()[i] * pass.logits.at(0).data()[i];
-  return sum;
+  return test::dot(weights, pass.logits.at(0));
 }
 
-template <class Function>
-double fourth_order_difference(Function f) {
-  const double h = 1e-4;  // rounding 1e-16 / h, truncation of order h⁴
-  return (8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h);
-}
+constexpr double h = 1e-4;  // rounding 1e-16 / h, truncation of order h⁴
 }  // namespace
 
 TEST_CASE("reorg of 2 x 2 pixels of 4 channels is Darknet's by hand", "[detect][network][classifier]") {
@@ -47,30 +42,26 @@ TEST_CASE("reorg of 2 x 2 pixels of 4 channels is Darknet's by hand", "[detect][
   const detect::DarknetModel<double> model(io::parse_classifier_config(cfg, "reorg.cfg"), parameters);
   auto picture = tapestry::zeros<double, 4>({1, 2, 2, 3});
   for (std::size_t pixel = 0; pixel < 4; ++pixel) picture.data()[3 * pixel] = static_cast<double>(pixel);
-  detect::Pass<double> pass;
-  model.detector().forward(picture, pass);
-  REQUIRE(pass.logits.at(0).shape() == Extents<4>{1, 16, 1, 1});
-  CHECK(std::vector<double>(pass.logits[0].data(), pass.logits[0].data() + 16) ==
+  const auto logits = detect::forward(model.detector(), picture);
+  REQUIRE(logits.at(0).shape() == Extents<4>{1, 16, 1, 1});
+  CHECK(std::vector<double>(logits[0].data(), logits[0].data() + 16) ==
         std::vector<double>{0, 2, 20, 22, 1, 3, 21, 23, 10, 12, 30, 32, 11, 13, 31, 33});
 }
 
 TEST_CASE("a classifier hands out the probabilities of its last layer", "[detect][classifier]") {
   const auto detector = random_classifier(classifier).detector();
   CHECK(detector.heads().empty());
-  detect::Pass<double> pass;
-  detector.forward(random_array<double>({2, 16, 16, 3}, 2), pass);
-  REQUIRE(pass.logits.size() == 1);
-  CHECK(pass.logits[0].shape() == Extents<4>{2, 10, 1, 1});
+  const auto images = random_array<double>({2, 16, 16, 3}, 2);
+  const auto shares = detect::forward(detector, images);
+  REQUIRE(shares.size() == 1);
+  CHECK(shares[0].shape() == Extents<4>{2, 10, 1, 1});
+  const auto logits = detect::forward(random_classifier(without("[softmax]")).detector(), images)[0];
   for (std::size_t n = 0; n < 2; ++n) {
     double sum = 0;
-    for (std::size_t k = 0; k < 10; ++k) sum += pass.logits[0](n, k, 0, 0);
-    CHECK(sum == Approx(1).epsilon(1e-14));
+    for (std::size_t k = 0; k < 10; ++k) sum += std::exp(logits(n, k, 0, 0));
+    for (std::size_t k = 0; k < 10; ++k)
+      CHECK(shares[0](n, k, 0, 0) == Approx(std::exp(logits(n, k, 0, 0)) / sum).epsilon(1e-12));
   }
-  detect::Pass<double> logits;  // before the softmax
-  random_classifier(without("[softmax]")).detector().forward(random_array<double>({2, 16, 16, 3}, 2), logits);
-  for (std::size_t k = 1; k < 10; ++k)
-    CHECK(pass.logits[0](1, k, 0, 0) / pass.logits[0](1, 0, 0, 0) ==
-          Approx(std::exp(logits.logits[0](1, k, 0, 0) - logits.logits[0](1, 0, 0, 0))).epsilon(1e-12));
 }
 
 TEST_CASE("a classifier's gradients agree with central differences", "[detect][classifier][gradient]") {
@@ -89,24 +80,22 @@ TEST_CASE("a classifier's gradients agree with central differences", "[detect][c
   Random random(4);
   for (int trial = 0; trial < 8; ++trial) {
     const std::size_t i = random.index(images.size());
-    CHECK(images_adjoint.data()[i] == Approx(fourth_order_difference([&](double step) {
-                                        auto moved = images;
-                                        moved.data()[i] += step;
-                                        return value(detector, moved, weights, detect::Mode::training);
-                                      }))
-                                          .epsilon(1e-7)
-                                          .margin(1e-8));
+    const auto along = [&](double step) {
+      auto moved = images;
+      moved.data()[i] += step;
+      return value(detector, moved, weights, detect::Mode::training);
+    };
+    CHECK(images_adjoint.data()[i] == Approx(fourth_order_difference(along, h)).epsilon(1e-7).margin(1e-8));
   }
   for (const auto& block : detector.network().weight_blocks()) {
     const std::size_t i = block.offset + random.index(nn::size_of(block.shape));
-    CHECK(weights_adjoint[i] == Approx(fourth_order_difference([&](double step) {
-                                  auto moved = start;
-                                  moved[i] += step;
-                                  detector.set_weights(moved);
-                                  return value(detector, images, weights, detect::Mode::training);
-                                }))
-                                    .epsilon(1e-7)
-                                    .margin(1e-8));
+    const auto along = [&](double step) {
+      auto moved = start;
+      moved[i] += step;
+      detector.set_weights(moved);
+      return value(detector, images, weights, detect::Mode::training);
+    };
+    CHECK(weights_adjoint[i] == Approx(fourth_order_difference(along, h)).epsilon(1e-7).margin(1e-8));
   }
 }
 
@@ -121,13 +110,12 @@ TEST_CASE("a classifier is one record on the tape", "[detect][classifier][gradie
   one(0, 3, 0, 0) = 1;
   tape.reverse(outputs[0], one);
   const std::size_t i = 123;
-  CHECK(images.adjoint().data()[i] == Approx(fourth_order_difference([&](double step) {
-                                        auto moved = start;
-                                        moved.data()[i] += step;
-                                        return value(detector, moved, one, detect::Mode::inference);
-                                      }))
-                                          .epsilon(1e-7)
-                                          .margin(1e-9));
+  const auto along = [&](double step) {
+    auto moved = start;
+    moved.data()[i] += step;
+    return value(detector, moved, one, detect::Mode::inference);
+  };
+  CHECK(images.adjoint().data()[i] == Approx(fourth_order_difference(along, h)).epsilon(1e-7).margin(1e-9));
 }
 
 TEST_CASE("a classifier is read with its weights", "[detect][classifier]") {
@@ -138,8 +126,7 @@ TEST_CASE("a classifier is read with its weights", "[detect][classifier]") {
   const auto loaded = io::read_classifier<float>(cfg, weights, 32, 24);
   CHECK(loaded.warnings.empty());
   CHECK(loaded.model.input_height() == 32);
-  for (std::size_t i = 0; i < network.parameters().size(); ++i)
-    CHECK(loaded.model.parameters()[i] == network.parameters()[i]);
+  CHECK(loaded.model.parameters() == network.parameters());
   CHECK_THROWS_AS(io::read_darknet_model<float>(cfg, weights), FileError);  // no detector
 }
 
@@ -151,5 +138,5 @@ TEST_CASE("a network of dropout alone hands out the picture", "[detect][classifi
   CHECK(pass.logits[0](0, 1, 2, 0) == images(0, 2, 0, 1));
   auto adjoint = tapestry::zeros<double, 4>(images.shape());
   detector.input_adjoint(pass, pass.logits, adjoint);
-  for (std::size_t i = 0; i < images.size(); ++i) CHECK(adjoint.data()[i] == images.data()[i]);
+  CHECK((adjoint == images));
 }

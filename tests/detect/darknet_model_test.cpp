@@ -7,9 +7,11 @@
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 #include "../support/relative_distance.hpp"
+#include "../support/threads.hpp"
 
 using namespace tapestry;
-using test::pointers_to, test::random_array, test::relative_distance;
+using test::dot, test::fourth_order_difference, test::pointers_to, test::random_array,
+    test::relative_distance;
 
 namespace {
 const std::string every_layer = test::cfg_text("every_layer");
@@ -28,37 +30,7 @@ const std::string leaky_products = leaky(product_layers);
 const std::string region_layers = test::cfg_text("region_layers");
 const std::string strided_shortcuts = test::cfg_text("strided_shortcuts");
 const std::string real_layers = test::cfg_text("real_layers");
-const std::string grouped_layers = R"(# Groups of channels that are no whole vectors, and whole ones.
-[net]
-width=16
-height=16
-[convolutional]
-filters=32
-size=1
-activation=leaky
-[convolutional]
-filters=48
-groups=16
-size=3
-pad=1
-activation=leaky
-[convolutional]
-filters=32
-groups=2
-size=3
-stride=2
-pad=1
-activation=relu
-[convolutional]
-filters=14
-size=1
-activation=linear
-[yolo]
-mask=0,1
-anchors=4,5, 9,8
-classes=2
-num=2
-)";
+const std::string grouped_layers = test::cfg_text("grouped_layers");
 const std::string wide_layers = test::cfg_text("wide_layers");
 
 template <class T>
@@ -75,26 +47,9 @@ std::vector<Array<T, 4>> random_like(const std::vector<Array<T, 4>>& arrays, std
   return result;
 }
 
-double dot(const std::vector<Array<double, 4>>& a, const std::vector<Array<double, 4>>& b) {
-  double sum = 0;
-  for (std::size_t h = 0; h < a.size(); ++h) sum += test::dot(a[h], b[h]);
-  return sum;
-}
-
-template <class T>
-std::vector<T> flat(const Array<T, 4>& array) {
-  return {array.data(), array.data() + array.size()};
-}
-
 /// Rounding of f, a sum of some hundred terms, is below 1e-12 and divided by the step.
 const double step_length = 1e-4;
 const double rounding = 1e-8;
-
-/// Fourth-order central difference of f at 0, of a function of the step.
-template <class Function>
-double central_difference(Function f, double h) {
-  return (8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h);
-}
 }  // namespace
 
 TEST_CASE("the input gradient agrees with central differences", "[detect][darknet_model][gradient]") {
@@ -119,7 +74,7 @@ TEST_CASE("the input gradient agrees with central differences", "[detect][darkne
         return dot(other.logits, adjoint);
       };
       CHECK(gradient.data()[i] / 2 ==
-            Approx(central_difference(value, step_length)).epsilon(1e-7).margin(rounding));
+            Approx(fourth_order_difference(value, step_length)).epsilon(1e-7).margin(rounding));
     }
   }
 }
@@ -132,9 +87,7 @@ TEST_CASE("what convolutions do beside their sums agrees with central difference
   const auto images = random_array<double>({2, 16, 16, 3}, 2);
   detect::Pass<double> pass;
   detector.forward(images, pass, detect::Mode::input_gradient);
-  detect::Pass<double> inference;
-  detector.forward(images, inference, detect::Mode::inference);
-  CHECK(relative_distance(inference.logits[0], pass.logits[0]) == 0);
+  CHECK(relative_distance(detect::forward(detector, images)[0], pass.logits[0]) == 0);
   const auto adjoint = random_like(pass.logits, 3);
   auto gradient = tapestry::zeros<double, 4>({2, 16, 16, 3});
   detector.input_adjoint(pass, adjoint, gradient);
@@ -144,9 +97,7 @@ TEST_CASE("what convolutions do beside their sums agrees with central difference
     const auto value = [&](double step) {
       auto moved = images;
       moved.data()[i] += step;
-      detect::Pass<double> other;
-      detector.forward(moved, other, detect::Mode::inference);
-      return dot(other.logits, adjoint);
+      return dot(detect::forward(detector, moved), adjoint);
     };
     constexpr double step = 1e-6;  // linear between kinks; rounding of the sum is 1e-14 / step
     CHECK(gradient.data()[i] == Approx((value(step) - value(-step)) / (2 * step)).epsilon(1e-6).margin(1e-7));
@@ -181,7 +132,8 @@ TEST_CASE("the parameter gradient agrees with central differences", "[detect][da
       return dot(other.logits, adjoint);
     };
     CAPTURE(block.name, batch_statistics);
-    CHECK(gradient[i] / 2 == Approx(central_difference(value, step_length)).epsilon(1e-7).margin(rounding));
+    CHECK(gradient[i] / 2 ==
+          Approx(fourth_order_difference(value, step_length)).epsilon(1e-7).margin(rounding));
   }
 }
 
@@ -264,48 +216,34 @@ TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][d
   detector.set_engine(engine);
   learning.set_engine(engine);
   const auto images = random_array<float>({7, 32, 32, 3}, 2);
-  const auto run = [&](int threads) {
-    tapestry::limit_threads(threads);
+  test::same_by_threads({1, 2, 3, 8}, [&] {
     detect::Pass<float> pass;
     learning.forward(images, pass, detect::Mode::training);
     const auto adjoint = random_like(pass.logits, 3);
     auto gradient = tapestry::zeros<float, 4>({7, 32, 32, 3});
     auto weights_adjoint = tapestry::zeros<float, 1>({learning.weights().size()});
     learning.pull_back(pass, pointers_to(adjoint), &gradient, &weights_adjoint);
-    auto bits = flat(gradient);
-    bits.insert(bits.end(), weights_adjoint.begin(), weights_adjoint.end());
-    for (const auto& logits : pass.logits)
-      bits.insert(bits.end(), logits.data(), logits.data() + logits.size());
-    return bits;
-  };
-  const int threads = tapestry::thread_count();
-  const auto one = run(1);
-  CHECK(one == run(2));
-  CHECK(one == run(3));
-  CHECK(one == run(8));
-  tapestry::limit_threads(threads);
+    return std::tuple(pass.logits, gradient, weights_adjoint);
+  });
 
-  detect::Pass<float> all;
+  const auto all = detect::forward(detector, images);
   detect::Pass<float> single;
-  detector.forward(images, all);
   for (std::size_t n = 0; n < 7; ++n) {
     Array<float, 4> image({1, 32, 32, 3});
     std::copy_n(images.data() + n * image.size(), image.size(), image.data());
     detector.forward(image, single);  // the pass is used again
-    for (std::size_t h = 0; h < all.logits.size(); ++h)
+    for (std::size_t h = 0; h < all.size(); ++h)
       CHECK(std::equal(single.logits[h].data(), single.logits[h].data() + single.logits[h].size(),
-                       all.logits[h].data() + n * single.logits[h].size()));
+                       all[h].data() + n * single.logits[h].size()));
   }
 }
 
 TEST_CASE("inference and gradient passes give the same logits", "[detect][darknet_model]") {
   const auto detector = random_model<float>(every_layer).detector();
   const auto images = random_array<float>({1, 16, 16, 3}, 2);
-  detect::Pass<float> inference;
   detect::Pass<float> gradient;
-  detector.forward(images, inference);
   detector.forward(images, gradient, detect::Mode::input_gradient);
-  for (std::size_t h = 0; h < 2; ++h) CHECK(flat(inference.logits[h]) == flat(gradient.logits[h]));
+  CHECK(detect::forward(detector, images) == gradient.logits);
 }
 
 TEST_CASE("running statistics of one batch reproduce the training pass", "[detect][darknet_model]") {
@@ -314,10 +252,9 @@ TEST_CASE("running statistics of one batch reproduce the training pass", "[detec
   detect::Pass<double> training;
   model.learning_detector().forward(images, training, detect::Mode::training);
   model.update_running_statistics(training, 1);  // take the batch's own
-  detect::Pass<double> inference;
-  model.detector().forward(images, inference);
+  const auto inference = detect::forward(model.detector(), images);
   // The running variance is unbiased: n/(n−1) with n = 4·8·8 in the smallest normalised layer.
-  CHECK(relative_distance(inference.logits[0], training.logits[0]) < 1.0 / (4 * 8 * 8 - 1));
+  CHECK(relative_distance(inference[0], training.logits[0]) < 1.0 / (4 * 8 * 8 - 1));
 }
 
 TEST_CASE("NaN and infinity in a picture stay visible", "[detect][darknet_model]") {
@@ -325,10 +262,8 @@ TEST_CASE("NaN and infinity in a picture stay visible", "[detect][darknet_model]
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     auto images = random_array<float>({1, 16, 16, 3}, 2);
     images(0, 7, 7, 1) = bad;
-    detect::Pass<float> pass;
-    detector.forward(images, pass);
-    const auto logits = flat(pass.logits[1]);
-    CHECK(std::any_of(logits.begin(), logits.end(), [](float x) { return !std::isfinite(x); }));
+    const auto logits = detect::forward(detector, images)[1];
+    CHECK(std::ranges::any_of(logits.storage(), [](float x) { return !std::isfinite(x); }));
   }
 }
 

@@ -163,9 +163,7 @@ TEST_CASE("new_coords=1 of a cfg makes heads scaled", "[detect][decode_family]")
   REQUIRE(raw.heads()[0].decode == DecodeFamily::ultralytics);
   const Array<double, 4> images = test::random_array<double>({1, 64, 64, 3}, 2);
   const auto detections = [&](const detect::DarknetModel<double>& network) {
-    detect::Pass<double> pass;
-    network.detector().forward(images, pass);
-    return detect::decode(network.heads(), pass.logits, 0, 0.2, 64, 64);
+    return detect::decode(network.heads(), detect::forward(network.detector(), images), 0, 0.2, 64, 64);
   };
   const auto found = detections(scaled), expected = detections(raw);
   REQUIRE(found.size() == expected.size());

@@ -14,6 +14,36 @@ using namespace tapestry::test;
 namespace {
 constexpr std::size_t classes = test::exported_classes;
 
+/// Boxes, scores and objectness in one output.
+detect::DetectorDescription one_output(const std::string& output, const image::Fit& fit = {}) {
+  detect::DetectorDescription kind{{}, fit, detect::HeadKind::boxes_and_scores};
+  kind.decoded.boxes = kind.decoded.scores = output;
+  kind.decoded.has_objectness = true;
+  return kind;
+}
+
+/// A pass of the whole network, with the outputs of the file.
+nn::NetworkPass<double> exported_pass(const nn::NetworkDescription& description, const double* input) {
+  nn::NetworkPass<double> pass;
+  nn::Network<double>(description, {}, true).forward({input}, pass);
+  return pass;
+}
+
+/// Compares detections one by one; extents are less exact where anchors are rounded to float.
+void check_detections(const std::vector<detect::Detection>& found,
+                      const std::vector<detect::Detection>& expected, double epsilon) {
+  REQUIRE(expected.size() > 100);
+  REQUIRE(found.size() == expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    CHECK(found[i].confidence == Approx(expected[i].confidence).epsilon(epsilon));
+    CHECK(found[i].class_index == expected[i].class_index);
+    CHECK(found[i].box.cx == Approx(expected[i].box.cx).epsilon(epsilon));
+    CHECK(found[i].box.cy == Approx(expected[i].box.cy).epsilon(epsilon));
+    CHECK(found[i].box.w == Approx(expected[i].box.w).epsilon(1e-6));
+    CHECK(found[i].box.h == Approx(expected[i].box.h).epsilon(1e-6));
+  }
+}
+
 /// The export as a converter to half precision leaves it: weights of convolutions are cast to single
 /// precision, and whatever a node makes is cast to half precision and back.
 nn::NetworkDescription with_casts(nn::NetworkDescription description) {
@@ -47,19 +77,15 @@ TEST_CASE("a detector of YOLOX's kind has the logits behind its export's scores"
   CHECK(detector.heads()[2].grid_width == 2);
 
   const auto images = pictures<double>(2, 64);
-  detect::Pass<double> pass;
-  detector.forward(images, pass);
+  const auto all = detect::forward(detector, images);
 
   // The export itself, fed with the second picture in its encoding: BGR, 0 to 255.
-  const nn::Network<double> whole(description, {}, true);
   nn::Buffer<double> input(64 * 64 * 3);
   for (std::size_t i = 0; i < input.size(); ++i)
     input.data()[i] = 255 * images.data()[input.size() + i / 3 * 3 + 2 - i % 3];
-  nn::NetworkPass<double> exported;
-  whole.forward({input.data()}, exported);
+  const auto exported = exported_pass(description, input.data());
   std::size_t candidate = 0;
-  for (std::size_t h = 0; h < 3; ++h) {
-    const auto& logits = pass.logits[h];
+  for (const auto& logits : all) {
     const std::size_t cells = logits.shape(2) * logits.shape(3);
     for (std::size_t cell = 0; cell < cells; ++cell, ++candidate)
       for (std::size_t c = 0; c < 5 + classes; ++c) {
@@ -72,12 +98,8 @@ TEST_CASE("a detector of YOLOX's kind has the logits behind its export's scores"
 
 TEST_CASE("several threads run one detector at once, with the bits of one thread", "[detect][threads]") {
   const bool is_decoded = GENERATE(false, true);
-  detect::DetectorDescription kind = detect::known_description("yolox");
-  if (is_decoded) {  // its first call holds values against the description
-    kind = {{}, {}, detect::HeadKind::boxes_and_scores};
-    kind.decoded.boxes = kind.decoded.scores = yolox_like(64).outputs.front();
-    kind.decoded.has_objectness = true;
-  }
+  const auto kind = is_decoded ? one_output(yolox_like(64).outputs.front())  // the first call checks values
+                               : detect::known_description("yolox");
   const auto images = pictures<float>(2, 64);
   struct Result {
     std::vector<Array<float, 4>> logits{};
@@ -175,10 +197,9 @@ TEST_CASE("a detector of NanoDet's kind finds its heads, classes first", "[detec
   const detect::Detector<float> detector(nanodet_like(96), detect::known_description("nanodet"));
   REQUIRE(detector.heads().size() == 3);
   CHECK(detector.heads()[0].channel_count() == classes + 32);
-  detect::Pass<float> pass;
-  detector.forward(pictures<float>(1, 96), pass);
-  for (std::size_t h = 0; h < 3; ++h) CHECK(pass.logits[h].shape(1) == classes + 32);
-  CHECK_FALSE(detect::decode(detector.heads(), pass.logits, 0, 0.01, 96, 96).empty());
+  const auto logits = detect::forward(detector, pictures<float>(1, 96));
+  for (const auto& head : logits) CHECK(head.shape(1) == classes + 32);
+  CHECK_FALSE(detect::decode(detector.heads(), logits, 0, 0.01, 96, 96).empty());
 }
 
 TEST_CASE("heads are found behind the Casts of an export in half precision, with the same logits",
@@ -207,15 +228,11 @@ TEST_CASE("a detector of YOLOv5's kind decodes as its export does", "[detect][gr
   CHECK(detector.heads()[0].classes == classes);
   CHECK(detector.heads()[2].anchors == kind.anchors[2]);
   const auto images = pictures<double>(1, 64);
-  detect::Pass<double> pass;
-  detector.forward(images, pass);
   const double least = 0.05;
-  const auto found = detect::decode(detector.heads(), pass.logits, 0, least, 64, 64);
+  const auto found = detect::decode(detector.heads(), detect::forward(detector, images), 0, least, 64, 64);
 
   // The export's own candidates, in the same order; it takes pictures unchanged.
-  const nn::Network<double> whole(description, {}, true);
-  nn::NetworkPass<double> exported;
-  whole.forward({images.data()}, exported);
+  const auto exported = exported_pass(description, images.data());
   constexpr std::size_t channels = 5 + classes;
   const double* const rows = exported.output(0);
   std::vector<detect::Detection> expected;
@@ -225,43 +242,22 @@ TEST_CASE("a detector of YOLOv5's kind decodes as its export does", "[detect][gr
       if (const double confidence = row[4] * row[5 + c]; confidence > least)
         expected.push_back({c, confidence, row[4], {row[0], row[1], row[2], row[3]}});
   }
-  REQUIRE(expected.size() > 100);
-  REQUIRE(found.size() == expected.size());
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    CHECK(found[i].confidence == Approx(expected[i].confidence).epsilon(1e-12));
-    CHECK(found[i].class_index == expected[i].class_index);
-    CHECK(found[i].box.cx == Approx(expected[i].box.cx).epsilon(1e-12));
-    CHECK(found[i].box.cy == Approx(expected[i].box.cy).epsilon(1e-12));
-    CHECK(found[i].box.w == Approx(expected[i].box.w).epsilon(1e-6));  // anchors rounded to float
-    CHECK(found[i].box.h == Approx(expected[i].box.h).epsilon(1e-6));
-  }
+  check_detections(found, expected, 1e-12);
 }
 
 TEST_CASE("boxes and scores of an export are those of its logits", "[detect][graph_detector][decoded]") {
   const auto kind = detect::known_description("yolov5");
   const auto description = test::yolov5_like(64, kind.anchors);
   const detect::Detector<double> raw(description, kind);
-  auto decoded_kind = detect::DetectorDescription{{}, kind.fit, detect::HeadKind::boxes_and_scores};
-  decoded_kind.decoded.boxes = decoded_kind.decoded.scores = description.outputs.front();
-  decoded_kind.decoded.has_objectness = true;
-  const detect::Detector<double> decoded(description, decoded_kind);
+  const detect::Detector<double> decoded(description, one_output(description.outputs.front(), kind.fit));
   REQUIRE(decoded.heads().size() == 1);
   CHECK(decoded.heads()[0].classes == classes);
   CHECK(decoded.heads()[0].candidate_count() == 252);
   const auto images = pictures<double>(2, 64);
-  detect::Pass<double> pass, decoded_pass;
-  raw.forward(images, pass);
-  decoded.forward(images, decoded_pass);
-  const auto expected = detect::decode(raw.heads(), pass.logits, 1, 0.05, 64, 64);
-  const auto found = detect::decode(decoded.heads(), decoded_pass.logits, 1, 0.05, 64, 64);
-  REQUIRE(expected.size() > 100);
-  REQUIRE(found.size() == expected.size());
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    CHECK(found[i].confidence == Approx(expected[i].confidence).epsilon(1e-9));
-    CHECK(found[i].class_index == expected[i].class_index);
-    CHECK(found[i].box.cx == Approx(expected[i].box.cx).epsilon(1e-9));
-    CHECK(found[i].box.h == Approx(expected[i].box.h).epsilon(1e-6));  // anchors rounded to float
-  }
+  const auto detections = [&](const detect::Detector<double>& detector) {
+    return detect::decode(detector.heads(), detect::forward(detector, images), 1, 0.05, 64, 64);
+  };
+  check_detections(detections(decoded), detections(raw), 1e-9);
 }
 
 TEST_CASE("decoded outputs may be described in every form", "[detect][graph_detector][decoded]") {
@@ -318,11 +314,10 @@ TEST_CASE("decoded outputs may be described in every form", "[detect][graph_dete
   description.outputs = {"o"};
   const detect::Detector<double> detector(description,
                                           {{}, {}, detect::HeadKind::boxes_and_scores, {}, {}, form.outputs});
-  detect::Pass<double> pass;
-  detector.forward(pictures<double>(1, 64), pass);
+  const auto logits = detect::forward(detector, pictures<double>(1, 64));
   REQUIRE(detector.heads()[0].classes == 2);
   REQUIRE(detector.heads()[0].candidate_count() == 2);
-  const auto logit = [&](std::size_t channel) { return pass.logits[0].data()[2 * channel]; };
+  const auto logit = [&](std::size_t channel) { return logits[0].data()[2 * channel]; };
   CHECK(logit(0) == Approx(16));
   CHECK(logit(1) == Approx(8));
   CHECK(logit(2) == Approx(16));
@@ -362,11 +357,7 @@ detect::DetectorDescription end_to_end_kind(std::size_t count, bool channels_fir
   return kind;
 }
 
-Array<double, 4> white() {
-  auto images = pictures<double>(1, 64);
-  std::fill_n(images.data(), images.size(), 1.0);
-  return images;
-}
+Array<double, 4> white() { return tapestry::filled<double, 4>({1, 64, 64, 3}, 1); }
 }  // namespace
 
 TEST_CASE("an end-to-end output has one score and one class for each box",
@@ -396,14 +387,11 @@ TEST_CASE("an end-to-end output has one score and one class for each box",
     CHECK(found[i].box.h == at(3) - at(1));
   }
   // d logit/dp = 1/(p (1 − p)), and p = 0.75 times the mean of a colour of 64 x 64 pixels.
-  Array<double, 4> adjoint(Extents<4>{1, 7, 1, 4}), gradient = white();
-  std::fill_n(adjoint.data(), adjoint.size(), 0.0);
-  std::fill_n(gradient.data(), gradient.size(), 0.0);
+  auto adjoint = tapestry::zeros<double, 4>({1, 7, 1, 4}),
+       gradient = tapestry::zeros<double, 4>({1, 64, 64, 3});
   adjoint(0, 4 + 2, 0, 0) = 1;
   detector.input_adjoint(pass, {adjoint}, gradient);
-  double sum = 0;
-  for (std::size_t i = 0; i < gradient.size(); ++i) sum += gradient.data()[i];
-  CHECK(sum == Approx(0.75 / (0.75 * 0.25)).epsilon(1e-5));
+  CHECK(test::dot(gradient, white()) == Approx(0.75 / (0.75 * 0.25)).epsilon(1e-5));
 }
 
 TEST_CASE("outputs whose values are not what their description states are refused at the first pass",
@@ -460,9 +448,7 @@ TEST_CASE("the loss as coded asks for cells, which decoded outputs lack",
           "[detect][graph_detector][decoded]") {
   const auto kind5 = detect::known_description("yolov5");
   const auto description = test::yolov5_like(64, kind5.anchors);
-  detect::DetectorDescription kind{{}, {}, detect::HeadKind::boxes_and_scores};
-  kind.decoded.boxes = kind.decoded.scores = description.outputs.front();
-  const detect::Detector<double> detector(description, kind);
+  const detect::Detector<double> detector(description, one_output(description.outputs.front()));
   const ArrayVariable<double, 4> images = pictures<double>(1, 64);
   const std::vector<tapestry::loss::Target> targets{{1, {30, 32, 28, 20}}};
   CHECK_THROWS_WITH(
@@ -484,18 +470,15 @@ TEST_CASE("boxes as shares of corners, and a softmax with a background, are read
   kind.decoded.background = GENERATE(detect::Background::first, detect::Background::last);
   const detect::Detector<double> detector(description, kind);
   const auto images = pictures<double>(1, 64);
-  detect::Pass<double> pass;
-  detector.forward(images, pass);
-  const nn::Network<double> whole(description, {}, true);
-  nn::NetworkPass<double> exported;
-  whole.forward({images.data()}, exported);
+  const auto logits = detect::forward(detector, images);
+  const auto exported = exported_pass(description, images.data());
   REQUIRE(detector.heads()[0].candidate_count() == 64);
   REQUIRE(detector.heads()[0].classes == classes);
   const bool is_first = kind.decoded.background == detect::Background::first;
   for (std::size_t candidate = 0; candidate < 64; ++candidate) {
     const double* const box = exported.output(0) + 4 * candidate;
     const double* const scores = exported.output(1) + (1 + classes) * candidate;
-    const auto logit = [&](std::size_t channel) { return pass.logits[0].data()[64 * channel + candidate]; };
+    const auto logit = [&](std::size_t channel) { return logits[0].data()[64 * channel + candidate]; };
     CHECK(logit(0) == Approx(64 * (box[1] + box[3]) / 2).epsilon(1e-12));
     CHECK(logit(1) == Approx(64 * (box[0] + box[2]) / 2).epsilon(1e-12));
     CHECK(logit(2) == Approx(64 * (box[3] - box[1])).epsilon(1e-10).margin(1e-10));
@@ -527,30 +510,23 @@ TEST_CASE("the loss of a graph detector is differentiable to its pictures",
   for (const char* name : {"yolox", "nanodet", "yolov5", "boxes_and_scores"}) {
     INFO(name);
     const bool is_decoded = std::string(name) == "boxes_and_scores";
-    auto kind = detect::known_description(is_decoded ? "yolov5" : name);
-    if (is_decoded) {
-      kind.head = detect::HeadKind::boxes_and_scores;
-      kind.decoded.boxes = kind.decoded.scores = test::yolov5_like(64, kind.anchors).outputs.front();
-      kind.decoded.has_objectness = true;
-    }
-    const detect::Detector<double> detector(kind.head == detect::HeadKind::yolox ? yolox_like(64)
-                                            : kind.head == detect::HeadKind::nanodet
-                                                ? nanodet_like(64)
-                                                : test::yolov5_like(64, kind.anchors),
-                                            kind);
+    const auto known = detect::known_description(is_decoded ? "yolov5" : name);
+    const auto network = known.head == detect::HeadKind::yolox     ? yolox_like(64)
+                         : known.head == detect::HeadKind::nanodet ? nanodet_like(64)
+                                                                   : test::yolov5_like(64, known.anchors);
+    const detect::Detector<double> detector(
+        network, is_decoded ? one_output(network.outputs.front(), known.fit) : known);
     const auto images = pictures<double>(2, 64);
     const std::vector<tapestry::loss::Target> targets{{1, {30, 32, 28, 20}}, {3, {40, 20, 30, 30}}};
-    const auto value = [&](const Array<double, 4>& at) {
-      const ArrayVariable<double, 4> passive = at;
-      return loss::adversarial<detect::Detector<double>, double>(detector, detect::forward(detector, passive),
+    const auto loss_of = [&](const ArrayVariable<double, 4>& at) {
+      return loss::adversarial<detect::Detector<double>, double>(detector, detect::forward(detector, at),
                                                                  targets, loss::AdversarialLoss::max_score)
-          .total.value();
+          .total;
     };
+    const auto value = [&](const Array<double, 4>& at) { return loss_of(at).value(); };
     ActiveTape<double> tape;
     const auto input = tape.input(images);
-    tape.reverse(loss::adversarial<detect::Detector<double>, double>(
-                     detector, detect::forward(detector, input), targets, loss::AdversarialLoss::max_score)
-                     .total);
+    tape.reverse(loss_of(input));
     const auto direction = test::random_direction<double, 4>({2, 64, 64, 3}, 5);
     const double slope = test::dot(input.adjoint(), direction);
     CHECK(std::abs(slope) > 1e-8);
@@ -570,27 +546,16 @@ TEST_CASE("weights of a graph detector get their gradient", "[detect][graph_dete
   auto gradient = tapestry::zeros<double, 1>({detector.weights().size()});
   detector.pull_back(pass, test::pointers_to(seeds), nullptr, &gradient);
 
+  auto weights = detector.weights();
   const auto value = [&] {
-    detect::Pass<double> fresh;
-    detector.forward(images, fresh);
-    double sum = 0;
-    for (std::size_t h = 0; h < 3; ++h)
-      for (std::size_t i = 0; i < seeds[h].size(); ++i) sum += seeds[h].data()[i] * fresh.logits[h].data()[i];
-    return sum;
+    detector.set_weights(weights);
+    return test::dot(detect::forward(detector, images), seeds);
   };
-  const auto weights = detector.weights();
   REQUIRE(weights.size() > 0);
   for (const nn::WeightBlock& block : detector.network().weight_blocks()) {
-    auto moved = weights;
-    constexpr double step = 1e-6;
-    moved[block.offset] = weights[block.offset] + step;
-    detector.set_weights(moved);
-    const double above = value();
-    moved[block.offset] = weights[block.offset] - step;
-    detector.set_weights(moved);
-    const double below = value();
     INFO(block.name);
-    CHECK(gradient(block.offset) == Approx((above - below) / (2 * step)).epsilon(1e-6).margin(1e-7));
+    CHECK(gradient(block.offset) ==
+          Approx(test::slope_by(weights[block.offset], 1e-6, value)).epsilon(1e-6).margin(1e-7));
   }
 }
 

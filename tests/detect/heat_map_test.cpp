@@ -3,6 +3,7 @@
 #include <tapestry/io/darknet/model_file.hpp>
 
 #include "../support/catch.hpp"
+#include "../support/finite_difference.hpp"
 #include "../support/pointers_to.hpp"
 #include "../support/random_model.hpp"
 #include "../support/relative_distance.hpp"
@@ -29,11 +30,7 @@ struct Explained {
   }
   /// The score itself, of the same candidate in another pass.
   [[nodiscard]] double score_of(const detect::Pass<double>& other) const {
-    double sum = 0;
-    for (std::size_t h = 0; h < adjoints.size(); ++h)
-      for (std::size_t i = 0; i < adjoints[h].size(); ++i)
-        sum += adjoints[h].data()[i] * other.logits[h].data()[i];
-    return sum;
+    return test::dot(adjoints, other.logits);
   }
 };
 /// Two convolutions and a head of two anchors and two classes, on 2 × 2 cells.
@@ -303,10 +300,10 @@ void check_pull_back_layer(const Detector& detector, std::size_t layer, std::siz
   };
   const double step = 1e-7;  // short, since every leaky unit within it is a kink
   const auto ahead = values_at(step), behind = values_at(-step);
-  double slope = 0, expected = 0;
+  double slope = 0;
+  const double expected = test::dot(gradient, direction);
   for (std::size_t i = 0; i < weights.size(); ++i)
     slope += weights.data()[i] * (ahead.data()[i] - behind.data()[i]) / (2 * step);
-  for (std::size_t i = 0; i < gradient.size(); ++i) expected += gradient.data()[i] * direction.data()[i];
   INFO("layer " << layer << ": " << expected << " " << slope);
   CHECK(std::abs(expected - slope) <= 1e-6 * std::max(1.0, std::abs(slope)));
 }

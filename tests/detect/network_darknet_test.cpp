@@ -71,8 +71,7 @@ void check_against_darknet(const detect::DarknetModel<float>& network, const std
   }
   io::write_weight_file(weights_path, moved);
   const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);
-  detect::Pass<float> pass;
-  network.detector().forward(images, pass);
+  const auto logits = detect::forward(network.detector(), images);
 
   std::string cfg_name = cfg_path;
   std::string weights_name = weights_path;
@@ -84,22 +83,27 @@ void check_against_darknet(const detect::DarknetModel<float>& network, const std
   for (int i = 0; i < darknet->n; ++i) {
     if (darknet->layers[i].type != YOLO && darknet->layers[i].type != REGION) continue;
     const ::layer& before = darknet->layers[i - 1];  // a linear convolution, whose output are the logits
-    REQUIRE(static_cast<std::size_t>(before.outputs) == pass.logits[head].size());
-    const double distance =
-        relative_distance(pass.logits[head].data(), before.output, pass.logits[head].size());
+    REQUIRE(static_cast<std::size_t>(before.outputs) == logits[head].size());
+    const double distance = relative_distance(logits[head].data(), before.output, logits[head].size());
     INFO("head " << head << ": relative L2 distance " << distance);
     CHECK(distance <= tolerance);
     if (darknet->layers[i].type == REGION) check_region_boxes(network, before.output, darknet);
     ++head;
   }
   if (head == 0) {  // a classifier
-    const double distance = relative_distance(pass.logits[0].data(), darknet->output, pass.logits[0].size());
+    const double distance = relative_distance(logits[0].data(), darknet->output, logits[0].size());
     INFO("outputs: relative L2 distance " << distance);
     CHECK(distance <= tolerance);
     ++head;
   }
-  CHECK(head == pass.logits.size());
+  CHECK(head == logits.size());
   free_network(darknet);
+}
+
+void check_cfg_text(const std::string& cfg) {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("some.cfg", cfg);
+  check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
 }
 
 /// Whether Debian's Darknet computes a network: it lacks later layers, options and activations, and loses the
@@ -147,46 +151,36 @@ TEST_CASE("logits of random networks equal those of Darknet", "[detect][darknet]
 }
 
 TEST_CASE("logits equal those of Darknet for every common layer", "[detect][darknet]") {
-  const TemporaryFolder folder;
-  const std::string path = folder.write("some.cfg", common_layers);
-  check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
+  check_cfg_text(common_layers);
 }
 
 TEST_CASE("less common activations equal those of Darknet", "[detect][darknet]") {
-  const TemporaryFolder folder;
   const std::string name =
       GENERATE(std::string("elu"), std::string("tanh"), std::string("relu"), std::string("logistic"));
   std::string cfg = common_layers;
   for (auto at = cfg.find("leaky"); at != std::string::npos; at = cfg.find("leaky")) cfg.replace(at, 5, name);
-  const std::string path = folder.write("some.cfg", cfg);
   CAPTURE(name);
-  check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
+  check_cfg_text(cfg);
 }
 
 TEST_CASE("unequal shortcuts and scaled upsampling equal those of Darknet", "[detect][darknet]") {
-  const TemporaryFolder folder;
   std::string cfg = unequal_layers;
   cfg.insert(cfg.find("[upsample]") + 11, "scale=-.75\n");  // which OpenCV passes over
-  const std::string path = folder.write("some.cfg", cfg);
-  check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
+  check_cfg_text(cfg);
 }
 
 TEST_CASE("shortcuts over a stride equal those of Darknet", "[detect][darknet]") {
-  const TemporaryFolder folder;
   std::string cfg = tapestry::test::cfg_text("strided_shortcuts");
   cfg.replace(cfg.find("width=16"), 8, "width=48");
-  const std::string path = folder.write("some.cfg", cfg);
-  check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
+  check_cfg_text(cfg);
 }
 
 TEST_CASE("reorg and region equal those of Darknet, box by box", "[detect][darknet]") {
-  const TemporaryFolder folder;
   std::string cfg = region_layers;
   if (GENERATE(true, false)) cfg.replace(cfg.find("softmax=1"), 9, "softmax=0");
   cfg.replace(cfg.find("width=16"), 8, "width=80");  // not square
   cfg.replace(cfg.find("height=16"), 9, "height=48");
-  const std::string path = folder.write("some.cfg", cfg);
-  check_against_darknet(random_model<float>(io::read_network_config(path), 3), path, 5e-6);
+  check_cfg_text(cfg);
 }
 
 TEST_CASE("a classifier's probabilities equal those of Darknet", "[detect][darknet]") {

@@ -31,8 +31,7 @@ void check_against_opencv(const detect::DarknetModel<float>& network, const std:
   const std::string weights_path = folder.path("random.weights");
   io::write_weight_file(weights_path, network);
   const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);
-  detect::Pass<float> pass;
-  network.detector().forward(images, pass);
+  const auto logits = detect::forward(network.detector(), images);
 
   auto net = cv::dnn::readNetFromDarknet(cfg_path, weights_path);
   net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
@@ -45,11 +44,10 @@ void check_against_opencv(const detect::DarknetModel<float>& network, const std:
     if (is_head(network.config().layers[i].kind)) names.push_back("conv_" + std::to_string(i - 1));
   std::vector<cv::Mat> outputs;
   net.forward(outputs, names);
-  REQUIRE(outputs.size() == pass.logits.size());
+  REQUIRE(outputs.size() == logits.size());
   for (std::size_t h = 0; h < outputs.size(); ++h) {
-    REQUIRE(outputs[h].total() == pass.logits[h].size());
-    const double distance =
-        relative_distance(pass.logits[h].data(), outputs[h].ptr<float>(), outputs[h].total());
+    REQUIRE(outputs[h].total() == logits[h].size());
+    const double distance = relative_distance(logits[h].data(), outputs[h].ptr<float>(), outputs[h].total());
     INFO("head " << h << ": relative L2 distance " << distance);
     CHECK(distance <= tolerance);
   }
@@ -117,13 +115,12 @@ TEST_CASE("random Darknet networks written as ONNX models have their logits in O
     INFO(run.repeat() << "\n" << cfg.text());
     const auto network = random_model<float>(cfg.config(), run.seed());
     const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);
-    detect::Pass<float> pass;
-    network.detector().forward(images, pass);
+    const auto logits = detect::forward(network.detector(), images);
     const TemporaryFolder folder;
     const auto description = detect::network_description(network.config(), network.parameters());
     std::map<std::string, nn::Shape> shapes;
-    for (std::size_t h = 0; h < pass.logits.size(); ++h)
-      shapes[description.outputs[h]] = {pass.logits[h].shape().begin(), pass.logits[h].shape().end()};
+    for (std::size_t h = 0; h < logits.size(); ++h)
+      shapes[description.outputs[h]] = {logits[h].shape().begin(), logits[h].shape().end()};
     io::write_onnx(folder.path("some.onnx"), description, shapes);
     cv::dnn::Net net;
     try {
@@ -141,10 +138,10 @@ TEST_CASE("random Darknet networks written as ONNX models have their logits in O
     net.setInput(cv::Mat(4, extents, CV_32F, planes.data()));
     std::vector<cv::Mat> outputs;
     net.forward(outputs, std::vector<cv::String>(description.outputs.begin(), description.outputs.end()));
-    REQUIRE(outputs.size() == pass.logits.size());
+    REQUIRE(outputs.size() == logits.size());
     for (std::size_t h = 0; h < outputs.size(); ++h) {
-      REQUIRE(outputs[h].total() == pass.logits[h].size());
-      CHECK(relative_distance(pass.logits[h].data(), outputs[h].ptr<float>(), outputs[h].total()) <= 1e-4);
+      REQUIRE(outputs[h].total() == logits[h].size());
+      CHECK(relative_distance(logits[h].data(), outputs[h].ptr<float>(), outputs[h].total()) <= 1e-4);
     }
   }
   CHECK(refused <= compared / 20);

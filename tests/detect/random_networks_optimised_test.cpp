@@ -85,12 +85,6 @@ void require_same_bits(const detect::Detector<T>& detector, Array<T, 4> images, 
 
 using Weighting = std::vector<Array<double, 4>>;
 
-double weighted(const detect::Pass<double>& pass, const Weighting& weighting) {
-  double sum = 0;
-  for (std::size_t h = 0; h < weighting.size(); ++h) sum += test::dot(pass.logits[h], weighting[h]);
-  return sum;
-}
-
 /// Σ |weight · logit|, whose multiple of ε bounds the rounding of their sum.
 double magnitude(const detect::Pass<double>& pass, const Weighting& weighting) {
   double sum = 0;
@@ -150,7 +144,7 @@ class DifferenceCheck {
       pointers_.push_back(std::ranges::all_of(head.storage(), [](double w) { return w == 0; }) ? nullptr
                                                                                                : &head);
     }
-    const double value = weighted(pass_, weighting_);
+    const double value = test::dot(pass_.logits, weighting_);
     rounding_ = 64 * epsilon * magnitude(pass_, weighting_);
     for (int trial = 0; trial < 2; ++trial) {  // change of the result by rounding the first layer's input
       auto moved = case_.images;
@@ -198,7 +192,7 @@ class DifferenceCheck {
 
   [[nodiscard]] double value_at(const Array<double, 4>& images) {
     detector_.forward(images, other_, mode_);
-    return weighted(other_, weighting_);
+    return test::dot(other_.logits, weighting_);
   }
 
   template <class Function>

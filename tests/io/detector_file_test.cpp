@@ -5,6 +5,7 @@
 #include "../support/random_array.hpp"
 #include "../support/random_model.hpp"
 #include "../support/refusal.hpp"
+#include "../support/relative_distance.hpp"
 #include "../support/temporary_folder.hpp"
 
 using namespace tapestry;
@@ -49,10 +50,9 @@ template <class T>
 std::vector<T> logits_of(const detect::DarknetModel<T>& network, std::uint64_t seed) {
   const Array<T, 4> images =
       test::random_array<T>({1, network.input_height(), network.input_width(), 3}, seed);
-  detect::Pass<T> pass;
-  network.detector().forward(images, pass);
   std::vector<T> logits;
-  for (const auto& head : pass.logits) logits.insert(logits.end(), head.data(), head.data() + head.size());
+  for (const auto& head : detect::forward(network.detector(), images))
+    logits.insert(logits.end(), head.data(), head.data() + head.size());
   return logits;
 }
 
@@ -88,13 +88,8 @@ TEST_CASE("a folded detector answers as the one it was made from", "[io][detecto
   // In double, only the folded weights' rounding, 2⁻²⁴ of each, goes through five convolutions.
   const auto kept = logits_of(model.network.cast<double>(), 5);
   const auto folded = logits_of(loaded.model.cast<double>(), 5);
-  REQUIRE(folded.size() == kept.size());
-  double largest = 0;
-  double difference = 0;
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    largest = std::max(largest, std::abs(kept[i]));
-    difference = std::max(difference, std::abs(kept[i] - folded[i]));
-  }
+  const double largest = test::largest_difference(kept, std::vector<double>(kept.size()));
+  const double difference = test::largest_difference(kept, folded);
   CHECK(difference <= 5 * 0x1p-20 * largest);  // 16 for sums of unlike signs
   CHECK(difference > 0);
 }
@@ -170,29 +165,6 @@ TEST_CASE("Darknet weights have the decode family that is asked for, or that the
   scaled.convert(true, 1e-5, DecodeFamily::ultralytics);
   check_refused(ErrorKind::mismatch, contradiction + "ultralytics",
                 [&] { (void)family(said, scaled.converted, {}); });
-}
-
-TEST_CASE("folding a filter by hand", "[detect][fold]") {
-  const std::string text =
-      "[net]\nwidth=32\nheight=32\nchannels=3\n[convolutional]\nfilters=18\nsize=1\nbatch_normalize=1\n"
-      "activation=linear\n[yolo]\nmask=0,1,2\nanchors=1,1, 2,2, 3,3\nclasses=1\nnum=3\n";
-  auto config = io::parse_network_config(text, "some.cfg");
-  config.batch_norm_epsilon = 1;
-  const auto layout = detect::parameter_layout(config, detect::infer_shapes(config, 32, 32));
-  auto parameters = tapestry::zeros<float, 1>({layout.count});
-  const auto& own = layout.layers[0];
-  parameters[own.bias + 2] = 7;
-  parameters[own.scale + 2] = 6;
-  parameters[own.mean + 2] = 5;
-  parameters[own.variance + 2] = 8;  // f = 6 / √(8 + 1) = 2
-  parameters[own.weight + 2 * 3 + 1] = -4;
-  const auto folded = detect::fold_batch_norm(config, layout, parameters);
-  REQUIRE(folded.size() == 18 + 18 * 3);
-  CHECK(folded[2] == 7 - 2 * 5);
-  CHECK(folded[18 + 2 * 3 + 1] == -8);
-  parameters[own.scale + 2] = 3e38F;
-  check_refused(ErrorKind::numeric, "layer 0",
-                [&] { (void)detect::fold_batch_norm(config, layout, parameters); });
 }
 
 TEST_CASE("W19, W20: converted detectors that do not fit are refused", "[io][detector_file][bad_input]") {
