@@ -244,6 +244,17 @@ inline ModelParts small_model() {
   return parts;
 }
 
+/// The bytes of the small model after a change of its parts.
+template <class Change>
+std::string changed(Change change) {
+  ModelParts parts = small_model();
+  change(parts);
+  return model(parts);
+}
+inline std::string with_tensor(const std::string& tensor) {
+  return changed([&](ModelParts& parts) { parts.initialisers.push_back(tensor); });
+}
+
 /// A model of many operators, for a picture [1, 2, 3, 4].
 inline ModelParts model_of_many() {
   const auto numbers = [](std::size_t count) {

@@ -6,26 +6,18 @@
 
 using namespace tapestry;
 using namespace tapestry::test;
-using onnx::bytes_field, onnx::Extent, onnx::integer_field, onnx::ModelParts, onnx::node, onnx::Packing;
+using onnx::bytes_field, onnx::changed, onnx::Extent, onnx::integer_field, onnx::ModelParts, onnx::node,
+    onnx::Packing, onnx::with_tensor;
 
 namespace {
 constexpr auto malformed = ErrorKind::malformed;
 constexpr auto limit = ErrorKind::limit;
 
-template <class Change>
-std::string changed(Change change) {
-  ModelParts parts = onnx::small_model();
-  change(parts);
-  return onnx::model(parts);
-}
 std::string with_node(const std::string& fields) {
   return changed([&](ModelParts& parts) { parts.nodes.push_back(fields); });
 }
 std::string with_attribute(const std::string& fields) {
   return with_node(node("Other", {"logits"}, {"more"}, {fields}, "last one"));
-}
-std::string with_tensor(const std::string& fields) {
-  return changed([&](ModelParts& parts) { parts.initialisers.push_back(fields); });
 }
 std::string with_elements(onnx::Type type, const std::vector<std::int64_t>& dims, const std::string& fields) {
   return with_tensor(onnx::tensor("w", type, dims, fields));
@@ -395,14 +387,6 @@ TEST_CASE("every flipped bit of a model is refused or harmless", "[io][onnx][bad
     if (!is_accepted(bytes)) ++refused;
   }
   CHECK(refused > 4 * good.size());  // most bytes are lengths, names and tags
-}
-
-TEST_CASE("graphs within graphs are refused beyond a depth, however deep", "[io][onnx][bad_input]") {  // X11
-  std::string inner = onnx::node("Relu", {"a"}, {"b"});
-  for (int depth = 0; depth < 2000; ++depth)
-    inner = node("If", {"a"}, {"b"}, {onnx::graph_attribute("then_branch", bytes_field(1, inner))});
-  check_refused(limit, "graphs within graphs; expected at most 16",
-                [&] { (void)io::parse_onnx(with_node(inner), "a.onnx"); });
 }
 
 TEST_CASE("a model beyond the limits is refused", "[io][onnx][bad_input]") {  // X18

@@ -4,13 +4,13 @@
 
 #include <tapestry/core/random.hpp>
 
-#include "../../support/catch.hpp"
 #include "../../support/onnx_builder.hpp"
+#include "../../support/refusal.hpp"
 #include "../../support/temporary_folder.hpp"
 
 using namespace tapestry;
 using namespace tapestry::test;
-using onnx::Extent, onnx::ModelParts, onnx::node;
+using onnx::changed, onnx::Extent, onnx::ModelParts, onnx::node, onnx::with_tensor;
 using Integers = std::vector<std::int64_t>;
 
 namespace {
@@ -20,25 +20,6 @@ constexpr auto limit = ErrorKind::limit;
 const std::int64_t huge = std::int64_t(1) << 40U;
 const std::int64_t largest = 2147483647;
 
-/// A fault of a model, and the expected error.
-struct Corruption {
-  const char* name;
-  std::string bytes;
-  ErrorKind kind;
-  const char* text;  ///< part of the message
-};
-
-std::string changed(const std::function<void(ModelParts&)>& change) {
-  ModelParts parts = onnx::small_model();
-  change(parts);
-  return onnx::model(parts);
-}
-std::string with_tensor(const std::string& tensor) {
-  return changed([&](ModelParts& parts) { parts.initialisers.push_back(tensor); });
-}
-std::string with_input(const std::string& value) {
-  return changed([&](ModelParts& parts) { parts.inputs.push_back(value); });
-}
 /// With these nodes, which make "logits" of "activations" [1, 1, 3, 4], in the place of the last one.
 std::string ending(const std::vector<std::string>& nodes, const std::vector<std::string>& tensors = {},
                    std::int64_t opset = 13) {
@@ -69,67 +50,31 @@ std::string with_convolution(const std::vector<std::string>& attributes, const s
     if (!weights.empty()) parts.initialisers[0] = weights;
   });
 }
-std::string nested(int depth) {
-  std::string inner = node("Relu", {"a"}, {"b"});
-  for (int i = 0; i < depth; ++i)
-    inner = node("If", {"a"}, {"b"}, {onnx::graph_attribute("then_branch", onnx::bytes_field(1, inner))});
-  return inner;
-}
 std::string external(const std::string& location, const std::string& length = "8") {
   return with_tensor(
       onnx::tensor("far", onnx::float32, {2}, onnx::external({{"location", location}, {"length", length}})));
 }
 
-std::vector<Corruption> of_the_file() {
+std::vector<BadContent> of_the_file() {
   const std::string good = onnx::model(onnx::small_model());
   const auto more = [](const std::string& fields) {
     return changed([&](ModelParts& parts) { parts.nodes.push_back(fields); });
   };
+  std::string nested = node("Relu", {"a"}, {"b"});
+  for (int depth = 0; depth < 2000; ++depth)
+    nested = node("If", {"a"}, {"b"}, {onnx::graph_attribute("then_branch", onnx::bytes_field(1, nested))});
   return {
-      {"nothing", "", malformed, "found 0 bytes"},
       {"half of it", good.substr(0, good.size() / 2), malformed, "the file ends within field"},
-      {"opset of the future", changed([](ModelParts& parts) {
-         parts.opsets = {{"", 99}};
-       }),
-       malformed, "expected opset 7 to 24, found 99"},
       {"length beyond the file",
        changed([](ModelParts& parts) { parts.more_of_graph = "\x12\xff\xff\xff\xff\x7f"; }), malformed,
        "bytes there"},
-      {"cycle", ending({node("Add", {"activations", "b"}, {"a"}), node("Neg", {"a"}, {"b", "logits"})}),
-       malformed, "a cycle"},
-      {"node that reads itself", ending({node("Neg", {"logits"}, {"logits"})}), malformed, "itself"},
       {"missing initialiser", changed([](ModelParts& parts) { parts.initialisers.pop_back(); }), malformed,
        "node 0, Conv 'stem': reads value 'bias', which is no input, initialiser or output"},
-      {"missing output", changed([](ModelParts& parts) { parts.nodes.pop_back(); }), malformed,
-       "output 'logits' is made by no node"},
-      {"no outputs", changed([](ModelParts& parts) { parts.outputs.clear(); }), malformed, "no outputs"},
-      {"two initialisers of a name", with_tensor(onnx::float_tensor("bias", {1}, {1})), malformed,
-       "two initialisers 'bias'"},
-      {"two inputs of a name", with_input(onnx::value("picture", onnx::float32, {})), malformed,
-       "two inputs 'picture'"},
-      {"two makers of a value", more(node("Relu", {"logits"}, {"sums"})), malformed,
-       "makes value 'sums' again"},
-      {"two attributes of a name",
-       more(node("Elu", {"logits"}, {"e"},
-                 {onnx::float_attribute("alpha", 1), onnx::float_attribute("alpha", 2)})),
-       malformed, "two attributes 'alpha'"},
-      {"negative dimension of a tensor", with_tensor(onnx::float_tensor("w", {2, -1}, {1, 2})), malformed,
-       "negative extent"},
-      {"negative dimension of the input", with_input(onnx::value("x", onnx::float32, {Extent(-3)})),
-       malformed, "negative extent"},
-      {"extents whose product wraps", with_tensor(onnx::float_tensor("w", {huge, huge, huge}, {1})), limit,
-       "more than any file can hold"},
+      {"X13 extents whose product wraps", with_tensor(onnx::float_tensor("w", {huge, huge, huge}, {1})),
+       limit, "more than any file can hold"},
       {"huge tensor without elements", with_tensor(onnx::tensor("w", onnx::float32, {huge}, "")), malformed,
        "tensor without elements"},
-      {"too few elements", with_tensor(onnx::float_tensor("w", {3}, {1, 2})), malformed,
-       "expected 12 bytes for FLOAT [3], found 8"},
-      {"floats for integers", with_tensor(onnx::tensor("w", onnx::int64, {1}, onnx::floats_field(4, {1}))),
-       malformed, "float_data"},
-      {"text for numbers", with_tensor(onnx::tensor("w", onnx::text, {1}, onnx::bytes_field(6, "a"))),
-       malformed, "found STRING"},
-      {"unknown element type", with_tensor(onnx::tensor("w", onnx::Type(77), {1}, onnx::bytes_field(9, "a"))),
-       malformed, "found 77"},
-      {"graphs within graphs", more(nested(2000)), limit, "graphs within graphs; expected at most 16"},
+      {"X11 graphs within graphs", more(nested), limit, "graphs within graphs; expected at most 16"},
       {"external path above the folder", external("../far.bin"), malformed, "leaves its folder by '..'"},
       {"external path from the root", external("/etc/hostname"), malformed, "is an absolute path"},
       {"external file that is not there", external("absent.bin"), malformed, "cannot be opened"},
@@ -139,7 +84,7 @@ std::vector<Corruption> of_the_file() {
   };
 }
 
-std::vector<Corruption> of_nodes() {  // X22
+std::vector<BadContent> of_nodes() {  // X22
   const std::string ints =
       onnx::tensor("weight", onnx::int64, {1, 2, 1, 1}, onnx::bytes_field(9, onnx::raw_integers({1, 2}, 8)));
   const auto attribute = [](const char* name, const Integers& values) {
@@ -203,7 +148,7 @@ std::vector<Corruption> of_nodes() {  // X22
   };
 }
 
-std::vector<Corruption> of_extents() {  // X23, X24, X25
+std::vector<BadContent> of_extents() {  // X23, X24, X25
   const std::vector<std::string> scalar{node("Squeeze", {"bias"}, {"scalar"})};
   const auto of_scalar = [&](const std::string& last, const std::vector<std::string>& tensors) {
     return ending({scalar.front(), last}, tensors, 18);
@@ -351,14 +296,14 @@ TEST_CASE("each of many corruptions of a small model is one clear error, in boun
   const std::string path = folder.write("models/a.onnx", "");
   folder.write("far.bin", "12345678");
   make_network(onnx::model(onnx::small_model()), path);
-  std::vector<Corruption> all = of_the_file();
+  std::vector<BadContent> all = of_the_file();
   for (const auto& table : {of_nodes(), of_extents()}) all.insert(all.end(), table.begin(), table.end());
   CHECK(all.size() >= 40);
-  for (const Corruption& corruption : all) {
-    INFO(corruption.name);
+  for (const BadContent& corruption : all) {
+    INFO(corruption.id);
     const double memory = peak_mib(), start = cpu_seconds();
     try {
-      make_network(corruption.bytes, path);
+      make_network(corruption.file, path);
       FAIL_CHECK("was accepted; expected '" << corruption.text << "'");
     } catch (const Error& error) {
       const std::string message = error.what();
