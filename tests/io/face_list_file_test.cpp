@@ -20,12 +20,7 @@ TEST_CASE("a face list is read", "[io][face_list]") {
 
 TEST_CASE("bad face lists are refused", "[io][face_list][bad_input]") {  // O30, O31
   const test::TemporaryFolder folder;
-  struct Row {
-    std::string content;
-    ErrorKind kind;
-    const char* text;
-  };
-  const Row rows[] = {
+  const std::tuple<std::string, ErrorKind, const char*> rows[] = {
       {"1\n0\n", ErrorKind::malformed, "f.txt:2: face number 0"},
       {"-1\n", ErrorKind::malformed, "f.txt:1: face number is negative"},
       {"1\n4\n9\n", ErrorKind::mismatch, "f.txt:2: face number beyond"},
@@ -38,10 +33,10 @@ TEST_CASE("bad face lists are refused", "[io][face_list][bad_input]") {  // O30,
       {"\n# nothing\n", ErrorKind::mismatch, "face list is empty"},
       {std::string("1\0\n", 3), ErrorKind::malformed, "zero byte"},
   };
-  for (const Row& row : rows) {
-    INFO(row.content);
-    check_refused(row.kind, row.text,
-                  [&] { (void)io::read_face_list(folder.write("f.txt", row.content), 3); });
+  for (const auto& [content, kind, text] : rows) {
+    INFO(content);
+    const auto path = folder.write("f.txt", content);
+    check_refused(kind, text, [&] { (void)io::read_face_list(path, 3); });
   }
 }
 

@@ -120,13 +120,13 @@ TEST_CASE("a painted mesh as .glb has all that a viewer needs", "[io][glb]") {
   CHECK_FALSE(primitives[2]["attributes"].contains("NORMAL"));  // a corner has none
   CHECK_FALSE(primitives[1]["attributes"].contains("TEXCOORD_0"));
 
-  const auto& materials = glb.json["materials"];
-  CHECK(materials[primitives[0]["material"].get<std::size_t>()]["name"] == "paint_");
-  CHECK(materials[primitives[0]["material"].get<std::size_t>()]["pbrMetallicRoughness"].contains(
-      "baseColorTexture"));
-  CHECK(materials[primitives[1]["material"].get<std::size_t>()]["name"] == "body \"lacquer\"");
-  const auto& factor =
-      materials[primitives[1]["material"].get<std::size_t>()]["pbrMetallicRoughness"]["baseColorFactor"];
+  const auto material = [&](std::size_t primitive) -> const nlohmann::json& {
+    return glb.json["materials"][primitives[primitive]["material"].get<std::size_t>()];
+  };
+  CHECK(material(0)["name"] == "paint_");
+  CHECK(material(0)["pbrMetallicRoughness"].contains("baseColorTexture"));
+  CHECK(material(1)["name"] == "body \"lacquer\"");
+  const auto& factor = material(1)["pbrMetallicRoughness"]["baseColorFactor"];
   CHECK(factor[0].get<double>() == Approx(0.010023).epsilon(1e-4));  // 0.1 of sRGB
   CHECK(factor[2] == 1);
   CHECK(factor[3] == 1);

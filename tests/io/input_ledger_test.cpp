@@ -1,6 +1,5 @@
 #include <tapestry/io/input_ledger.hpp>
 
-#include <chrono>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 

@@ -1,7 +1,6 @@
 #include <tapestry/io/obj_file.hpp>
 
 #include <clocale>
-#include <limits>
 
 #include "../support/bad_file.hpp"
 #include "../support/refusal.hpp"

@@ -15,12 +15,7 @@ TEST_CASE("a palette is read", "[io][palette]") {
 
 TEST_CASE("bad palettes are refused", "[io][palette][bad_input]") {
   const test::TemporaryFolder folder;
-  struct Row {
-    std::string content;
-    ErrorKind kind;
-    const char* text;
-  };
-  const Row rows[] = {
+  const std::tuple<std::string, ErrorKind, const char*> rows[] = {
       {"0 0 0\n0 0\n", ErrorKind::malformed, "p.txt:2: not a colour"},
       {"red\n", ErrorKind::malformed, "'red'"},
       {"0 nan 0\n", ErrorKind::malformed, "p.txt:1: not a colour"},
@@ -31,9 +26,10 @@ TEST_CASE("bad palettes are refused", "[io][palette][bad_input]") {
       {"\n# nothing\n", ErrorKind::mismatch, "the palette is empty"},
       {std::string("0 0\0 0\n", 7), ErrorKind::malformed, "zero byte"},
   };
-  for (const Row& row : rows) {
-    INFO(row.content);
-    check_refused(row.kind, row.text, [&] { (void)io::read_palette(folder.write("p.txt", row.content)); });
+  for (const auto& [content, kind, text] : rows) {
+    INFO(content);
+    const auto path = folder.write("p.txt", content);
+    check_refused(kind, text, [&] { (void)io::read_palette(path); });
   }
   std::string many;
   for (int i = 0; i < 4097; ++i) many += "0 0 0\n";

@@ -7,6 +7,7 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
 #include "../support/paths.hpp"
+#include "../support/raw_numbers.hpp"
 #include "../support/refusal.hpp"
 #include "../support/small_exports.hpp"
 #include "../support/temporary_folder.hpp"
@@ -33,14 +34,8 @@ struct Files {
   }
 };
 
-std::string refusal(const io::DetectorFiles& files, ErrorKind kind) {
-  try {
-    static_cast<void>(io::read_detector<float>(files));
-  } catch (const Error& error) {
-    CHECK(error.kind() == kind);
-    return error.what();
-  }
-  return "";
+void check_refusal(const io::DetectorFiles& files, ErrorKind kind, const std::string& text) {
+  check_refused(kind, text, [&] { static_cast<void>(io::read_detector<float>(files)); });
 }
 }  // namespace
 
@@ -113,31 +108,19 @@ TEST_CASE("a description within an ONNX model is taken, and no other one beside 
   const std::string other = files.folder.write("own.json", R"({"head": "yolov5", "strides": [8, 16, 32],
       "anchors": [[10, 13, 16, 30, 33, 24], [30, 61, 62, 45, 59, 119], [116, 90, 156, 198, 373, 326]]})");
   const std::string refused = other + ": contradicts the description within " + model;
-  CHECK_THAT(refusal({.weights = model}, ErrorKind::mismatch), contains(refused));
-  CHECK_THAT(refusal({.weights = model, .description = other}, ErrorKind::mismatch), contains(refused));
+  check_refusal({.weights = model}, ErrorKind::mismatch, refused);
+  check_refusal({.weights = model, .description = other}, ErrorKind::mismatch, refused);
   network.metadata[io::description_key] = "{}";
   io::write_onnx(model, network);
   std::filesystem::remove(other);
-  CHECK_THAT(refusal({.weights = model}, ErrorKind::malformed),
-             contains("own.onnx:tapestry.detector: no 'head'"));
+  check_refusal({.weights = model}, ErrorKind::malformed, "own.onnx:tapestry.detector: no 'head'");
 }
-
-namespace {
-/// The values of a file of numbers, the lowest byte first.
-template <class Number>
-std::vector<Number> numbers_of(const std::string& path) {
-  const std::vector<std::byte> bytes = io::read_file(path, std::uint64_t(1) << 24U);
-  std::vector<Number> numbers(bytes.size() / sizeof(Number));
-  std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(Number));
-  return numbers;
-}
-}  // namespace
 
 TEST_CASE("an end-to-end export of today's torch has torch's boxes", "[io][read_detector]") {
   const std::string folder = test::in_shared("data/exports/yolov10_like/");
   if (test::is_absent(folder)) return;
-  const auto planes = numbers_of<float>(folder + "in.bin");
-  const auto expected = numbers_of<double>(folder + "out.0.bin");  // [10, 6] in float64
+  const auto planes = test::raw_numbers<float>(folder + "in.bin");
+  const auto expected = test::raw_numbers<double>(folder + "out.0.bin");  // [10, 6] in float64
   const std::string output = io::read_onnx(folder + "leg17.onnx").outputs.front();
   const test::TemporaryFolder own;
   const auto detector = io::read_detector<double>(
@@ -145,8 +128,7 @@ TEST_CASE("an end-to-end export of today's torch has torch's boxes", "[io][read_
        .description = own.write("end.json", R"({"head": "end_to_end", "outputs": {"detections": ")" + output +
                                                 R"(", "classes": 4}})")});
   Array<double, 4> picture(Extents<4>{1, 64, 64, 3});
-  for (std::size_t i = 0; i < picture.size(); ++i)
-    picture.data()[i] = static_cast<double>(planes.at(i % 3 * 64 * 64 + i / 3));
+  for (std::size_t i = 0; i < picture.size(); ++i) picture.data()[i] = planes.at(i % 3 * 64 * 64 + i / 3);
   const auto found = detect::decode(detector.heads(), detect::forward(detector, picture), 0, 0.25, 64, 64);
   REQUIRE(found.size() == 10);
   for (std::size_t i = 0; i < 10; ++i) {
@@ -180,14 +162,14 @@ TEST_CASE("a description beside an ONNX model is taken", "[io][read_detector]") 
   const auto anchors = detect::known_description("yolov5").anchors;
   const std::string model = files.folder.path("other.onnx");
   io::write_onnx(model, test::yolov5_like(64, anchors));
-  CHECK_THAT(refusal({.weights = model}, ErrorKind::usage), contains("a description must define them"));
+  check_refusal({.weights = model}, ErrorKind::usage, "a description must define them");
   const std::string description = files.folder.write("other.json", R"({"head": "yolov5"})");
   CHECK(io::description_beside(model) == description);
   CHECK(io::description_beside(files.weights).empty());
   CHECK(io::read_detector<float>({.weights = model}).heads()[0].decode == detect::DecodeFamily::ultralytics);
   const std::string elsewhere =
       files.folder.write("elsewhere.json", R"({"head": "yolox", "strides": [8, 16]})");
-  CHECK_FALSE(refusal({.weights = model, .description = elsewhere}, ErrorKind::mismatch).empty());
+  check_refusal({.weights = model, .description = elsewhere}, ErrorKind::mismatch, "");
 }
 
 TEST_CASE("an ONNX model's stated extents are held against its own size alone", "[io][read_detector]") {
@@ -268,23 +250,21 @@ TEST_CASE("layers to observe are named as the file names them", "[io][read_detec
       io::read_detector<float>({.weights = files.weights, .config = files.config, .layers = {"", "3"}});
   CHECK(detector.layer_shape(0) == nn::Shape{1, 16, 3, 3});
   CHECK(detector.layer_shape(1) == nn::Shape{1, 8, 12, 12});
-  CHECK_THAT(refusal({.weights = files.weights, .config = files.config, .layers = {"x"}}, ErrorKind::usage),
-             contains("layers of Darknet networks are numbers"));
+  check_refusal({.weights = files.weights, .config = files.config, .layers = {"x"}}, ErrorKind::usage,
+                "layers of Darknet networks are numbers");
 }
 
 TEST_CASE("files that do not go together are refused", "[io][read_detector][bad_input]") {
   const Files files;
-  CHECK_THAT(refusal({.weights = files.onnx, .config = files.config}, ErrorKind::usage),
-             contains("an ONNX model takes no cfg and no decode family"));
-  CHECK_THAT(
-      refusal({.weights = files.weights, .config = files.config, .description = "x.json"}, ErrorKind::usage),
-      contains("is described by its cfg, not by x.json"));
+  check_refusal({.weights = files.onnx, .config = files.config}, ErrorKind::usage,
+                "an ONNX model takes no cfg and no decode family");
+  check_refusal({.weights = files.weights, .config = files.config, .description = "x.json"}, ErrorKind::usage,
+                "is described by its cfg, not by x.json");
   const std::string beside = files.folder.write("tiny.json", R"({"head": "yolov5"})");
-  CHECK_THAT(refusal({.weights = files.converted}, ErrorKind::usage),
-             contains("is described by its cfg, not by " + beside));
-  CHECK_THAT(refusal({.weights = files.weights}, ErrorKind::usage), contains("need their cfg file"));
-  CHECK_THAT(refusal({.weights = files.onnx, .names = files.names}, ErrorKind::mismatch),
-             contains("number of class names does not fit the detector"));
+  check_refusal({.weights = files.converted}, ErrorKind::usage, "is described by its cfg, not by " + beside);
+  check_refusal({.weights = files.weights}, ErrorKind::usage, "need their cfg file");
+  check_refusal({.weights = files.onnx, .names = files.names}, ErrorKind::mismatch,
+                "number of class names does not fit the detector");
   CHECK_THROWS_WITH(io::read_detector<float>({.weights = files.onnx, .precision = "half"}),
                     contains("expected float or bfloat16"));
   CHECK_THROWS_WITH(io::read_detector<float>({.weights = files.onnx, .fit = "wide"}), contains("wide"));
