@@ -3,21 +3,10 @@
 #include "../support/catch.hpp"
 #include "function_rows.hpp"
 
-using tapestry::Variable, tapestry::test::ActiveTape, tapestry::test::Wide;
+using tapestry::Variable, tapestry::test::ActiveTape, tapestry::test::ulps, tapestry::test::Wide;
 
 namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/// Distance in units in the last place of the reference, denormals having the spacing of the smallest.
-double ulps(double found, Wide reference) {
-  const auto rounded = static_cast<double>(reference);
-  if (found == rounded) return 0;
-  if (!std::isfinite(rounded) || !std::isfinite(found)) return infinity;
-  int exponent = 0;
-  std::frexp(rounded, &exponent);
-  const int last = std::max(exponent - 53, -1074);
-  return static_cast<double>(std::abs(static_cast<Wide>(found) - reference) / std::ldexp(Wide(1), last));
-}
 
 /// Powers of ten over the range of doubles, and points between −limit and limit.
 std::vector<double> points(double low, double high) {

@@ -2,7 +2,18 @@
 #include <tapestry/autodiff/functions.hpp>
 
 namespace tapestry::test {
-using Wide = long double;  // 64 bits of mantissa on x86
+using Wide = long double;  // 64 bits of mantissa and exponents to 2^±16382 on x86
+
+/// Distance in units in the last place of the reference, denormals having the spacing of the smallest.
+inline double ulps(double found, Wide reference) {
+  const auto rounded = static_cast<double>(reference);
+  if (found == rounded) return 0;
+  if (!std::isfinite(rounded) || !std::isfinite(found)) return std::numeric_limits<double>::infinity();
+  int exponent = 0;
+  std::frexp(rounded, &exponent);
+  const int last = std::max(exponent - 53, -1074);
+  return static_cast<double>(std::abs(static_cast<Wide>(found) - reference) / std::ldexp(Wide(1), last));
+}
 
 /// A function of one number, for tests of all functions.
 struct FunctionRow {

@@ -2,8 +2,10 @@
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
+#include "function_rows.hpp"
 
-using tapestry::Dual, tapestry::Variable, tapestry::test::ActiveTape;
+using tapestry::Dual, tapestry::Variable, tapestry::test::ActiveTape, tapestry::test::ulps,
+    tapestry::test::Wide;
 
 // Derivatives of derivatives where a formula of the first one may have a branch, a kink or a 0 / 0 of its
 // own: at ties, at zeros, and where an implementation changes its formula.
@@ -205,19 +207,6 @@ TEST_CASE("the reductions of a range have their Hessians at ties and zeros", "[a
 }
 
 namespace {
-using Wide = long double;  // its exponents reach 2^±16382, so that nothing below is denormal or overflows
-
-/// Distance in units in the last place of the reference, denormals having the spacing of the smallest.
-double ulps(double found, Wide reference) {
-  const auto rounded = static_cast<double>(reference);
-  if (found == rounded) return 0;
-  if (!std::isfinite(rounded) || !std::isfinite(found)) return std::numeric_limits<double>::infinity();
-  int exponent = 0;
-  std::frexp(rounded, &exponent);
-  const int last = std::max(exponent - 53, -1074);
-  return static_cast<double>(std::abs(static_cast<Wide>(found) - reference) / std::ldexp(Wide(1), last));
-}
-
 /// Gradient and Hessian of f at (x, y) against f_x, f_y, f_xx, f_xy, f_xy, f_yy of a closed form.
 template <class Function>
 void check_within(double bound, const Function& f, double x, double y, const std::array<Wide, 6>& expected) {

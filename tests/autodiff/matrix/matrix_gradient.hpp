@@ -5,6 +5,7 @@
 
 #include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
+#include "../../support/finite_difference.hpp"
 
 namespace tapestry::test {
 using LongMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
@@ -107,16 +108,7 @@ Matrices<N> differences(const Reference& f, const Matrices<N>& at) {
   for (std::size_t k = 0; k < N; ++k) {
     gradient[k].resize(at[k].rows(), at[k].cols());
     for (Eigen::Index i = 0; i < x[k].size(); ++i) {
-      long double& entry = x[k].data()[i];
-      const long double centre = entry;
-      const auto quotient = [&](long double h) {
-        entry = centre + h;
-        const long double ahead = value();
-        entry = centre - h;
-        const long double behind = value();
-        entry = centre;
-        return (ahead - behind) / (2 * h);
-      };
+      const auto quotient = [&](long double h) { return slope_by(x[k].data()[i], h, value); };
       const long double h = 0x1p-9L, whole = quotient(h), half = quotient(h / 2), quarter = quotient(h / 4);
       const long double first = (4 * half - whole) / 3, second = (4 * quarter - half) / 3;
       gradient[k].data()[i] = static_cast<double>((16 * second - first) / 15);
