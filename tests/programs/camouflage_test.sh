@@ -49,10 +49,7 @@ counts=$(awk -F, '{ found[$1] = $3 } END { print "Found in " found["adversarial"
 case $verdict in "$counts"?*.) pass ;; *) fail "'$verdict' does not begin with '$counts'" ;; esac
 
 expect_exit 0 "the same seed again, one thread" "$camouflage" "${quick[@]}" --threads 1 --output one
-expect_same one/texture.npz two/texture.npz
-expect_same one/history.csv two/history.csv
-expect_same one/metrics.csv two/metrics.csv
-expect_same one/views.csv two/views.csv
+expect_same_files one two texture.npz history.csv metrics.csv views.csv
 
 # Controls that are the same for every paint can be left out; all others stay.
 expect_exit 0 "matched controls alone" "$camouflage" "${quick[@]}" --controls matched --output matched
@@ -81,8 +78,7 @@ if command -v python3 >/dev/null; then  # four views; beside the network's input
 fi
 expect_refusal 2 '--film takes a name that ends with .png' "a film of another kind" "$programs/evaluate" --run two --film film.gif
 expect_exit 2 "a film of a protocol" "$programs/evaluate" --run two --protocol views --film no.png
-expect_same again/metrics.csv two/metrics.csv
-expect_same again/views.csv two/views.csv
+expect_same_files again two metrics.csv views.csv
 expect_exit 0 "evaluate without a camouflage" "$programs/evaluate" --clean-only --output plain
 [ "$(tail -n +2 plain/metrics.csv | cut -d, -f1 | listed)" = "photo clean random white grey black red green blue" ] && pass ||
   fail "controls of nothing"
@@ -106,8 +102,7 @@ grep -q '^matched noise,80,' cubes/metrics.csv && pass || fail "no matched noise
 jpegs=$(grep -o '/9j/4AAQ' cubes/report.html | wc -l)
 [ "$jpegs" -ge 32 ] && [ $((jpegs % 4)) = 0 ] && pass || fail "$jpegs JPEGs in the page, not four a view"
 expect_exit 0 "evaluate draws the run's scenes again" "$programs/evaluate" --run cubes --threads 1 --output cubes_again
-expect_same cubes_again/metrics.csv cubes/metrics.csv
-expect_same cubes_again/views.csv cubes/views.csv
+expect_same_files cubes_again cubes metrics.csv views.csv
 # Colours are blended in light, or as in the paper; older manifests mean the latter.
 grep -q '"colour-space": "linear"' two/manifest.json && pass || fail "the manifest does not name the colour space"
 expect_exit 0 "colours blended by their numbers" "$camouflage" "${quick[@]}" --colour-space encoded --output by_numbers
@@ -160,8 +155,7 @@ if cmp -s other/texture.npz two/texture.npz; then fail "another seed gives the s
 kills=8
 [ "${TAPESTRY_TESTS_LONG:-}" != ON ] || kills=20
 kill_until_done killed $kills 1 "$camouflage" "${quick[@]}"
-expect_same killed/texture.npz two/texture.npz
-expect_same killed/history.csv two/history.csv
+expect_same_files killed two texture.npz history.csv
 
 # Stopped by a signal: saves, prints the command that resumes, and resumes to the same bits. (F15)
 long=(--frames "four frames" --scenes 40 --texels 32 --epochs 60 --checkpoint-steps 1000)
@@ -169,8 +163,7 @@ long=(--frames "four frames" --scenes 40 --texels 32 --epochs 60 --checkpoint-st
 process=$!
 wait_for 10 [ -e stopped/manifest.json ]
 sleep 1
-kill -INT "$process"
-wait "$process"
+stop INT "$process"
 code=$?
 if [ "$code" -eq 130 ]; then
   pass
@@ -340,8 +333,7 @@ expect_file unheard/metrics.json
 "$camouflage" "${brief[@]}" --epochs 100000 --checkpoint-steps 1 --output no_streams >&- 2>&- <&- &  # F22
 process=$!
 wait_for 10 [ -e no_streams/checkpoint.npz ]
-kill -KILL "$process"
-wait "$process" 2>/dev/null
+stop KILL "$process"
 [ "$(wc -l <no_streams/.lock)" -eq 1 ] && pass || fail "what was printed went into a file"
 expect_exit 0 "the run of a killed process" "$camouflage" --resume --epochs 100000 --output no_streams --check
 
@@ -386,8 +378,7 @@ ls -A limited | grep -q part && fail "what a killed process left is still there"
 process=$!
 wait_for 10 [ -e ignoring/manifest.json ]
 kill -HUP "$process"
-kill -INT "$process"
-wait "$process"
+stop INT "$process"
 [ $? -eq 0 ] && pass || fail "a run under nohup ends with its terminal"
 expect_file ignoring/metrics.json
 rm "four frames/003.npz"
@@ -413,21 +404,18 @@ wait "$process"
 "$camouflage" --scenes 5000 --output unprepared >/dev/null 2>&1 &
 process=$!
 sleep 0.5
-kill -TERM "$process"
-wait "$process"
+stop TERM "$process"
 [ $? -eq 143 ] && [ ! -e unprepared ] && pass || fail "SIGTERM while scenes are drawn"
 name=$'it\'s a \e[31mfolder\u202e'
 "$camouflage" "${brief[@]}" --epochs 100000 --threads 2 --output "$name" >/dev/null 2>stopped.err &
 process=$!
 wait_for 10 [ -e "$name/manifest.json" ]
-kill -INT "$process"
-wait "$process"
+stop INT "$process"
 eval "exec_resumed() { exec $(tail -n 1 stopped.err); }"
 (exec_resumed >/dev/null 2>resumed.err) &
 process=$!
 sleep 1
-kill -INT "$process"
-wait "$process"
+stop INT "$process"
 [ $? -eq 130 ] && grep -q 'saved after step' resumed.err && pass || fail "the resume command does not work when pasted"
 grep -q $'\e\|\u202e' stopped.err && fail "a terminal takes orders from a name" || pass
 [ -e "$name/.lock" ] && fail "the lock is left behind" || pass

@@ -130,8 +130,7 @@ expect_same file/texture.npz quiet/texture.npz
 expect_same file/manifest.json verbose/manifest.json
 expect_exit 0 "the same from the command line" "$camouflage" --frames frames --texels 8 --epochs 3 --conditions light blur \
   --threads 2 --output line
-expect_same file/texture.npz line/texture.npz
-expect_same file/manifest.json line/manifest.json
+expect_same_files file line texture.npz manifest.json
 expect_exit 0 "resuming it with the file" "$camouflage" --config run.toml --resume --output file
 expect_exit 0 "resuming it without" "$camouflage" --resume --output file
 sed 's/epochs = 3/epochs = 4/' run.toml >other.toml
@@ -140,8 +139,7 @@ expect_refusal 7 '\-\-epochs \(was 3, now 4\)' "resuming with another file" "$ca
 process=$!
 wait_for 30 [ -e stopped/manifest.json ]
 sleep 1
-kill -INT "$process"
-wait "$process"
+stop INT "$process"
 [ $? -eq 130 ] && pass || fail "not stopped"
 grep -q -- '--resume --output stopped --threads 2$' stopped.err && pass || fail "to go on: $(cat stopped.err)"
 

@@ -195,8 +195,7 @@ for _ in $(seq 5000); do echo "$frame"; done >many.txt
 process=$!
 wait_for 10 [ -s claimed/.lock ]
 expect_refusal 7 "^error: claimed: folder is in use by process $process on " "two at once in one folder" "$detect" --annotate claimed "$frame"
-kill -KILL "$process"
-wait "$process" 2>/dev/null
+stop KILL "$process"
 picture=$'not utf-8 \xff.png'
 cp "drawn/$(basename "$frame" .npz)-detections.png" "$picture"
 expect_exit 0 "a name that is not UTF-8" "$detect" --json "$picture"  # F21

@@ -7,37 +7,18 @@ needs evaluate
 mapfile -t frames < <(ls "$assets"/frames/test/*.npz | head -n 4)
 expect_exit 0 "pictures" "$programs/detect" --confidence 1 --annotate drawn "${frames[@]}"
 mkdir -p yolo/images yolo/labels voc/Annotations
-width=$(od -An -j16 -N4 -tu1 "$(ls drawn/*.png | head -n 1)" | awk '{ print $1 * 16777216 + $2 * 65536 + $3 * 256 + $4 }')
-height=$(od -An -j20 -N4 -tu1 "$(ls drawn/*.png | head -n 1)" | awk '{ print $1 * 16777216 + $2 * 65536 + $3 * 256 + $4 }')
-id=0
 for frame in "${frames[@]}"; do
   name=$(basename "$frame" .npz)
   mv "drawn/$name-detections.png" "yolo/images/$name.png"
   echo "images/$name.png" >>yolo/train.txt
-  id=$((id + 1))
-  "$programs/detect" --json --confidence 0.3 "yolo/images/$name.png" |
-    awk -F '[:,]' '/"class"/ { class = $2 } /"x"/ { x = $2 } /"y"/ { y = $2 } /"width"/ { w = $2 }
-      /"height"/ { printf "%d %d %d %d %d\n", class, x + 1, y + 1, w, $2 }' >"$name.boxes"
+  boxes_of "yolo/images/$name.png" | awk '{ $2++; $3++; print }' >"$name.boxes"
   # One more that no detector finds.
   echo "0 1 1 9 9" >>"$name.boxes"
-  awk -v w="$width" -v h="$height" '{ printf "%d %.12f %.12f %.12f %.12f\n", $1, ($2 + $4 / 2) / w, ($3 + $5 / 2) / h,
-    $4 / w, $5 / h }' "$name.boxes" >"yolo/labels/$name.txt"
-  {
-    echo "<annotation><filename>$name.png</filename><size><width>$width</width><height>$height</height></size>"
-    awk 'NR == FNR { names[FNR - 1] = $0; next } { printf "<object><name>%s</name><bndbox><xmin>%d</xmin><ymin>%d</ymin>" \
-      "<xmax>%d</xmax><ymax>%d</ymax></bndbox></object>\n", names[$1], $2 + 1, $3 + 1, $2 + $4, $3 + $5 }' \
-      "$assets/detector.names" "$name.boxes"
-    echo "</annotation>"
-  } >"voc/Annotations/$name.xml"
-  echo "{\"id\": $id, \"file_name\": \"$name.png\", \"width\": $width, \"height\": $height}," >>images.part
-  awk -v id="$id" '{ printf "{\"id\": %d, \"image_id\": %d, \"category_id\": %d, \"bbox\": [%d, %d, %d, %d], \"iscrowd\": 0},\n",
-    1000 * id + FNR, id, 90 - $1, $2, $3, $4, $5 }' "$name.boxes" >>annotations.part
+  label_picture "$name" voc/Annotations 90 -1
 done
-awk '{ printf "{\"id\": %d, \"name\": \"%s\"},\n", 91 - NR, $0 }' "$assets/detector.names" >categories.part
-# list FILE: its entries without the comma behind the last
-list() { sed '$ s/,$//' "$1"; }
-echo "{\"images\": [$(list images.part)], \"annotations\": [$(list annotations.part)]," \
-  "\"categories\": [$(list categories.part)]}" >coco.json
+awk '{ printf "{\"id\": %d, \"name\": \"%s\"}\n", 91 - NR, $0 }' "$assets/detector.names" >categories.part
+echo "{\"images\": [$(joined images.part)], \"annotations\": [$(joined annotations.part)]," \
+  "\"categories\": [$(joined categories.part)]}" >coco.json
 
 expect_exit 0 "YOLO's labels" "$evaluate" --dataset yolo --csv yolo.csv --json yolo.json --results yolo.results.json
 head -n 2 yolo.csv | tail -n 1 | awk -F , '$1 == "all" && $2 > 4 && $4 > 0.3 && $4 < 1 && $5 >= $4 { good = 1 } END { exit !good }' &&

@@ -189,8 +189,7 @@ expect_refusal 2 "--heat-map-kind is 'warm'" "heat maps of no kind" "$evaluate" 
 "$evaluate" --protocol occlusion "${small[@]}" --output stopped >/dev/null 2>stopped.err &
 process=$!
 wait_for 10 grep -q 'frame' stopped.err
-kill -INT "$process"
-wait "$process"
+stop INT "$process"
 code=$?
 if [ "$code" -eq 130 ]; then
   grep -q 'frames to go; the same command goes on' stopped.err && pass || fail "no word on how to go on"

@@ -67,8 +67,7 @@ goes_on killed
 (variants_in orphan "${both[@]}") >/dev/null 2>&1 &
 process=$!
 at_work "orphan/out/runs/first-1/.lock" "$process"
-kill -KILL "$process"
-wait "$process" 2>/dev/null
+stop KILL "$process"
 (variants_in orphan "${both[@]}") >command.out 2>command.err
 code=$?
 [ "$code" = 0 ] || { [ "$code" = 7 ] && grep -q '^error: .*in use by process' command.err; } && pass || fail "beside an orphan: $code, $(cat command.err)"

@@ -19,8 +19,7 @@ expect_exit 0 "a run of the portable set" on portable "$camouflage" "${brief[@]}
 TAPESTRY_INSTRUCTION_SET=portable "$camouflage" "${brief[@]}" --epochs 40 --checkpoint-steps 1 --output begun >/dev/null 2>&1 &
 process=$!
 wait_for 30 [ -e begun/checkpoint.npz ]
-kill -KILL "$process"
-wait "$process" 2>/dev/null
+stop KILL "$process"
 [ -e begun/metrics.json ] && fail "the run was over before it was killed" || pass
 cp -r begun damaged
 if [ "$best" != portable ]; then
@@ -29,9 +28,7 @@ if [ "$best" != portable ]; then
   expect_error_line "^error: begun: cannot resume to the same bits: instruction_set \(was portable, now $best\); --accept-other-build"
 fi
 expect_exit 0 "resumed with whatever set" "$camouflage" --resume --output begun
-expect_same begun/texture.npz whole/texture.npz
-expect_same begun/metrics.csv whole/metrics.csv
-expect_same begun/manifest.json whole/manifest.json
+expect_same_files begun whole texture.npz metrics.csv manifest.json
 expect_exit 0 "measured" "$evaluate" --run whole --output whole_measured
 expect_same whole_measured/metrics.csv whole/metrics.csv
 grep -q '"instruction_set": "portable"' whole_measured/metrics.json && pass || fail "not measured by the run's instruction set"
@@ -103,8 +100,7 @@ measured_elsewhere "measured from elsewhere" ../project/best
 grep -q "^paths of the run start in .*/project$" command.out && pass || fail "nothing is said of the folder: $(cat command.out)"
 cp -r ../project/best kept
 expect_exit 0 "resumed from elsewhere" "$camouflage" --resume --output ../project/best
-expect_same ../project/best/texture.npz kept/texture.npz
-expect_same ../project/best/manifest.json kept/manifest.json
+expect_same_files ../project/best kept texture.npz manifest.json
 measured_elsewhere "a run that was moved alone" kept
 mkdir own && cp ../project/frames/*.npz own
 expect_exit 0 "frames of here" "$evaluate" --run ../project/best --frames own --output of_own

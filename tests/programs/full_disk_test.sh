@@ -21,8 +21,7 @@ mount -o remount,size=64m "$disk"
 resume=()
 [ ! -e "$disk/run/manifest.json" ] || resume=(--resume)
 expect_exit 0 "the run, with room again" "$camouflage" "${quick[@]}" --output "$disk/run" "${resume[@]}"
-expect_same "$disk/run/texture.npz" roomy/texture.npz
-expect_same "$disk/run/metrics.csv" roomy/metrics.csv
+expect_same_files "$disk/run" roomy texture.npz metrics.csv
 
 mount -o remount,ro "$disk"
 expect_refusal 5 'disk/weights.*Read-only' "weights on a read-only disk" "${conversion[@]}" --output "$disk/weights.onnx"

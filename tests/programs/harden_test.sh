@@ -52,8 +52,7 @@ for file in $results; do expect_same "killed/$file" "two/$file"; done
 "$harden" "${budget[@]}" --rounds 500 --output stopped >/dev/null 2>stopped.err &
 process=$!
 wait_for 30 grep -q '^hardening: ' stopped.err
-kill -INT "$process"
-wait "$process"
+stop INT "$process"
 [ $? -eq 130 ] && pass || fail "SIGINT does not end with 130"
 grep -q -- '--resume --output stopped' stopped.err && pass || fail "no word on how to resume"
 expect_file stopped/checkpoint.npz

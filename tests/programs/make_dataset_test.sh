@@ -36,8 +36,7 @@ expect_refusal 7 'foreign holds frames without the manifest of this data set' "f
 process=$!
 wait_for 10 [ -e twice/manifest.json ]
 expect_refusal 7 "^error: twice: folder is in use by process $process on " "two at once in one folder" frames --output twice
-kill -KILL "$process"
-wait "$process" 2>/dev/null
+stop KILL "$process"
 
 # The preview alone, at first; it claims no folder for these options.
 expect_exit 0 "a preview" frames --check --output look

@@ -48,6 +48,45 @@ expect_refusal() {
 expect_same() {
   if cmp -s "$1" "$2"; then pass; else fail "$1 and $2 differ"; fi
 }
+# expect_same_files FOLDER FOLDER FILE...: files of these names in both folders have the same bytes.
+expect_same_files() {
+  local file
+  for file in "${@:3}"; do expect_same "$1/$file" "$2/$file"; done
+}
+# stop SIGNAL PROCESS: sends a signal and waits; the exit code is the process's.
+stop() {
+  kill "-$1" "$2" 2>/dev/null
+  wait "$2" 2>/dev/null
+}
+# label_picture NAME VOC FIRST STEP: writes the labels of yolo/images/NAME.png in three forms. Rows of NAME.boxes are class, x, y,
+# width and height; VOC is the folder of the XML; COCO has the classes FIRST + STEP times the class, in images.part and
+# annotations.part.
+label_picture() {
+  local width height id
+  id=$(($(cat images.part 2>/dev/null | wc -l) + 1))
+  read -r width height < <(od -An -j16 -N8 -tu1 "yolo/images/$1.png" | awk '{ print $3 * 256 + $4, $7 * 256 + $8 }')
+  awk -v w="$width" -v h="$height" '{ printf "%d %.17g %.17g %.17g %.17g\n", $1, ($2 + $4 / 2) / w, ($3 + $5 / 2) / h,
+    $4 / w, $5 / h }' "$1.boxes" >"yolo/labels/$1.txt"
+  {
+    echo "<annotation><filename>$1.png</filename><size><width>$width</width><height>$height</height></size>"
+    awk 'NR == FNR { names[FNR - 1] = $0; next } { printf "<object><name>%s</name><bndbox><xmin>%d</xmin><ymin>%d</ymin>" \
+      "<xmax>%d</xmax><ymax>%d</ymax></bndbox></object>\n", names[$1], $2 + 1, $3 + 1, $2 + $4, $3 + $5 }' \
+      "$assets/detector.names" "$1.boxes"
+    echo "</annotation>"
+  } >"$2/$1.xml"
+  echo "{\"id\": $id, \"file_name\": \"$1.png\", \"width\": $width, \"height\": $height}" >>images.part
+  awk -v id="$id" -v first="$3" -v step="$4" '{ printf "{\"id\": %d, \"image_id\": %d, \"category_id\": %d, " \
+    "\"bbox\": [%d, %d, %d, %d], \"iscrowd\": 0}\n", 1000 * id + FNR, id, first + step * $1, $2, $3, $4, $5 }' \
+    "$1.boxes" >>annotations.part
+}
+# boxes_of PICTURE: rows of class, x, y, width and height of what the bundled detector finds.
+boxes_of() {
+  "$programs/detect" --quiet --json --confidence 0.3 "$1" |
+    awk -F '[:,]' '/"class"/ { class = $2 } /"x"/ { x = $2 } /"y"/ { y = $2 } /"width"/ { w = $2 }
+      /"height"/ { printf "%d %d %d %d %d\n", class, x, y, w, $2 }'
+}
+# joined FILE: its lines with commas between them.
+joined() { paste -sd , "$1"; }
 # expect_figures_of_run METRICS PROTOCOL: a protocol's CSV gives the bundled detector's counts and confidences of a run's CSV; only
 # a protocol has picture noise.
 expect_figures_of_run() {

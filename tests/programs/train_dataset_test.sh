@@ -12,30 +12,14 @@ export_detector=$programs/../tests/programs/export_detector
 mapfile -t frames < <(ls "$assets"/frames/test/*.npz | head -n 6)
 expect_exit 0 "pictures" "$programs/detect" --confidence 1 --annotate drawn "${frames[@]}"
 mkdir -p yolo/images yolo/labels voc
-id=0
 for frame in "${frames[@]}"; do
-  name=$(basename "$frame" .npz) id=$((id + 1))
+  name=$(basename "$frame" .npz)
   mv "drawn/$name-detections.png" "yolo/images/$name.png"
-  read -r width height < <(od -An -j16 -N8 -tu1 "yolo/images/$name.png" | awk '{ print $3 * 256 + $4, $7 * 256 + $8 }')
-  "$programs/detect" --quiet --json --confidence 0.3 "yolo/images/$name.png" |
-    awk -F '[:,]' '/"class"/ { class = $2 } /"x"/ { x = $2 } /"y"/ { y = $2 } /"width"/ { w = $2 }
-      /"height"/ { printf "%d %d %d %d %d\n", class, x, y, w, $2 }' | awk '$2 >= 0 && $3 >= 0' >"$name.boxes"
-  [ "$id" -ne 2 ] || : >"$name.boxes"
-  awk -v w="$width" -v h="$height" '{ printf "%d %.17g %.17g %.17g %.17g\n", $1, ($2 + $4 / 2) / w, ($3 + $5 / 2) / h,
-    $4 / w, $5 / h }' "$name.boxes" >"yolo/labels/$name.txt"
-  {
-    echo "<annotation><filename>$name.png</filename><size><width>$width</width><height>$height</height></size>"
-    awk 'NR == FNR { names[FNR - 1] = $0; next } { printf "<object><name>%s</name><bndbox><xmin>%d</xmin><ymin>%d</ymin>" \
-      "<xmax>%d</xmax><ymax>%d</ymax></bndbox></object>\n", names[$1], $2 + 1, $3 + 1, $2 + $4, $3 + $5 }' \
-      "$assets/detector.names" "$name.boxes"
-    echo "</annotation>"
-  } >"voc/$name.xml"
-  echo "{\"id\": $id, \"file_name\": \"$name.png\", \"width\": $width, \"height\": $height}" >>images.part
-  awk -v id="$id" '{ printf "{\"id\": %d, \"image_id\": %d, \"category_id\": %d, \"bbox\": [%d, %d, %d, %d]}\n",
-    1000 * id + FNR, id, $1, $2, $3, $4, $5 }' "$name.boxes" >>annotations.part
+  boxes_of "yolo/images/$name.png" | awk '$2 >= 0 && $3 >= 0' >"$name.boxes"
+  [ "$frame" != "${frames[1]}" ] || : >"$name.boxes"
+  label_picture "$name" voc 0 1
 done
-listed() { paste -sd , "$1"; }
-echo "{\"images\": [$(listed images.part)], \"annotations\": [$(listed annotations.part)], \"categories\":
+echo "{\"images\": [$(joined images.part)], \"annotations\": [$(joined annotations.part)], \"categories\":
   [{\"id\": 0, \"name\": \"vehicle\"}, {\"id\": 1, \"name\": \"van\"}, {\"id\": 2, \"name\": \"clutter\"}]}" >coco.json
 coco=(--dataset coco.json --images yolo/images --classes vehicle=car)
 bundled=(--cfg "$assets/detector.cfg" --weights "$assets/detector.weights" --names "$assets/detector.names" --size 96)
@@ -48,10 +32,8 @@ grep -q '^held out of it, a share of 0.2 drawn by the seed: 1 pictures' command.
 for file in detector.onnx detector.names history.csv metrics.json manifest.json report.html checkpoint.npz; do expect_file "coco/$file"; done
 expect_exit 0 "YOLO" "$train" --dataset yolo --dataset-names "$assets/detector.names" "${bundled[@]}" "${short[@]}" --threads 1 --output yolo.run
 expect_exit 0 "VOC" "$train" --dataset voc --images yolo/images "${bundled[@]}" "${short[@]}" --output voc.run
-for file in detector.onnx history.csv; do
-  expect_same "coco/$file" "yolo.run/$file"
-  expect_same "coco/$file" "voc.run/$file"
-done
+expect_same_files coco yolo.run detector.onnx history.csv
+expect_same_files coco voc.run detector.onnx history.csv
 cmp -s coco/checkpoint.npz yolo.run/checkpoint.npz && fail "two runs with one identity" || pass
 
 # From random weights: the loss falls, and the written file measures as in memory.
@@ -68,15 +50,14 @@ expect_exit 0 "measured from the file" "$evaluate" --dataset yolo --dataset-name
 "$train" "${fresh[@]}" --save-every 1000 --threads 1 --verbose --output stopped >/dev/null 2>stopped.err &
 process=$!
 wait_for 60 grep -q '^step 4 ' stopped.err
-kill -TERM "$process"
-wait "$process"
+stop TERM "$process"
 [ $? -eq 143 ] && pass || fail "SIGTERM does not end with 143"
 expect_exit 7 "resumed with other settings" "$train" --resume --output stopped --steps 9
 eval "go_on() { $(grep -- ' --resume ' stopped.err); }"
 expect_exit 0 "resumed" go_on
-for file in detector.onnx history.csv; do expect_same "fresh/$file" "stopped/$file"; done
+expect_same_files fresh stopped detector.onnx history.csv
 kill_until_done killed 4 2 "$train" "${fresh[@]}" --save-every 7
-for file in detector.onnx history.csv; do expect_same "fresh/$file" "killed/$file"; done
+expect_same_files fresh killed detector.onnx history.csv
 
 # Early stopping; weights behind nodes Constant and batch normalisation, and such that is folded into them.
 expect_exit 0 "weights behind nodes Constant" "$train" --dataset yolo --weights normalised.onnx --batch 2 --steps 40 --validate-every 1 \

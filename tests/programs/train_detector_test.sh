@@ -21,8 +21,7 @@ child=$!
 wait_for 60 grep -q '^step 1 ' stopped.err
 expect_exit 7 "another training to the same file" "$train" $small --steps 1 --output "it's stopped.weights"
 expect_error_line "it's stopped.weights: file is in use by process $child"
-kill -TERM "$child"
-wait "$child"
+stop TERM "$child"
 [ $? -eq 143 ] && pass || fail "stopping did not end with 143"
 expect_file "it's stopped.weights"
 ls -A | grep -q 'lock$' && fail "a lock is left behind" || pass
@@ -30,8 +29,7 @@ eval "go_on() { exec $(tail -n 1 stopped.err); }"
 (go_on >command.out 2>command.err) &
 child=$!
 wait_for 60 grep -q '^step 1 ' command.err
-kill -INT "$child"
-wait "$child"
+stop INT "$child"
 [ $? -eq 130 ] && pass || fail "the command to go on does not work when pasted"
 
 expect_refusal 2 'did you mean --steps' "a misspelt option" "$train" --stepz 3

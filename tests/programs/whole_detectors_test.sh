@@ -31,8 +31,7 @@ for model in faster_rcnn retinanet; do
   expect_exit 0 "$model: on one thread" "${run[@]}" --threads 1 --output "$model.one"
   expect_same "$model/texture.npz" "$model.one/texture.npz"
   kill_until_done "$model.killed" 2 1 "${run[@]}"
-  expect_same "$model/texture.npz" "$model.killed/texture.npz"
-  expect_same "$model/history.csv" "$model.killed/history.csv"
+  expect_same_files "$model" "$model.killed" texture.npz history.csv
 done
 
 expect_exit 2 "RetinaNet without names" "$programs/detect" --weights retinanet.onnx --detector torchvision "$picture"
