@@ -59,10 +59,9 @@ class ProblemList {
   /// Adds a usage error unless `value` lies from `least`, unless that is excluded, to `most`.
   void require_number(const std::string& option, double value, double least, double most,
                       bool excludes_least = false) {
-    std::string range;
-    if (least > 0 || excludes_least || !std::isfinite(most))
-      range = formatted(excludes_least ? "above %g" : "at least %g", least);
-    if (std::isfinite(most)) range += (range.empty() ? "" : " and ") + formatted("at most %.9g", most);
+    const auto range = std::isinf(most) ? formatted(excludes_least ? "above %g" : "at least %g", least)
+                       : excludes_least ? formatted("above %g and at most %.9g", least, most)
+                                        : formatted("%g to %.9g", least, most);
     require((excludes_least ? value > least : value >= least) && value <= most, option + " must be " + range);
   }
   /// Adds a usage error that lists the choices unless `value` is one of them.
