@@ -1,69 +1,58 @@
 #!/usr/bin/env python3
-"""inner_loops.py: simulates the hottest loops of the kernels on processors that are not at hand.
+"""inner_loops.py neon|avx2 OBJECT…: simulates the hottest loops of kernels on processors that are not at hand.
 
-Compiles the rooms nn and raster to assembler for aarch64 and x86, finds in each kernel the innermost loop with the most
-arithmetic, and prints how much of a processor's peak llvm-mca-14 says it reaches: vector sums, products and fused ones a
-cycle, over the most fused ones a cycle. Run it in the repository's root; needs g++-aarch64-linux-gnu and llvm-14.
+In the object files of the rooms nn and raster, as build/release and build/reach/arm have them, finds for each kernel the loop
+that is densest in arithmetic, and prints how much of a processor's peak it reaches by llvm-mca-14, whose loads always
+hit the cache: sums, products and fused ones a cycle, over the most fused ones a cycle.
 """
-import pathlib, re, subprocess, sys
+import re, subprocess, sys
 
-KERNELS = {  # title: room, and a pattern of the mangled name
-    "reduce_tile, float": ("nn", r"11reduce_tileIfLi2ELi(ROWS)E\w*12ValueProduct"),
-    "reduce_tile, bfloat16 in float": ("nn", r"11reduce_tileIfLi2ELi(ROWS)E\w*11PairProduct"),
-    "winograd_input, 4x4 of 3x3": ("nn", r"14winograd_inputIfLNS\w*12WinogradFormE1ELb0E"),
-    "winograd_output, 4x4 of 3x3": ("nn", r"15winograd_outputIfLNS\w*12WinogradFormE1E"),
-    "depthwise_row, 3x3": ("nn", r"17depthwise_outputsIfLi3ELi1E"),
-    "barycentrics": ("raster", r"12barycentrics"),
-    "draw_triangles": ("raster", r"14draw_triangles"),
-    "texture lookups": ("raster", r"7look_up"),
+KERNELS = {  # title: pattern of the mangled name behind the set's namespace
+    "reduce_tile, float": r"11reduce_tileIfLi2ELiROWSE\w*12ValueProduct",
+    "reduce_tile, bfloat16 in float": r"11reduce_tileIfLi2ELiROWSE\w*11PairProduct",
+    "winograd_input, 4x4 of 3x3": r"14winograd_inputIfLNS\w*12WinogradFormE1ELb0E",
+    "winograd_output, 4x4 of 3x3": r"15winograd_outputIfLNS\w*12WinogradFormE1E",
+    "depthwise_row, 3 taps": r"(17depthwise_outputs|14depthwise_tile)IfLi3ELi1E",
+    "barycentrics": r"(12barycentrics|5weigh|9weigh_run|11weigh_mixed)[EIR]",
+    "draw_triangles": r"(14draw_triangles|9draw_rows)",
+    "texture lookups": r"7look_up",
 }
-FLAGS = "-std=c++20 -O2 -S -o - -Iinclude -isystem /usr/include/eigen3 -ffp-contract=off".split()
-SIDES = {  # compiler, namespaces of nn and raster, rows of a tile, processors, arithmetic, a fused one
-    "neon": ("aarch64-linux-gnu-g++", {"nn": "4neon", "raster": "8portable"}, 12, ["neoverse-n1", "apple-m1"],
-             r"\tf(mla|mls|mul|add|sub|div|madd|msub|nmadd|nmsub)\t", "fmla v{0}.4s, v30.4s, v31.4s"),
-    "avx2": ("g++", {"nn": "4avx2", "raster": "4avx2"}, 6, ["skylake", "znver3"],
-             r"\tv(f?n?m?(add|sub)|mul|div)\w*[ps][sd]\t", "vfmadd231ps %ymm14, %ymm15, %ymm{0}"),
+SETS = {  # objdump, namespaces, rows of a tile, arch and processors of llvm-mca, arithmetic, a fused operation
+    "neon": ("aarch64-linux-gnu-objdump", "(2nn4neon|6raster8portable)", "10", "aarch64", ["neoverse-n1", "apple-m1"],
+             r"^f(n?mla|n?mls|n?mul|add|sub|div|n?madd|n?msub)\b", "fmla v{0}.4s, v30.4s, v31.4s"),
+    "avx2": ("objdump", "4avx2", "6", "x86-64", ["skylake", "znver3"],
+             r"^v(fn?m(add|sub)\d*|add|sub|mul|div)[ps][sd]\b", "vfmadd231ps %ymm14, %ymm15, %ymm{0}"),
 }
+objdump, space, rows, arch, cpus, arithmetic, fused = SETS[sys.argv[1]]
 
 
-def simulate(cpu, side, lines):
-    arch = "aarch64" if side == "neon" else "x86-64"
-    text = "\n".join(lines) + "\n"
-    out = subprocess.run(["llvm-mca-14", f"-march={arch}", f"-mcpu={cpu}", "-iterations=200"], input=text,
-                         capture_output=True, text=True)
-    if out.returncode:
-        sys.exit(out.stderr)
-    return int(re.search(r"Total Cycles:\s+(\d+)", out.stdout)[1]) / 200
+def cycles(cpu, lines):
+    out = subprocess.run(["llvm-mca-14", "-march=" + arch, "-mcpu=" + cpu, "-iterations=200"], capture_output=True,
+                         text=True, input="\n".join(lines) + "\n", check=True).stdout
+    return int(re.search(r"Total Cycles:\s+(\d+)", out)[1]) / 200
 
 
-def loops(body):
-    """Innermost loops: from a label to a branch back to it, with no such loop inside."""
-    places = {line[:-1]: i for i, line in enumerate(body) if re.match(r"\.L\w+:$", line)}
-    found = []
-    for i, line in enumerate(body):
-        branch = re.match(r"\t(b\.?\w*|cbn?z|tbn?z|j\w+)\t.*?(\.L\w+)$", line)
-        if branch and places.get(branch[2], i) < i:
-            found.append((places[branch[2]], i))
-    return [(a, b) for a, b in found if not any(a <= c and d <= b and (a, b) != (c, d) for c, d in found)]
+def loops_of(function):
+    """Instructions of each loop, up to its branch."""
+    code = re.findall(r"^\s*([0-9a-f]+):\t(.*)$", function, re.M)
+    places = {address: i for i, (address, _) in enumerate(code)}
+    for i, (_, text) in enumerate(code):
+        branch = re.match(r"(?:j\w+|b\.\w+|b|cbn?z|tbn?z)\s.*?\b([0-9a-f]+) <", text)
+        if branch and places.get(branch[1], i) < i:
+            yield [re.sub(r"\s*(#|//|<).*", "", line) for _, line in code[places[branch[1]]:i]]
 
 
-for side, (compiler, spaces, rows, cpus, arithmetic, fused) in SIDES.items():
-    rooms = {room: subprocess.run([compiler, *FLAGS, f"cmake/compiled/{room}.cpp"], capture_output=True, text=True,
-                                  check=True).stdout for room in spaces}
-    peaks = [12 / simulate(cpu, side, [fused.format(i) for i in range(12)]) for cpu in cpus]
-    for title, (room, pattern) in KERNELS.items():
-        name = spaces[room] + r"\w*" + pattern.replace("ROWS", str(rows))
-        best, most = None, 0
-        for function in re.finditer(rf"^(\w*{name}\w*):\n(.*?)\n\t\.size", rooms[room], re.M | re.S):
-            body = function[2].split("\n")
-            for a, b in loops(body):
-                count = sum(bool(re.search(arithmetic, line)) for line in body[a:b])
-                if count > most:
-                    best, most = body[a + 1:b], count
-        if best is None:
-            print(f"| {title} | {side} | no loop |")
-            continue
-        best = [line for line in best if line.startswith("\t") and not line.startswith("\t.")]
-        for cpu, peak in zip(cpus, peaks):
-            cycles = simulate(cpu, side, best)
-            print(f"| {title} | {side} | {cpu} | {most} | {len(best)} | {cycles:.1f} | {most / cycles / peak:.2f} |")
+functions = []
+for path in sys.argv[2:]:
+    dump = subprocess.run([objdump, "-d", "--no-show-raw-insn", path], capture_output=True, text=True, check=True).stdout
+    functions += re.findall(r"^[0-9a-f]+ <(\S+)>:\n(.*?)\n\n", dump + "\n\n", re.M | re.S)
+independent = 30 if arch == "aarch64" else 14
+peaks = [independent / cycles(cpu, [fused.format(i) for i in range(independent)]) for cpu in cpus]
+for title, pattern in KERNELS.items():
+    name = re.compile(space + r"\w*?" + pattern.replace("ROWS", rows))
+    loops = [loop for symbol, body in functions if name.search(symbol) for loop in loops_of(body)]
+    counts = [sum(bool(re.match(arithmetic, line)) for line in loop) for loop in loops]
+    enough = [pair for pair in zip(counts, loops) if pair[0] >= min(9, max(counts))]
+    count, loop = max(enough, key=lambda pair: pair[0] / len(pair[1]), default=(0, []))
+    shares = [f"{cpu} {count / cycles(cpu, loop) / peak:.2f}" for cpu, peak in zip(cpus, peaks) if count]
+    print(f"{title}: {count} of {len(loop)} instructions are arithmetic; {', '.join(shares) or 'no loop found'}")

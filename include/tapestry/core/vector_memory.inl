@@ -22,9 +22,11 @@ inline Register<T> load(const T* values) {
   return *reinterpret_cast<const typename Vector<T>::Memory*>(values);
 }
 
-/// Rows of two vectors that fit in the registers beside what is added to them.
-#if TAPESTRY_VECTOR_BYTES == 64 || defined(__aarch64__)
+/// Rows of two vectors whose sums stay in registers, beside what is added to them.
+#if TAPESTRY_VECTOR_BYTES == 64
 inline constexpr int tile_rows = 12;
+#elif defined(__aarch64__)
+inline constexpr int tile_rows = 10;
 #else
 inline constexpr int tile_rows = 6;
 #endif
