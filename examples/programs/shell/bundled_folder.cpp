@@ -1,6 +1,4 @@
-#include <filesystem>
-#include <system_error>
-#include <tapestry/core/platform.hpp>
+#include <tapestry/io/file_source.hpp>
 
 #include "mesh_inputs.hpp"
 

@@ -98,9 +98,9 @@ inline void fill_rectangle(Bitmap& bitmap, long left, long top, long right, long
 /// Columns that a text takes.
 /// \param scale  side of a glyph's pixel in pixels of the picture
 inline long text_width(std::string_view text, long scale) {
-  const auto characters = std::count_if(text.begin(), text.end(), [](char c) {
+  const auto characters = static_cast<long>(std::count_if(text.begin(), text.end(), [](char c) {
     return !detail::continues_character(static_cast<unsigned char>(c));
-  });
+  }));
   return characters == 0 ? 0 : (glyph_advance * characters - 1) * scale;
 }
 
