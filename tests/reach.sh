@@ -103,6 +103,7 @@ for target in "${targets[@]}"; do
   FLAGS=${flags[*]} RUNNER=${runner[*]} ENDING=$end bash tests/structure/single_header_test.sh "$compiler" || status=1
   run_bits || status=1
   if "$tests" && [ "$target" = libcxx ]; then run_rooms || status=1; elif "$tests"; then run_tests || status=1; fi
+  if "$tests" && [ -x "tests/reach/$target.sh" ]; then "tests/reach/$target.sh" || status=1; fi  # what is above the tape
   echo "$target: $((SECONDS - begun)) s"
 done
 exit "$status"

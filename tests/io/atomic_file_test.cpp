@@ -22,7 +22,7 @@ std::ptrdiff_t entry_count(const TemporaryFolder& folder) {
 }
 }  // namespace
 
-TEST_CASE("a file written atomically reads back and leaves nothing beside it", "[io][atomic_file]") {
+TEST_CASE("a file written atomically reads back and leaves nothing beside it", "[io][atomic_file][posix]") {
   const TemporaryFolder folder;
   const auto path = folder.path("a b%\n.txt");
   write_file_atomically(path, std::string_view("first"));

@@ -10,7 +10,7 @@
 using namespace tapestry;
 using namespace tapestry::test;
 
-TEST_CASE("only what is missing counts as absent", "[io][file_status]") {
+TEST_CASE("only what is missing counts as absent", "[io][file_status][posix]") {
   const test::TemporaryFolder folder;
   const std::string file = folder.write("a", "x");
   CHECK(io::is_there(file));

@@ -250,7 +250,7 @@ TEST_CASE("every cut of an OBJ is refused or a shorter mesh", "[io][obj][bad_inp
   }
 }
 
-TEST_CASE("material files are found beside the OBJ only", "[io][obj]") {
+TEST_CASE("material files are found beside the OBJ only", "[io][obj][posix]") {
   const test::TemporaryFolder folder;
   const auto read_with = [&](const std::string& library) {
     return io::read_obj(

@@ -26,7 +26,7 @@ std::vector<float> read_far(const std::string& path, const io::OnnxLimits& limit
 }
 }  // namespace
 
-TEST_CASE("elements are read from files beside the model", "[io][onnx]") {
+TEST_CASE("elements are read from files beside the model", "[io][onnx][posix]") {
   const TemporaryFolder folder;
   fs::create_directory(folder.path("parts"));
   folder.write("parts/weights.bin", "12345678" + onnx::raw_floats({1.5F, -2.0F}) + "9");
@@ -45,7 +45,7 @@ TEST_CASE("elements are read from files beside the model", "[io][onnx]") {
               "a.onnx", model_with({{"location", location}, {"offset", "8"}, {"length", "8"}}))) == within);
 }
 
-TEST_CASE("the layout of model hubs is read: links to blobs beside each other", "[io][onnx]") {
+TEST_CASE("the layout of model hubs is read: links to blobs beside each other", "[io][onnx][posix]") {
   const TemporaryFolder hub;
   for (const char* name : {"blobs", "snapshots", "snapshots/main", "snapshots/main/onnx"})
     fs::create_directory(hub.path(name));
@@ -57,7 +57,7 @@ TEST_CASE("the layout of model hubs is read: links to blobs beside each other", 
 }
 
 TEST_CASE("X17: a linked model opens nothing but its folder and the files beside it",
-          "[io][onnx][bad_input]") {
+          "[io][onnx][posix][bad_input]") {
   const TemporaryFolder hub;
   for (const char* name : {"blobs", "blobs/below", "other", "model", "plain"})
     fs::create_directory(hub.path(name));
@@ -80,7 +80,8 @@ TEST_CASE("X17: a linked model opens nothing but its folder and the files beside
   check_refused(ErrorKind::malformed, refused, [&] { (void)read_far(plain); });
 }
 
-TEST_CASE("a file with several names is refused, for the others may lie anywhere", "[io][onnx][bad_input]") {
+TEST_CASE("a file with several names is refused, for the others may lie anywhere",
+          "[io][onnx][posix][bad_input]") {
   const TemporaryFolder folder, elsewhere;  // X17
   const auto secret = elsewhere.write("secret.bin", onnx::raw_floats({3, 4}));
   const auto model = folder.write("a.onnx", model_with({{"location", "exact.bin"}}));
@@ -126,7 +127,8 @@ TEST_CASE("a tensor without elements needs no more than a file", "[io][onnx]") {
   CHECK(io::read_onnx_tensor(folder.write("a.pb", tensor)).size() == 0);
 }
 
-TEST_CASE("X17: files outside the model's folder, or unfit ones, are refused", "[io][onnx][bad_input]") {
+TEST_CASE("X17: files outside the model's folder, or unfit ones, are refused",
+          "[io][onnx][posix][bad_input]") {
   const TemporaryFolder outside;
   const std::string secret = outside.write("secret.bin", onnx::raw_floats({1, 2}));
   const TemporaryFolder folder;
