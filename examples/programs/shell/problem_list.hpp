@@ -1,8 +1,7 @@
 #pragma once
 #include <cmath>
-#include <filesystem>
-#include <system_error>
 #include <tapestry/core/in_quotes.hpp>
+#include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <vector>
 

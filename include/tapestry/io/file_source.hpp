@@ -136,10 +136,19 @@ class RegularFile {
 /// a/car.obj?"; empty if no name there is near.
 [[nodiscard]] std::string path_remedy(const std::string& path);
 
+/// False on Windows for a folder of so long a path that mingw would list another one.
+[[nodiscard]] inline bool can_be_listed(const std::string& folder) {
+  constexpr bool is_windows = std::filesystem::path::preferred_separator != '/';
+  return !is_windows || std::filesystem::absolute(path_of(folder)).native().size() < 250;
+}
+
 /// Paths of the folder's entries for which `accepts` returns true, sorted.
-/// \throws FileError (malformed) if the folder cannot be listed; std::bad_alloc
+/// \throws FileError (malformed, limit) if the folder cannot be listed; std::bad_alloc
 template <std::predicate<const std::filesystem::path&> Accepts>
 [[nodiscard]] std::vector<std::string> listed_paths(const std::string& folder, Accepts accepts) {
+  if (!can_be_listed(folder))
+    throw FileError(ErrorKind::limit,
+                    {folder, "", "its path is too long to list it", "less than 250 letters"});
   std::vector<std::string> paths;
   std::error_code error;
   for (std::filesystem::directory_iterator entry(path_of(folder), error), end; !error && entry != end;

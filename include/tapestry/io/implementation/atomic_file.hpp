@@ -96,6 +96,7 @@ void write_file_atomically(const std::string& path, std::initializer_list<std::s
 }
 
 void remove_abandoned_parts(const std::string& folder) {
+  if (!can_be_listed(folder.empty() ? "." : folder)) return;
   std::error_code ignored;
   std::filesystem::directory_iterator entry(path_of(folder.empty() ? "." : folder), ignored);
   for (; !ignored && entry != std::filesystem::directory_iterator(); entry.increment(ignored)) {
