@@ -96,7 +96,7 @@ class Workshop {
         vehicle_(read_vehicle(request.at("car"), material_)),
         car_(painted_car(vehicle_, material_)),
         whole_(evaluate::joined_chart(raster::texture_charts(car_), car_.layout)),
-        store_(car_, store_settings(), loaders(request.value("streets", std::size_t{48}))),
+        store_(car_, store_settings(), loaders(request.value("views", std::size_t{240}))),
         objective_(
             detector_,
             {.kind = loss::AdversarialLoss::max_score, .printability = 0, .class_index = class_index_}),
@@ -110,19 +110,19 @@ class Workshop {
   }
 
   Json load() const {
-    return {{"streets", store_.size()},
+    return {{"views", store_.size()},
             {"height", height()},
             {"width", width()},
             {"faces", car_.mesh.faces.size()}};
   }
 
-  /// Draws a street to optimise in.
+  /// Draws a view to optimise in.
   Json prepare(std::size_t index) {
     if (store_.view(index)->visible_pixels > 0) usable_.push_back(index);
     return Json::object();
   }
 
-  /// Takes a step over a batch of the streets.
+  /// Takes a step over a batch of the views.
   Json step() {
     if (!training_) {
       camouflage::TrainingOptions options{.epochs = 100000, .batch = 8, .seed = seed_};
@@ -191,7 +191,9 @@ class Workshop {
  private:
   using View = camouflage::View<float>;
 
-  static constexpr double farthest_m = 13, elevation_deg = 10, fov_deg = 55;
+  static constexpr double nearest_m = 6, farthest_m = 12, elevation_deg = 10, fov_deg = 55;
+  static constexpr double camera_azimuth_rad =
+      std::numbers::pi / 2;  // at the car's left, if it is not turned
 
   [[nodiscard]] std::size_t height() const { return detector_.input_height(); }
   [[nodiscard]] std::size_t width() const { return detector_.input_width(); }
@@ -209,66 +211,64 @@ class Workshop {
 
   [[nodiscard]] std::vector<camouflage::ViewStore<float>::Loader> loaders(std::size_t count) const {
     std::vector<camouflage::ViewStore<float>::Loader> loaders;
-    for (std::size_t i = 0; i < count; ++i) loaders.push_back([this, i, count] { return street(i, count); });
+    for (std::size_t i = 0; i < count; ++i)
+      loaders.push_back([this, i, count] { return training_frame(i, count); });
     return loaders;
   }
 
-  /// Streets as those that camouflage draws by default: the car from all around, alone or among others.
+  /// A street as those that camouflage draws by default.
   [[nodiscard]] scenes::SceneOptions street_options() const {
     scenes::SceneOptions options;
     options.vehicle = &vehicle_;
     for (std::size_t face = 0; face < vehicle_.painted.size() && !options.colour; ++face)
       if (vehicle_.painted[face] != 0) options.colour = geometry::material_colour(vehicle_.mesh, face);
     options.aspect = aspect();
-    options.fill = {0.4, 0.75};
     options.occluder_chance = 0;
+    options.aim_jitter = 0;
     options.ground_contrast = 0.03;
     options.sensor_noise = 0;
     return options;
   }
 
-  [[nodiscard]] scenes::Scene in_photograph(Random& random, std::pair<double, double> yaw_rad,
-                                            std::pair<double, double> distance_m) const {
-    scenes::PhotographOptions options;
-    options.distance_m = distance_m;
-    options.yaw_rad = yaw_rad;
-    return scenes::make_scene_in_photograph(random, photograph_, vehicle_, options);
-  }
-
-  [[nodiscard]] io::Frame street(std::size_t index, std::size_t count) const {
-    const double step = 2 * std::numbers::pi / static_cast<double>(count);
+  /// The place, in which the car turns and the camera comes nearer.
+  [[nodiscard]] scenes::Scene scene_of(Random& random, double heading_rad, double distance_m) const {
+    if (photograph_.size() > 0)
+      return scenes::make_scene_in_photograph(
+          random, photograph_, vehicle_,
+          {.distance_m = {distance_m, distance_m}, .yaw_rad = {heading_rad, heading_rad}});
     auto options = street_options();
-    options.azimuth_rad = {step * static_cast<double>(index), step * static_cast<double>(index + 1)};
-    const auto make = [&](Random& random) {
-      return photograph_.size() > 0 ? in_photograph(random, options.azimuth_rad, {5, 12})
-                                    : scenes::make_scene(random, options);
-    };
-    Random random = Random(seed_).fork(1).fork(index);
-    return scenes::make_frame(random, make, 0.97, 2, height(), width());
-  }
-
-  /// The street that is shown, in which the car turns and the camera comes nearer.
-  [[nodiscard]] View view_from(double heading_deg, double distance_m) const {
-    auto options = street_options();
-    options.heading_rad = heading_deg * rad_per_deg;
-    options.azimuth_rad = {std::numbers::pi / 2, std::numbers::pi / 2};
+    options.heading_rad = heading_rad;
+    options.azimuth_rad = {camera_azimuth_rad, camera_azimuth_rad};
     options.elevation_deg = {elevation_deg, elevation_deg};
     options.fov_deg = {fov_deg, fov_deg};
-    options.distance_m = {farthest_m, farthest_m};
-    options.aim_jitter = 0;
-    const auto make = [&](Random& random) {
-      if (photograph_.size() > 0)
-        return in_photograph(random, {options.heading_rad, options.heading_rad}, {distance_m, distance_m});
-      auto scene = scenes::make_scene(random, options);
-      scene.camera = geometry::orbit_camera(std::numbers::pi / 2, elevation_deg * rad_per_deg, distance_m,
-                                            {0, 0, options.aim_height_m}, fov_deg * rad_per_deg);
-      scene.camera.tan_half_fov_y = scene.camera.tan_half_fov_x / aspect();
-      return scene;
-    };
-    Random random = Random(seed_).fork(2);
-    const auto frame = scenes::find_frame(random, make, 0.01, 2, height(), width(), true, 1);
-    if (!frame) throw DomainError("the car does not lie in the picture as a whole: go farther away");
-    return camouflage::make_view<float>(*frame, car_, height(), width(), 2, detector_.fit());
+    options.distance_m = {farthest_m, farthest_m};  // so that nothing stands between
+    auto scene = scenes::make_scene(random, options);
+    scene.camera = geometry::orbit_camera(camera_azimuth_rad, elevation_deg * rad_per_deg, distance_m,
+                                          {0, 0, options.aim_height_m}, fov_deg * rad_per_deg);
+    scene.camera.tan_half_fov_y = scene.camera.tan_half_fov_x / aspect();
+    return scene;
+  }
+
+  /// A view of the place, from farther away where the car would not lie in the picture as a whole.
+  [[nodiscard]] io::Frame frame_from(double heading_rad, double distance_m) const {
+    for (double distance = distance_m; distance < 3 * farthest_m; ++distance) {
+      Random random = Random(seed_).fork(2);
+      const auto make = [&](Random& numbers) { return scene_of(numbers, heading_rad, distance); };
+      if (auto frame = scenes::find_frame(random, make, 0.01, 2, height(), width(), true, 1)) return *frame;
+    }
+    throw DomainError("the car lies in no picture as a whole");
+  }
+
+  /// A view to optimise in: all headings, at distances by chance.
+  [[nodiscard]] io::Frame training_frame(std::size_t index, std::size_t count) const {
+    Random random = Random(seed_).fork(1).fork(index);
+    const double turns = (static_cast<double>(index) + random.uniform()) / static_cast<double>(count);
+    return frame_from(2 * std::numbers::pi * turns, random.uniform(nearest_m, farthest_m));
+  }
+
+  [[nodiscard]] View view_from(double heading_deg, double distance_m) const {
+    return camouflage::make_view<float>(frame_from(heading_deg * rad_per_deg, distance_m), car_, height(),
+                                        width(), 2, detector_.fit());
   }
 
   std::uint64_t seed_;

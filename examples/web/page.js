@@ -15,7 +15,7 @@ function load(files = {}) {
   [isReady, points, levels] = [false, [], {}];
   setRunning(false);
   for (const name of names) $('sides-' + name).textContent = '–';
-  const request = {...chosen, ...picture, streets: Number(settings.streets || 48), seed: Number(settings.seed || 1), steps: Number(settings.steps || 0)};
+  const request = {...chosen, ...picture, views: Number(settings.views || 240), seed: Number(settings.seed || 1), steps: Number(settings.steps || 0)};
   worker.postMessage({do: 'load', files, request});
   look();
 }
@@ -114,10 +114,10 @@ const heard = {
   loaded: message => {
     extents = message;
     sound = {chosen, picture};
-    say('Drawing streets to optimise in …');
+    say('Drawing views to optimise in …');
   },
   prepared: ({prepared, of}) => {
-    say(`Drawing streets to optimise in: ${prepared} of ${of}`);
+    say(`Drawing views to optimise in: ${prepared} of ${of}`);
     if (prepared < of) return;
     isReady = true;
     setRunning(false);

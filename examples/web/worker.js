@@ -60,9 +60,9 @@ function work() {
     mustShow = [0, 1, 2];
   } else if (mustShow.length > 0) {
     show(mustShow.shift());
-  } else if (prepared < setup.streets) {
+  } else if (prepared < setup.views) {
     ask({do: 'prepare', index: prepared++});
-    postMessage({kind: 'prepared', prepared, of: setup.streets});
+    postMessage({kind: 'prepared', prepared, of: setup.views});
   } else if (isRunning) {
     takeStep();
   } else if (nextSide < sides) {

@@ -6,7 +6,7 @@ import {copyFileSync, mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {pathToFileURL} from 'node:url';
 
 const [page, folder, native, libm] = process.argv.slice(2);
-const streets = 48, steps = 40, assets = new URL('../../examples/assets/', import.meta.url).pathname;
+const views = 240, steps = 80, assets = new URL('../../examples/assets/', import.meta.url).pathname;
 mkdirSync(folder, {recursive: true});
 let failures = 0;
 const check = (holds, what) => {
@@ -70,8 +70,8 @@ const isReady = "!document.getElementById('run').disabled";
 
 // The same requests as the page's worker sends.
 function nativeRun(environment) {
-  const requests = [{do: 'load', car: 'car_sedan.obj', weights: 'detector.weights', config: 'detector.cfg', names: 'detector.names', streets, seed: 1}];
-  for (let index = 0; index < streets; ++index) requests.push({do: 'prepare', index});
+  const requests = [{do: 'load', car: 'car_sedan.obj', weights: 'detector.weights', config: 'detector.cfg', names: 'detector.names', views, seed: 1}];
+  for (let index = 0; index < views; ++index) requests.push({do: 'prepare', index});
   for (let i = 0; i < steps; ++i) requests.push({do: 'step'});
   requests.push({do: 'match'}, {do: 'look', heading: 40, distance: 7.5}, {do: 'digest'});
   for (let panel = 0; panel < 3; ++panel) requests.push({do: 'see', panel});
@@ -82,13 +82,13 @@ function nativeRun(environment) {
   const failed = answers.find(answer => answer.error);
   if (failed || answers.length !== requests.length) throw new Error(`the native program failed: ${failed ? failed.error : run.stderr}`);
   const sides = name => answers.slice(-12).filter(side => side[name]).length;
-  return {losses: answers.slice(1 + streets, 1 + streets + steps).map(answer => answer.loss), sha256: answers.at(-16).sha256,
+  return {losses: answers.slice(1 + views, 1 + views + steps).map(answer => answer.loss), sha256: answers.at(-16).sha256,
     confidences: answers.slice(-15, -12).map(answer => answer.confidence.toFixed(2)), sides: ['plain', 'noise', 'paint'].map(sides)};
 }
 
 async function optimise() {
   await resize(1280, 900);
-  await open(`streets=${streets}&steps=${steps}`);
+  await open(`views=${views}&steps=${steps}`);
   await until(isReady);
   await click('run');
   await until("document.body.dataset.sides === '12'");
