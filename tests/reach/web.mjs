@@ -6,7 +6,7 @@ import {copyFileSync, mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {pathToFileURL} from 'node:url';
 
 const [page, folder, native, libm] = process.argv.slice(2);
-const views = 240, steps = 80, assets = new URL('../../examples/assets/', import.meta.url).pathname;
+const views = 240, steps = 160, assets = new URL('../../examples/assets/', import.meta.url).pathname;
 mkdirSync(folder, {recursive: true});
 let failures = 0;
 const check = (holds, what) => {

@@ -5,7 +5,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 out=${1-$PWD/build/web}
-for program in em++ node chromium; do
+for program in em++ node chromium cmake; do
   command -v "$program" >/dev/null || { echo "web: skipped, $program is not installed"; exit 0; }
 done
 examples/web/build.sh "$out"
@@ -24,4 +24,4 @@ sources=("${sources[@]/%/.c}")
 } >"$out/musl.h"
 gcc -std=gnu11 -O2 -ffp-contract=off -fno-builtin -w -shared -fPIC -Wl,-Bsymbolic -include "$out/musl.h" -D'weak_alias(a, b)=' \
   -D'hidden=__attribute__((visibility("hidden")))' -I"$musl/internal" -I"$musl/../arch/generic" -o "$out/musl.so" "${sources[@]}"
-node tests/reach/web.mjs "$out/index.html" "$out/pictures" "$PWD/build/test/examples/web_page" "$out/musl.so"
+node --no-experimental-fetch tests/reach/web.mjs "$out/index.html" "$out/pictures" "$PWD/build/test/examples/web_page" "$out/musl.so"
