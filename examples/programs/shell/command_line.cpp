@@ -1,6 +1,5 @@
 #include "command_line.hpp"
 
-#include <cmath>
 #include <memory>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/file_source.hpp>
@@ -46,9 +45,13 @@ int unknown_option(const CLI::App& app) {
 template <class T>
 std::string complaint_about_number(const std::string& text, const char* expected) {
   T value{};
-  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool is_sound = failure == std::errc() && end == text.data() + text.size();
-  if (is_sound && std::isfinite(static_cast<double>(value))) return {};
+  bool is_sound = !text.starts_with('+');
+  if constexpr (std::same_as<T, double>) {
+    is_sound = is_sound && io::parse_number(text, value);
+  } else {
+    is_sound = is_sound && io::parse_integer(text, value);
+  }
+  if (is_sound) return {};
   return std::string("expected ") + expected + ", found " + in_quotes(text);
 }
 
