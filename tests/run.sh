@@ -89,7 +89,7 @@ if [ ${#rooms[@]} -gt 0 ]; then select+=(--tests-regex "^($(IFS='|'; echo "${roo
 phase "tests of behaviour" run_tests test "${select[@]}" || status=$?
 if [ "$all" = ON ] && [ "$status" -eq 0 ]; then
   for preset in check release; do phase "build of $preset" build "$preset"; done
-  phase "other machines" tests/reach.sh --short s390x i686 || status=$?
+  phase "other machines" tests/reach.sh --short s390x i686 aarch64 libcxx || status=$?
   phase "lesser instruction sets" run_tests test --label-regex rare || status=$?
   phase "tests that find a mistake rarely" run_tests "check release" || status=$?
   if [ "$long" = ON ] && command -v clang-tidy-14 >/dev/null; then phase "tidy" build tidy || status=$?; fi
