@@ -8,6 +8,7 @@
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/meter.hpp>
+#include <tapestry/image/resize.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/raster/painted.hpp>
@@ -104,9 +105,8 @@ class Workshop {
         parameter_(zeros<float, 2>({car_.layout.texel_count(car_.mesh), 3})) {
     objective_.keep_layers(std::size_t{256} << 20U);
     if (request.contains("picture"))
-      photograph_ = scenes::resized_photograph(
-          read_pixels(request["picture"], request.at("height"), request.at("width")),
-          std::max(height(), width()));
+      photograph_ = image::resize_bilinear(
+          read_pixels(request["picture"], request.at("height"), request.at("width")), height(), width());
   }
 
   Json load() const {

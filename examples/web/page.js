@@ -150,12 +150,12 @@ worker.onmessage = ({data}) => heard[data.kind](data);
 worker.onerror = event => say('The browser cannot run this page: ' + event.message, true);
 
 async function pixelsOf(file) {
-  const bitmap = await createImageBitmap(file), scale = Math.min(1, 1024 / Math.max(bitmap.width, bitmap.height));
+  const bitmap = await createImageBitmap(file), {width, height} = extents;
   const canvas = document.createElement('canvas');
-  canvas.width = Math.round(bitmap.width * scale);
-  canvas.height = Math.round(bitmap.height * scale);
-  const context = canvas.getContext('2d');
-  context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+  Object.assign(canvas, {width, height});
+  const context = canvas.getContext('2d'), scale = Math.max(width / bitmap.width, height / bitmap.height);
+  const [wide, high] = [bitmap.width * scale, bitmap.height * scale];  // cut at the edges to the detector's form
+  context.drawImage(bitmap, (width - wide) / 2, (height - high) / 2, wide, high);
   return context.getImageData(0, 0, canvas.width, canvas.height);
 }
 

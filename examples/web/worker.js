@@ -16,7 +16,7 @@ function load({files, request}) {
   setup = null;
   const loaded = ask({do: 'load', ...request});
   [setup, prepared, step, stopAt, timed] = [loaded, 0, 0, request.steps || Infinity, []];
-  [mustLook, isRunning] = [true, false];
+  [mustLook, isRunning, nextSide] = [true, false, sides];
   postMessage({kind: 'loaded', ...setup});
 }
 
