@@ -16,7 +16,7 @@ std::string path_remedy(const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code error;
   fs::path there;
-  for (const fs::path& part : fs::path(path)) {
+  for (const fs::path& part : path_of(path)) {
     if (fs::exists(there / part, error)) {
       there /= part;
       continue;
