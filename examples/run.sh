@@ -9,7 +9,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 export CCACHE_DEPEND=1  # a first build finds nothing kept, and need not preprocess each source to look for it
 # build TARGET
 build() { cmake --build --preset release --parallel "$(nproc)" --target "$1"; }
-cmake --preset release -DTAPESTRY_BUILD_TESTS=OFF -DTAPESTRY_BUILD_BENCHMARKS=OFF -DCMAKE_MESSAGE_LOG_LEVEL=WARNING
+cmake --preset release --no-warn-unused-cli -DTAPESTRY_BUILD_TESTS=OFF -DTAPESTRY_BUILD_BENCHMARKS=OFF -DCMAKE_MESSAGE_LOG_LEVEL=WARNING
 build camouflage
 build/release/examples/camouflage "$@"
 echo "builds the other programs into build/release/examples"

@@ -369,7 +369,9 @@ void remark_preview(const CLI::App& app, const Options& options, const std::vect
            std::to_string(pictures.size()) + " photographs is by their EXIF");
   if (const auto assumed = assumptions(app, options, without_fov == 0); !assumed.empty()) remark(assumed);
   remark("sun and sky of each frame are drawn at random, not taken from its photograph");
-  remark("  its blue line is the horizon: if it lies below that of a photograph, raise --camera-pitch;");
+  remark(
+      "  its blue line is the horizon: if it lies below that of a photograph, raise --camera-pitch, if "
+      "above, lower it;");
   remark("  if cars are too small for where they stand, lower --camera-height");
 }
 

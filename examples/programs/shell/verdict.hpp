@@ -87,9 +87,9 @@ inline std::string effect_words(const VerdictFigures& figures) {
     if (2 * figures.paint.rate.p_at_50 > figures.plain.rate.p_at_50) words += " in some views";
     return is_below(figures.noise->rate, figures.plain.rate) ? words + ", beyond what its colours do" : words;
   }
-  return hides ? "the paint hides the car, and so does noise of the same colours: no effect of the design is "
-                 "shown"
-               : "no effect on how often it is found is shown";
+  const std::string nothing_shown = "no effect on how often it is found is shown";
+  return hides ? "the paint hides the car, and so does noise of the same colours: " + nothing_shown
+               : nothing_shown;
 }
 
 }  // namespace detail

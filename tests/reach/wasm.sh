@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# web.sh [FOLDER]: builds the page of examples/web and its C++ side natively, and tests the page in a headless Chromium, see
+# wasm.sh [FOLDER]: builds the page of examples/web and its C++ side natively, and tests the page in a headless Chromium, see
 # web.mjs. The native program has the C library's functions of emscripten: musl's, compiled here. The pictures lie in
 # FOLDER/pictures (build/web). What is not installed is skipped with a sentence; .ci/packages reach installs it.
 set -euo pipefail

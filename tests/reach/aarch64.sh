@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# arm.sh [ROOM…]: the library on 64-bit ARM, in an emulator: the tests of the rooms named, or of those below, with NEON and with
+# aarch64.sh [ROOM…]: the library on 64-bit ARM, in an emulator: the tests of the rooms named, or of those below, with NEON and with
 # portable instructions; the default run for 40 steps and an ONNX detector, which must have the bits that this processor gives
-# with AVX2 or portable instructions, but for a few functions of the C library; and a run that is killed and resumed.
+# with AVX2 or portable instructions if both have the elementary functions of elementary.cpp; and a run that is killed and resumed.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 for program in aarch64-linux-gnu-g++ qemu-aarch64; do
@@ -34,7 +34,7 @@ on() {
   [ "$place" = arm ] || runner=(env LD_PRELOAD="$PWD/$out/functions.here" "build/release/examples/$3")
   TAPESTRY_INSTRUCTION_SET=$2 "${runner[@]}" "${@:4}"
 }
-functions=(-O1 -fno-builtin -ffp-contract=off -shared -fPIC tests/reach/same_functions.cpp -o "$out/functions")
+functions=(-O1 -fno-builtin -ffp-contract=off -shared -fPIC tests/reach/elementary.cpp -o "$out/functions")
 g++ "${functions[@]}.here" && aarch64-linux-gnu-g++ "${functions[@]}.arm"
 cp examples/assets/frames/test/00[0-3].npz "$out/frames"
 steps=(camouflage --quiet --scenes 40 --frames "$out/frames" --batch 1 --epochs 1 --checkpoint-steps 10 --controls matched)
