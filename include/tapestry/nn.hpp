@@ -4,7 +4,6 @@
 #include <tapestry/nn/activation.hpp>
 #include <tapestry/nn/convolution_geometry.hpp>
 #include <tapestry/nn/engine.hpp>
-#include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/description.hpp>
 #include <tapestry/nn/network/network.hpp>
 #include <tapestry/nn/network/network_pass.hpp>

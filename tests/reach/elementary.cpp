@@ -1,6 +1,6 @@
 // Elementary functions of sums, products and roots alone, less accurate than a C library's but with the same
 // bits by every compiler. In their place a run has the same bits on two systems if nothing but these
-// functions differs. See windows.sh and aarch64.sh and aarch64.sh.
+// functions differs. See windows.sh and aarch64.sh.
 #include <cstdint>
 #include <cstring>
 #include <limits>

@@ -24,7 +24,7 @@ class ViewStore {
     std::size_t width = 0;
     std::size_t samples_per_axis = 2;
     std::uint64_t keep_bytes = std::uint64_t(4) << 30U;  ///< views beyond it are prepared anew each time
-    image::Fit fit{};                                ///< of frames in the network's input
+    image::Fit fit{};                                    ///< of frames in the network's input
     std::optional<PhotoLight> photo_light{};  ///< settings of estimated light; none: the frames' own light
     bool redrawn = false;                     ///< whether views keep their Sight
     bool keeps_photograph = true;             ///< see make_view()

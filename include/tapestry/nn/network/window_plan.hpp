@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/nn/mode.hpp>
 #include <tapestry/nn/network/program.hpp>
 
 namespace tapestry::nn {
