@@ -22,7 +22,7 @@ TEST_CASE("an instruction set that is unknown, or that the processor lacks, is r
       "TAPESTRY_INSTRUCTION_SET: found 'sse', expected portable, avx2 or avx512 by this program on this "
       "processor");
   CHECK_THROWS_WITH(instruction_set_named("avx2", InstructionSet::neon),
-                    Catch::Contains("found 'avx2', expected portable or neon by"));
+                    contains("found 'avx2', expected portable or neon by"));
   CHECK_THROWS_WITH(instruction_set_named("avx512", InstructionSet::avx2),
-                    Catch::Contains("found 'avx512', expected portable or avx2 by"));
+                    contains("found 'avx512', expected portable or avx2 by"));
 }

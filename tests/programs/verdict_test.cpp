@@ -34,8 +34,8 @@ TEST_CASE("a verdict has the counts and what they show", "[programs][verdict]") 
   CHECK(verdict(80, 30, found_in(4), 0.2, 0.4)
             .ends_with("the design hides the car, beyond what its colours do; lost in 76."));
   CHECK(verdict(80, 5, found_in(4), -0.05, 0.07)
-            .ends_with("the paint hides the car, and so does noise of the same colours: no effect of the "
-                       "design is shown; lost in 76."));
+            .ends_with("the paint hides the car, and so does noise of the same colours: no effect on how "
+                       "often it is found is shown; lost in 76."));
   CHECK(verdict(80, 79, found_in(80), -0.03, 0.01)
             .ends_with("80 plain: no effect on how often it is found is shown."));
   CHECK(verdict(80, 20, found_in(60), -0.6, -0.3)
