@@ -43,7 +43,8 @@ std::vector<Kind> mesh_kinds() {
   return {{"obj: vertices", filled(beginning, "v 0 0 0\n"), read_mesh, times_file(40)},
           {"obj: triangles", filled(beginning, "f 1 2 3\n"), read_mesh, times_file(40)},
           // Convex faces of many corners, which become many triangles.
-          {"obj: fans", filled(square, "f" + repeated(" 1 2 3", 4096) + "\n"), read_mesh, times_file(40)},
+          {"obj: fans", filled(square, std::string("f") + repeated(" 1 2 3", 4096) + "\n"), read_mesh,
+           times_file(40)},
           {"obj: concave polygons", skylines, read_mesh, times_file(40)},
           {"obj: groups", filled(beginning, numbered("g ", "\n")), read_mesh, times_file(40)},
           {"obj: materials", filled(beginning, numbered("usemtl ", "\n")), read_mesh, times_file(40)},
