@@ -27,7 +27,7 @@ std::string path_remedy(const std::string& path) {
       names.push_back(entry->path().filename().string());
     std::ranges::sort(names);
     const std::string nearest = nearest_word(part.string(), names);
-    return nearest.empty() ? "" : "; did you mean " + printable((there / nearest).string()) + "?";
+    return nearest.empty() ? "" : "; did you mean " + printable((there / path_of(nearest)).string()) + "?";
   }
   return "";
 }
