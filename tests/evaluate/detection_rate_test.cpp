@@ -1,5 +1,5 @@
 #include <tapestry/evaluate/detection_rate.hpp>
-#include <tapestry/evaluate/paired_bootstrap.hpp>  // student_quantile
+#include <tapestry/evaluate/two_level_difference.hpp>
 
 #include "../support/catch.hpp"
 
@@ -101,6 +101,23 @@ TEST_CASE("P@0.5 of two seeds in two views has the interval worked out by hand",
     CHECK(rate.interval[0] < rate.interval[1]);
     for (const double end : rate.interval) check_wilson_end(end, 0.75, variance, t_1);
   }
+}
+
+TEST_CASE("seeds that agree by chance know a share as well as so many pictures, and no better",
+          "[evaluate]") {
+  std::vector<bool> found(160, true);
+  found[3] = found[80 + 7] = false;  // of two seeds, each misses one view of 80
+  const double p = 158.0 / 160, variance = p * (1 - p) / 159,
+               t = evaluate::detail::student_quantile(0.975, 79);
+  const auto two = evaluate::detection_rate(found, {1, 1, 2}).interval;
+  for (const double end : two) check_wilson_end(end, p, variance, t);
+  const auto one = evaluate::wilson_interval(79, 80);
+  CHECK(two[1] - two[0] > 0.6 * (one[1] - one[0]));  // with twice the pictures
+  CHECK(two[1] - two[0] < one[1] - one[0]);
+  auto with = Array<double, 2>({2, 80}, 1.0), without = Array<double, 2>({2, 80}, 0.0);
+  with(0, 3) = with(1, 7) = 0;
+  const auto effect = evaluate::two_level_rate_difference(with, without, {160, p, {0, 1}});
+  CHECK(effect.interval[0] < two[0]);
 }
 
 TEST_CASE("the order of pictures is seeds, views, photographs, draws", "[evaluate]") {

@@ -120,11 +120,12 @@ TEST_CASE("effects and odds near the ends of the scale hold the truth in 93 to 9
         const auto held = coverage({control, paint, views_sd, seeds_sd, 0}, {80, 3, 3}, trials);
         CAPTURE(control, paint, views_sd, seeds_sd, held.effect, held.odds, held.two_sided);
         // Less three standard deviations, √(0.93 · 0.07 / 600) and √(0.97 · 0.03 / 600). Normal intervals of
-        // linear terms held odds in 0.71 to 0.93. Odds that are often one-sided may be held more often.
-        CHECK(held.effect >= 0.93 - 0.031);
-        CHECK(held.effect <= 0.97 + 0.021);
-        CHECK(held.odds >= 0.93 - 0.031);
-        if (held.two_sided > 0.9) CHECK(held.odds <= 0.97 + 0.021);
+        // linear terms held odds in 0.71 to 0.93. Where odds are often one-sided, few pictures decide, and
+        // intervals may hold the truth more often.
+        for (const double share : {held.effect, held.odds}) {
+          CHECK(share >= 0.93 - 0.031);
+          if (held.two_sided > 0.9) CHECK(share <= 0.97 + 0.021);
+        }
       }
 }
 

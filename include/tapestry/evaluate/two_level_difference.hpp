@@ -19,8 +19,9 @@ namespace detail {
 /// for the mean m of D draws in R views. [l, u] is the BCa interval of paired_bootstrap() of the views' means
 /// over draws, with its skewness; s is the variance there. a is the variance by views; b is the variance
 /// by draws, with the interaction, by the mean squares of two crossed levels (Searle, Casella,
-/// McCulloch, "Variance components", Wiley 1992). A tenth of the interaction is left in a, so that draws
-/// that agree by chance do not make an interval without width. Distances from the mean add in
+/// McCulloch, "Variance components", Wiley 1992). A tenth of the interaction is left in a, and a + b is at
+/// least the variance of the mean of R·D values without levels, since levels only add to it: two seeds that
+/// miss one view of 80 each would else know a share better than one. Distances from the mean add in
 /// quadrature, each end with its own, as by Zou and Donner ("Construction of confidence limits about
 /// effect measures", Statistics in Medicine 27, 2008). z and t(ν) are quantiles of the normal and of
 /// Student's distribution; with f they correct a bootstrap of few views (Hesterberg, "What teachers

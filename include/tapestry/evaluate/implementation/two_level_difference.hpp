@@ -63,8 +63,11 @@ inline TwoLevelVariance two_level_variance(const Array<double, 2>& differences) 
   const double of_views = view_squares / (views - 1) / views, of_draws = draw_squares / (draws - 1) / draws;
   if (!std::isfinite(of_views + of_draws + of_rest))
     throw NumericError("two_level_difference: the variance is not finite");
-  TwoLevelVariance variance{of_views, std::max(0.0, of_views - of_rest) + 0.1 * of_rest, of_draws, views - 1,
-                            of_rest};
+  const double all = draws * views, of_equals = draws * view_squares + views * draw_squares + rest_squares;
+  TwoLevelVariance variance{
+      of_views,
+      std::max(std::max(0.0, of_views - of_rest) + 0.1 * of_rest, of_equals / (all * (all - 1)) - of_draws),
+      of_draws, views - 1, of_rest};
   if (variance.sum() > 0)
     variance.degrees = variance.sum() / (variance.draws / (draws - 1) + variance.views / (views - 1));
   return variance;
