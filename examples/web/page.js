@@ -15,6 +15,7 @@ function load(files = {}) {
   [isReady, points, levels] = [false, [], {}];
   setRunning(false);
   for (const name of names) $('sides-' + name).textContent = '–';
+  $('sides-caption').textContent = 'Found from twelve sides: after a pause';
   const request = {...chosen, ...picture, views: Number(settings.views || 240), seed: Number(settings.seed || 1), steps: Number(settings.steps || 0)};
   worker.postMessage({do: 'load', files, request});
   look();
