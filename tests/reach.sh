@@ -29,7 +29,8 @@ choose() {
     windows) compiler=x86_64-w64-mingw32-g++-posix runner=(wine) flags+=(-DCATCH_CONFIG_NO_WINDOWS_SEH -Wa,-mbig-obj) ;;
     wasm)
       compiler=em++ runner=(node --no-experimental-fetch) precompiled=pch
-      flags=(-isystem "$sources/cmake/old_libcxx" -pthread -fexceptions -sALLOW_MEMORY_GROWTH -sINITIAL_MEMORY=256MB
+      # Without -O1 a test has more locals than a browser's engine takes.
+      flags=(-O1 -isystem "$sources/cmake/old_libcxx" -pthread -fexceptions -sALLOW_MEMORY_GROWTH -sINITIAL_MEMORY=256MB
              -sNODERAWFS -sPROXY_TO_PTHREAD -sEXIT_RUNTIME -Wno-pthreads-mem-growth -Wno-unused-command-line-argument -DCATCH_CONFIG_NO_POSIX_SIGNALS)
       ;;
     libcxx) compiler=clang++-14 flags=(-stdlib=libc++ -isystem "$sources/cmake/old_libcxx" -pthread) ;;

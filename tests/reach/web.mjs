@@ -2,7 +2,7 @@
 // keys, files. Compares losses, paint and detections with those of the same requests to the NATIVE program, which has the
 // functions of LIBM, and leaves pictures of 1280 and 390 pixels' width in FOLDER.
 import {spawn, spawnSync} from 'node:child_process';
-import {copyFileSync, mkdirSync, readFileSync, writeFileSync} from 'node:fs';
+import {copyFileSync, existsSync, mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {pathToFileURL} from 'node:url';
 
 const [page, folder, native, libm] = process.argv.slice(2);
@@ -119,6 +119,40 @@ async function useKeys() {
   check(true, 'space starts');
 }
 
+// A picture of 24 bits a pixel, thirds of red, green and blue from left to right.
+function thirds(width, height) {
+  const bytes = Buffer.alloc(54 + 3 * width * height);  // width is a multiple of 4
+  bytes.write('BM');
+  for (const [at, number] of [[2, bytes.length], [10, 54], [14, 40], [18, width], [22, height]]) bytes.writeUInt32LE(number, at);
+  for (const [at, number] of [[26, 1], [28, 24]]) bytes.writeUInt16LE(number, at);
+  for (let i = 0; i < width * height; ++i) bytes[54 + 3 * i + 2 - Math.floor(3 * (i % width) / width)] = 255;
+  return bytes;
+}
+
+async function takePicture() {
+  writeFileSync(folder + '/thirds.bmp', thirds(192, 64));
+  await value("document.querySelector('#plain canvas').width = 0");
+  await choose([`${folder}/thirds.bmp`]);
+  await until("document.querySelector('#plain canvas').width > 0");
+  const corners = await value(`(() => {
+    const canvas = document.querySelector('#plain canvas'), context = canvas.getContext('2d');
+    return [2, canvas.width - 3].map(x => Array.from(context.getImageData(x, 2, 1, 1).data)); })()`);
+  check(corners.every(([red, green, blue]) => red < 8 && green > 247 && blue < 8), `of a wide picture the middle is shown: ${corners}`);
+}
+
+async function takeOnnx() {
+  const onnx = new URL('../../../shared/data/detectors/yolox_nano.onnx', import.meta.url).pathname;
+  if (!existsSync(onnx)) return console.log('an ONNX detector: skipped, there is none');
+  await open('views=2');
+  await until(isReady);
+  await choose([onnx]);
+  await until("document.getElementById('status').textContent.startsWith('Drawing')");
+  await until(isReady);
+  await click('run');
+  await until("Number(document.body.dataset.step) > 0");
+  check(true, 'an ONNX detector is taken, and a paint optimised against it');
+}
+
 async function takeFiles() {
   copyFileSync(assets + 'detector.weights', folder + '/other.weights');
   copyFileSync(assets + 'detector.cfg', folder + '/other.cfg');
@@ -132,6 +166,7 @@ async function takeFiles() {
   await until("document.getElementById('status').textContent.startsWith('Drawing')");
   await until(isReady);
   await photograph('picture');
+  await takePicture();
   const refused = async (files, part) => {
     await value("document.getElementById('status').classList.remove('failed')");
     await choose(files);
@@ -153,6 +188,7 @@ try {
   await photograph('narrow');
   await useKeys();
   await takeFiles();
+  await takeOnnx();
   check(logged.length === 0, `no exception in the page ${logged}`);
 } catch (error) {
   check(false, error.message);
