@@ -1,5 +1,5 @@
-# Installs the headers, what find_package(tapestry) needs, and tapestry.pc. The components autodiff, tapestry and laboratory
-# are targets of these names: find_package(tapestry COMPONENTS autodiff) looks for no other library.
+# Installs the headers, what find_package(tapestry) and pkg-config need, and the pages. The components autodiff, tapestry and
+# laboratory are targets of these names: find_package(tapestry COMPONENTS autodiff) looks for no other library.
 include(CMakePackageConfigHelpers)
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
 set(tapestry_cmake_dir ${CMAKE_INSTALL_DATADIR}/cmake/tapestry)
@@ -32,46 +32,52 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tapestryConfig.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/tapestryConfigVersion.cmake ${CMAKE_CURRENT_LIST_DIR}/Findstb.cmake
               ${CMAKE_CURRENT_LIST_DIR}/Findprotozero.cmake ${CMAKE_CURRENT_LIST_DIR}/Findturbojpeg.cmake
         DESTINATION ${tapestry_cmake_dir})
+set(tapestry_pc_files tapestry-autodiff)
 if(TARGET tapestry)
-  if(TARGET turbojpeg::turbojpeg)  # as found here: who has no libjpeg-turbo builds without it
-    set(tapestry_pc_requires " libturbojpeg")
-    set(tapestry_pc_flags " -DTAPESTRY_JPEG")
-  endif()
-  if(WIN32)
-    string(APPEND tapestry_pc_flags " -Wa,-muse-unaligned-vector-move -DTAPESTRY_UNALIGNED_MOVES")
-  endif()
-  # Folders of an installation may be absolute; joined to a prefix, they then take its place.
-  set(tapestry_pc_prefix \${pcfiledir})
-  foreach(folder IN ITEMS INCLUDEDIR LIBDIR)
-    set(tapestry_pc_${folder} \${prefix})
-    cmake_path(APPEND tapestry_pc_${folder} ${CMAKE_INSTALL_${folder}})
-  endforeach()
-  set(tapestry_pc_folder ${CMAKE_INSTALL_DATADIR}/pkgconfig)
-  if(IS_ABSOLUTE ${tapestry_pc_folder})
-    set(tapestry_pc_prefix ${CMAKE_INSTALL_PREFIX})
-  else()
-    cmake_path(SET up /prefix)
-    cmake_path(RELATIVE_PATH up BASE_DIRECTORY /prefix/${tapestry_pc_folder})
-    string(APPEND tapestry_pc_prefix /${up})
-    string(PREPEND tapestry_pc_folder \${CMAKE_INSTALL_PREFIX}/)
-  endif()
-  # System headers bring no warnings. Those below /usr are such anyway, and named by -isystem that folder would come
-  # before that of the standard library, which then does not find the C library's headers.
-  foreach(folder IN ITEMS prefix usr)
-    set(tapestry_pc_include "-isystem ")
-    if(folder STREQUAL usr)
-      set(tapestry_pc_include "-I")
-    endif()
-    configure_file(${CMAKE_CURRENT_LIST_DIR}/tapestry.pc.in pkgconfig/${folder}/tapestry.pc @ONLY)
-  endforeach()
-  install(CODE "
-    set(folder prefix)
-    if(CMAKE_INSTALL_PREFIX MATCHES \"(^|/)usr/?$\")
-      set(folder usr)
-    endif()
-    file(INSTALL DESTINATION \"${tapestry_pc_folder}\"
-         FILES \"${CMAKE_CURRENT_BINARY_DIR}/pkgconfig/\${folder}/tapestry.pc\")")
+  list(APPEND tapestry_pc_files tapestry)
 endif()
+if(TARGET turbojpeg::turbojpeg)  # as found here: who has no libjpeg-turbo builds without it
+  set(tapestry_pc_requires " libturbojpeg")
+  set(tapestry_pc_jpeg " -DTAPESTRY_JPEG")
+endif()
+if(WIN32)
+  set(tapestry_pc_flags " -Wa,-muse-unaligned-vector-move -DTAPESTRY_UNALIGNED_MOVES")
+endif()
+# Folders of an installation may be absolute; joined to a prefix, they then take its place.
+set(tapestry_pc_prefix \${pcfiledir})
+foreach(folder IN ITEMS INCLUDEDIR LIBDIR)
+  set(tapestry_pc_${folder} \${prefix})
+  cmake_path(APPEND tapestry_pc_${folder} ${CMAKE_INSTALL_${folder}})
+endforeach()
+set(tapestry_pc_folder ${CMAKE_INSTALL_DATADIR}/pkgconfig)
+if(IS_ABSOLUTE ${tapestry_pc_folder})
+  set(tapestry_pc_prefix ${CMAKE_INSTALL_PREFIX})
+else()
+  cmake_path(SET up /prefix)
+  cmake_path(RELATIVE_PATH up BASE_DIRECTORY /prefix/${tapestry_pc_folder})
+  string(APPEND tapestry_pc_prefix /${up})
+  string(PREPEND tapestry_pc_folder \${CMAKE_INSTALL_PREFIX}/)
+endif()
+# System headers bring no warnings. Those below /usr are such anyway, and named by -isystem that folder would come
+# before that of the standard library, which then does not find the C library's headers.
+foreach(folder IN ITEMS prefix usr)
+  set(tapestry_pc_include "-isystem ")
+  if(folder STREQUAL usr)
+    set(tapestry_pc_include "-I")
+  endif()
+  foreach(file IN LISTS tapestry_pc_files)
+    configure_file(${CMAKE_CURRENT_LIST_DIR}/${file}.pc.in pkgconfig/${folder}/${file}.pc @ONLY)
+  endforeach()
+endforeach()
+install(CODE "
+  set(folder prefix)
+  if(CMAKE_INSTALL_PREFIX MATCHES \"(^|/)usr/?$\")
+    set(folder usr)
+  endif()
+  foreach(file IN ITEMS ${tapestry_pc_files})
+    file(INSTALL DESTINATION \"${tapestry_pc_folder}\"
+         FILES \"${CMAKE_CURRENT_BINARY_DIR}/pkgconfig/\${folder}/\${file}.pc\")
+  endforeach()")
 include(${CMAKE_CURRENT_LIST_DIR}/packaging/source_date.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/packaging/sbom.cmake)
 write_sbom(${PROJECT_BINARY_DIR}/tapestry.spdx.json)
