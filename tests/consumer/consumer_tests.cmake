@@ -55,7 +55,11 @@ ${alone}/program && echo works")
   add_test(NAME "consumer: the SBOM has what SPDX 2.3 demands"
            COMMAND ${CMAKE_COMMAND} -DSBOM=${consumer_dir}/prefix/${CMAKE_INSTALL_DOCDIR}/tapestry.spdx.json
                    -DPKG_CONFIG=${PKG_CONFIG} -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/check_sbom.cmake)
-  list(APPEND installed_tests "consumer: the SBOM has what SPDX 2.3 demands")
+  add_test(NAME "consumer: links of installed pages lead somewhere"
+           COMMAND ${CMAKE_COMMAND} -DFOLDER=${consumer_dir}/prefix/${CMAKE_INSTALL_DOCDIR}
+                   -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/check_links.cmake)
+  list(APPEND installed_tests "consumer: the SBOM has what SPDX 2.3 demands"
+       "consumer: links of installed pages lead somewhere")
   set_tests_properties(${installed_tests} PROPERTIES FIXTURES_REQUIRED installed_tapestry)
 endif()
 
