@@ -348,8 +348,8 @@ sed 's/"samples": [0-9]*/"samples": 2.5/' limited/manifest.json >damaged/manifes
 expect_refusal 3 "damaged/manifest.json: no sound setting 'samples'" "a count with a fraction" "$programs/evaluate" --run damaged
 nested=$(head -c 200000 /dev/zero | tr '\0' '[')$(head -c 200000 /dev/zero | tr '\0' ']')
 printf '{"options": {"x": %s}, "inputs": []}' "$nested" >damaged/manifest.json
-expect_refusal 3 'damaged/manifest.json:@80: JSON nested too deep' "evaluate with a manifest nested 200,000 deep" "$programs/evaluate" --run damaged
-expect_refusal 3 'damaged/manifest.json:@80: JSON nested too deep' "resume with it" "$camouflage" --resume --output damaged
+expect_refusal 3 'damaged/manifest.json:1:81: JSON nested too deep' "evaluate with a manifest nested 200,000 deep" "$programs/evaluate" --run damaged
+expect_refusal 3 'damaged/manifest.json:1:81: JSON nested too deep' "resume with it" "$camouflage" --resume --output damaged
 for foreign in 's/"program": "camouflage"/"program": "other"/' 's/"version": "[^"]*"/"version": "9.9.9"/'; do # N22
   sed "$foreign" limited/manifest.json >damaged/manifest.json
   expect_exit 4 "measuring the run of another program or version" "$programs/evaluate" --run damaged
