@@ -37,6 +37,8 @@ int check_only(CamouflageOptions options, ProblemList& list) {
   std::vector<std::string> warnings;
   check_inputs(options.scene, options.detector, list, warnings);
   list.attempt([&] { (void)palette_of(options.optimisation); });
+  list.attempt([&] { require_free_folder(options); });
+  list.attempt([&] { require_makeable_folder(options.output.empty() ? "runs" : options.output); });
   try {
     if (list.problems().empty())
       list.attempt([&] {
