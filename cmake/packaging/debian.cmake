@@ -7,7 +7,8 @@ foreach(component IN LISTS CPACK_COMPONENTS_ALL)
   set(documents "${root}/usr/share/doc/${CPACK_DEBIAN_${upper}_PACKAGE_NAME}")
   if(EXISTS "${root}/usr/share/doc/tapestry")
     file(RENAME "${root}/usr/share/doc/tapestry" "${documents}")
-    file(REMOVE "${documents}/LICENSE")  # stands in the file copyright
+    file(REMOVE "${documents}/LICENSE")
+    file(CREATE_LINK copyright "${documents}/LICENSE" SYMBOLIC)  # where it stands
   endif()
   file(COPY "${sbom}" "${tapestry_debian_files}/copyright" "${tapestry_debian_files}/changelog"
             "${tapestry_debian_files}/changelog.Debian" DESTINATION "${documents}")

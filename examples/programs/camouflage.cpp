@@ -37,6 +37,8 @@ int check_only(CamouflageOptions options, ProblemList& list) {
   std::vector<std::string> warnings;
   check_inputs(options.scene, options.detector, list, warnings);
   list.attempt([&] { (void)palette_of(options.optimisation); });
+  list.attempt([&] { require_free_folder(options); });
+  list.attempt([&] { require_makeable_folder(options.output.empty() ? "runs" : options.output); });
   try {
     if (list.problems().empty())
       list.attempt([&] {
@@ -48,7 +50,7 @@ int check_only(CamouflageOptions options, ProblemList& list) {
   }
   print_warnings(warnings);
   const auto& problems = list.problems();
-  for (const auto& problem : problems) std::cerr << "error: " << for_terminal(problem.what()) << '\n';
+  for (const auto& problem : problems) std::cerr << "error: " << line_of(problem) << '\n';
   if (problems.empty())
     remark(warnings.empty() ? "all inputs are sound" : "all inputs can be used; see the warnings");
   int code = 0;  // of the problem that a run would meet first: unreadable before unfit

@@ -375,8 +375,11 @@ void remark_preview(const CLI::App& app, const Options& options, const std::vect
   remark("  if cars are too small for where they stand, lower --camera-height");
 }
 
-/// The command that optimises on the written frames.
+/// The command that optimises on the written frames, or measures in them if all are held out.
 std::string next_command(const Options& options) {
+  if (options.train == 0)
+    return shell_line({"evaluate", "--frames", options.output, "--run", "run"}) +
+           "    # a run of this car; there are no frames to optimise on";
   std::vector<std::string> words{"camouflage", "--frames", options.output};
   const auto add = [&](const std::string& name, const std::string& value, const std::string& left_out) {
     if (value != left_out) words.insert(words.end(), {name, value});

@@ -582,6 +582,23 @@ CarView car_view(const PaintedScene& scene, const std::vector<std::int32_t>& pan
   return view;
 }
 
+/// The shares of the painted area that are on no panel, by material; empty if there are none.
+std::string word_on_left_out(const PaintedScene& scene, const std::vector<std::int32_t>& panel_of_face) {
+  double all = 0;
+  std::map<std::string, double> left_out;
+  for (std::size_t face = 0; face < panel_of_face.size(); ++face) {
+    const double area = scene.painted[face] == 0 ? 0 : shell::detail::own_plane(scene.mesh, face).area;
+    const std::int32_t material = scene.mesh.face_materials[face];
+    all += area;
+    if (scene.painted[face] != 0 && panel_of_face[face] < 0)
+      left_out[material < 0 ? "no material" : scene.mesh.materials[std::size_t(material)].name] += area;
+  }
+  std::string text;
+  for (const auto& [name, area] : left_out)
+    text += (text.empty() ? ": " : ", ") + formatted("%.2g %% of the paint in ", 100 * area / all) + name;
+  return text;
+}
+
 /// \returns a description of the file written
 std::string write_panels(const Options& o, const PaintedScene& scene) {
   PanelSheets sheets(scene, panel_settings(o, scene));
@@ -600,7 +617,7 @@ std::string write_panels(const Options& o, const PaintedScene& scene) {
     });
   const std::string file = sheets.drawn(views);
   io::write_file_atomically(o.panels, std::string_view(file));
-  return sheets.summary();
+  return sheets.summary() + word_on_left_out(scene, panel_of_face);
 }
 
 /// Writes a label at the lower left, if there is room for it.

@@ -39,8 +39,8 @@ NamedFolders named_folders(const std::string& row) {
     named.folders.push_back(row.substr(begin, end - begin));
     begin = end + 1;
   }
-  if (equals == std::string::npos)
-    named.name = (io::path_of(named.folders.front()) / "").parent_path().filename().string();
+  for (auto& folder : named.folders) folder = (io::path_of(folder) / "").parent_path().string();
+  if (equals == std::string::npos) named.name = io::path_of(named.folders.front()).filename().string();
   return named;
 }
 
@@ -56,8 +56,10 @@ void require_complete(const Options& options, const std::vector<NamedFolders>& r
     require(!row.name.empty(), "a row without a name; expected NAME=FOLDER,FOLDER...");
     for (const std::string& folder : row.folders)
       if (is_there(manifest_path(folder)) && !is_there(folder + "/settings.json"))
-        require(false, folder + " is a run that is not measured yet: evaluate --run " + folder +
-                           " --protocol views --output " + row.name + "-measured, and give that folder");
+        require(false, folder + " is a run that is not measured yet: " +
+                           shell_line({"evaluate", "--run", folder, "--protocol", "digital", "--output",
+                                       folder + "-measured"}) +
+                           ", and give that folder");
   }
   require(!options.output.empty(), "give --output, the folder for the tables");
   if (!lacks.empty()) throw Error(ErrorKind::usage, lacks);

@@ -39,11 +39,27 @@ if(TAPESTRY_INSTALL)
     set_tests_properties("consumer: pkg-config with absolute folders" PROPERTIES
                          PASS_REGULAR_EXPRESSION "-isystem /opt/x/include .*-L/opt/x/lib "
                          ENVIRONMENT "PKG_CONFIG_PATH=${consumer_dir}/absolute/pkgconfig/prefix")
+    # The tape alone, installed by itself: a program that pkg-config compiles, with no other library in its flags.
+    set(alone ${consumer_dir}/alone)
+    set(install ${CMAKE_COMMAND} -S ${PROJECT_SOURCE_DIR} -B ${alone} -DTAPESTRY_AUTODIFF_ONLY=ON
+        -DCMAKE_INSTALL_PREFIX=${alone}/prefix && ${CMAKE_COMMAND} --install ${alone})
+    list(JOIN install " " install)
+    add_test(NAME "consumer: pkg-config of the tape alone"
+             COMMAND sh -c "${install} && flags=$(${PKG_CONFIG} --cflags --libs --print-errors tapestry-autodiff) && echo $flags && \
+${CMAKE_CXX_COMPILER} -std=c++20 ${CMAKE_CURRENT_SOURCE_DIR}/consumer/autodiff/main.cpp $flags -o ${alone}/program && \
+${alone}/program && echo works")
+    set_tests_properties("consumer: pkg-config of the tape alone" PROPERTIES
+                         PASS_REGULAR_EXPRESSION "\n-isystem [^ \n]*/alone/prefix/[^ \n]*include *\nworks\n"
+                         ENVIRONMENT "PKG_CONFIG_LIBDIR=${alone}/prefix/${CMAKE_INSTALL_DATADIR}/pkgconfig")
   endif()
   add_test(NAME "consumer: the SBOM has what SPDX 2.3 demands"
            COMMAND ${CMAKE_COMMAND} -DSBOM=${consumer_dir}/prefix/${CMAKE_INSTALL_DOCDIR}/tapestry.spdx.json
                    -DPKG_CONFIG=${PKG_CONFIG} -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/check_sbom.cmake)
-  list(APPEND installed_tests "consumer: the SBOM has what SPDX 2.3 demands")
+  add_test(NAME "consumer: links of installed pages lead somewhere"
+           COMMAND ${CMAKE_COMMAND} -DFOLDER=${consumer_dir}/prefix/${CMAKE_INSTALL_DOCDIR}
+                   -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/check_links.cmake)
+  list(APPEND installed_tests "consumer: the SBOM has what SPDX 2.3 demands"
+       "consumer: links of installed pages lead somewhere")
   set_tests_properties(${installed_tests} PROPERTIES FIXTURES_REQUIRED installed_tapestry)
 endif()
 

@@ -192,7 +192,11 @@ expect_refusal 3 "frames/$first" "check with a cut frame" "$camouflage" --check 
 printf '[net]\nwidth=64\n' >broken.cfg
 expect_exit 3 "check with several problems" "$camouflage" --check --frames frames --cfg broken.cfg --weights absent.weights
 if [ "$(grep -c '^error: ' command.err)" -ge 2 ]; then pass; else fail "--check does not list all problems"; fi
-expect_exit 0 "check of sound inputs" "$camouflage" --check
+for output in broken.cfg/run /proc/none/run; do
+  expect_refusal 5 "^error: $output: cannot create the folder: .*$" "check of $output" "$camouflage" --check --output "$output"
+done
+expect_exit 0 "check of sound inputs" "$camouflage" --check --output absent/run
+[ -e absent ] && fail "a check made the folder" || pass
 grep -Eq "the car is found as 'car' in [1-8] of 8 clean views" command.out && pass || fail "--check does not look for the car"
 grep -Eq "^input of .*detector.weights: .* rgb, 0 to 1, mean 0, std 1, by Darknet's convention" command.err && pass ||
   fail "--check does not print how pictures go in"
@@ -348,8 +352,8 @@ sed 's/"samples": [0-9]*/"samples": 2.5/' limited/manifest.json >damaged/manifes
 expect_refusal 3 "damaged/manifest.json: no sound setting 'samples'" "a count with a fraction" "$programs/evaluate" --run damaged
 nested=$(head -c 200000 /dev/zero | tr '\0' '[')$(head -c 200000 /dev/zero | tr '\0' ']')
 printf '{"options": {"x": %s}, "inputs": []}' "$nested" >damaged/manifest.json
-expect_refusal 3 'damaged/manifest.json:@80: JSON nested too deep' "evaluate with a manifest nested 200,000 deep" "$programs/evaluate" --run damaged
-expect_refusal 3 'damaged/manifest.json:@80: JSON nested too deep' "resume with it" "$camouflage" --resume --output damaged
+expect_refusal 3 'damaged/manifest.json:1:81: JSON nested too deep' "evaluate with a manifest nested 200,000 deep" "$programs/evaluate" --run damaged
+expect_refusal 3 'damaged/manifest.json:1:81: JSON nested too deep' "resume with it" "$camouflage" --resume --output damaged
 for foreign in 's/"program": "camouflage"/"program": "other"/' 's/"version": "[^"]*"/"version": "9.9.9"/'; do # N22
   sed "$foreign" limited/manifest.json >damaged/manifest.json
   expect_exit 4 "measuring the run of another program or version" "$programs/evaluate" --run damaged

@@ -23,6 +23,9 @@ awk -v a="$(confidence_of float.json)" -v b="$(confidence_of command.out)" 'BEGI
 expect_refusal 2 '--precision .*half' "an unknown precision" "$detect" --precision half "$frame"
 expect_refusal 3 'absent.png' "a missing picture" "$detect" absent.png
 expect_exit 2 "no picture" "$detect"
+mkdir copied && cp "$detect" copied && ln -s "$detect" linked
+expect_refusal 3 'detector.*; this copy of the program has no bundled files beside it: make a link' "a copied program" copied/detect "$frame"
+expect_exit 0 "a link to it" ./linked "$frame"
 expect_exit 2 "weights without cfg" "$detect" --weights "$assets/detector.weights" "$frame"
 head -c 5000 "$assets/detector.weights" >cut.weights
 expect_refusal 3 'cut.weights' "cut weights" "$detect" --cfg "$assets/detector.cfg" --weights cut.weights "$frame"

@@ -43,9 +43,9 @@ expect_exit 0 "two detections a picture" "$evaluate" --dataset yolo --most-detec
 grep -q ' van ' command.out && pass || fail "a class that has objects has no row"
 
 # What does not fit.
-expect_refusal 4 'coco.json:@[0-9]+: images\[0\].file_name is missing' "a picture that is missing" "$evaluate" --dataset coco.json
+expect_refusal 4 'coco.json:[0-9]+:[0-9]+: images\[0\].file_name is missing' "a picture that is missing" "$evaluate" --dataset coco.json
 head -c 200 coco.json >cut.json
-expect_refusal 3 'cut.json:@[0-9]+: not valid JSON' "a cut JSON" "$evaluate" --dataset cut.json --images yolo/images
+expect_refusal 3 'cut.json:[0-9]+:[0-9]+: not valid JSON; expected .*, found the end' "a cut JSON" "$evaluate" --dataset cut.json --images yolo/images
 expect_exit 2 "a folder for images where there is none" "$evaluate" --dataset yolo --images yolo
 expect_refusal 2 '^error: --clean-only has no part in --dataset' "a camouflage and a data set" "$evaluate" --dataset yolo --clean-only
 expect_exit 2 "no detections" "$evaluate" --dataset yolo --most-detections 0

@@ -176,7 +176,7 @@ expect_error_line '--noise-draws \(was 3, now 2\)'
 expect_refusal 2 '^error: --noise-draws takes 1 to 1000' "no draws" "$evaluate" "${photographs[@]:0:6}" --noise-draws 0
 expect_exit 2 "fewer draws than none" "$evaluate" "${photographs[@]:0:6}" --noise-draws -1
 expect_error_line "^error: --noise-draws: expected a whole number of at least 0, found '-1'"
-expect_refusal 2 '^error: --noise-draws needs --protocol' "draws without a protocol" "$evaluate" --clean-only --noise-draws 2
+expect_refusal 2 '^error: --noise-draws needs --protocol: digital measures the same frames, ' "draws without a protocol" "$evaluate" --clean-only --noise-draws 2
 
 expect_exit 0 "attention" "$evaluate" --protocol attention "${photographs[@]:2}" --controls matched --quick --output attention # of .onnx, see real_frames_test.sh
 [ "$(grep -c '^attention on the car' command.out)" -eq 2 ] && pass || fail "not a table for each detector"

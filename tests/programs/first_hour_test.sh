@@ -8,7 +8,7 @@ needs make_dataset convert_weights
 # indented PAGE: its commands, which stand indented by four; a backslash joins lines. `#` begins what a line says of itself.
 indented() { sed -n 's/^    //p' "$1" | sed -e ':a' -e '/\\$/N; s/\\\n *//; ta'; }
 # inline PAGE: commands within sentences.
-inline() { tr '\n' ' ' <"$1" | grep -oE '`(cmake --install|\.ci/packages|python3 -m venv|pip wheel)[^`]*`' | tr -d '`'; }
+inline() { tr '\n' ' ' <"$1" | grep -oE '`(cmake --install|\.ci/packages|/usr/bin/python3 -m venv|venv/bin/pip wheel)[^`]*`' | tr -d '`'; }
 # follow COMMAND: runs it as it is written, and for a page that says so in "the error", expects one.
 follow() { case $1 in *'# the error'*) expect_exit 4 "$1" bash -c "$1" ;; *) expect_exit 0 "$1" bash -c "$1" ;; esac; }
 # follow_readme: in a clone of the sources, which becomes an installation.
@@ -22,7 +22,6 @@ follow_readme() {
     case $command in
       tests/run.sh*) ;;  # runs this test
       'cmake --install'*) follow "DESTDIR=$PWD/../root $command" ;;
-      pip*) follow "venv/bin/$command" ;;
       *) follow "$command" ;;
     esac
   done <../commands
@@ -47,12 +46,12 @@ indented "$sources/docs/OWN_CAR.md" >commands
 [ "$(wc -l <commands)" -ge 13 ] && pass || fail "OWN_CAR has few commands: $(cat commands)"
 while IFS= read -r command; do
   case $command in
-    *' --protocol '*) $long || continue ;;
+    *' --protocol '* | *run-2*) $long || continue ;;
     *' theirs.png '*) cp run/texture.png theirs.png ;;
   esac
   follow "$command"
 done <commands
-for name in look.png boxes frames/preview.png run/report.html painted.glb panels.pdf; do
+for name in look.png boxes frames/preview.png run/report.html painted.{glb,png} printed.png panels.pdf; do
   [ -e "$name" ] && pass || fail "the page leads to no $name"
 done
 finish

@@ -77,6 +77,11 @@ expect_exit 0 "scaled" "${plain[@]}" --mesh centimetres.obj --scale 0.01 --outpu
 expect_exit 0 "resumed" "$programs/camouflage" --resume --output scaled
 expect_exit 7 "resumed at another scale" "$programs/camouflage" --resume --output scaled --scale 1
 expect_exit 0 "the car in metres" "${plain[@]}" --mesh "$assets/car_sedan.obj" --output unscaled
+# Without frames to optimise on, the next command measures.
+expect_exit 0 "held-out frames alone" "$make_dataset" --train 0 --test 1 --size 96 --output turn
+next=$(sed -n 's/^next: //p' command.out)
+[[ $next == 'evaluate --frames turn --run run    # '*'no frames to optimise on' ]] && pass || fail "next is: $next"
+PATH=$programs:$PATH expect_exit 0 "$next" bash -c "${next/--run run/--run unscaled}"
 grep -q '"scale": "0.01"' scaled/manifest.json && pass || fail "the manifest lacks the scale"
 grep -q '"scale"' unscaled/manifest.json && fail "the manifest names a scale that was not given" || pass
 awk -F , 'NR == FNR { best[$1] = $7; next } FNR > 1 && ($7 - best[$1]) ^ 2 > 0.01 ^ 2 { exit 1 } END { exit !(FNR > 5) }' \

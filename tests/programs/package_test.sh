@@ -36,6 +36,7 @@ expect_exit 0 "what is bundled" root/usr/bin/detect root/usr/share/tapestry/asse
 grep -q '^  car ' command.out && pass || fail "the packed detector finds no car"
 [ ! -d root/usr/lib/python3 ] || PYTHONPATH=root/usr/lib/python3/dist-packages expect_exit 0 "the Python package" /usr/bin/python3 -Bc \
   'import tapestry, importlib.metadata as m; assert tapestry.__version__ == m.version("tapestry") and tapestry.Adam'
+expect_exit 0 "links" cmake -DFOLDER=root/usr/share/doc/libtapestry-dev -P "$sources/tests/consumer/check_links.cmake"
 grep -rlF "$sources" root >paths && fail "these name the folder of the sources: $(cat paths)" || pass
 
 cat >main.cpp <<'END'

@@ -26,11 +26,15 @@ expect_exit 0 "the notebook" "$python" "$here/notebook_test.py" fca.ipynb
 [ "$(od -An -tx1 -N8 fca.png)" = " 89 50 4e 47 0d 0a 1a 0a" ] && pass || fail "the notebook ends without its picture"
 cd ..
 
-# README's lines run in the folder of the sources, which stands for a reader's clone.
+# README's lines run in the folder of the sources, which stands for a reader's clone; those of DETECTORS beside a detector.
 ln -s "$sources/examples" examples
-sed -n '/^```python$/,/^```$/p' "$sources/README.md" | grep -v '^```' >readme.py
-[ "$(wc -l <readme.py)" -ge 6 ] && pass || fail "README shows no Python"
-expect_exit 0 "README's lines" "$python" readme.py
+expect_exit 0 "a detector" "$programs/convert_weights" --cfg "$assets/detector.cfg" --weights "$assets/detector.weights" --output yolox_nano.onnx
+cp "$assets/detector.names" coco.names && cp "$assets/result.png" street.jpg
+for page in README.md docs/DETECTORS.md; do
+  sed -n '/^```python$/,/^```$/ { /^```$/q; /^```/d; p }' "$sources/$page" >page.py
+  [ "$(wc -l <page.py)" -ge 6 ] && pass || fail "$page shows no Python"
+  expect_exit 0 "the lines of $page" "$python" page.py
+done
 expect_file painted.png
 
 if "$python" -c 'import torch' 2>/dev/null; then

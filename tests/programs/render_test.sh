@@ -206,6 +206,10 @@ shows small.pdf '(5.6 x 5.6 cm, 1 sheet)'
 shows small.pdf '/MediaBox [ 0 0 612.000 792.000 ]'
 panels --mesh sheet.obj --panels long.pdf --length 2 --paper a0  # 199 / 81.1 columns, 199 / 114.1 rows
 grep -q '^long.pdf: 1 panel on 6 sheets after an index of 1 page$' command.out && pass || fail "panels: $(cat command.out)"
+# A part of 1 cm is left out, and named.
+{ cat sheet.obj && printf 'v 0 2 0\nv 0 2.01 0\nv 0 2.01 0.01\nv 0 2 0.01\nusemtl badge\nf 5/1 6/2 7/3 8/4\n'; } >badge.obj
+panels --mesh badge.obj --panels badge.pdf
+grep -q '^badge.pdf: 1 panel on .*, 1 smaller than 2 cm left out: 0.01 % of the paint in badge$' command.out && pass || fail "panels: $(cat command.out)"
 panels --material body --panels car.pdf --panel-scale 0.0556
 grep -q '^car.pdf: 5 panels on 6 sheets' command.out && pass || fail "panels of the car: $(cat command.out)"
 

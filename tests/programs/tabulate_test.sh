@@ -43,8 +43,8 @@ awk 'BEGIN { filled = 1 } /^\*\*/ { if (titles[$0]++) exit 1; filled = 1 } /^\|-
 # A row without a name has that of its folder; all that lacks is said at once.
 expect_exit 0 "rows without names" "$tabulate" --output unnamed measured-1 third-measured/
 grep -q '^third-measured,detector,adversarial,1,' unnamed/table.csv && pass || fail "the name of a row: $(cut -d, -f1 unnamed/table.csv)"
-expect_exit 2 "two runs" "$tabulate" run-1 third
-expect_error_line '^error: run-1 is a run that is not measured yet: evaluate --run run-1 --protocol views --output run-1-measured, and give that folder; third is .*; give --output'
+expect_exit 2 "runs" "$tabulate" row=run-1,run-2/ third
+expect_error_line '^error: run-1 is a run that is not measured yet: evaluate --run run-1 --protocol digital --output run-1-measured, and give that folder; run-2 is .* --output run-2-measured, .*; third is .*; give --output'
 # A measurement knows its run from any folder.
 mkdir away && (cd away && "$tabulate" --output ../from_away row=../measured-1,../measured-2 other=../third-measured >/dev/null) && pass || fail "from elsewhere"
 grep -q "\"name\": \"../run-1\"" from_away/table.json && pass || fail "the run is not found from elsewhere: $(grep -A 3 '"runs"' from_away/table.json)"

@@ -1,6 +1,7 @@
 #include <tapestry/io/file_source.hpp>
 
 #include "mesh_inputs.hpp"
+#include "program.hpp"
 
 namespace tapestry::shell {
 
@@ -15,6 +16,17 @@ std::string bundled_folder() {
   const bool is_installed =
       error ? status.type() != std::filesystem::file_type::not_found : is_directory(status);
   return (is_installed ? installed : (folder / TAPESTRY_ASSETS).lexically_normal()).string();
+}
+
+std::string line_of(const Error& error) {
+  const std::string message = error.what(), folder = bundled_folder();
+  std::error_code failure;
+  const bool lacks = message.starts_with(folder) && !std::filesystem::exists(io::path_of(folder), failure);
+  const char* const remedy =
+      "; this copy of the program has no bundled files beside it: make a link to the program instead, or "
+      "give "
+      "files of your own by options such as --mesh, --frames and --weights";
+  return for_terminal(message + (lacks ? remedy : ""));
 }
 
 }  // namespace tapestry::shell

@@ -49,7 +49,7 @@ inline void require_old_tensors(const io::RegularFile& file, std::uint64_t begin
     const auto [name, entry] = old_entry(config, block);
     const auto found = header.value.find(name);
     if (found == header.value.end() || *found != entry)
-      fail(found == header.value.end() ? "" : "@" + std::to_string(header.positions.at(name)),
+      fail(found == header.value.end() ? "" : header.positions.at(name),
            "tensor " + in_quotes(name) + " is not that of " + config.name, entry.dump(),
            found == header.value.end() ? "none" : printable(found->dump().substr(0, 200)));
   }

@@ -23,6 +23,9 @@ inline void flush_standard_output() {
     throw Error(ErrorKind::write, "cannot write to the standard output");
 }
 
+/// Message of an error as a line for the terminal; of a bundled file that lacks, with the remedy.
+std::string line_of(const Error& error);
+
 /// One line a warning on the error stream.
 inline void print_warnings(const std::vector<std::string>& warnings) {
   for (const auto& warning : warnings) std::cerr << "warning: " << for_terminal(warning) << '\n';
@@ -52,7 +55,7 @@ int run_program(CLI::App& app, int argc, char** argv, Body body) {
     tell_process_cost(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     return code;
   } catch (const Error& error) {
-    return fail(for_terminal(error.what()), static_cast<int>(error.kind()));
+    return fail(line_of(error), static_cast<int>(error.kind()));
   } catch (const std::bad_alloc&) {
     return fail("out of memory", static_cast<int>(ErrorKind::limit));
   } catch (const std::filesystem::filesystem_error& error) {

@@ -20,6 +20,16 @@ void make_writable_folder(const std::string& folder) {
   require_writable_folder(folder);
 }
 
+void require_makeable_folder(const std::string& folder) {
+  auto there = io::path_of(folder);
+  while (!there.empty() && !is_there(there.string(), ErrorKind::write)) there = there.parent_path();
+  try {
+    require_writable_folder(there.empty() ? "." : there.string());
+  } catch (const FileError& error) {
+    throw FileError(error.kind(), {folder, "", "cannot create the folder: " + error.details().what});
+  }
+}
+
 namespace {
 const std::string& made_writable(const std::string& folder) {
   make_writable_folder(folder);

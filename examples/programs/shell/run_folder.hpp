@@ -14,6 +14,9 @@ void write_text(const std::string& path, const std::string& text);
 /// into it.
 void make_writable_folder(const std::string& folder);
 
+/// Checks that make_writable_folder() would succeed, and leaves nothing behind.
+void require_makeable_folder(const std::string& folder);
+
 /// The folder of a run, claimed for this process. A folder made for the run is removed again if the run ends
 /// before it writes anything.
 class RunFolder {

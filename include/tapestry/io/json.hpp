@@ -15,8 +15,8 @@ inline constexpr std::size_t largest_member_count = std::size_t(1) << 17U;  ///<
 /// A JSON text that was read.
 struct JsonText {
   nlohmann::json value{};
-  std::map<std::string, std::uint64_t> positions{};  ///< byte of the file where a member of the outermost
-                                                     ///< object has its value
+  std::map<std::string, std::string> positions{};  ///< of the values of the outermost object's members, as
+                                                   ///< messages state them
 };
 
 /// Reads a JSON text from an untrusted file. Beside what nlohmann's parser refuses by RFC 8259, it refuses
@@ -25,10 +25,10 @@ struct JsonText {
 ///
 /// \param text     the whole text
 /// \param path     the file's name, for messages
-/// \param offset   byte of the file where the text begins
+/// \param offset   byte where the text begins within another file; 0: it is a file of its own
 /// \param deepest largest number of arrays and objects within each other
-/// \throws FileError  malformed, with the byte where the faulty token begins or goes wrong; limit above
-///                  131,072 members of an object
+/// \throws FileError  malformed, where the faulty token begins or goes wrong: "line:column" of a file of its
+///                  own, else "@byte"; limit above 131,072 members of an object
 [[nodiscard]] JsonText read_json(std::string_view text, const std::string& path, std::uint64_t offset = 0,
                                  std::size_t deepest = 64);
 

@@ -146,20 +146,20 @@ TEST_CASE("COCO's instances are read in order of their ids", "[io][dataset]") {
                     contains("another size than its labels state; expected 40x30, found 30x40"));
 }
 
-TEST_CASE("N26: COCO files that make no sense are refused with the entry and the byte", "[io][dataset]") {
+TEST_CASE("N26: COCO files that make no sense are refused with the entry and the place", "[io][dataset]") {
   const TemporaryFolder folder;
   folder.write("a.png", "");
   const auto with = [](const std::string& annotations) { return coco(a_picture, annotations, cats); };
-  const std::string images = "@23", labels = "@100";
+  const std::string images = "1:24", labels = "1:101";
   const std::string box = "[1, 2, 3, 4]",
                     extent = "annotations[0].bbox makes no sense; expected a number from 0";
   check_bad_files(
-      {{"cut", with("").substr(0, 120), malformed, "@120", "not valid JSON"},
-       {"deep", std::string(70, '[') + std::string(70, ']'), malformed, "@64", "nested too deep"},
+      {{"cut", with("").substr(0, 120), malformed, "1:121", "not valid JSON"},
+       {"deep", std::string(70, '[') + std::string(70, ']'), malformed, "1:65", "nested too deep"},
        {"no object", "[]", malformed, "", "expected a JSON object, found array"},
        {"results", R"({"images": []})", malformed, "", "annotations and categories, found no categories"},
-       {"no list", R"({"categories": 3})", malformed, "@15", "categories makes no sense; expected a list"},
-       {"no entry", R"({"categories": [3]})", malformed, "@15", "categories[0] makes no sense"},
+       {"no list", R"({"categories": 3})", malformed, "1:16", "categories makes no sense; expected a list"},
+       {"no entry", R"({"categories": [3]})", malformed, "1:16", "categories[0] makes no sense"},
        {"no pictures", coco("", "", cats), mismatch, "", "no pictures"},
        {"missing picture", coco(R"({"id": 1, "file_name": "no.png", "width": 4, "height": 3})", "", cats),
         mismatch, images, "images[0].file_name is missing; expected " + folder.path("no.png")},
@@ -188,17 +188,17 @@ TEST_CASE("N26: COCO files that make no sense are refused with the entry and the
         "annotations[0].bbox makes no sense; expected [x, y, width, height], found 'array'"},
        {"negative extent", with(annotation("1", "[1, 2, -3, 4]")), malformed, labels, extent},
        {"text", with(annotation("1", R"([1, 2, "3", 4])")), malformed, labels, extent},
-       {"NaN", with(annotation("1", "[1, 2, NaN, 4]")), malformed, "@159", "not valid JSON"},
-       {"too large", with(annotation("1", "[1, 2, 1e999, 4]")), malformed, "@159", "not valid JSON"},
+       {"NaN", with(annotation("1", "[1, 2, NaN, 4]")), malformed, "1:160", "not valid JSON"},
+       {"too large", with(annotation("1", "[1, 2, 1e999, 4]")), malformed, "1:160", "not valid JSON"},
        {"crowd", with(annotation("1", box, R"(, "iscrowd": 2)")), malformed, labels,
         "annotations[0].iscrowd"},
        {"unknown picture", with(R"({"id": 1, "image_id": 8, "category_id": 3, "bbox": [1, 2, 3, 4]})"),
         mismatch, labels, "annotations[0].image_id is unknown; expected an id of images, found 8"},
        {"unknown class", with(R"({"id": 1, "image_id": 7, "category_id": 2, "bbox": [1, 2, 3, 4]})"),
         mismatch, labels, "annotations[0].category_id is unknown"},
-       {"one name", R"({"categories": [{"id": 1, "name": "a"}, {"id": 2, "name": "a"}]})", malformed, "@15",
+       {"one name", R"({"categories": [{"id": 1, "name": "a"}, {"id": 2, "name": "a"}]})", malformed, "1:16",
         "categories[1].name is given twice; expected a name of its own, found 'a', that of id 1"},
-       {"negative id", R"({"categories": [{"id": -1, "name": "a"}]})", malformed, "@15",
+       {"negative id", R"({"categories": [{"id": -1, "name": "a"}]})", malformed, "1:16",
         "categories[0].id makes no sense"}},
       "a.json", [&](const std::string& text) { (void)evaluate::parse_coco(text, "a.json", folder.path()); });
 }

@@ -48,7 +48,7 @@ inline void require_protocol_options(const CLI::App& app, const ProtocolSettings
   };
   if (s.protocol.empty())
     refuse({"--controls", "--noise-draws", "--background", "--quick", "--further-weights", "--heat-map-kind"},
-           " needs --protocol");
+           " needs --protocol: digital measures the same frames, views the car alone, attention heat maps");
   else
     refuse({"--scenes", "--sweep", "--conditions", "--draws", "--against", "--pictures"},
            " has no part in --protocol");

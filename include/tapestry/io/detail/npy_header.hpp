@@ -74,11 +74,7 @@ class NpyHeaderText {
  private:
   [[noreturn]] void fail(const std::string& what, const std::string& expected, const std::string& found,
                          ErrorKind kind = ErrorKind::malformed) const {
-    throw FileError(kind, {.path = origin_,
-                           .position = "@" + std::to_string(offset_ + at_),
-                           .what = what,
-                           .expected = expected,
-                           .found = found});
+    throw FileError(kind, {origin_, "@" + std::to_string(offset_ + at_), what, expected, found});
   }
 
   /// The next character that is not a blank, '\0' at the end.
@@ -180,11 +176,7 @@ class NpyHeaderText {
   constexpr std::string_view magic = "\x93NUMPY";
   const auto fail = [&](std::size_t at, const char* what, const std::string& expected,
                         const std::string& found) {
-    throw FileError(ErrorKind::malformed, {.path = origin,
-                                           .position = "@" + std::to_string(at),
-                                           .what = what,
-                                           .expected = expected,
-                                           .found = found});
+    throw FileError(ErrorKind::malformed, {origin, "@" + std::to_string(at), what, expected, found});
   };
   const auto byte = [&](std::size_t at) { return std::size_t{static_cast<unsigned char>(text[at])}; };
   if (!text.starts_with(magic)) fail(0, "not an .npy array", "the magic \\x93NUMPY", "other bytes");

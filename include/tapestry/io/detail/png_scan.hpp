@@ -79,11 +79,7 @@ class PngScan {
  private:
   [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
                          const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const {
-    throw FileError(kind, {.path = path_,
-                           .position = "@" + std::to_string(at),
-                           .what = what,
-                           .expected = expected,
-                           .found = found});
+    throw FileError(kind, {path_, "@" + std::to_string(at), what, expected, found});
   }
 
   [[nodiscard]] bool can_lack_end() const { return warnings_ != nullptr && !pieces_.empty(); }

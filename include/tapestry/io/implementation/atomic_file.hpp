@@ -131,9 +131,8 @@ void RunLock::release() noexcept {
 RunLock::RunLock(std::string lock_path, const std::string& claimed, const char* kind)
     : path_(std::move(lock_path)) {
   const auto fail = [&](const char* action, int reason) {
-    throw FileError(
-        ErrorKind::write,
-        {.path = claimed, .what = std::string("cannot ") + action + " its lock: " + std::strerror(reason)});
+    throw FileError(ErrorKind::write,
+                    {claimed, "", std::string("cannot ") + action + " its lock: " + std::strerror(reason)});
   };
   for (int attempt = 0; !file_.is_open(); ++attempt) {
     if (const int reason = file_.open(path_, platform::Access::share); reason != 0) fail("create", reason);
@@ -143,8 +142,7 @@ RunLock::RunLock(std::string lock_path, const std::string& claimed, const char* 
     const std::string owner = text();
     file_.close();
     if (reason == EWOULDBLOCK)
-      throw FileError(ErrorKind::in_use,
-                      {.path = claimed, .what = std::string(kind) + " is in use by " + owner});
+      throw FileError(ErrorKind::in_use, {claimed, "", std::string(kind) + " is in use by " + owner});
     if (reason != 0) fail("take", reason);
   }
   write_owner();

@@ -10,17 +10,16 @@ namespace tapestry::io::detail {
 class DescribedObject {
  public:
   /// \param name       its key, for messages; empty for the outermost
-  /// \param positions  bytes where members begin; members of an inner object have the byte of that object
+  /// \param positions  places where members begin; members of an inner object have the place of that object
   DescribedObject(const nlohmann::json& value, const std::string& path, std::string name,
-                  std::map<std::string, std::uint64_t> positions)
+                  std::map<std::string, std::string> positions)
       : value_(value), path_(path), name_(std::move(name)), positions_(std::move(positions)) {}
 
   [[noreturn]] void fail(const std::string& key, const std::string& what, const std::string& expected,
                          const std::string& found) const {
     const auto at = positions_.find(name_.empty() ? key : name_);
-    throw FileError(
-        ErrorKind::malformed,
-        {path_, at == positions_.end() ? "" : "@" + std::to_string(at->second), what, expected, found});
+    throw FileError(ErrorKind::malformed,
+                    {path_, at == positions_.end() ? "" : at->second, what, expected, found});
   }
 
   /// Refuses other members.
@@ -70,7 +69,7 @@ class DescribedObject {
   const nlohmann::json& value_;
   const std::string& path_;
   std::string name_;
-  std::map<std::string, std::uint64_t> positions_;
+  std::map<std::string, std::string> positions_;
 };
 
 template <std::size_t Count>

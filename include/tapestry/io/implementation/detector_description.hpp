@@ -164,7 +164,7 @@ inline void read_outputs(const DescribedObject& outputs, detect::DecodedOutputs&
 }
 
 inline void read_decoded(const DescribedObject& outermost, const std::string& path,
-                         const std::map<std::string, std::uint64_t>& positions,
+                         const std::map<std::string, std::string>& positions,
                          detect::DetectorDescription& description) {
   if (!outermost.has("outputs")) outermost.fail("outputs", "no 'outputs'", "an object", "");
   const auto& outputs = outermost.member("outputs");

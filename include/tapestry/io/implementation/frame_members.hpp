@@ -11,7 +11,7 @@ void require_finite(const std::array<double, N>& values, const std::string& path
   for (const double value : values) {
     if (!std::isfinite(value))
       throw FileError(ErrorKind::mismatch,
-                      {.path = path, .what = std::string(member) + " holds a value that is not finite"});
+                      {path, "", std::string(member) + " holds a value that is not finite"});
   }
 }
 
@@ -24,18 +24,15 @@ class JsonMembers {
   explicit JsonMembers(std::string path) : path_(std::move(path)) {
     const auto json = read_json(read_text_file(path_, std::uint64_t(1) << 20U), path_).value;
     if (!json.is_object() || json.value("format", nlohmann::json()) != frame_format)
-      throw FileError(ErrorKind::malformed,
-                      {.path = path_,
-                       .what = "is not the JSON of a frame",
-                       .expected = std::string("a member format, \"") + frame_format + "\""});
+      throw FileError(ErrorKind::malformed, {path_, "", "is not the JSON of a frame",
+                                             std::string("a member format, \"") + frame_format + "\""});
     constexpr std::array known{"camera_fov", "camera_matrix", "cam_trans", "label", "light", "veh_trans"};
     for (const auto& [name, value] : json.items()) {
       if (name == "format") continue;
       if (std::ranges::find(known, name) == known.end())
-        throw FileError(ErrorKind::mismatch, {.path = path_,
-                                              .what = "unknown member '" + printable(name) + "'",
-                                              .expected = "camera_matrix and camera_fov, or veh_trans and "
-                                                          "cam_trans; light and label"});
+        throw FileError(ErrorKind::mismatch, {path_, "", "unknown member '" + printable(name) + "'",
+                                              "camera_matrix and camera_fov, or veh_trans and "
+                                              "cam_trans; light and label"});
       add(name, value);
     }
   }
@@ -48,18 +45,15 @@ class JsonMembers {
     if (const auto found = arrays_.find(name); found != arrays_.end()) return found->second;
     std::string names;
     for (const auto& [other, array] : arrays_) names += (names.empty() ? "" : ", ") + other;
-    throw FileError(ErrorKind::mismatch, {.path = path_,
-                                          .what = "member '" + name + "' is missing",
-                                          .expected = name,
-                                          .found = names.empty() ? "none" : names});
+    throw FileError(ErrorKind::mismatch,
+                    {path_, "", "member '" + name + "' is missing", name, names.empty() ? "none" : names});
   }
 
  private:
   /// Adds a list of numbers, or a list of equally long ones.
   void add(const std::string& name, const nlohmann::json& value) {
     const auto fail = [&] {
-      throw FileError(ErrorKind::mismatch,
-                      {.path = path_, .what = "member '" + name + "' is no list of numbers"});
+      throw FileError(ErrorKind::mismatch, {path_, "", "member '" + name + "' is no list of numbers"});
     };
     NpyArray array{path_ + ":" + name, {value.size()}, DType::f8, {}};
     const auto append = [&](const nlohmann::json& list) {
@@ -93,10 +87,9 @@ std::array<double, N> numbers(const Members& file, const char* member,
                               const std::vector<std::size_t>& shape) {
   const NpyArray& array = file.get(member);
   if (array.shape != shape)
-    throw FileError(ErrorKind::mismatch, {.path = file.path(),
-                                          .what = "member '" + std::string(member) + "' has another shape",
-                                          .expected = shape_text(shape),
-                                          .found = shape_text(array.shape)});
+    throw FileError(ErrorKind::mismatch,
+                    {file.path(), "", "member '" + std::string(member) + "' has another shape",
+                     shape_text(shape), shape_text(array.shape)});
   const auto values = array.as<double>();
   std::array<double, N> result{};
   std::copy(values.begin(), values.end(), result.begin());
@@ -120,10 +113,8 @@ inline void check_pose(const geometry::CarlaPose& pose, Frame& frame) {
   const auto& offset = pose.camera_translation;
   const double distance = hypot(offset[0], offset[1], offset[2]);
   if (!(distance > 1e-6))
-    throw FileError(ErrorKind::mismatch, {.path = frame.name,
-                                          .what = "camera lies in the vehicle's origin",
-                                          .expected = "cam_trans row 0 as an offset in metres",
-                                          .found = "distance 0"});
+    throw FileError(ErrorKind::mismatch, {frame.name, "", "camera lies in the vehicle's origin",
+                                          "cam_trans row 0 as an offset in metres", "distance 0"});
   const auto text = [](double value) { return std::to_string(value); };
   if (distance < 2.5)
     frame.warnings.push_back("camera is " + text(distance) + " m from the vehicle's origin, maybe inside it");
@@ -153,7 +144,7 @@ geometry::Camera read_camera(const Members& file) {
   const auto matrix = numbers<12>(file, "camera_matrix", {3, 4});
   const auto fov = numbers<2>(file, "camera_fov", {2});
   const auto fail = [&](const char* what, const char* expected) {
-    throw FileError(ErrorKind::mismatch, {.path = file.path(), .what = what, .expected = expected});
+    throw FileError(ErrorKind::mismatch, {file.path(), "", what, expected});
   };
   if (!(fov[0] > 0 && fov[1] > 0)) fail("member 'camera_fov' is no field of view", "two positive tangents");
   geometry::Camera camera;
@@ -184,7 +175,7 @@ raster::Light read_light(const Members& file) {
   const auto light = numbers<8>(file, "light", {8});
   const std::array<double, 3> direction{light[2], light[3], light[4]};
   const auto fail = [&](const char* what, const char* expected) {
-    throw FileError(ErrorKind::mismatch, {.path = file.path(), .what = what, .expected = expected});
+    throw FileError(ErrorKind::mismatch, {file.path(), "", what, expected});
   };
   if (!(geometry::length(geometry::normalised(direction)) > 0.5))
     fail("member 'light' has no direction", "a vector with a length at its numbers 3 to 5");
@@ -197,10 +188,8 @@ inline Array<std::uint8_t, 2> read_mask(const NpzFile& file, std::size_t height,
   auto mask = file.array<std::uint8_t, 2>("mask");
   const std::array<std::size_t, 2> picture{height, width};
   if (mask.shape() != picture)
-    throw FileError(ErrorKind::mismatch, {.path = file.path(),
-                                          .what = "member 'mask' has another size than the picture",
-                                          .expected = shape_text(picture),
-                                          .found = shape_text(file.get("mask").shape)});
+    throw FileError(ErrorKind::mismatch, {file.path(), "", "member 'mask' has another size than the picture",
+                                          shape_text(picture), shape_text(file.get("mask").shape)});
   return mask;
 }
 
@@ -211,9 +200,8 @@ Label read_label(const Members& file, std::size_t height, std::size_t width) {
   const auto inside = [](double share) { return share >= 0 && share <= 1; };
   if (!(label[0] >= 0 && label[0] <= 65535 && label[0] == std::floor(label[0]) && inside(label[1]) &&
         inside(label[2]) && label[3] > 0 && label[4] > 0 && inside(label[3]) && inside(label[4]))) {
-    throw FileError(ErrorKind::mismatch, {.path = file.path(),
-                                          .what = "member 'label' is no box of the picture",
-                                          .expected = "class, cx, cy, w, h in shares of the picture"});
+    throw FileError(ErrorKind::mismatch, {file.path(), "", "member 'label' is no box of the picture",
+                                          "class, cx, cy, w, h in shares of the picture"});
   }
   const auto rows = static_cast<double>(height), columns = static_cast<double>(width);
   return {static_cast<std::size_t>(label[0]),

@@ -70,7 +70,7 @@ class GlbBuilder {
     json.resize((json.size() + 3) / 4 * 4, ' ');
     const std::uint64_t length = 28 + std::uint64_t{json.size()} + buffer_.size();
     if (length > std::numeric_limits<std::uint32_t>::max())
-      throw FileError(ErrorKind::limit, {.path = path, .what = "mesh is too large for a .glb of 4 GiB"});
+      throw FileError(ErrorKind::limit, {path, "", "mesh is too large for a .glb of 4 GiB"});
     std::string file = "glTF";
     append_word(file, 2);
     append_word(file, static_cast<std::uint32_t>(length));

@@ -11,8 +11,7 @@ namespace tapestry::io {
 namespace detail {
 
 inline void require_decoded(bool is_decoded, const std::string& path) {
-  if (!is_decoded)
-    throw FileError(ErrorKind::malformed, {.path = path, .what = "PNG picture data cannot be decoded"});
+  if (!is_decoded) throw FileError(ErrorKind::malformed, {path, "", "PNG picture data cannot be decoded"});
 }
 
 template <std::floating_point T>
@@ -36,8 +35,7 @@ inline void require_writable_size(const std::string& path, std::size_t height, s
 }
 
 inline std::string require_encoded(const std::string& path, std::string file) {
-  if (file.empty())
-    throw FileError(ErrorKind::limit, {.path = path, .what = "picture is too large to encode"});
+  if (file.empty()) throw FileError(ErrorKind::limit, {path, "", "picture is too large to encode"});
   return file;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <set>
 #include <tapestry/core/in_quotes.hpp>
@@ -56,19 +57,51 @@ class JsonReader {
   }
 
  private:
-  [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
-                         const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const {
-    throw FileError(kind, {path_, "@" + std::to_string(offset_ + at), what, expected, found});
+  /// Line and column of a byte, both from 1 and the column in characters; within another file, its byte.
+  /// Counts on from the byte of the call before, which lies no further on.
+  std::string place(std::size_t at) {
+    if (offset_ != 0) return "@" + std::to_string(offset_ + at);
+    for (; counted_ < at; ++counted_) {
+      if (text_[counted_] == '\n') ++line_, column_ = 0;
+      if ((static_cast<unsigned char>(text_[counted_]) & 0xC0U) != 0x80U)
+        ++column_;  // a character's first byte
+    }
+    return std::to_string(line_) + ":" + std::to_string(column_);
   }
 
-  /// \param message  nlohmann's: [...] parse error at line 1, column 9: syntax error ...
-  [[noreturn]] void refuse(std::size_t at, std::string_view message) const {
-    const std::size_t place = message.find(": ");
-    const auto what = message.substr(place == message.npos ? message.find("] ") + 2 : place + 2);
-    fail(at,
-         "not valid JSON: " +
-             std::string(what.substr(0, std::min<std::size_t>(what.find("; last read"), 120))),
-         "", at == text_.size() ? "the end" : in_quotes(text_.substr(at, 20)));
+  [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
+                         const std::string& found = "", ErrorKind kind = ErrorKind::malformed) {
+    throw FileError(kind, {path_, place(at), what, expected, found});
+  }
+
+  /// The expectation that nlohmann's message implies.
+  /// \param message  [...] parse error at line 1, column 9: syntax error while parsing object key - ...
+  static std::string expected_by(std::string_view message) {
+    if (message.ends_with("end of input")) return "the end";
+    constexpr std::array<std::pair<std::string_view, const char*>, 13> words{
+        {{"closing quote", "a closing quote"},
+         {"must be escaped", "an escape for a control character, such as \\n"},
+         {"after backslash", "one of \" \\ / b f n r t u behind the backslash"},
+         {"hex digits", "four hexadecimal digits behind \\u"},
+         {"surrogate", "\\u of both halves of a surrogate pair"},
+         {"UTF-8", "UTF-8"},
+         {"invalid number", "a number such as -1.5e3"},
+         {"number overflow", "a number of at most 1.79e308"},
+         {"object key", "a key in double quotes"},
+         {"object separator", "':' behind the key"},
+         {"parsing object", "',' or '}'"},
+         {"parsing array", "',' or ']'"},
+         {"", "a value"}}};
+    const auto own = message.substr(0, message.find("; last read"));  // without the file's text
+    const auto fits = [&](const auto& row) { return own.find(row.first) != own.npos; };
+    return std::ranges::find_if(words, fits)->second;
+  }
+
+  [[noreturn]] void refuse(std::size_t at, std::string_view message) {
+    if (message.find("invalid literal") != message.npos || message.find("invalid number") != message.npos)
+      while (at > token_end_ && std::string_view(" \t\r\n,:[]{}").find(text_[at - 1]) == message.npos) --at;
+    fail(at, "not valid JSON", expected_by(message),
+         at == text_.size() ? "the end" : in_quotes(text_.substr(at, 20)));
   }
 
   bool take(nlohmann::json::parse_event_t event, const nlohmann::json& parsed) {
@@ -103,7 +136,7 @@ class JsonReader {
 
   std::size_t begin_value(std::size_t ahead) {
     const std::size_t begin = next_token(ahead);
-    if (keys_.size() == 1 && !keys_[0].empty()) positions_.emplace(member_, offset_ + begin);
+    if (keys_.size() == 1 && !keys_[0].empty()) positions_.emplace(member_, place(begin));
     return begin;
   }
   void open() {
@@ -122,9 +155,10 @@ class JsonReader {
   std::uint64_t offset_;
   std::size_t deepest_;
   std::size_t read_ = 0, token_end_ = 0;
-  std::vector<std::set<std::string>> keys_;  ///< one for each open object, empty for an open array
+  std::size_t counted_ = 0, line_ = 1, column_ = 1;  ///< of place()
+  std::vector<std::set<std::string>> keys_;          ///< one for each open object, empty for an open array
   std::string member_;
-  std::map<std::string, std::uint64_t> positions_;
+  std::map<std::string, std::string> positions_;
 };
 }  // namespace detail
 

@@ -39,11 +39,9 @@ NpyArray parse_npy(std::string_view file, const std::string& origin) {
   const std::size_t needed = header.element_count * item;
   if (file.size() - header.size != needed)
     throw FileError(ErrorKind::malformed,
-                    {.path = origin,
-                     .position = "@" + std::to_string(header.size),
-                     .what = "payload does not have the size of shape " + shape_text(header.shape),
-                     .expected = std::to_string(needed) + " bytes",
-                     .found = std::to_string(file.size() - header.size)});
+                    {origin, "@" + std::to_string(header.size),
+                     "payload does not have the size of shape " + shape_text(header.shape),
+                     std::to_string(needed) + " bytes", std::to_string(file.size() - header.size)});
   NpyArray array{origin, header.shape, header.type, {}};
   array.bytes.resize(needed);
   if (needed > 0) std::memcpy(array.bytes.data(), file.data() + header.size, needed);
@@ -74,10 +72,8 @@ const NpyArray& NpzFile::get(std::string_view name) const {
   if (array != nullptr) return *array;
   std::string list;
   for (const auto& other : names_) list += (list.empty() ? "" : ", ") + other;
-  throw FileError(ErrorKind::mismatch, {.path = path_,
-                                        .what = "member '" + std::string(name) + "' is missing",
-                                        .expected = std::string(name),
-                                        .found = list.empty() ? "no arrays" : list});
+  throw FileError(ErrorKind::mismatch, {path_, "", "member '" + std::string(name) + "' is missing",
+                                        std::string(name), list.empty() ? "no arrays" : list});
 }
 
 const NpyArray* NpzFile::find(std::string_view name) const {

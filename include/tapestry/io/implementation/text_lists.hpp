@@ -60,11 +60,7 @@ std::string_view TextLines::rest_of_line() const {
 
 void TextLines::fail_at(std::size_t line, const std::string& what, const std::string& expected,
                         const std::string& found, ErrorKind kind) const {
-  throw FileError(kind, {.path = path_,
-                         .position = line == 0 ? std::string() : std::to_string(line),
-                         .what = what,
-                         .expected = expected,
-                         .found = found});
+  throw FileError(kind, {path_, line == 0 ? std::string() : std::to_string(line), what, expected, found});
 }
 
 bool TextLines::next_piece() {

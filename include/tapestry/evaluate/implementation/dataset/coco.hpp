@@ -96,7 +96,7 @@ class CocoReader {
       throw FileError(ErrorKind::malformed,
                       {path_, "", "not a COCO data set of instances",
                        "lists images, annotations and categories", std::string("no ") + list});
-    const std::string position = "@" + std::to_string(json_.positions.at(list));
+    const std::string& position = json_.positions.at(list);
     if (!found->is_array())
       throw FileError(ErrorKind::malformed,
                       {path_, position, std::string(list) + " makes no sense", "a list", found->type_name()});

@@ -1,0 +1,22 @@
+# cmake -DFOLDER=<folder> -P check_links.cmake: every relative link of the pages in a folder leads to what is in that folder.
+cmake_minimum_required(VERSION 3.22)
+file(GLOB_RECURSE pages ${FOLDER}/*.md)
+set(count 0)
+set(missing)
+foreach(page IN LISTS pages)
+  file(READ ${page} text)
+  string(REPLACE "](" "link(" text "${text}")  # for a bracket in a list hides what separates its items
+  string(REGEX MATCHALL "link\\([^]()[:; ]+\\)" links "${text}")
+  cmake_path(GET page PARENT_PATH folder)
+  foreach(link IN LISTS links)
+    string(REGEX REPLACE "^link\\(<?|(#[^)]*)?>?\\)$" "" link "${link}")
+    math(EXPR count "${count} + 1")
+    if(NOT EXISTS ${folder}/${link})  # an empty one leads to the page itself
+      list(APPEND missing "${page} links to ${link}")
+    endif()
+  endforeach()
+endforeach()
+list(JOIN missing "\n" missing)
+if(missing OR count LESS 50)
+  message(FATAL_ERROR "found ${count} links, expected at least 50, all to files of the installation:\n${missing}")
+endif()
