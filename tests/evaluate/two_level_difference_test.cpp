@@ -126,29 +126,21 @@ TEST_CASE("a two-level interval does not depend on the order of draws", "[evalua
     CHECK(other.interval[end] == Approx(found.interval[end]).epsilon(1e-13));
 }
 
-TEST_CASE("a two-level interval follows from its seed", "[evaluate][two_level]") {
-  const auto differences = simulated(3, 20, 1, Random(4));
-  const auto interval = [&](std::uint64_t seed) {
-    return evaluate::two_level_difference(differences, {500, seed}).interval;
-  };
-  CHECK(interval(1) == interval(1));
-  CHECK(interval(1) != interval(2));
-}
-
-TEST_CASE("a two-level interval shifts and scales with the differences", "[evaluate][two_level]") {
+TEST_CASE("a two-level interval follows from its seed, and shifts and scales with the differences",
+          "[evaluate][two_level]") {
   const auto differences = simulated(3, 20, 1, Random(5));
-  const Array<double, 2> moved = 4 * differences - 1;
-  const auto found = evaluate::two_level_difference(differences);
-  const auto other = evaluate::two_level_difference(moved);
-  for (const std::size_t end : {0U, 1U})
-    CHECK(other.interval[end] == Approx(4 * found.interval[end] - 1).epsilon(1e-12));
+  const auto interval = [](const Array<double, 2>& of, std::uint64_t seed) {
+    return evaluate::two_level_difference(of, {500, seed}).interval;
+  };
+  const auto found = interval(differences, 1), other = interval(4 * differences - 1, 1);
+  CHECK(interval(differences, 1) == found);
+  CHECK(interval(differences, 2) != found);
+  for (const std::size_t end : {0U, 1U}) CHECK(other[end] == Approx(4 * found[end] - 1).epsilon(1e-12));
 }
 
 TEST_CASE("two-level differences that are all the same have an interval without width",
           "[evaluate][two_level]") {
-  Array<double, 2> differences({3, 7});
-  differences.fill(0.1);
-  const auto found = evaluate::two_level_difference(differences);
+  const auto found = evaluate::two_level_difference(Array<double, 2>({3, 7}, 0.1));
   CHECK(found.mean == Approx(0.1));
   CHECK(found.interval == std::array{found.mean, found.mean});
 }

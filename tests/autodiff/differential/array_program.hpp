@@ -132,9 +132,7 @@ class ArrayProgram {
 
   void try_instruction(std::mt19937_64& random, std::vector<Registers>& places) {
     const std::size_t arrays = places.front().arrays.size(), scalars = places.front().scalars.size();
-    const auto late = [&](std::size_t count) -> std::size_t {
-      return random() % 2 == 0 ? count - 1 : random() % count;
-    };
+    const auto late = [&](std::size_t n) { return random() % 2 == 0 ? n - 1 : std::size_t(random() % n); };
     Instruction next{random() % 4 == 0, 0, late(arrays), late(arrays), late(scalars)};
     next.operation =
         random() % (next.is_reduction ? array_steps::reductions().size() : array_steps::all().size());
