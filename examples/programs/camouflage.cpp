@@ -88,8 +88,9 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
       resume_line(app, program, options, settings_json(options));
   return CamouflageRun(std::move(options), std::move(inputs), resume).execute();
 }
+}  // namespace
 
-int camouflage_main(int argc, char** argv) {
+int main(int argc, char** argv) {
   keep_freed_memory();
   CamouflageOptions options;
   auto app = command_line(
@@ -103,6 +104,3 @@ int camouflage_main(int argc, char** argv) {
       "  camouflage --config settings.toml --check");
   return run_program(app, argc, argv, [&] { return run(app, argv[0], options); });
 }
-}  // namespace
-
-int main(int argc, char** argv) { return camouflage_main(argc, argv); }

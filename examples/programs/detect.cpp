@@ -109,17 +109,6 @@ void require_own_names(const std::string& folder, const std::vector<std::string>
   }
 }
 
-/// \throws Error (usage) if the sheet is no PNG, or is one of the pictures
-void require_sound_sheet(const std::string& sheet, const std::vector<std::string>& pictures) {
-  if (sheet.empty()) return;
-  if (!sheet.ends_with(".png")) throw Error(ErrorKind::usage, "--sheet takes a name that ends with .png");
-  for (const auto& picture : pictures) {
-    std::error_code absent;
-    if (std::filesystem::equivalent(io::path_of(sheet), io::path_of(picture), absent))
-      throw Error(ErrorKind::usage, "--sheet: " + sheet + " is one of the pictures; give another name");
-  }
-}
-
 /// Detects in pictures, some at a time, and goes on after one that cannot be read or detected in.
 class Detection {
  public:
@@ -243,7 +232,10 @@ int run(const CLI::App& app, Options& options) {
       settings, warnings, options.heat_map.empty() ? std::vector<std::string>{} : std::vector{options.layer});
   print_warnings(warnings);
   const auto pictures = pictures_named(options.images);
-  require_sound_sheet(options.sheet, pictures);
+  problems.require(options.sheet.empty() || options.sheet.ends_with(".png"),
+                   "--sheet takes a name that ends with .png");
+  problems.require_kept("--sheet", options.sheet, pictures);
+  problems.throw_first();
   const auto claim_of_sheet = claimed_files({options.sheet});
   std::list<RunFolder> claims;  // two processes in one folder would mix their copies
   for (const auto& [folder, ending] :

@@ -435,7 +435,7 @@ int run(const CLI::App& app, Options& options) {
   ledger.leave_out(options.output);
   if (!options.camouflage.run.empty()) adopt_run(app, options);
   if (!options.camouflage.picture.empty() && options.scene.texels == 0)
-    options.scene.texels = rows_for_picture(options.camouflage.picture);
+    options.scene.texels = std::min<std::size_t>(1024, io::read_texture(options.camouflage.picture).shape(0));
   require_sound(app, options);
   if (options.protocol.protocol.empty()) return survey_frames(options);
   return evaluate_protocol({options.protocol,

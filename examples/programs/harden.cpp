@@ -6,12 +6,6 @@ namespace {
 using namespace tapestry;
 using namespace tapestry::shell;
 
-void require_float(const HardenOptions& options) {
-  if (options.detector.precision != "float")
-    throw Error(ErrorKind::usage, "--precision " + options.detector.precision +
-                                      " has no part in harden, whose weights learn in float");
-}
-
 int run(const CLI::App& app, const char* program, HardenOptions& options) {
   if (options.quick && !options.resume) adopt_quick(app, options);
   ProblemList problems;
@@ -23,7 +17,9 @@ int run(const CLI::App& app, const char* program, HardenOptions& options) {
   ledger.leave_out(options.output);
   if (options.resume)
     adopt_run_settings(app, options, "harden", options.scene, options.detector, options.harden);
-  require_float(options);
+  if (options.detector.precision != "float")
+    throw Error(ErrorKind::usage, "--precision " + options.detector.precision +
+                                      " has no part in harden, whose weights learn in float");
   require_free_folder(options);
   Inputs inputs = load_inputs(options.scene, options.detector);
   require_trainable_heads("harden", inputs.detector, options.detector.weights);

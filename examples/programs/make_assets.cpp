@@ -43,11 +43,7 @@ void write_cars(const std::string& folder) {
   }
 }
 
-std::string name_of_frame(std::size_t index) {
-  std::string number = std::to_string(index);
-  number.insert(0, number.size() < 3 ? 3 - number.size() : 0, '0');
-  return number + ".npz";
-}
+std::string name_of_frame(std::size_t index) { return formatted("%03zu.npz", index); }
 
 /// \throws Error (in_use) for a folder with frames that would remain: readers use all frames of a folder
 void require_all_replaced(const std::string& folder, std::size_t count) {

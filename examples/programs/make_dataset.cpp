@@ -1,6 +1,5 @@
 // Puts any car into street scenes or photographs: frames to optimise on and frames held out.
 #include <atomic>
-#include <sstream>
 #include <tapestry/io/obj_file.hpp>
 
 #include "../scenes/drawn_frames.hpp"
@@ -115,8 +114,8 @@ void require_ranges(const Options& options) {
   list.throw_first();
   const auto require = [](const char* name, double low, double high) {
     if (low > high)
-      throw Error(ErrorKind::usage, std::string(name) + ": " + std::to_string(low) + " is more than " +
-                                        std::to_string(high) + ", expected the least first");
+      throw Error(ErrorKind::usage,
+                  name + formatted(": %f is more than %f, expected the least first", low, high));
   };
   require("--elevation", options.elevation.first, options.elevation.second);
   require("--fov", options.fov.first, options.fov.second);
@@ -343,19 +342,17 @@ void write_frames(const Options& options, const FrameDrawing& draw, bool held_ou
 
 /// Assumptions about the photographs' camera that no option states; empty if there are none.
 std::string assumptions(const CLI::App& app, const Options& options, bool is_fov_known) {
-  std::ostringstream what, names;
-  const auto add = [&](const std::string& name, const auto&... words) {
+  std::string what, names;
+  const auto add = [&](const std::string& name, const std::string& words) {
     if (app.count(name) > 0) return;
-    what << (names.str().empty() ? "" : ", ");
-    (what << ... << words);
-    names << (names.str().empty() ? "" : ", ") << name;
+    what += (what.empty() ? "" : ", ") + words;
+    names += (names.empty() ? "" : ", ") + name;
   };
-  add("--camera-height", "height ", options.camera_height, " m");
-  add("--camera-pitch", "pitch ", options.camera_pitch, " degrees");
+  add("--camera-height", formatted("height %g m", options.camera_height));
+  add("--camera-pitch", formatted("pitch %g degrees", options.camera_pitch));
   if (!is_fov_known)
-    add("--fov", "field of view ", options.fov.first, " to ", options.fov.second, " degrees");
-  if (names.str().empty()) return {};
-  return "assumed of the camera: " + what.str() + "; set " + names.str() + " to what is true";
+    add("--fov", formatted("field of view %g to %g degrees", options.fov.first, options.fov.second));
+  return names.empty() ? "" : "assumed of the camera: " + what + "; set " + names + " to what is true";
 }
 
 /// Prints the preview's path, and how to check the photographs' camera by it.

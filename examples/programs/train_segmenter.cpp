@@ -35,11 +35,6 @@ void describe(CLI::App& app, Options& o) {
   add_options(app, o.training, "IoU");
 }
 
-/// The bundled network: three stages, with the fewest channels at the highest resolution.
-segment::U2NetShape small_shape(std::size_t side) {
-  return {side, {{5, 8, 8}, {4, 8, 16}, {3, 8, 16}}, 8, 16};
-}
-
 using HeldOutScenes = std::vector<HeldOut<SegmentedScene>>;
 
 double mean(const std::vector<double>& values) {
@@ -158,8 +153,10 @@ class Trainer {
 
 int train(const Options& options) {
   const SceneTraining& training = options.training;
+  // The bundled network has three stages, with the fewest channels at the highest resolution.
   Trainer trainer(options.weights.empty()
-                      ? segment::u2_net_description(small_shape(options.side), training.seed)
+                      ? segment::u2_net_description(
+                            {options.side, {{5, 8, 8}, {4, 8, 16}, {3, 8, 16}}, 8, 16}, training.seed)
                       : io::read_onnx(options.weights),
                   training);
   constexpr std::size_t size = 256;  // of the bundled frames

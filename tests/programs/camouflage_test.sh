@@ -90,8 +90,7 @@ expect_exit 0 "an ensemble" "$camouflage" "${quick[@]}" --ensemble second.onnx -
 expect_same ensemble/texture.npz two/texture.npz
 grep -q '"ensemble"' ensemble/manifest.json && pass || fail "the manifest does not name the ensemble"
 grep -q '"ensemble"' two/manifest.json && fail "a manifest names an ensemble that is not there" || pass
-expect_exit 2 "an ensemble that needs a cfg" "$camouflage" --ensemble "$assets/detector.weights" --output none
-expect_error_line "--ensemble: .*detector.weights is not an .onnx model; convert_weights makes one"
+expect_refusal 2 "--ensemble: .*detector.weights is not an .onnx model; convert_weights makes one" "an ensemble that needs a cfg" "$camouflage" --ensemble "$assets/detector.weights" --output none
 expect_exit 0 "a check" "$camouflage" --ensemble second.onnx --check
 expect_exit 3 "an ensemble that is not there" "$camouflage" --ensemble none.onnx --check
 
@@ -109,8 +108,7 @@ expect_exit 0 "colours blended by their numbers" "$camouflage" "${quick[@]}" --c
 grep -q '"colour-space"' by_numbers/manifest.json && fail "a manifest names what was no choice before" || pass
 if cmp -s by_numbers/texture.npz two/texture.npz; then fail "both colour spaces give the same texture"; else pass; fi
 expect_exit 0 "an encoded run resumed" "$camouflage" --resume --output by_numbers
-expect_exit 7 "a run resumed in another colour space" "$camouflage" --resume --colour-space linear --output by_numbers
-expect_error_line '--colour-space \(was "encoded", now "linear"\)'
+expect_refusal 7 '--colour-space \(was "encoded", now "linear"\)' "a run resumed in another colour space" "$camouflage" --resume --colour-space linear --output by_numbers
 expect_exit 0 "an encoded run measured again" "$programs/evaluate" --run by_numbers --output measured_by_numbers
 grep -q '"colour-space"' measured_by_numbers/metrics.json && fail "an encoded run was measured in light" || pass
 # A frame without a mask gives its light only if the detector finds the car in its photograph.
@@ -172,7 +170,9 @@ if [ "$code" -eq 130 ]; then
   expect_file stopped/checkpoint.npz
 elif [ "$code" -eq 0 ]; then echo "the run was over before the signal"; else fail "SIGINT: exit code $code"; fi
 
-expect_refusal 7 'two already holds a run' "a folder that holds a run" "$camouflage" "${quick[@]}" --output two  # F11
+for check in "" --check; do  # F11
+  expect_refusal 7 'two already holds a run' "a folder that holds a run $check" "$camouflage" "${quick[@]}" --output two $check
+done
 expect_refusal 7 '\-\-seed \(was 1, now 9\)' "resume with another seed" "$camouflage" --seed 9 --resume --output two  # F12
 expect_exit 3 "resume where nothing is" "$camouflage" --resume --output nowhere
 expect_refusal 2 'did you mean --epochs' "a misspelt option" "$camouflage" --epoch 3
@@ -180,8 +180,7 @@ expect_exit 2 "an unknown loss" "$camouflage" --loss hinge
 expect_exit 2 "a number that is none" "$camouflage" --epochs few
 expect_refusal 3 'absent.obj' "a missing mesh" "$camouflage" --mesh absent.obj --material body --output absent
 expect_exit 4 "a missing class" "$camouflage" --class unicorn --output absent
-expect_exit 4 "a missing material" "$camouflage" --mesh "$sources/examples/assets/car_sedan.obj" --material paint --output absent
-expect_error_line 'car_sedan.obj: .*paint'
+expect_refusal 4 'car_sedan.obj: .*paint' "a missing material" "$camouflage" --mesh "$sources/examples/assets/car_sedan.obj" --material paint --output absent
 [ -e absent ] && fail "a refused run left a folder behind" || pass
 touch file
 expect_exit 5 "a file in the folder's place" "$camouflage" "${quick[@]}" --output file  # F09
@@ -280,14 +279,12 @@ expect_exit 0 "a mesh of one's own" "$camouflage" "${own[@]}" --output own_mesh
 expect_exit 0 "resumed" "$camouflage" --resume --output own_mesh
 expect_exit 0 "measured again" "$programs/evaluate" --run own_mesh
 echo '# another day' >>own/car_sedan.mtl
-expect_exit 7 "resumed with other colours" "$camouflage" --resume --output own_mesh
-expect_error_line 'inputs have changed: own/car_sedan.mtl \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\)$'
+expect_refusal 7 'inputs have changed: own/car_sedan.mtl \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\)$' "resumed with other colours" "$camouflage" --resume --output own_mesh
 
 # So is a measurement of the run, unless it names the other input.
 expect_exit 7 "measured with other colours" "$programs/evaluate" --run own_mesh --output remeasured
 expect_error_line '^error: own_mesh: inputs have changed since the run: own/car_sedan.mtl \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\);'
-expect_exit 7 "a protocol with other colours" "$programs/evaluate" --protocol views --quick --run own_mesh --output remeasured
-expect_error_line 'own_mesh: inputs have changed since the run: own/car_sedan.mtl'
+expect_refusal 7 'own_mesh: inputs have changed since the run: own/car_sedan.mtl' "a protocol with other colours" "$programs/evaluate" --protocol views --quick --run own_mesh --output remeasured
 [ -e remeasured ] && fail "a refused measurement left a folder behind" || pass
 expect_exit 0 "other colours on purpose" "$programs/evaluate" --run own_mesh --accept-changed-inputs --output remeasured
 grep -q '^warning: own_mesh: inputs have changed since the run: own/car_sedan.mtl' command.err && pass || fail "no warning"
@@ -295,8 +292,7 @@ grep -A 2 '"changed_inputs"' remeasured/metrics.json | grep -q own/car_sedan.mtl
 grep -q 'Inputs have changed since the run: own/car_sedan.mtl' remeasured/report.html && pass || fail "nor does the page"
 # So is a measurement if the run to compare with has changed.
 expect_exit 0 "a run after the change" "$camouflage" "${own[@]}" --output own_later
-expect_exit 7 "against a run with other colours" "$programs/evaluate" --run own_later --against own_mesh
-expect_error_line '^error: own_mesh: inputs have changed since the run: own/car_sedan.mtl '
+expect_refusal 7 '^error: own_mesh: inputs have changed since the run: own/car_sedan.mtl ' "against a run with other colours" "$programs/evaluate" --run own_later --against own_mesh
 expect_exit 0 "against it on purpose" "$programs/evaluate" --run own_later --against own_mesh --accept-changed-inputs --output compared
 grep -A 2 '"changed_inputs"' compared/metrics.json | grep -q own/car_sedan.mtl && pass || fail "metrics.json does not name what has changed"
 expect_exit 0 "another mesh on purpose" "$programs/evaluate" --run own_mesh --mesh "$assets/car_sedan.obj"
@@ -346,8 +342,7 @@ cp -r limited damaged && sed 's/"mesh": "[^"]*"/"mesh": 3/' limited/manifest.jso
 expect_refusal 3 "damaged/manifest.json: no sound setting 'mesh'" "a manifest of another shape" "$camouflage" --resume --output damaged
 expect_exit 3 "evaluate with it" "$programs/evaluate" --run damaged
 sed 's/"worst-views"/"best-views"/' limited/manifest.json >damaged/manifest.json
-expect_exit 3 "a manifest of an earlier version" "$camouflage" --resume --output damaged
-expect_error_line "damaged/manifest.json: no sound setting 'worst-views'.*a run that this version began"
+expect_refusal 3 "damaged/manifest.json: no sound setting 'worst-views'.*a run that this version began" "a manifest of an earlier version" "$camouflage" --resume --output damaged
 sed 's/"samples": [0-9]*/"samples": 2.5/' limited/manifest.json >damaged/manifest.json
 expect_refusal 3 "damaged/manifest.json: no sound setting 'samples'" "a count with a fraction" "$programs/evaluate" --run damaged
 nested=$(head -c 200000 /dev/zero | tr '\0' '[')$(head -c 200000 /dev/zero | tr '\0' ']')
@@ -356,8 +351,7 @@ expect_refusal 3 'damaged/manifest.json:1:81: JSON nested too deep' "evaluate wi
 expect_refusal 3 'damaged/manifest.json:1:81: JSON nested too deep' "resume with it" "$camouflage" --resume --output damaged
 for foreign in 's/"program": "camouflage"/"program": "other"/' 's/"version": "[^"]*"/"version": "9.9.9"/'; do # N22
   sed "$foreign" limited/manifest.json >damaged/manifest.json
-  expect_exit 4 "measuring the run of another program or version" "$programs/evaluate" --run damaged
-  expect_error_line 'damaged/manifest.json: the run of another (program|version); expected .*, found '
+  expect_refusal 4 'damaged/manifest.json: the run of another (program|version); expected .*, found ' "measuring the run of another program or version" "$programs/evaluate" --run damaged
   expect_exit 4 "resuming it" "$camouflage" --resume --output damaged
 done
 

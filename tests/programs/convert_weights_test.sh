@@ -33,8 +33,7 @@ expect_same darknet.json command.out
 expect_exit 0 "detecting with the folded ones" "$detect" --json "${cfg[@]}" --weights folded.onnx "$frame"
 expect_same darknet.json command.out
 sed 's/darknet/scaled!/' kept.onnx >unknown.onnx
-expect_exit 4 "an unknown decode family" "$detect" "${cfg[@]}" --weights unknown.onnx "$frame"
-expect_error_line "decode' is not supported; expected darknet, ultralytics or scaled, found 'scaled!'"
+expect_refusal 4 "decode' is not supported; expected darknet, ultralytics or scaled, found 'scaled!'" "an unknown decode family" "$detect" "${cfg[@]}" --weights unknown.onnx "$frame"
 head -c 50000 kept.onnx >cut.onnx
 expect_refusal 3 'cut.onnx' "a cut file" "$detect" "${cfg[@]}" --weights cut.onnx "$frame"
 
@@ -48,10 +47,8 @@ expect_exit 0 "the same from Darknet weights" "$detect" --json --decode ultralyt
 expect_same ultralytics_seen.txt command.out
 expect_exit 0 "saying it again" "$detect" --json --decode ultralytics --weights ultralytics.onnx "$frame"
 expect_same ultralytics_seen.txt command.out
-expect_exit 4 "saying otherwise" "$detect" --decode darknet --weights ultralytics.onnx "$frame"
-expect_error_line 'ultralytics.onnx: is of the decode family ultralytics, which contradicts the requested darknet'
-expect_exit 2 "asking for an unknown family" "$detect" --decode yolov5 "${cfg[@]}" "${weights[@]}" "$frame"
-expect_error_line "--decode is 'yolov5'; expected one of darknet, ultralytics, scaled"
+expect_refusal 4 'ultralytics.onnx: is of the decode family ultralytics, which contradicts the requested darknet' "saying otherwise" "$detect" --decode darknet --weights ultralytics.onnx "$frame"
+expect_refusal 2 "--decode is 'yolov5'; expected one of darknet, ultralytics, scaled" "asking for an unknown family" "$detect" --decode yolov5 "${cfg[@]}" "${weights[@]}" "$frame"
 
 # Logistic activations before each head: scaled, and with s = 2 the boxes of ultralytics, found but not painted against.
 awk '/^activation=/ { held = $0; next } /^\[yolo\]/ && held { held = "activation=logistic" }
@@ -64,8 +61,7 @@ grep -q '^warning' command.err && fail "a warning without a cause" || pass
 expect_exit 0 "detecting with ultralytics" "$detect" "${weights[@]}" "${cfg[@]}" --decode ultralytics "$frame"
 grep -v ' ms an image' command.out >ultralytics.table
 expect_same ultralytics.table scaled.table
-expect_exit 4 "contradicting new_coords=1" "$detect" "${scaled[@]}" --decode ultralytics "$frame"
-expect_error_line 'scaled.cfg:[0-9]+: .*new_coords=1 contradicts the requested decode family; expected scaled, found ultralytics'
+expect_refusal 4 'scaled.cfg:[0-9]+: .*new_coords=1 contradicts the requested decode family; expected scaled, found ultralytics' "contradicting new_coords=1" "$detect" "${scaled[@]}" --decode ultralytics "$frame"
 expect_exit 0 "converting new_coords=1" "$convert_weights" "${scaled[@]}" --output scaled.onnx
 grep -q 'decode scaled' command.out && pass || fail "no word on the decode family"
 expect_exit 0 "detecting with that" "$detect" --weights scaled.onnx "$frame"
@@ -80,21 +76,17 @@ header+=$(printf "$text" | sha256sum | cut -d' ' -f1)'","decode":"darknet","form
 header+='"layers.0.bias":{"data_offsets":[0,72],"dtype":"F32","shape":[18]},'
 header+='"layers.0.weight":{"data_offsets":[72,288],"dtype":"F32","shape":[18,3,1,1]}}'
 { printf "\\x$(printf %x $((${#header} % 256)))\\x$(printf %x $((${#header} / 256)))\0\0\0\0\0\0%s" "$header" && head -c 288 /dev/zero; } >old.safetensors
-expect_exit 3 "detecting with a file of an earlier release" "$detect" --weights old.safetensors "$frame"
-expect_error_line 'old.safetensors:@0: not a detector; .* found a safetensors file; convert_weights makes an ONNX model of'
+expect_refusal 3 'old.safetensors:@0: not a detector; .* found a safetensors file; convert_weights makes an ONNX model of' "detecting with a file of an earlier release" "$detect" --weights old.safetensors "$frame"
 expect_exit 0 "converting it" "$convert_weights" --weights old.safetensors --output old.onnx
 grep -q 'batch normalisation kept, decode darknet' command.out && pass || fail "no summary"
 printf "$text" >old.cfg
 { printf '\0\0\0\0\2\0\0\0\5\0\0\0\7\0\0\0\0\0\0\0' && head -c 288 /dev/zero; } >old.weights
 expect_exit 0 "converting the same weights" "$convert_weights" --cfg old.cfg --weights old.weights --output new.onnx
 expect_same old.onnx new.onnx
-expect_exit 2 "a cfg beside it" "$convert_weights" --cfg old.cfg --weights old.safetensors --output no.onnx
-expect_error_line '^error: --cfg is for Darknet weights; old.safetensors states its own'
+expect_refusal 2 '^error: --cfg is for Darknet weights; old.safetensors states its own' "a cfg beside it" "$convert_weights" --cfg old.cfg --weights old.safetensors --output no.onnx
 head -c -4 old.safetensors >cut.safetensors
-expect_exit 4 "converting a cut one" "$convert_weights" --weights cut.safetensors --output no.onnx
-expect_error_line 'cut.safetensors: another size than that of its tensors'
-expect_exit 2 "writing one" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output no.safetensors
-expect_error_line '^error: --output no.safetensors must end in .onnx'
+expect_refusal 4 'cut.safetensors: another size than that of its tensors' "converting a cut one" "$convert_weights" --weights cut.safetensors --output no.onnx
+expect_refusal 2 '^error: --output no.safetensors must end in .onnx' "writing one" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output no.safetensors
 
 # The cfg within is used when none is given, and no other file holds one.
 expect_exit 0 "detecting without a cfg" "$detect" --json --weights kept.onnx "$frame"
@@ -105,8 +97,7 @@ grep -q '^warning' command.err && fail "a warning without a cause" || pass
 sed 's/^\[net\]/# another\n[net]/' "$assets/detector.cfg" >another.cfg
 expect_exit 0 "another cfg beside it" "$detect" --json --cfg another.cfg --weights kept.onnx "$frame"
 grep -q '^warning: another.cfg: differs from the cfg inside kept.onnx' command.err && pass || fail "no warning"
-expect_exit 2 "Darknet weights alone" "$detect" --weights "$assets/detector.weights" "$frame"
-expect_error_line '^error: --cfg is missing, which .*detector.weights needs'
+expect_refusal 2 '^error: --cfg is missing, which .*detector.weights needs' "Darknet weights alone" "$detect" --weights "$assets/detector.weights" "$frame"
 expect_refusal 2 '^error: --cfg and --weights go together; --weights is missing' "a cfg alone" "$detect" --cfg "$assets/detector.cfg" "$frame"
 expect_refusal 3 'absent.onnx: cannot open' "a file that is not there" "$detect" --weights absent.onnx "$frame"
 
@@ -139,15 +130,12 @@ expect_refusal 7 'inputs have changed: mine.onnx' "resuming with another detecto
 expect_exit 0 "checking a converted detector" "$camouflage" --check "${brief[@]}" --weights kept.onnx
 expect_refusal 2 '^error: --cfg is missing' "checking Darknet weights alone" "$camouflage" --check "${brief[@]}" "${weights[@]}"
 expect_refusal 3 'absent.onnx' "checking weights that are not there" "$camouflage" --check "${brief[@]}" --weights absent.onnx
-expect_exit 2 "painting against a scaled detector" "$camouflage" "${brief[@]}" --weights scaled.onnx --output no
-expect_error_line 'camouflage: heads of the decode family scaled .* losses need raw logits'
-expect_exit 2 "checking a scaled detector" "$camouflage" --check "${brief[@]}" --weights scaled.onnx
-expect_error_line 'camouflage: heads of the decode family scaled'
+expect_refusal 2 'camouflage: heads of the decode family scaled .* losses need raw logits' "painting against a scaled detector" "$camouflage" "${brief[@]}" --weights scaled.onnx --output no
+expect_refusal 2 'camouflage: heads of the decode family scaled' "checking a scaled detector" "$camouflage" --check "${brief[@]}" --weights scaled.onnx
 expect_exit 0 "painting against an ultralytics detector" "$camouflage" "${brief[@]}" --decode ultralytics "${cfg[@]}" \
   "${weights[@]}" --output other
 grep -q '"decode": "ultralytics"' other/manifest.json && pass || fail "the manifest lacks the decode family"
-expect_exit 7 "resuming with another decode family" "$camouflage" --resume --decode darknet --output other
-expect_error_line 'decode .was .ultralytics., now .darknet'
+expect_refusal 7 'decode .was .ultralytics., now .darknet' "resuming with another decode family" "$camouflage" --resume --decode darknet --output other
 expect_exit 0 "measuring that run" "$evaluate" --run other
 grep -q '"decode"' darknet/manifest.json && fail "a choice that was not made" || pass
 expect_refusal 2 '^error: --cfg is missing' "painting against Darknet weights alone" "$camouflage" "${brief[@]}" "${weights[@]}" --output no
@@ -156,8 +144,7 @@ train="$programs/train_detector --steps 0 --validate 1"
 expect_exit 0 "training from a converted file" $train --weights kept.onnx
 expect_refusal 4 'folded.onnx: batch normalisation is folded' "training from a folded one" $train --weights folded.onnx  # W21
 expect_refusal 2 'heads of the decode family scaled' "training a scaled one" $train --weights scaled.onnx
-expect_exit 2 "a form that would lose the decode family" $train "${cfg[@]}" --weights ultralytics.onnx --output no
-expect_error_line '^error: --output no would lose the decode family ultralytics'
+expect_refusal 2 '^error: --output no would lose the decode family ultralytics' "a form that would lose the decode family" $train "${cfg[@]}" --weights ultralytics.onnx --output no
 
 # Another network than the bundled one, which the bundled cfg does not fit.
 sed '0,/^filters=8$/s//filters=6/' "$assets/detector.cfg" >narrow.cfg
@@ -172,8 +159,7 @@ expect_exit 0 "detecting with the outcome" "$detect" --weights detector.onnx "$f
 expect_exit 0 "going on with the cfg" $narrow --cfg narrow.cfg --weights narrow.onnx --output on.weights
 expect_exit 0 "that converted" "$convert_weights" --cfg narrow.cfg --weights on.weights --output on.onnx
 expect_same detector.onnx on.onnx
-expect_exit 2 "a form that would lose the cfg" $narrow --weights narrow.onnx --output lost.weights
-expect_error_line '^error: --output lost.weights would lose the cfg, which is only within narrow.onnx'
+expect_refusal 2 '^error: --output lost.weights would lose the cfg, which is only within narrow.onnx' "a form that would lose the cfg" $narrow --weights narrow.onnx --output lost.weights
 [ -e lost.weights ] && fail "refused, and yet written" || pass
 
 # The network as operators, for other tools.
@@ -183,12 +169,10 @@ grep -q 'detector.onnx: [0-9]* nodes, from "picture", \[1, 3, ' command.out && p
 cp detector.onnx whole.onnx
 printf '{"head": "yolov5"}\n' >detector.json
 cp detector.json mine.json
-expect_exit 4 "converting beside a description" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output detector.onnx
-expect_error_line 'detector.json: would be read as the description of detector.onnx; expected no such file'
+expect_refusal 4 'detector.json: would be read as the description of detector.onnx; expected no such file' "converting beside a description" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output detector.onnx
 expect_same mine.json detector.json
 expect_same whole.onnx detector.onnx
-expect_exit 2 "detecting beside a description" "$detect" --weights detector.onnx "$frame"
-expect_error_line 'detector.onnx: is described by its cfg, not by detector.json'
+expect_refusal 2 'detector.onnx: is described by its cfg, not by detector.json' "detecting beside a description" "$detect" --weights detector.onnx "$frame"
 rm detector.json
 sed 's/^\[yolo\]/&\nscale_x_y=1.1/' "$assets/detector.cfg" >grown.cfg
 expect_exit 0 "heads of other boxes" "$convert_weights" --cfg grown.cfg "${weights[@]}" --output grown.onnx
@@ -198,10 +182,8 @@ expect_exit 0 "detecting with their cfg" "$detect" --json --cfg grown.cfg "${wei
 expect_same grown.json command.out
 
 expect_exit 2 "nothing given" "$convert_weights"
-expect_exit 2 "converting to an unknown decode family" "$convert_weights" "${cfg[@]}" "${weights[@]}" --decode yolov5 --output no.onnx
-expect_error_line "--decode is 'yolov5'; expected one of darknet, ultralytics, scaled"
-expect_exit 4 "converting raw logits to scaled" "$convert_weights" "${cfg[@]}" "${weights[@]}" --decode scaled --output no.onnx
-expect_error_line 'detector.cfg:[0-9]+: .*needs activations, not logits'
+expect_refusal 2 "--decode is 'yolov5'; expected one of darknet, ultralytics, scaled" "converting to an unknown decode family" "$convert_weights" "${cfg[@]}" "${weights[@]}" --decode yolov5 --output no.onnx
+expect_refusal 4 'detector.cfg:[0-9]+: .*needs activations, not logits' "converting raw logits to scaled" "$convert_weights" "${cfg[@]}" "${weights[@]}" --decode scaled --output no.onnx
 expect_exit 2 "no epsilon" "$convert_weights" "${cfg[@]}" "${weights[@]}" --batch-norm-epsilon 0 --output no.onnx
 cp "$assets/detector.weights" mine.weights
 expect_exit 2 "overwriting the input" "$convert_weights" "${cfg[@]}" --weights mine.weights --output ./mine.weights
@@ -209,8 +191,7 @@ expect_same "$assets/detector.weights" mine.weights
 expect_refusal 3 'absent.weights' "missing weights" "$convert_weights" "${cfg[@]}" --weights absent.weights --output no.onnx
 head -c 5000 mine.weights >cut.weights
 expect_exit 3 "cut weights" "$convert_weights" "${cfg[@]}" --weights cut.weights --output no.onnx
-expect_exit 3 "converted already" "$convert_weights" "${cfg[@]}" --weights kept.onnx --output no.onnx
-expect_error_line 'kept.onnx:@0: not Darknet weights; .* an ONNX model'
+expect_refusal 3 'kept.onnx:@0: not Darknet weights; .* an ONNX model' "converted already" "$convert_weights" "${cfg[@]}" --weights kept.onnx --output no.onnx
 head -c 4096 /dev/zero | cat mine.weights - >longer.weights
 expect_exit 4 "weights of another cfg" "$convert_weights" "${cfg[@]}" --weights longer.weights --output no.onnx
 expect_refusal 5 'absent/x.onnx' "a missing folder" "$convert_weights" "${cfg[@]}" "${weights[@]}" --output absent/x.onnx

@@ -52,7 +52,7 @@ expect_same by-1.png by-3.png
 expect_exit 3 "a sheet without a broken picture" "$detect" --sheet of-sound.png absent.png "$assets"/frames/test/00[0-3].npz
 expect_same of-sound.png sheet.png
 expect_refusal 2 '--sheet takes a name that ends with .png' "a sheet that is no PNG" "$detect" --sheet sheet.jpg "$frame"
-expect_refusal 2 '^error: --sheet: ./drawn/.* is one of the pictures' "a sheet over a picture" "$detect" --sheet "./$copy" "$copy"
+expect_refusal 2 '^error: --sheet would overwrite drawn/' "a sheet over a picture" "$detect" --sheet "./$copy" "$copy"
 expect_exit 5 "a sheet that cannot be written" "$detect" --sheet nowhere/sheet.png "$frame"
 
 # A network of 80 classes without names gets COCO's, with a message; else classes are numbers.

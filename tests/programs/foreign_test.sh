@@ -33,8 +33,7 @@ expect_exit 0 "the paint once more" "$programs/render" --mesh run/painted.obj --
 expect_exit 4 "a protocol of it" "$evaluate" --paint run/painted.png --mesh twin/painted.obj --material paint_ --protocol traffic \
   --quick --controls matched
 expect_error_line 'twin/painted.mtl gives painted faces the texture twin/painted.png'
-expect_exit 4 "the run's own texture" "$evaluate" --paint run/texture.png --mesh run/painted.obj --material paint --frames frames --texels 32
-expect_error_line 'which is the paint run/texture.png'
+expect_refusal 4 'which is the paint run/texture.png' "the run's own texture" "$evaluate" --paint run/texture.png --mesh run/painted.obj --material paint --frames frames --texels 32
 sed -i '/^map_Kd/d' twin/painted.mtl
 expect_exit 0 "without it" "$evaluate" --paint run/painted.png --mesh twin/painted.obj --material paint_ --frames frames --texels 16
 grep -q '^warning: run/painted.png: its 32 rows are averaged to the 16 of the atlas; --texels 32 keeps them$' command.err && pass ||
@@ -66,25 +65,21 @@ grep -q 'clean *found in *0 of *8 ' command.out && pass || fail "found without a
 for entry in '{"image_id": 97, "category_id": 1, "bbox": [1, 2, 3, 4], "score": 0.5}' \
   '{"image_id": 1, "category_id": 4, "bbox": [1, 2, 3, 4], "score": 0.5}'; do
   echo "[$entry]" >wrong.json
-  expect_exit 4 "an entry of nothing" "$evaluate" --pictures pictures --detections wrong.json
-  expect_error_line '^error: wrong.json:entry 1: there is no (picture 97|category 4)'
+  expect_refusal 4 '^error: wrong.json:entry 1: there is no (picture 97|category 4)' "an entry of nothing" "$evaluate" --pictures pictures --detections wrong.json
 done
 echo '[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3], "score": 0.5}]' >wrong.json
-expect_exit 3 "a box of three numbers" "$evaluate" --pictures pictures --detections wrong.json
-expect_error_line '^error: wrong.json:entry 1: a value of another kind, or too few of them$'
+expect_refusal 3 '^error: wrong.json:entry 1: a value of another kind, or too few of them$' "a box of three numbers" "$evaluate" --pictures pictures --detections wrong.json
 for fault in '"score": "x"|expected number, found string' "\"sure\": 1|no member 'score'"; do
   echo "[{\"image_id\": 1, \"category_id\": 1, \"bbox\": [1, 2, 3, 4], ${fault%|*}}]" >wrong.json
   expect_refusal 3 "^error: wrong.json:entry 1: ${fault#*|}\$" "a member of another kind" "$evaluate" --pictures pictures --detections wrong.json
 done
 sed 's/"image_id": 3,/"image_id": 4,/' pictures/instances.json >moved && mkdir moved_pictures && mv moved moved_pictures/instances.json
-expect_exit 3 "labels in another order" "$evaluate" --pictures moved_pictures --detections results.json
-expect_error_line 'not the pictures of evaluate --pictures: image 3 in another place'
+expect_refusal 3 'not the pictures of evaluate --pictures: image 3 in another place' "labels in another order" "$evaluate" --pictures moved_pictures --detections results.json
 expect_exit 2 "a threshold of 7" "$evaluate" --pictures pictures --detections results.json --sweep 7
 expect_refusal 3 '^error: frames: no instances.json in it; expected a folder that evaluate --pictures has written$' "no pictures" "$evaluate" \
   --pictures frames --detections results.json
 expect_refusal 3 '^error: .: no manifest.json in it; expected a folder that camouflage has written, such as ./run$' "no run" "$evaluate" --run .
-expect_exit 2 "detections with a seed" "$evaluate" --seed 2 --pictures pictures --detections results.json
-expect_error_line '^error: --seed has no part in --detections'
+expect_refusal 2 '^error: --seed has no part in --detections' "detections with a seed" "$evaluate" --seed 2 --pictures pictures --detections results.json
 
 # Exported pictures are compared by their hashes; the run by its paint.
 again=("$evaluate" --pictures pictures --detections results.json --quiet --threads 1)
@@ -92,11 +87,9 @@ expect_exit 0 "detections in a run's pictures" "${again[@]}" --run run --output 
 expect_same of_run/metrics.csv foreign/metrics.csv
 grep -q '^report: ' command.out && fail "--quiet is not heard" || pass
 expect_exit 0 "another run" "$programs/camouflage" --frames frames --texels 8 --epochs 1 --output other
-expect_exit 4 "pictures of another run" "${again[@]}" --run other
-expect_error_line '^error: pictures/instances.json: pictures of another paint than other/texture.npz'
+expect_refusal 4 '^error: pictures/instances.json: pictures of another paint than other/texture.npz' "pictures of another run" "${again[@]}" --run other
 cp pictures/000030.png kept.png && cp pictures/000031.png pictures/000030.png
-expect_exit 4 "an exchanged picture" "${again[@]}"
-expect_error_line '^error: pictures/000030.png: not as evaluate --pictures wrote it; expected SHA-256 [0-9a-f]{64}, found SHA-256 [0-9a-f]{64}$'
+expect_refusal 4 '^error: pictures/000030.png: not as evaluate --pictures wrote it; expected SHA-256 [0-9a-f]{64}, found SHA-256 [0-9a-f]{64}$' "an exchanged picture" "${again[@]}"
 rm pictures/000030.png
 expect_refusal 3 '^error: pictures/000030.png: cannot open' "a picture that is gone" "${again[@]}"
 cp kept.png pictures/000030.png
@@ -109,6 +102,5 @@ expect_exit 0 "labels laid out in another way" "${again[@]}"
 awk 'BEGIN { RS = "\"bbox\":[[ ]*"; ORS = "" } NR == 1 { print; next }
   { end = index($0, "]"); split(substr($0, 1, end - 1), n, ","); printf "\"bbox\": [%.6f, %.6f, %.6f, %.6f]", n[1], n[2], n[1] + n[3], n[2] + n[4]
     print substr($0, end + 1) }' results.json >corners.json
-expect_exit 4 "corners" "$evaluate" --pictures pictures --detections corners.json
-expect_error_line '^error: corners.json: bbox looks like left, top, right, bottom: .* boxes lie over their car.*; expected left, top, width, height'
+expect_refusal 4 '^error: corners.json: bbox looks like left, top, right, bottom: .* boxes lie over their car.*; expected left, top, width, height' "corners" "$evaluate" --pictures pictures --detections corners.json
 finish

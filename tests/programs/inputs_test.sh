@@ -25,8 +25,7 @@ exchanged() { # exchanged FILE COMMAND...: changes a copy of the file by the com
   local file=$1
   shift
   cp "$file" kept && "$@" "$file"
-  expect_exit 7 "resumed with another $file" "$camouflage" --resume --output run
-  expect_error_line "inputs have changed: $file \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\)$"
+  expect_refusal 7 "inputs have changed: $file \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\)$" "resumed with another $file" "$camouflage" --resume --output run
   cp kept "$file"
 }
 add_line() { echo >>"$1"; }
@@ -50,8 +49,7 @@ done
 cp "$assets/segmenter.onnx" mine/segmenter.onnx
 exchanged_in() { # RUN FILE NEW
   cp "$2" kept && cp "$3" "$2"
-  expect_exit 7 "$1 resumed with another $2" "$camouflage" --resume --output "$1"
-  expect_error_line "inputs have changed: $2 \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\)$"
+  expect_refusal 7 "inputs have changed: $2 \(expected SHA-256 [0-9a-f]{16}, found SHA-256 [0-9a-f]{16}\)$" "$1 resumed with another $2" "$camouflage" --resume --output "$1"
   expect_refusal 7 "inputs have changed since the run: $2 " "$1 measured with another $2" "$evaluate" --run "$1" --output other
   cp kept "$2"
 }
@@ -66,8 +64,7 @@ exchanged_in by-network mine/segmenter.onnx another.onnx
 # A file exchanged while the program runs: frames that are not kept are read again.
 expect_exit 0 "enough frames" "$camouflage" --frames frames --texels 8 --epochs 1 --output short
 (wait_for 60 [ -e long/manifest.json ] && cp frames/001.npz exchanged && mv exchanged frames/000.npz) &
-expect_exit 4 "a frame exchanged during the run" "$camouflage" --frames frames --texels 8 --epochs 2000 --keep-mib 0 --output long
-expect_error_line '^error: frames/000.npz: the file has changed since it was first read'
+expect_refusal 4 '^error: frames/000.npz: the file has changed since it was first read' "a frame exchanged during the run" "$camouflage" --frames frames --texels 8 --epochs 2000 --keep-mib 0 --output long
 wait
 cp "$assets/frames/test/000.npz" frames
 

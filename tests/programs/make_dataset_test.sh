@@ -19,8 +19,7 @@ expect_exit 0 "one street" frames --one-street --format png --output street
 [ "$(grep -hA 1 --no-group-separator camera_fov street/*/*.json | grep -v camera | sort -u | wc -l)" = 2 ] && pass || fail "both parts have one street"
 cmp -s street/test/masks/0000.png street/test/masks/0001.png && fail "the car stays as it is in one street" || pass
 expect_exit 2 "one street in photographs" frames --one-street --backgrounds street --output no
-expect_exit 2 "one street from too near" frames --one-street --distance 0.5 0.6 --output no
-expect_error_line '^error: --one-street: of a hundred streets none shows the whole car'
+expect_refusal 2 '^error: --one-street: of a hundred streets none shows the whole car' "one street from too near" frames --one-street --distance 0.5 0.6 --output no
 
 # One folder, one data set; the same again is no other.
 expect_exit 0 "the same again" frames --output metres
@@ -58,8 +57,7 @@ grep -q 'make_dataset was to draw' command.err && fail "a whole set is warned of
 # The same for make_assets, which makes the bundled files.
 expect_exit 0 "the bundled assets" "$programs/make_assets" --test 3 --size 32 --output bundled
 expect_exit 0 "more of them" "$programs/make_assets" --test 4 --size 32 --output bundled
-expect_exit 7 "fewer of them" "$programs/make_assets" --seed 2 --test 3 --size 32 --output bundled
-expect_error_line '^error: bundled/frames/test holds frames that are not replaced, such as bundled/frames/test/003.npz;'
+expect_refusal 7 '^error: bundled/frames/test holds frames that are not replaced, such as bundled/frames/test/003.npz;' "fewer of them" "$programs/make_assets" --seed 2 --test 3 --size 32 --output bundled
 [ -e bundled/.lock ] && fail "the lock is left behind" || pass
 
 # camouflage reads the frames, also in the mesh's own units: a car in centimetres.
@@ -71,8 +69,7 @@ expect_exit 0 "camouflage takes them" "$programs/camouflage" --mesh centimetres.
   --frames centimetres --epochs 1 --batch 2 --texels 8 --output run
 # In frames of metres the same car must be scaled: its size in the frames shows it.
 plain=("$programs/camouflage" --material body --frames metres --epochs 1 --batch 2 --texels 8)
-expect_exit 4 "units of a hundredth" "${plain[@]}" --mesh centimetres.obj --output none
-expect_error_line 'the mesh is 4[0-9]* long, and a car in metres 1 to 30: --scale 0.01 makes it 4'
+expect_refusal 4 'the mesh is 4[0-9]* long, and a car in metres 1 to 30: --scale 0.01 makes it 4' "units of a hundredth" "${plain[@]}" --mesh centimetres.obj --output none
 expect_exit 0 "scaled" "${plain[@]}" --mesh centimetres.obj --scale 0.01 --output scaled
 expect_exit 0 "resumed" "$programs/camouflage" --resume --output scaled
 expect_exit 7 "resumed at another scale" "$programs/camouflage" --resume --output scaled --scale 1
@@ -87,8 +84,7 @@ grep -q '"scale"' unscaled/manifest.json && fail "the manifest names a scale tha
 awk -F , 'NR == FNR { best[$1] = $7; next } FNR > 1 && ($7 - best[$1]) ^ 2 > 0.01 ^ 2 { exit 1 } END { exit !(FNR > 5) }' \
   unscaled/metrics.csv scaled/metrics.csv && pass || fail "the scaled car is another car"
 awk '$1 == "v" { printf "v %.9g %.9g %.9g\n", $2 / 10000, $3 / 10000, $4 / 10000; next } { print }' centimetres.obj >tiny.obj
-expect_exit 4 "units of hundreds of metres" "${plain[@]}" --mesh tiny.obj --output none
-expect_error_line '^error: tiny.obj: the car covers at most .* of a frame.s picture; the mesh is .*: --scale 100 makes it 4'
+expect_refusal 4 '^error: tiny.obj: the car covers at most .* of a frame.s picture; the mesh is .*: --scale 100 makes it 4' "units of hundreds of metres" "${plain[@]}" --mesh tiny.obj --output none
 expect_exit 2 "no scale" "${plain[@]}" --mesh tiny.obj --scale 0 --output none
 expect_exit 0 "from afar" frames --distance 20 30 --fov 20 25 --elevation 0 10 --occluded 0 --output afar
 
@@ -111,13 +107,11 @@ grep -q '^warning: parts/train holds 1 of the 2 frames' command.err && pass || f
 grep -q 'parts/test/0002.json: no picture beside the frame; expected parts/test/0002.png' command.err && pass || fail "$(cat command.err)"
 
 # An object below a metre is as large in the picture as a car.
-expect_exit 4 "a small car" frames --mesh "$assets/car_sedan.obj" --material body --length 0.4 --output small
-expect_error_line "is 0.400000 m long, expected 1 to 20; --length"
+expect_refusal 4 "is 0.400000 m long, expected 1 to 20; --length" "a small car" frames --mesh "$assets/car_sedan.obj" --material body --length 0.4 --output small
 expect_exit 0 "a small object" frames --mesh "$assets/car_sedan.obj" --material body --length 0.4 --object any --output small
 expect_exit 0 "camouflage takes it" "$programs/camouflage" --mesh "$assets/car_sedan.obj" --object any --material body \
   --frames small "${start[@]}" --output run_small
-expect_exit 4 "a tiny object" frames --mesh "$assets/car_sedan.obj" --material body --length 0.1 --object any --output tiny
-expect_error_line "is 0.100000 m long, expected 0.200000 to 20; --length"
+expect_refusal 4 "is 0.100000 m long, expected 0.200000 to 20; --length" "a tiny object" frames --mesh "$assets/car_sedan.obj" --material body --length 0.1 --object any --output tiny
 
 # Photographs: each either in train or in test.
 mkdir photographs
@@ -133,8 +127,7 @@ grep -q 'assumed' command.out && fail "what is given is assumed" || pass
 grep -q '^sun and sky of each frame are drawn at random' command.out && pass || fail "the light is assumed in silence"
 grep -q '^warning: photographs: 3 photographs are few' command.err && grep -q '^warning: photographs/a.png: [0-9]* % of neighbouring pixels are equal' command.err && pass ||
   fail "three drawings are taken for photographs without a word"
-expect_exit 2 "one of two numbers" frames --backgrounds photographs --fov 90 --check --output given
-expect_error_line '^error: --fov: one of 2 values is missing before --check; give one number twice for itself$'
+expect_refusal 2 '^error: --fov: one of 2 values is missing before --check; give one number twice for itself$' "one of two numbers" frames --backgrounds photographs --fov 90 --check --output given
 # A report shows photographs in their own shape: 4 : 3 in an input of 256 x 256.
 if [ -x "$programs/camouflage" ]; then
   expect_exit 0 "a run on wide frames" "$programs/camouflage" --frames photographed --texels 8 --epochs 1 --controls matched --output wide
@@ -153,8 +146,7 @@ grep -q '^warning: photographs/e.ppm: too small for a photograph; expected at le
 grep -q '^warning: 1 picture(s) such as photographs/f.WebP are left out' command.err && pass || fail "no word on a WebP"
 rm photographs/[ef].*
 expect_same three/test/0001.npz photographed/test/0001.npz
-expect_exit 4 "a lens in which no car fits" frames --backgrounds photographs --fov 5 5 --output tele
-expect_error_line "photographs: too few .*found 0, and 4 left out, such as photographs/a.png: the car does not lie in it"
+expect_refusal 4 "photographs: too few .*found 0, and 4 left out, such as photographs/a.png: the car does not lie in it" "a lens in which no car fits" frames --backgrounds photographs --fov 5 5 --output tele
 rm photographs/[bcd].png
 expect_refusal 4 "photographs: too few photographs .*expected at least 2.*found 1" "one photograph" frames --backgrounds photographs --output one
 expect_refusal 3 "nowhere: cannot list the folder" "no folder" frames --backgrounds nowhere --output nowhere
@@ -188,19 +180,15 @@ expect_same gone/test/0001.npz metres/test/0001.npz
 awk '$1 == "v" { print "v", $3, $4, $2; next } $1 == "vn" { print "vn", $3, $4, $2; next } { print }' \
   "$assets/car_sedan.obj" >y_up.obj
 cp "$assets/car_sedan.obj" z_up.obj
-expect_exit 4 "a car on its nose" frames --mesh y_up.obj --material body --output nose
-expect_error_line "y_up.obj: the mesh is .* high \(along z\) and .* long \(along x\), and does not stand on its wheels.*; --up y --forward z would right it"
+expect_refusal 4 "y_up.obj: the mesh is .* high \(along z\) and .* long \(along x\), and does not stand on its wheels.*; --up y --forward z would right it" "a car on its nose" frames --mesh y_up.obj --material body --output nose
 expect_refusal 4 "y_up.obj: the mesh is .* high" "a car on its nose, camouflaged" "$programs/camouflage" --check --mesh y_up.obj --material body
 expect_exit 0 "no car" frames --mesh y_up.obj --object any --material body --check --output no_car
 awk '$1 == "v" { print "v", $2, $4, -$3; next } $1 == "vn" { print "vn", $2, $4, -$3; next } { print }' \
   "$assets/van.obj" >side.obj
 cp "$assets/van.mtl" .
-expect_exit 4 "a van on its side" frames --mesh side.obj --material body --output side
-expect_error_line "side.obj: .*does not stand on its wheels.*; --up y --forward x would right it; --object any"
-expect_exit 4 "a van upside down" frames --mesh "$assets/van.obj" --material body --up -z --output side
-expect_error_line "van.obj: .*; --up z --forward x would right it"
-expect_exit 4 "a van across" frames --mesh "$assets/van.obj" --material body --forward -y --output side
-expect_error_line "van.obj: .*; --up z --forward x would right it or, if that is its tail, --forward -x"
+expect_refusal 4 "side.obj: .*does not stand on its wheels.*; --up y --forward x would right it; --object any" "a van on its side" frames --mesh side.obj --material body --output side
+expect_refusal 4 "van.obj: .*; --up z --forward x would right it" "a van upside down" frames --mesh "$assets/van.obj" --material body --up -z --output side
+expect_refusal 4 "van.obj: .*; --up z --forward x would right it or, if that is its tail, --forward -x" "a van across" frames --mesh "$assets/van.obj" --material body --forward -y --output side
 expect_exit 0 "the van righted" frames --mesh side.obj --up y --material body --check --output side
 expect_exit 2 "no kind of object" frames --object truck --output kind
 expect_exit 0 "a car with z up" frames --mesh z_up.obj --material body --output z_up
@@ -218,8 +206,7 @@ grep -q '"up"' run/manifest.json && fail "the manifest names an axis that was no
 expect_exit 0 "the run again" "$programs/camouflage" --resume --output run_y_up
 expect_exit 7 "resumed with another axis" "$programs/camouflage" --resume --output run_y_up --up z
 
-expect_exit 4 "a car of hundreds of metres" frames --mesh centimetres.obj --material body --output long
-expect_error_line "centimetres.obj: the mesh is .* m long, expected 1 to 20; --length"
+expect_refusal 4 "centimetres.obj: the mesh is .* m long, expected 1 to 20; --length" "a car of hundreds of metres" frames --mesh centimetres.obj --material body --output long
 expect_refusal 2 "--distance: 9.* is more than 8" "a range the wrong way round" frames --distance 9 8 --output turned
 expect_exit 2 "no output" frames
 finish

@@ -140,6 +140,5 @@ done
 
 # Measurements of versions whose ledgers state no roles.
 cp -r measured-2 old && sed -i 's/"read_as"/"read"/' old/settings.json
-expect_exit 3 "a ledger without roles" "$tabulate" --output none row=old
-expect_error_line 'old/settings.json: its ledger does not tell what was read as .*; measure it again'
+expect_refusal 3 'old/settings.json: its ledger does not tell what was read as .*; measure it again' "a ledger without roles" "$tabulate" --output none row=old
 finish

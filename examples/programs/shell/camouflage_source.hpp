@@ -15,12 +15,6 @@ struct CamouflageSource {
   [[nodiscard]] bool is_given() const { return !run.empty() || !picture.empty(); }
 };
 
-/// Rows of an atlas that shows a picture texel for texel, but for very large ones.
-inline std::size_t rows_for_picture(const std::string& path) {
-  constexpr std::size_t most = 1024;
-  return std::min(most, io::read_texture(path).shape(0));
-}
-
 /// Means of a picture along an axis over `count` equal parts of a stretch of it; beyond its end it repeats.
 /// \param stretch  in lengths of the picture's axis
 inline Array<float, 3> means_along(const Array<float, 3>& picture, std::size_t axis, std::size_t count,
