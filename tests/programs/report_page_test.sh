@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The pages of a run, of its evaluation and of a hardening in a browser, as wide as a screen and as a telephone: drawn,
-# listed, without an error, and without a fetched file. Skipped where there is no Chromium.
+# listed, without an error, and without a fetched file; pictures as sharp as they are; the words of every figure in its frame,
+# none on another. Skipped where there is no Chromium.
 source "$(dirname "$0")/support.sh"
 camouflage=$programs/camouflage
 [ -x "$camouflage" ] || exit 77
@@ -17,6 +18,17 @@ if [ -x "$programs/evaluate" ]; then
   cp evaluation/report.html alone/evaluation.html
   expect_exit 0 "a protocol" "$programs/evaluate" --protocol views --quick --run run --controls matched --size 64 --output protocol
   cp protocol/views.html alone/protocol.html
+  for kind in digital occlusion; do
+    expect_exit 0 "$kind" "$programs/evaluate" --protocol $kind --quick --run run --controls matched --size 64 --output "$kind of a rather long name"
+  done
+  expect_exit 0 "a table" "$programs/tabulate" --output table --title "A title of so many words that they need two lines" "digital of a rather long name"
+  # Drawings have a size, without which some viewers show nothing, and the key before what it explains.
+  { sed '/<\/body>/d' alone/protocol.html && cat */{views,digital,occlusion,table}.svg && echo '</body>'; } >alone/figures.html
+  for figure in */{views,digital,occlusion,table}.svg; do
+    head -n 1 "$figure" | grep -Eq 'viewBox="0 0 ([0-9.]+) ([0-9.]+)" width="\1" height="\2"' && pass || fail "$figure: $(head -n 1 "$figure")"
+    grep -nE 'class="(third|muted)"' "$figure" | head -n 1 >first && [ "$(cut -d: -f1 first)" -lt "$(grep -n 'class="title' "$figure" | head -n 1 | cut -d: -f1)" ] &&
+      pass || fail "$figure: the legend is not at the head"
+  done
 fi
 if [ -x "$programs/harden" ]; then
   expect_exit 0 "a short hardening" "$programs/harden" --frames frames --scenes 4 --texels 16 --attack-steps 1 --steps 1 --rounds 1 \
@@ -30,6 +42,18 @@ open_page() {
   cat "alone/$1.html" - >alone/page.html <<END
 <script>setTimeout(() => {
   document.body.dataset.pictured = document.querySelector('.pictures img')?.src.slice(0, 15);
+  const pictures = [...document.querySelectorAll('.pictures img')], drawings = [...document.querySelectorAll('svg')];
+  document.body.dataset.blown = pictures.filter(i => i.width > i.naturalWidth).length;
+  document.body.dataset.rowed = new Set(pictures.map(i => i.getBoundingClientRect().top)).size;
+  document.body.dataset.boxes = [...document.querySelectorAll('.boxes span')].map(e => e.textContent.trim()).join('; ');
+  document.body.dataset.buttons = document.querySelectorAll('#views button').length;
+  document.body.dataset.drawings = drawings.length;
+  document.body.dataset.misplaced = drawings.flatMap(drawing => {
+    const all = drawing.getBoundingClientRect(), places = [...drawing.querySelectorAll('text')].map(e => [e.textContent, e.getBoundingClientRect()]);
+    return places.filter(([words, at], i) => at.left < all.left || at.right > all.right || at.top < all.top || at.bottom > all.bottom ||
+      places.slice(0, i).some(([other, of]) => at.left < of.right && of.left < at.right && at.top + 4 < of.bottom && of.top + 4 < at.bottom))
+      .map(([words]) => words);
+  }).join('; ');
   document.body.dataset.large = [...document.querySelectorAll('.pictures img')].map(i => i.naturalWidth + 'x' + i.naturalHeight).join(' ');
   const first = document.getElementById('chosen')?.textContent;
   document.getElementById('on')?.click();
@@ -70,11 +94,17 @@ END
   [ "$(attribute beyond)" = 0 ] && pass || fail "$name: the page is wider by '$(attribute beyond)' px"
   [ "$(attribute cut)" = 0 ] && pass || fail "$name: '$(attribute cut)' tables are cut and do not scroll"
   [ "$2" -lt 1280 ] || [ "$(attribute whole)" = yes ] && pass || fail "$name: the list of views is not whole"
+  [ -z "$(attribute misplaced)" ] && pass || fail "$name: words beyond their drawing or on others: $(attribute misplaced)"
+  [ "$(attribute drawings)" -gt 3 ] && pass || fail "$name: only '$(attribute drawings)' drawings"
   grep -E 'CONSOLE.*(rror|arning)' log && fail "$name: errors in the browser" || pass
-  [ "$1" != protocol ] || return 0 # which has tables and figures alone
+  case $1 in protocol | figures) return 0 ;; esac # which have tables and figures alone
   [ "$(attribute drawn || echo 0)" -gt 1000 ] && pass || fail "$name: the car covers '$(attribute drawn)' pixels"
   [ "$(attribute pictured)" = data:image/jpeg ] && pass || fail "$name: no picture of a view"
   [ "$(attribute large | wc -w)" -ge 2 ] && [ "$(attribute stepped)" = true ] && pass || fail "$name: pictures of '$(attribute large)', no step"
+  [ "$(attribute blown)" = 0 ] && pass || fail "$name: '$(attribute blown)' pictures are larger than they are sharp"
+  [ "$2" -lt 1280 ] || [ "$(attribute rowed)" = 1 ] && pass || fail "$name: the pictures of a view stand in '$(attribute rowed)' rows"
+  [ "$(attribute buttons)" = "$3" ] && pass || fail "$name: '$(attribute buttons)' views to choose"
+  grep -Eq '^the car, found: .*; (car|van|clutter)' <<<"$(attribute boxes)" && pass || fail "$name: the legend has '$(attribute boxes)'"
   [ "$1" = hardening ] || [ -n "$(attribute verdict)" ] && pass || fail "$name: no verdict"
 }
 for page in alone/*.html; do
@@ -88,5 +118,5 @@ open_page run 390 4 002 1
 for page in evaluation hardening; do
   [ ! -e "alone/$page.html" ] || open_page "$page" 390 4 002 1
 done
-[ ! -e alone/protocol.html ] || open_page protocol 390 432 '0-45, 1.5' 9
+[ ! -e alone/protocol.html ] || for page in protocol figures; do open_page $page 390 432 '0-45, 1.5' 9; done
 finish

@@ -11,12 +11,13 @@ namespace tapestry::shell {
 inline constexpr const char* list_style =
     R"(#views th { cursor: pointer } #views th[aria-sort=ascending]::after { content: " \2191" }
 #views th[aria-sort=descending]::after { content: " \2193" }
-#views tr.chosen { background: var(--shade) } #views tbody tr { cursor: pointer } .missed { color: #b35900 }
+#views tr.chosen { background: var(--shade) } .missed { color: #b35900 }
 .list { max-height: 30em; overflow: auto } .list table { font-size: 13px; margin: 0 }
 .list td, .list th { padding-right: .6em } .list td:first-child, .list th:first-child { min-width: 3em }
 .list th { position: sticky; top: 0; background: var(--paper); z-index: 1 }
 .list th:first-child, .list td:first-child { position: sticky; left: 0; background: var(--paper) }
-.list th:first-child { z-index: 2 } .list tr.chosen td:first-child { background: var(--shade) }
+.list button { font: inherit; color: var(--mark); background: none; border: 0; padding: 0; text-align: left;
+  text-decoration: underline; cursor: pointer } .list th:first-child { z-index: 2 } .list tr.chosen td:first-child { background: var(--shade) }
 @media (prefers-color-scheme: dark) { .missed { color: #ffa657 } }
 @media print { .hands { display: none } .list { max-height: none } body { max-width: none } }
 )";
@@ -24,9 +25,12 @@ inline constexpr const char* list_style =
 /// Style of a run's page, after page_style and list_style.
 inline constexpr const char* report_style =
     R"(
-.verdict { font-size: 19px } .pictures { display: grid; grid-template-columns: 1fr 1fr; gap: .6em 1em }
-.pictures figure { margin: 0 } .pictures img { width: 100%; display: block } .hands button { font: inherit; padding: .2em 1.2em }
-@media (max-width: 40em) { .pictures { grid-template-columns: 1fr } }
+.verdict { font-size: 19px } .pictures { display: grid; grid-template-columns: repeat(4, minmax(0, max-content)); gap: .6em 1em;
+  margin-right: min(0px, (100% - 100vw) / 2 + 1.5em) }
+.pictures figure { margin: 0; display: grid; align-content: start } .pictures figcaption { width: 0; min-width: 100% }
+.hands button { font: inherit; padding: .2em 1.2em }
+.boxes span { margin-right: 1em } .boxes i { display: inline-block; width: .8em; height: .8em }
+@media (max-width: 60em) { .pictures { grid-template-columns: repeat(2, minmax(0, max-content)) } }
 .atlases { display: flex; flex-wrap: wrap; gap: 1em } .atlases figure { margin: 0; width: 15em }
 .atlases img { image-rendering: pixelated; width: 100% }
 .curves { display: flex; flex-wrap: wrap; gap: 1em } .curves svg { max-width: 100%; height: auto }
@@ -66,14 +70,16 @@ function listViews() {
     shown.sort((a, b) => sign * (key(a) < key(b) ? -1 : key(a) > key(b) ? 1 : 0) || a.index - b.index);
     body.replaceChildren(...shown.map(view => {
       const row = make('tr');
-      row.append(make('td', view.name + (view.picture < 0 && data.pictures ? ' (no picture)' : '')));
+      const name = row.insertCell(), button = make('button', view.name);
+      button.onclick = () => { choose(view); for (const r of body.rows) r.classList.toggle('chosen', r === row);
+        document.getElementById('chosen').scrollIntoView({block: 'nearest'}); };
+      name.append(view.picture < 0 ? view.name : button);
       view.place.forEach((value, i) => row.append(make('td', value.toFixed(digits[i]) + unit[i])));
       view.scores.forEach(([best, found]) => {
         const cell = make('td', best.toFixed(3) + (found === 1 ? '' : found === 0 ? ' not found' : ' ' + found.toFixed(2)));
         if (found < 1) cell.className = 'missed';
         row.append(cell);
       });
-      row.onclick = () => { choose(view); for (const r of body.rows) r.classList.toggle('chosen', r === row); };
       return row;
     }));
     document.getElementById('count').textContent = shown.length + ' of ' + data.views.length + ' views';
@@ -87,7 +93,6 @@ function listViews() {
 const pictured = data.views.filter(view => view.picture >= 0);
 let chosen = 0;
 function choose(view) {
-  if (view.picture < 0) return;
   chosen = pictured.indexOf(view);
   document.querySelectorAll('.pictures img').forEach((image, i) => {
     image.src = 'data:image/jpeg;base64,' + data.pictures[i][view.picture]; });

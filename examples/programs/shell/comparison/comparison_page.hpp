@@ -51,8 +51,10 @@ inline std::string row_html(const Json& row) {
 
 /// The part of a page about one comparison. \param json  as comparison_json() writes it
 inline std::string section_html(const std::string& name, const Json& json) {
-  std::string html = "<h2 id=\"" + escaped(name) + "\">" + escaped(json.at("title").get<std::string>()) +
-                     "</h2>\n<p><img alt=\"\" src=\"" + escaped(name) + ".svg\"></p>\n";
+  std::string html =
+      "<h2 id=\"" + escaped(name) + "\">" + escaped(json.at("title").get<std::string>()) +
+      "</h2>\n<div class=\"wide figure\" tabindex=\"0\"><img alt=\"the figure of the tables below\" src=\"" +
+      escaped(name) + ".svg\"></div>\n";
   html += "<div class=\"panels\">\n";
   for (const auto& table : json.at("tables")) html += html_of(word_table_of(table));
   html += "</div>\n<ul>\n";
@@ -119,7 +121,8 @@ inline std::string comparisons_page(const std::string& folder) {
     contents += "<li>" + detail::link_to("#" + name, json.at("title").get<std::string>()) + "</li>\n";
     sections += detail::section_html(name, json);
   }
-  return page_begin("Tables", std::string(figure_style) + protocol_style) + "<ul>\n" + contents + "</ul>\n" +
+  constexpr const char* style = "@media (max-width: 60em) { .figure img { max-width: none } }\n";
+  return page_begin("Tables", std::string(protocol_style) + style) + "<ul>\n" + contents + "</ul>\n" +
          sections + "</body></html>\n";
 }
 

@@ -169,7 +169,8 @@ inline std::string picture_html(const std::vector<std::pair<std::string, std::st
             "\" src=\"data:image/png;base64," + base64(png) + "\">\n";
   return html;
 }
-inline constexpr const char* protocol_style = R"(.panels { display: flex; flex-wrap: wrap; gap: 0 1em }
+inline constexpr const char* protocol_style =
+    R"(.panels { display: flex; flex-wrap: wrap; gap: 0 1em } .panels > * { min-width: 0; max-width: 100% }
 svg, img { max-width: 100%; height: auto; display: block }
 figcaption { font-weight: bold; color: inherit } .verdict { font-size: 19px }
 )";
