@@ -38,12 +38,8 @@ inline void require_writable_folder(const std::string& folder) {
   remove_probe();
 }
 
-/// Removes temporaries of killed processes from the folder of a file to be written.
-inline void remove_parts_beside(const std::string& file) {
-  io::remove_abandoned_parts(io::path_of(file).parent_path().string());
-}
-
-/// Checks that a file can be written, before hours of work.
+/// Checks that a file can be written, before hours of work; removes temporaries of killed processes beside
+/// it.
 inline void require_writable_file(const std::string& path) {
   using std::filesystem::file_type;
   const std::string folder = io::path_of(path).parent_path().string();
@@ -52,7 +48,7 @@ inline void require_writable_file(const std::string& path) {
   const file_type type = status_of(path, ErrorKind::write).type();
   if (type != file_type::not_found && type != file_type::regular)
     throw FileError(ErrorKind::write, {path, "", "exists and is not a regular file"});
-  remove_parts_beside(path);
+  io::remove_abandoned_parts(folder);
   require_writable_folder(folder.empty() ? "." : folder);
 }
 

@@ -19,11 +19,6 @@ inline std::vector<std::pair<const char*, std::optional<double>>> named_measures
           {"recall", s.recall}};
 }
 
-/// A share in per cent, or a dash.
-inline std::string measure_text(const std::optional<double>& value) {
-  return value ? formatted("%6.2f", 100 * *value) : "     -";
-}
-
 /// The row of all classes.
 inline evaluate::ClassPrecision all_classes(const evaluate::AveragePrecision& result) {
   evaluate::ClassPrecision all{0, 0, result.mean};
@@ -39,7 +34,8 @@ inline std::string precision_text(const evaluate::AveragePrecision& result,
                                   const std::vector<std::string>& names) {
   const auto measures = [](const evaluate::PrecisionSummary& s) {
     std::string text;
-    for (const auto& [name, value] : named_measures(s)) text += " " + measure_text(value);
+    for (const auto& [name, value] : named_measures(s))
+      text += value ? formatted(" %6.2f", 100 * *value) : "      -";
     return text;
   };
   std::string text =

@@ -145,28 +145,22 @@ std::string car_html(const ReportPage& page) {
          "the arrow keys to turn it\"></canvas>\n";
 }
 
-/// The colours of the boxes in the pictures, with the commonest classes that have them.
+/// The colours of the boxes in the pictures, with the names of their classes.
 std::string boxes_html(const ViewPictures& pictures) {
-  constexpr std::size_t most = 8;
-  std::map<std::pair<std::string, Colour>, std::size_t> counts;
+  std::map<std::string, Colour> classes;
   for (const auto& [words, all] : pictures.ways)
     for (const auto& marked : all)
       for (const auto& [box, label, colour] : marked.boxes)
-        if (colour != found_colour) ++counts[{label.substr(0, label.rfind(' ')), colour}];
-  std::vector<std::pair<std::size_t, std::pair<std::string, Colour>>> classes;
-  for (const auto& [named, count] : counts) classes.emplace_back(count, named);
-  std::ranges::sort(classes, std::greater{});
+        if (colour != found_colour) classes[label.substr(0, label.rfind(' '))] = colour;
   const auto mark = [](const std::string& name, const Colour& c) {
     return formatted("<span><i style=\"background: #%02x%02x%02x\"></i>&#160;", c[0], c[1], c[2]) +
            escaped(name) + "</span> ";
   };
   std::string html =
       "<p class=\"boxes\">Boxes: " + mark("the car, found: of its class, with IoU 0.5 or more", found_colour);
-  if (classes.size() > most) classes.resize(most);
-  if (!classes.empty()) html += "Others, which do not count: ";
-  for (const auto& [count, named] : classes) html += mark(named.first, named.second);
+  for (const auto& [name, colour] : classes) html += mark(name, colour);
   return html +
-         "One of the car's class that does not count fits the car too little, or frames another.</p>\n";
+         "The others do not count; one of the car's class fits it too little, or frames another.</p>\n";
 }
 
 std::string pictures_html(const ViewPictures& pictures) {

@@ -69,8 +69,7 @@ function listViews() {
       (only.value === '' || view.scores[data.textures.indexOf(only.value)][1] < 1));
     shown.sort((a, b) => sign * (key(a) < key(b) ? -1 : key(a) > key(b) ? 1 : 0) || a.index - b.index);
     body.replaceChildren(...shown.map(view => {
-      const row = make('tr');
-      const name = row.insertCell(), button = make('button', view.name);
+      const row = make('tr'); const name = row.insertCell(), button = make('button', view.name);
       button.onclick = () => { choose(view); for (const r of body.rows) r.classList.toggle('chosen', r === row);
         document.getElementById('chosen').scrollIntoView({block: 'nearest'}); };
       name.append(view.picture < 0 ? view.name : button);
@@ -139,8 +138,7 @@ function groundOf(gl, program, turn, meshes) {
     const step = pass % 2 ? n : 1, from = dark;
     dark = from.map((_, i) => { let sum = 0; for (let k = -3; k <= 3; ++k) sum += from[i + k * step] ?? 0; return sum / 7; });
   }
-  const texture = gl.createTexture(), array = gl.createVertexArray();
-  gl.bindTexture(gl.TEXTURE_2D, texture);
+  const texture = gl.createTexture(), array = gl.createVertexArray(); gl.bindTexture(gl.TEXTURE_2D, texture);
   gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, n, n, 0, gl.RED, gl.UNSIGNED_BYTE, Uint8Array.from(dark, v => 255 * v));
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
   return (view, projection) => {
@@ -159,8 +157,7 @@ async function showCar() {
   if (!gl) { canvas.replaceWith(make('p', 'This browser draws no WebGL: open painted.glb in a viewer.')); return; }
   const {gltf, read, picture} = readGlb(data.glb);
   const shader = (type, text) => {
-    const s = gl.createShader(type);
-    gl.shaderSource(s, text); gl.compileShader(s);
+    const s = gl.createShader(type); gl.shaderSource(s, text); gl.compileShader(s);
     if (!gl.getShaderParameter(s, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(s));
     return s;
   };
@@ -188,21 +185,18 @@ async function showCar() {
   const place = name => gl.getUniformLocation(program, name);
   let low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   const parts = gltf.meshes[0].primitives.map(part => {
-    const array = gl.createVertexArray();
-    gl.bindVertexArray(array);
+    const array = gl.createVertexArray(); gl.bindVertexArray(array);
     const put = (name, accessor, size) => {
       const at = gl.getAttribLocation(program, name);
       if (at < 0 || accessor === undefined) return;
       const values = read(accessor);
       if (name === 'position') values.forEach((v, i) => {
         low[i % 3] = Math.min(low[i % 3], v); high[i % 3] = Math.max(high[i % 3], v); });
-      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-      gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer()); gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
       gl.enableVertexAttribArray(at); gl.vertexAttribPointer(at, size, gl.FLOAT, false, 0, 0);
     };
     put('position', part.attributes.POSITION, 3); put('normal', part.attributes.NORMAL, 3);
-    put('uv', part.attributes.TEXCOORD_0, 2);
-    const indices = read(part.indices);
+    put('uv', part.attributes.TEXCOORD_0, 2); const indices = read(part.indices);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
     const surface = gltf.materials[part.material].pbrMetallicRoughness;
@@ -212,10 +206,8 @@ async function showCar() {
   });
   const paint = gl.createTexture();
   if (gltf.images) {
-    const bitmap = await createImageBitmap(picture(0));
-    gl.bindTexture(gl.TEXTURE_2D, paint);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, bitmap);
-    gl.generateMipmap(gl.TEXTURE_2D);
+    const bitmap = await createImageBitmap(picture(0)); gl.bindTexture(gl.TEXTURE_2D, paint);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, bitmap); gl.generateMipmap(gl.TEXTURE_2D);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
   }
   const [qx, qy, qz, qw] = gltf.nodes[0].rotation ?? [0, 0, 0, 1];  // to y up

@@ -12,10 +12,6 @@ inline std::string percent_text(double share, const std::array<double, 2>& inter
   return fixed(100 * share, 1) + " " + interval_text(interval);
 }
 
-inline std::string rate_text(const evaluate::DetectionRate& rate) {
-  return percent_text(rate.p_at_50, rate.interval);
-}
-
 /// Shares of the fates in per cent, in their order.
 inline std::string fates_text(const evaluate::FateCounts& fates) {
   std::string text;
@@ -40,7 +36,7 @@ struct TextureFigure {
 inline std::vector<TextureFigure> texture_figures(const Comparison& comparison) {
   std::vector<TextureFigure> figures{
       {"pictures in which the car is found, % (P@0.5), 95 %", "found, %, 95 %",
-       [](const auto& texture) { return rate_text(texture.rate); }},
+       [](const auto& texture) { return percent_text(texture.rate.p_at_50, texture.rate.interval); }},
       {"mean best confidence", "mean best confidence",
        [](const auto& texture) { return fixed(texture.mean_best_confidence, 3); }},
       {"found at a confidence above .05, %", "found above .05, %",

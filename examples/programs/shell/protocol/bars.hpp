@@ -50,8 +50,9 @@ Panel bar_panel(const Protocol& protocol, const ProtocolResult& result, const Ba
       }
       svg += svg_rectangle(x, y(rate.p_at_50), bar_width - 2, bottom - y(rate.p_at_50),
                            bar_style(result, shown[i]));
-      svg += svg_line(middle, y(rate.interval[0]), middle, y(rate.interval[1]), "ink");
-      for (const double end : rate.interval) svg += svg_line(middle - 3, y(end), middle + 3, y(end), "ink");
+      const double low = y(rate.interval[0]), high = y(rate.interval[1]), from = middle - 3, to = middle + 3;
+      svg += svg_strokes({{middle, low}, {middle, high}, {from, low}, {to, low}, {from, high}, {to, high}},
+                         "ink");
     }
     const double middle = left + group_width * (static_cast<double>(group) + 0.5);
     const auto [words, muted] = words_of(row, cell);

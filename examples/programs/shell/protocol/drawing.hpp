@@ -129,26 +129,16 @@ inline std::string svg_rectangle(double x, double y, double width, double height
 inline constexpr std::array<std::array<double, 3>, 5> share_stops{
     {{43, 48, 99}, {38, 92, 128}, {41, 138, 133}, {126, 187, 106}, {247, 226, 122}}};
 
-inline std::array<int, 3> share_colour(double share) {
+inline std::string colour_text(double share) {
   const double at = std::clamp(share, 0.0, 1.0) * (share_stops.size() - 1);
   const std::size_t first = std::min(static_cast<std::size_t>(at), share_stops.size() - 2);
   const double part = at - static_cast<double>(first);
-  std::array<int, 3> colour{};
+  std::string text;
   for (std::size_t c = 0; c < 3; ++c)
-    colour[c] = static_cast<int>(
-        std::lround(share_stops[first][c] + part * (share_stops[first + 1][c] - share_stops[first][c])));
-  return colour;
+    text += (c == 0 ? "rgb(" : ",") +
+            fixed(share_stops[first][c] + part * (share_stops[first + 1][c] - share_stops[first][c]), 0);
+  return text + ")";
 }
-
-inline std::string colour_text(double share) {
-  const auto [red, green, blue] = share_colour(share);
-  return "rgb(" + std::to_string(red) + "," + std::to_string(green) + "," + std::to_string(blue) + ")";
-}
-
-inline std::string fill_of(double share) { return "fill=\"" + colour_text(share) + "\""; }
-
-/// The style of text on the colour of a share.
-inline const char* style_on(double share) { return share > 0.55 ? "on-light" : "on-dark"; }
 
 /// A scale of the colours of shares, with its ends.
 inline std::string share_scale(double left, double top, double width) {
