@@ -22,7 +22,8 @@ pre { background: var(--shade); padding: .8em; overflow: auto }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .4em 0 .8em }
 td, th { padding: .2em .8em .2em 0; text-align: right; white-space: nowrap }
 th { white-space: normal; vertical-align: bottom }
-td:first-child, th:first-child { text-align: left; white-space: normal; min-width: 6em }
+td:first-child, th:first-child { text-align: left; white-space: normal; min-width: 8em }
+.wide th:first-child, .wide td:first-child { position: sticky; left: 0; background: var(--paper) }
 tr + tr, tbody tr { border-top: 1px solid var(--line) }
 @media (max-width: 40em) { table { font-size: 13px } td, th { padding-right: .6em } }
 )";

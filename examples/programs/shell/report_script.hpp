@@ -15,7 +15,6 @@ inline constexpr const char* list_style =
 .list { max-height: 30em; overflow: auto } .list table { font-size: 13px; margin: 0 }
 .list td, .list th { padding-right: .6em } .list td:first-child, .list th:first-child { min-width: 3em }
 .list th { position: sticky; top: 0; background: var(--paper); z-index: 1 }
-.list th:first-child, .list td:first-child { position: sticky; left: 0; background: var(--paper) }
 .list button { font: inherit; color: var(--mark); background: none; border: 0; padding: 0; text-align: left;
   text-decoration: underline; cursor: pointer } .list th:first-child { z-index: 2 } .list tr.chosen td:first-child { background: var(--shade) }
 @media (prefers-color-scheme: dark) { .missed { color: #ffa657 } }
