@@ -75,15 +75,13 @@ function listViews() {
       view.place.forEach((value, i) => row.append(make('td', value.toFixed(digits[i]) + unit[i])));
       view.scores.forEach(([best, found]) => {
         const cell = make('td', best.toFixed(3) + (found === 1 ? '' : found === 0 ? ' not found' : ' ' + found.toFixed(2)));
-        if (found < 1) cell.className = 'missed';
-        row.append(cell);
+        if (found < 1) cell.className = 'missed'; row.append(cell);
       });
       return row;
     }));
     document.getElementById('count').textContent = shown.length + ' of ' + data.views.length + ' views';
   }
-  search.oninput = only.onchange = fill;
-  fill();
+  search.oninput = only.onchange = fill; fill();
   if (pictured.length) choose(pictured[0]);
 }
 
@@ -163,8 +161,7 @@ async function showCar() {
   const linked = (vertex, fragment) => {
     const program = gl.createProgram();
     gl.attachShader(program, shader(gl.VERTEX_SHADER, vertex)); gl.attachShader(program, shader(gl.FRAGMENT_SHADER, fragment));
-    gl.linkProgram(program);
-    return program;
+    gl.linkProgram(program); return program;
   };
   const program = linked(`#version 300 es
     in vec3 position; in vec3 normal; in vec2 uv; uniform mat4 view, projection; out vec3 n, p; out vec2 at;
@@ -251,8 +248,7 @@ async function showCar() {
   canvas.onwheel = e => { e.preventDefault(); distance = Math.min(6, Math.max(1.2, distance * Math.exp(e.deltaY * 1e-3))); draw(); };
   canvas.onkeydown = e => { const by = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]}[e.key];
     if (by) { e.preventDefault(); turnBy(...by); } };
-  window.addEventListener('resize', draw);
-  draw();
+  window.addEventListener('resize', draw); draw();
   const pixels = new Uint8Array(4 * canvas.width * canvas.height);
   gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
   let drawn = 0;
