@@ -210,16 +210,17 @@ svg .own { fill: #0969da; stroke: #fff } svg .peer { fill: #fff; stroke: #57606a
 /// a whole.
 inline void write_figure(const std::string& path, const std::string& title, const std::vector<Panel>& panels,
                          std::size_t columns) {
-  shell::Figure figure{title, {}, {460, 30, points_style}, std::min<std::size_t>(columns, 3)};
+  shell::Panel key{460, 30, points_style};
+  key.svg += shell::svg_line(16, 12, 40, 12, "front") +
+             shell::svg_text(46, 16, "", "Pareto front; up and to the left is better") +
+             detail::dot(306, 12, "own") + shell::svg_text(314, 16, "", "ours");
+  if (std::ranges::any_of(
+          panels, [](const Panel& panel) { return std::ranges::any_of(panel.points, &Point::is_peer); }))
+    key.svg += detail::dot(356, 12, "peer") + shell::svg_text(364, 16, "", "other libraries");
+  shell::Figure figure{title, {}, {{}, "", key}, std::min<std::size_t>(columns, 3)};
   for (const Panel& panel : panels)
     figure.panels.push_back(
         {detail::PanelDrawing::width, detail::PanelDrawing::height, detail::PanelDrawing(panel).svg()});
-  figure.legend.svg += shell::svg_line(16, 12, 40, 12, "front") +
-                       shell::svg_text(46, 16, "", "Pareto front; up and to the left is better") +
-                       detail::dot(306, 12, "own") + shell::svg_text(314, 16, "", "ours");
-  if (std::ranges::any_of(
-          panels, [](const Panel& panel) { return std::ranges::any_of(panel.points, &Point::is_peer); }))
-    figure.legend.svg += detail::dot(356, 12, "peer") + shell::svg_text(364, 16, "", "other libraries");
   io::write_file_atomically(path, std::string_view(shell::figure_svg(figure)));
 }
 

@@ -31,6 +31,7 @@ function look() {
 
 function setRunning(running) {
   isRunning = running;
+  $('status').ariaLive = running ? 'off' : 'polite';  // which steps would flood
   $('run').textContent = running ? 'Pause' : 'Start';
   $('run').disabled = $('again').disabled = !isReady;
 }
@@ -43,18 +44,19 @@ function toggle() {
 
 const colour = name => getComputedStyle(document.documentElement).getPropertyValue('--' + name);
 
-function drawBox(context, scale, [left, top, width, height, confidence, isCar, name]) {
+// Lines and words are as large on the page as a reader needs, however small the picture is.
+function drawBox(context, scale, pixel, [left, top, width, height, confidence, isCar, name]) {
   context.strokeStyle = context.fillStyle = isCar ? '#28dc3c' : '#ff4f3d';
-  context.lineWidth = 2;
+  context.lineWidth = 2 * pixel;
   context.strokeRect(left * scale, top * scale, width * scale, height * scale);
   const text = name + ' ' + confidence.toFixed(2);
-  context.font = '600 13px system-ui, sans-serif';
-  const wide = context.measureText(text).width + 8;
+  context.font = `600 ${13 * pixel}px system-ui, sans-serif`;
+  const wide = context.measureText(text).width + 8 * pixel;
   const x = Math.max(0, Math.min(left * scale - 1, extents.width * scale - wide));
-  const y = Math.max(0, top * scale - 18);
-  context.fillRect(x, y, wide, 18);
+  const y = Math.max(0, top * scale - 18 * pixel);
+  context.fillRect(x, y, wide, 18 * pixel);
   context.fillStyle = '#000';
-  context.fillText(text, x + 4, y + 13);
+  context.fillText(text, x + 4 * pixel, y + 13 * pixel);
 }
 
 async function drawSeen({panel, step, pixels, found, confidence, boxes}) {
@@ -65,7 +67,7 @@ async function drawSeen({panel, step, pixels, found, confidence, boxes}) {
   canvas.height = extents.height * scale;
   const context = canvas.getContext('2d');
   context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
-  for (const box of boxes) drawBox(context, scale, box);
+  for (const box of boxes) drawBox(context, scale, canvas.width / canvas.clientWidth, box);
   const verdict = figure.querySelector('.verdict');
   verdict.classList.toggle('found', found);
   verdict.innerHTML = `<b>${found ? 'found' : 'not found'}</b>, best confidence ${confidence.toFixed(2)}`;
@@ -107,7 +109,8 @@ function drawCurve() {
     context.fillText(name, x(end) - (name === 'plain' ? 40 : 90), y(levels[name]) + (levels[name] > 0.9 ? 15 : -5));
   }
   line(points, colour('paint'), [], 2.5);
-  if (points.length) context.fillStyle = colour('paint'), context.fillText('paint', Math.min(x(last) + 4, width - 40), y(points[points.length - 1][1]) - 6);
+  if (points.length) context.fillStyle = colour('paint'), context.fillText('paint', Math.min(x(last) + 4, width - 40),
+    y(points[points.length - 1][1]) + (points[points.length - 1][1] > 0.9 ? 30 : -6));
 }
 
 const heard = {

@@ -328,9 +328,9 @@ TEST_CASE("a large picture is packed by several threads into one stream of the s
   constexpr std::size_t first = 41;  // after the signature, the header, and the length and name of this chunk
   REQUIRE(file.substr(first - 4, 4) == "IDAT");
   std::vector<unsigned char> rows(height * (1 + 3 * width) + 1);
-  uLongf size = rows.size();
+  auto size = static_cast<uLongf>(rows.size());
   CHECK(uncompress(rows.data(), &size, reinterpret_cast<const unsigned char*>(file.data()) + first,
-                   file.size() - first) == Z_OK);
+                   static_cast<uLong>(file.size() - first)) == Z_OK);
   CHECK(size == rows.size() - 1);
 }
 

@@ -241,10 +241,7 @@ printable=("${brief[@]}" --epochs 20 --batch 4 --worst-views 0.5 --printability 
 expect_exit 0 "printable colours" "$camouflage" "${printable[@]}" --threads 2 --output printable
 expect_exit 0 "printable colours, one thread" "$camouflage" "${printable[@]}" --threads 1 --output printable1
 kill_until_done printable2 2 1 "$camouflage" "${printable[@]}"
-for file in texture.npz history.csv manifest.json metrics.csv; do
-  expect_same "printable1/$file" "printable/$file"
-  expect_same "printable2/$file" "printable/$file"
-done
+for other in printable1 printable2; do expect_same_files $other printable texture.npz history.csv manifest.json metrics.csv; done
 grep -q '"palette": "colours.txt"' printable/manifest.json && grep -q '"worst-views": 0.5' printable/manifest.json && pass ||
   fail "the manifest does not name palette and worst views"
 awk -F , 'NR == 1 && $7 != "printability" { exit 1 } NR == 2 { first = $7 } END { exit !(NR == 21 && $7 < first / 2) }' printable/history.csv && pass ||

@@ -19,19 +19,11 @@ kill_last_rank() {
 mkdir frames && cp "$assets"/frames/test/00[01].npz frames
 "$camouflage" --frames frames --texels 8 --epochs 1 --output run >/dev/null 2>&1
 small=(--protocol views --run run --quick --controls matched --size 64 --background 0.5 0.5 0.5)
-expect_same_report() { # expect_same_report FOLDER FOLDER
-  local file
-  for file in views.{csv,json,md,svg,html} frames.csv outcomes.npz settings.json; do
-    expect_file "$1/$file"
-    expect_same "$1/$file" "$2/$file"
-  done
-}
-
 expect_exit 0 "without mpirun" "$evaluate" "${small[@]}" --threads 1 --output alone
 cp command.out alone.out
 for count in 1 2 3; do
   expect_exit 0 "$count ranks" ranks "$count" "${small[@]}" --output "ranks$count"
-  expect_same_report alone "ranks$count"
+  expect_same_report views alone "ranks$count"
   expect_same <(grep -v '^this process\|^written' command.out) <(grep -v '^this process\|^written' alone.out)
   [ "$(grep -c 'frame 432 of 432' command.err)" -eq 1 ] && pass || fail "progress of $count ranks: $(cat command.err)"
 done
@@ -45,19 +37,13 @@ kill_last_rank "$process"
 wait "$process"
 [ $? -ne 0 ] && pass || fail "the death of a rank was not seen"
 expect_exit 0 "going on" ranks 3 "${small[@]}" --output killed
-expect_same_report alone killed
+expect_same_report views alone killed
 
 # Views of a step are shared: five frames in steps of three and two.
 cp "$assets"/frames/test/00[2-4].npz frames
 paint=(--frames frames --texels 8 --batch 3 --conditions light --worst-views 0.5 --printability 2 --checkpoint-steps 1
   --threads 1)
-expect_same_run() { # expect_same_run FOLDER FOLDER
-  local file
-  for file in texture.npz texture.png checkpoint.npz history.csv metrics.csv manifest.json; do
-    expect_file "$1/$file"
-    expect_same "$1/$file" "$2/$file"
-  done
-}
+expect_same_run() { expect_same_files "$1" "$2" texture.npz texture.png checkpoint.npz history.csv metrics.csv manifest.json; } # FOLDER FOLDER
 expect_exit 0 "a camouflage without mpirun" "$camouflage" "${paint[@]}" --epochs 4 --output paint
 for count in 1 2 3; do
   expect_exit 0 "a camouflage by $count ranks" mpirun -n "$count" "${here[@]}" "$camouflage" "${paint[@]}" --epochs 4 \
@@ -80,7 +66,7 @@ expect_same_run whole dead
 expect_exit 2 "ranks without a protocol" ranks 2 --run run
 grep -Eq '^error: (rank 1: )?several ranks' command.err && pass || fail "no word on ranks: $(cat command.err)"
 expect_exit 7 "another measurement in the folder" ranks 2 "${small[@]}" --seed 5 --output alone
-expect_same_report alone ranks1
+expect_same_report views alone ranks1
 
 # Ranks that would compute something else are refused before the first step; they neither mix nor wait for ever.
 for rank in 0 1; do

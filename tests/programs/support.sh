@@ -53,6 +53,19 @@ expect_same_files() {
   local file
   for file in "${@:3}"; do expect_same "$1/$file" "$2/$file"; done
 }
+# expect_senseless "COMMAND..." "OPTION VALUE"...: each is refused by the option's name.
+expect_senseless() {
+  local words
+  # shellcheck disable=SC2086  # several words on purpose
+  for words in "${@:2}"; do expect_refusal 2 "^error: ${words% *}" "$words" $1 $words; done
+}
+# expect_words "FILE..." WORDS...: every file has all of these.
+expect_words() {
+  local words file
+  for words in "${@:2}"; do
+    for file in $1; do grep -qF -- "$words" "$file" && pass || fail "$file says nothing of '$words'"; done
+  done
+}
 # stop SIGNAL PROCESS: sends a signal and waits; the exit code is the process's.
 stop() {
   kill "-$1" "$2" 2>/dev/null

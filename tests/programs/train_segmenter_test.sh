@@ -19,10 +19,7 @@ expect_exit 0 "only validation" "$train" $small --steps 0 --weights one.onnx --o
 [ -e none.onnx ] && fail "validation alone wrote weights" || pass
 
 expect_refusal 2 'did you mean --steps' "a misspelt option" "$train" --stepz 3
-for words in "--steps -3" "--learning-rate nan" "--threads 1000000" "--validate 1000000000000" "--batch 0" "--side 40"; do
-  # shellcheck disable=SC2086  # several words on purpose
-  expect_refusal 2 "^error: ${words% *}" "$words" "$train" $words --output refused.onnx
-done
+expect_senseless "$train --output refused.onnx" "--steps -3" "--learning-rate nan" "--threads 1000000" "--validate 1000000000000" "--batch 0" "--side 40"
 [ -e refused.onnx ] && fail "a refused run wrote weights" || pass
 expect_refusal 3 'absent.onnx' "missing weights" "$train" --weights absent.onnx --steps 0
 expect_refusal 5 'absent/x.onnx' "a missing folder" "$train" $small --output absent/x.onnx

@@ -93,6 +93,10 @@ async function optimise() {
   await click('run');
   await until("document.body.dataset.sides === '12'");
   await photograph('wide');
+  check(await value("[...document.querySelectorAll('canvas')].every(c => c.getAttribute('role') === 'img' && c.getAttribute('aria-label'))"),
+    'every drawing has words');
+  check(await value(`[...document.querySelectorAll('.panels figure:has(.found) canvas')].every(c => parseFloat(c.getContext('2d').font.match(/[0-9.]+px/)) *
+    c.clientWidth >= 12.9 * c.width)`), 'the words at boxes have 13 pixels of the page');
   const verdicts = await value("['plain', 'noise', 'paint'].map(id => document.querySelector('#' + id + ' .verdict').textContent.slice(-4))");
   const shown = await value("['plain', 'noise', 'paint'].map(id => document.getElementById('sides-' + id).textContent)");
   return {losses: (await value('document.body.dataset.losses')).trim().split(' ').map(Number), sha256: await value('document.body.dataset.sha256'),

@@ -23,8 +23,11 @@ class CamouflageRun {
         train_(inputs_.car.painted, store_settings(), train_loaders(inputs_.frames, inputs_.mask)),
         test_(inputs_.car.painted, store_settings(),
               frame_loaders(inputs_.frames.test, inputs_.mask, inputs_.frames.posed)),
-        objective_(inputs_.detector, objective_options(options_.optimisation, inputs_.class_index),
-                   texels_to_smooth(options_.optimisation, inputs_.car.painted)),
+        objective_(
+            inputs_.detector, objective_options(options_.optimisation, inputs_.class_index),
+            options_.optimisation.smooth_over == "texture"
+                ? std::make_shared<const Array<float, 2>>(raster::used_texels<float>(inputs_.car.painted))
+                : nullptr),  // steps in pictures
         trial_(inputs_.detector, {loss::AdversarialLoss::max_score, {}, 0, 0, inputs_.class_index}) {
     for (auto* objective : {&objective_, &trial_}) {
       for (const FurtherDetector& member : inputs_.ensemble)

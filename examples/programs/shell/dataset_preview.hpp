@@ -18,13 +18,6 @@ struct FramePlace {
   }
 };
 
-/// Row of the horizon in the middle of a camera's picture, z up; may lie outside of the picture.
-inline double horizon_row(const geometry::Camera& camera, double height, double width) {
-  const auto& forward = camera.rotation[2];
-  const auto ahead = geometry::multiply(camera.rotation, {forward[0], forward[1], 0});
-  return geometry::picture_from_view(camera, ahead, height, width)[0];
-}
-
 /// A frame's picture with the box of its car and, in blue, the horizon of its camera.
 inline MarkedPicture marked_frame(const io::Frame& frame, bool has_horizon) {
   constexpr Colour blue{40, 120, 255};
@@ -32,7 +25,10 @@ inline MarkedPicture marked_frame(const io::Frame& frame, bool has_horizon) {
   if (frame.label) marked.boxes.push_back({frame.label->box, "", found_colour});
   const auto height = static_cast<double>(frame.image.shape(0));
   const auto width = static_cast<double>(frame.image.shape(1));
-  const double row = has_horizon && frame.camera ? horizon_row(*frame.camera, height, width) : -1;
+  if (!has_horizon || !frame.camera) return marked;
+  const auto& forward = frame.camera->rotation[2];  // z is up
+  const auto ahead = geometry::multiply(frame.camera->rotation, {forward[0], forward[1], 0});
+  const double row = geometry::picture_from_view(*frame.camera, ahead, height, width)[0];
   if (row >= 0 && row < height) marked.boxes.push_back({{width / 2, row, width, 1}, "", blue});
   return marked;
 }
@@ -45,8 +41,8 @@ void write_preview(const std::string& path, std::size_t train, std::size_t test,
                    Draw draw) {
   const std::size_t total = train + test, shown = std::min<std::size_t>(12, total);
   std::vector<FramePlace> places;
-  for (std::size_t i = 0; i < total; ++i)
-    if (is_shown(i, shown, total)) places.push_back({i >= train, i >= train ? i - train : i});
+  for (const std::size_t i : shown_places(shown, total))
+    places.push_back({i >= train, i >= train ? i - train : i});
   PictureSheet sheet(shown);
   std::vector<MarkedPicture> pictures(shown);
   parallel_for(shown, [&](std::size_t i) {

@@ -77,11 +77,6 @@ inline PixelRectangle pixels_of(const detect::Box& box, const Bitmap& bitmap) {
   return {left, top, right, bottom};
 }
 
-/// Side of a glyph's pixel, by the longer side of a picture.
-inline long text_scale(const Bitmap& bitmap) {
-  return std::max(1L, std::lround(static_cast<double>(std::max(bitmap.shape(0), bitmap.shape(1))) / 400));
-}
-
 inline void draw_outline(Bitmap& bitmap, const PixelRectangle& at, long thickness, const Colour& colour) {
   const long across = std::min(thickness, (at.right - at.left + 1) / 2);
   const long down = std::min(thickness, (at.bottom - at.top + 1) / 2);
@@ -116,7 +111,8 @@ inline PixelRectangle label_place(const PixelRectangle& box, long width, long he
 /// Draws boxes, cut at the edge of the picture, and labels filled with their boxes' colours.
 /// \param boxes  surest first: the surer of two lies on top, and its label is placed first
 inline void draw_boxes(Bitmap& bitmap, const std::vector<LabelledBox>& boxes) {
-  const long scale = detail::text_scale(bitmap);
+  const auto longer = static_cast<double>(std::max(bitmap.shape(0), bitmap.shape(1)));
+  const long scale = std::max(1L, std::lround(longer / 400));  // side of a glyph's pixel
   const long height = (glyph_height + 2) * scale;
   std::vector<detail::PixelRectangle> places;
   for (const auto& box : boxes)

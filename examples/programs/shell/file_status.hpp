@@ -38,7 +38,8 @@ inline void require_writable_folder(const std::string& folder) {
   remove_probe();
 }
 
-/// Checks that a file can be written, before hours of work.
+/// Checks that a file can be written, before hours of work; removes temporaries of killed processes beside
+/// it.
 inline void require_writable_file(const std::string& path) {
   using std::filesystem::file_type;
   const std::string folder = io::path_of(path).parent_path().string();

@@ -10,7 +10,7 @@ inline constexpr const char* page_style = R"(:root { color-scheme: light dark;
 @media (prefers-color-scheme: dark) { :root {
   --paper: #0d1117; --ink: #e6edf3; --muted: #9da7b3; --line: #30363d; --mark: #58a6ff; --shade: #161b22 } }
 body { font: 15px/1.45 sans-serif; max-width: 76em; margin: 1.5em auto; padding: 0 1em;
-  background: var(--paper); color: var(--ink) }
+  background: var(--paper); color: var(--ink); overflow-wrap: break-word }
 a { color: var(--mark) } img { max-width: 100%; height: auto }
 pre { background: var(--shade); padding: .8em; overflow: auto }
 .muted, figcaption { color: var(--muted) } figure.table { margin: .8em 0 }
@@ -22,7 +22,8 @@ pre { background: var(--shade); padding: .8em; overflow: auto }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .4em 0 .8em }
 td, th { padding: .2em .8em .2em 0; text-align: right; white-space: nowrap }
 th { white-space: normal; vertical-align: bottom }
-td:first-child, th:first-child { text-align: left; white-space: normal; min-width: 6em }
+td:first-child, th:first-child { text-align: left; white-space: normal; min-width: 8em }
+.wide th:first-child, .wide td:first-child { position: sticky; left: 0; background: var(--paper) }
 tr + tr, tbody tr { border-top: 1px solid var(--line) }
 @media (max-width: 40em) { table { font-size: 13px } td, th { padding-right: .6em } }
 )";

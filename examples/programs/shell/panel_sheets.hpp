@@ -117,15 +117,12 @@ class PanelSheets {
  private:
   void plan(const PaintPanel& panel) {
     detail::PlannedPanel planned{&panel, panel.width_m * cm_by_m_, panel.height_m * cm_by_m_, {}};
-    if (planned.width_cm < detail::least_panel_cm && planned.height_cm < detail::least_panel_cm) {
-      ++small_;
-      return;
-    }
+    if (planned.width_cm < detail::least_panel_cm && planned.height_cm < detail::least_panel_cm)
+      return void(++small_);
     const Paper& paper = settings_.paper;
-    if (fits_whole(planned)) {
-      planned_.push_back(std::move(planned));
-      return;
-    }
+    if (planned.width_cm + 2 * around_cm <= window().width &&
+        planned.height_cm + 2 * around_cm + label_cm <= window().height)
+      return planned_.push_back(std::move(planned));
     planned.grid = tile_grid(planned.width_cm, planned.height_cm, paper.width, paper.height);
     const auto lying = tile_grid(planned.width_cm, planned.height_cm, paper.height, paper.width);
     if (lying.columns * lying.rows < planned.grid.columns * planned.grid.rows) planned.grid = lying;
@@ -144,11 +141,6 @@ class PanelSheets {
 
   [[nodiscard]] PageBox window() const {
     return TileGrid{settings_.paper.width, settings_.paper.height}.window();
-  }
-
-  [[nodiscard]] bool fits_whole(const detail::PlannedPanel& planned) const {
-    return planned.width_cm + 2 * around_cm <= window().width &&
-           planned.height_cm + 2 * around_cm + label_cm <= window().height;
   }
 
   /// Puts panels that fit on one sheet in rows, the highest first.

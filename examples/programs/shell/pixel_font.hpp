@@ -75,10 +75,6 @@ inline constexpr std::array<std::string_view, 96> glyphs{
     "##### #...# #...# #...# #...# #...# #####"};  // any other
 // clang-format on
 
-inline std::string_view glyph_of(unsigned char character) {
-  return character < 0x20 || character > 0x7E ? glyphs.back() : glyphs[character - 0x20U];
-}
-
 /// Whether a byte continues a character of UTF-8.
 inline bool continues_character(unsigned char byte) { return (byte & 0xC0U) == 0x80U; }
 
@@ -109,7 +105,8 @@ inline void draw_text(Bitmap& bitmap, long left, long top, std::string_view text
                       const Colour& colour) {
   for (const char c : text) {
     if (detail::continues_character(static_cast<unsigned char>(c))) continue;
-    const std::string_view rows = detail::glyph_of(static_cast<unsigned char>(c));
+    const std::string_view rows =
+        c < 0x20 || c > 0x7E ? detail::glyphs.back() : detail::glyphs[static_cast<std::size_t>(c - 0x20)];
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const long x = left + static_cast<long>(i % 6) * scale, y = top + static_cast<long>(i / 6) * scale;
       if (rows[i] == '#') fill_rectangle(bitmap, x, y, x + scale, y + scale, colour);

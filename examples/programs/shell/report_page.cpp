@@ -43,9 +43,8 @@ std::string curve_svg(const Curve& curve) {
   const auto number = [](double value) {
     return formatted(std::abs(value) >= 1000 && std::abs(value) < 1e6 ? "%.0f" : "%.3g", value);
   };
-  return "<svg viewBox=\"0 0 300 150\" width=\"300\" role=\"img\" aria-label=\"" + escaped(name) +
-         " over the " + over +
-         "s\">\n<rect class=\"frame\" x=\"60\" y=\"25\" width=\"230\" height=\"105\"/>" +
+  return svg_begin(300, 150, "aria-label=\"" + escaped(name) + " over the " + over + "s\"") +
+         "<rect class=\"frame\" x=\"60\" y=\"25\" width=\"230\" height=\"105\"/>" +
          svg_text(60, 16, "", name) + svg_text(56, 34, "end", number(high)) +
          svg_text(56, 130, "end", number(low)) + svg_text(60, 146, "", over + " 1") +
          svg_text(290, 146, "end", std::to_string(values.size())) + "<polyline class=\"curve\" points=\"" +
@@ -146,6 +145,24 @@ std::string car_html(const ReportPage& page) {
          "the arrow keys to turn it\"></canvas>\n";
 }
 
+/// The colours of the boxes in the pictures, with the names of their classes.
+std::string boxes_html(const ViewPictures& pictures) {
+  std::map<std::string, Colour> classes;
+  for (const auto& [words, all] : pictures.ways)
+    for (const auto& marked : all)
+      for (const auto& [box, label, colour] : marked.boxes)
+        if (colour != found_colour) classes[label.substr(0, label.rfind(' '))] = colour;
+  const auto mark = [](const std::string& name, const Colour& c) {
+    return formatted("<span><i style=\"background: #%02x%02x%02x\"></i>&#160;", c[0], c[1], c[2]) +
+           escaped(name) + "</span> ";
+  };
+  std::string html =
+      "<p class=\"boxes\">Boxes: " + mark("the car, found: of its class, with IoU 0.5 or more", found_colour);
+  for (const auto& [name, colour] : classes) html += mark(name, colour);
+  return html +
+         "The others do not count; one of the car's class fits it too little, or frames another.</p>\n";
+}
+
 std::string pictures_html(const ViewPictures& pictures) {
   if (pictures.places.empty()) return {};
   std::string html =
@@ -155,7 +172,7 @@ std::string pictures_html(const ViewPictures& pictures) {
   for (const auto& way : pictures.ways)
     html += "<figure><img alt=\"" + escaped(way.first) + "\"><figcaption>" + escaped(way.first) +
             "</figcaption></figure>\n";
-  return html + "</div>\n<p>Green: the car, found. Other colours: any other box, by its class.</p>\n";
+  return html + "</div>\n" + boxes_html(pictures);
 }
 
 std::string atlases_html(const ReportPage& page) {
@@ -172,8 +189,10 @@ std::string atlases_html(const ReportPage& page) {
 std::string page_html(const ReportPage& page) {
   std::string html = page_begin(page.title, std::string(list_style) + report_style);
   if (!page.verdict.empty()) html += "<p class=\"verdict\">" + escaped(page.verdict) + "</p>\n";
-  html += pictures_html(page.pictures) + "<h2>Findings</h2>\n" + page.findings +
-          list_html(page.list, ", a row shows its pictures") + car_html(page) + atlases_html(page);
+  html +=
+      pictures_html(page.pictures) + "<h2>Findings</h2>\n" + page.findings +
+      list_html(page.list, page.pictures.places.empty() ? "" : ", an underlined name shows its pictures") +
+      car_html(page) + atlases_html(page);
   std::string curves;
   for (const Curve& curve : page.curves) curves += curve_svg(curve);
   if (!curves.empty()) html += "<h2>Loss</h2>\n<div class=\"curves\">\n" + curves + "</div>\n";

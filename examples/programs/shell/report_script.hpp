@@ -11,12 +11,12 @@ namespace tapestry::shell {
 inline constexpr const char* list_style =
     R"(#views th { cursor: pointer } #views th[aria-sort=ascending]::after { content: " \2191" }
 #views th[aria-sort=descending]::after { content: " \2193" }
-#views tr.chosen { background: var(--shade) } #views tbody tr { cursor: pointer } .missed { color: #b35900 }
+#views tr.chosen { background: var(--shade) } .missed { color: #b35900 }
 .list { max-height: 30em; overflow: auto } .list table { font-size: 13px; margin: 0 }
 .list td, .list th { padding-right: .6em } .list td:first-child, .list th:first-child { min-width: 3em }
 .list th { position: sticky; top: 0; background: var(--paper); z-index: 1 }
-.list th:first-child, .list td:first-child { position: sticky; left: 0; background: var(--paper) }
-.list th:first-child { z-index: 2 } .list tr.chosen td:first-child { background: var(--shade) }
+.list button { font: inherit; color: var(--mark); background: none; border: 0; padding: 0; text-align: left;
+  text-decoration: underline; cursor: pointer } .list th:first-child { z-index: 2 } .list tr.chosen td:first-child { background: var(--shade) }
 @media (prefers-color-scheme: dark) { .missed { color: #ffa657 } }
 @media print { .hands { display: none } .list { max-height: none } body { max-width: none } }
 )";
@@ -24,9 +24,12 @@ inline constexpr const char* list_style =
 /// Style of a run's page, after page_style and list_style.
 inline constexpr const char* report_style =
     R"(
-.verdict { font-size: 19px } .pictures { display: grid; grid-template-columns: 1fr 1fr; gap: .6em 1em }
-.pictures figure { margin: 0 } .pictures img { width: 100%; display: block } .hands button { font: inherit; padding: .2em 1.2em }
-@media (max-width: 40em) { .pictures { grid-template-columns: 1fr } }
+.verdict { font-size: 19px } .pictures { display: grid; grid-template-columns: repeat(4, minmax(0, max-content)); gap: .6em 1em;
+  margin-right: min(0px, (100% - 100vw) / 2 + 1.5em) }
+.pictures figure { margin: 0; display: grid; align-content: start } .pictures figcaption { width: 0; min-width: 100% }
+.hands button { font: inherit; padding: .2em 1.2em }
+.boxes span { margin-right: 1em } .boxes i { display: inline-block; width: .8em; height: .8em }
+@media (max-width: 60em) { .pictures { grid-template-columns: repeat(2, minmax(0, max-content)) } }
 .atlases { display: flex; flex-wrap: wrap; gap: 1em } .atlases figure { margin: 0; width: 15em }
 .atlases img { image-rendering: pixelated; width: 100% }
 .curves { display: flex; flex-wrap: wrap; gap: 1em } .curves svg { max-width: 100%; height: auto }
@@ -65,21 +68,20 @@ function listViews() {
       (only.value === '' || view.scores[data.textures.indexOf(only.value)][1] < 1));
     shown.sort((a, b) => sign * (key(a) < key(b) ? -1 : key(a) > key(b) ? 1 : 0) || a.index - b.index);
     body.replaceChildren(...shown.map(view => {
-      const row = make('tr');
-      row.append(make('td', view.name + (view.picture < 0 && data.pictures ? ' (no picture)' : '')));
+      const row = make('tr'); const name = row.insertCell(), button = make('button', view.name);
+      button.onclick = () => { choose(view); for (const r of body.rows) r.classList.toggle('chosen', r === row);
+        document.getElementById('chosen').scrollIntoView({block: 'nearest'}); };
+      name.append(view.picture < 0 ? view.name : button);
       view.place.forEach((value, i) => row.append(make('td', value.toFixed(digits[i]) + unit[i])));
       view.scores.forEach(([best, found]) => {
         const cell = make('td', best.toFixed(3) + (found === 1 ? '' : found === 0 ? ' not found' : ' ' + found.toFixed(2)));
-        if (found < 1) cell.className = 'missed';
-        row.append(cell);
+        if (found < 1) cell.className = 'missed'; row.append(cell);
       });
-      row.onclick = () => { choose(view); for (const r of body.rows) r.classList.toggle('chosen', r === row); };
       return row;
     }));
     document.getElementById('count').textContent = shown.length + ' of ' + data.views.length + ' views';
   }
-  search.oninput = only.onchange = fill;
-  fill();
+  search.oninput = only.onchange = fill; fill();
   if (pictured.length) choose(pictured[0]);
 }
 
@@ -87,7 +89,6 @@ function listViews() {
 const pictured = data.views.filter(view => view.picture >= 0);
 let chosen = 0;
 function choose(view) {
-  if (view.picture < 0) return;
   chosen = pictured.indexOf(view);
   document.querySelectorAll('.pictures img').forEach((image, i) => {
     image.src = 'data:image/jpeg;base64,' + data.pictures[i][view.picture]; });
@@ -134,8 +135,7 @@ function groundOf(gl, program, turn, meshes) {
     const step = pass % 2 ? n : 1, from = dark;
     dark = from.map((_, i) => { let sum = 0; for (let k = -3; k <= 3; ++k) sum += from[i + k * step] ?? 0; return sum / 7; });
   }
-  const texture = gl.createTexture(), array = gl.createVertexArray();
-  gl.bindTexture(gl.TEXTURE_2D, texture);
+  const texture = gl.createTexture(), array = gl.createVertexArray(); gl.bindTexture(gl.TEXTURE_2D, texture);
   gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, n, n, 0, gl.RED, gl.UNSIGNED_BYTE, Uint8Array.from(dark, v => 255 * v));
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
   return (view, projection) => {
@@ -154,16 +154,14 @@ async function showCar() {
   if (!gl) { canvas.replaceWith(make('p', 'This browser draws no WebGL: open painted.glb in a viewer.')); return; }
   const {gltf, read, picture} = readGlb(data.glb);
   const shader = (type, text) => {
-    const s = gl.createShader(type);
-    gl.shaderSource(s, text); gl.compileShader(s);
+    const s = gl.createShader(type); gl.shaderSource(s, text); gl.compileShader(s);
     if (!gl.getShaderParameter(s, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(s));
     return s;
   };
   const linked = (vertex, fragment) => {
     const program = gl.createProgram();
     gl.attachShader(program, shader(gl.VERTEX_SHADER, vertex)); gl.attachShader(program, shader(gl.FRAGMENT_SHADER, fragment));
-    gl.linkProgram(program);
-    return program;
+    gl.linkProgram(program); return program;
   };
   const program = linked(`#version 300 es
     in vec3 position; in vec3 normal; in vec2 uv; uniform mat4 view, projection; out vec3 n, p; out vec2 at;
@@ -183,21 +181,18 @@ async function showCar() {
   const place = name => gl.getUniformLocation(program, name);
   let low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   const parts = gltf.meshes[0].primitives.map(part => {
-    const array = gl.createVertexArray();
-    gl.bindVertexArray(array);
+    const array = gl.createVertexArray(); gl.bindVertexArray(array);
     const put = (name, accessor, size) => {
       const at = gl.getAttribLocation(program, name);
       if (at < 0 || accessor === undefined) return;
       const values = read(accessor);
       if (name === 'position') values.forEach((v, i) => {
         low[i % 3] = Math.min(low[i % 3], v); high[i % 3] = Math.max(high[i % 3], v); });
-      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-      gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer()); gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
       gl.enableVertexAttribArray(at); gl.vertexAttribPointer(at, size, gl.FLOAT, false, 0, 0);
     };
     put('position', part.attributes.POSITION, 3); put('normal', part.attributes.NORMAL, 3);
-    put('uv', part.attributes.TEXCOORD_0, 2);
-    const indices = read(part.indices);
+    put('uv', part.attributes.TEXCOORD_0, 2); const indices = read(part.indices);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
     const surface = gltf.materials[part.material].pbrMetallicRoughness;
@@ -207,10 +202,8 @@ async function showCar() {
   });
   const paint = gl.createTexture();
   if (gltf.images) {
-    const bitmap = await createImageBitmap(picture(0));
-    gl.bindTexture(gl.TEXTURE_2D, paint);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, bitmap);
-    gl.generateMipmap(gl.TEXTURE_2D);
+    const bitmap = await createImageBitmap(picture(0)); gl.bindTexture(gl.TEXTURE_2D, paint);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, bitmap); gl.generateMipmap(gl.TEXTURE_2D);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
   }
   const [qx, qy, qz, qw] = gltf.nodes[0].rotation ?? [0, 0, 0, 1];  // to y up
@@ -255,8 +248,7 @@ async function showCar() {
   canvas.onwheel = e => { e.preventDefault(); distance = Math.min(6, Math.max(1.2, distance * Math.exp(e.deltaY * 1e-3))); draw(); };
   canvas.onkeydown = e => { const by = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]}[e.key];
     if (by) { e.preventDefault(); turnBy(...by); } };
-  window.addEventListener('resize', draw);
-  draw();
+  window.addEventListener('resize', draw); draw();
   const pixels = new Uint8Array(4 * canvas.width * canvas.height);
   gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
   let drawn = 0;

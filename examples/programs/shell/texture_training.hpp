@@ -41,13 +41,6 @@ inline camouflage::Method<float> chosen_method(const OptimisationSettings& setti
   }
 }
 
-/// The texels whose steps the smoothness term counts; null if it counts steps in pictures.
-inline std::shared_ptr<const Array<float, 2>> texels_to_smooth(const OptimisationSettings& settings,
-                                                               const raster::PaintedMesh& car) {
-  if (settings.smooth_over != "texture") return nullptr;
-  return std::make_shared<const Array<float, 2>>(raster::used_texels<float>(car));
-}
-
 /// The texels to print among those that a method paints, [height, width]: in an atlas those that faces refer
 /// to, in cubes all of them.
 inline std::shared_ptr<const Array<float, 2>> texels_to_print(const raster::PaintedMesh& car,

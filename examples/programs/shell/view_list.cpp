@@ -31,53 +31,42 @@ ViewFacts facts_of(const camouflage::View<float>& view) {
           view.shows_car};
 }
 
-namespace {
-/// Views of a kind: how many, and the first.
-struct Counted {
-  std::size_t count = 0;
-  const ViewFacts* first = nullptr;
-
-  void add(const ViewFacts& view) {
-    if (count++ == 0) first = &view;
-  }
-  [[nodiscard]] std::string words() const {
-    return std::to_string(count) + " view(s), such as " + first->name + ", ";
-  }
-};
-}  // namespace
-
 std::vector<std::string> words_on_photographs(const ViewList& list) {
   constexpr double no_confidence = 0.01;
   const auto row = std::ranges::find(list.measurements, std::string("photo"), &NamedMeasurement::first);
   const std::size_t draws = list.measurements.empty() ? 1 : list.measurements.front().second->draws;
   double kept_share = 0;
   const ViewFacts* least = nullptr;
-  Counted kept, without, doubtful;
+  std::vector<const ViewFacts*> kept, without, doubtful;
+  const auto such_as = [](const std::vector<const ViewFacts*>& views) {
+    return "in " + std::to_string(views.size()) + " view(s), such as " + views.front()->name + ", ";
+  };
   for (std::size_t i = 0; i < list.views.size(); i += draws) {
     const ViewFacts& view = list.views[i];
     if (view.registration && (least == nullptr || *view.registration < *least->registration)) least = &view;
-    if (!view.shows_car.value_or(true)) without.add(view);
+    if (!view.shows_car.value_or(true)) without.push_back(&view);
     if (!view.keeps_photograph) continue;
-    kept.add(view);
+    kept.push_back(&view);
     kept_share += view.kept_share;
-    if (row != list.measurements.end() && row->second->best_confidence[i] < no_confidence) doubtful.add(view);
+    if (row != list.measurements.end() && row->second->best_confidence[i] < no_confidence)
+      doubtful.push_back(&view);
   }
-  if (kept.count + without.count == 0 && least == nullptr) return {};
-  std::vector<std::string> words{"faces without paint show the photograph in " + std::to_string(kept.count) +
+  if (kept.empty() && without.empty() && least == nullptr) return {};
+  std::vector<std::string> words{"faces without paint show the photograph in " + std::to_string(kept.size()) +
                                  " of " + std::to_string(list.views.size() / draws) + " views"};
-  if (kept.count > 0)
-    words.back() += " (" + percent_text(kept_share / static_cast<double>(kept.count)) +
+  if (!kept.empty())
+    words.back() += " (" + percent_text(kept_share / static_cast<double>(kept.size())) +
                     " of the car's pixels are the photograph's)";
   if (least != nullptr && *least->registration < camouflage::least_registration)
     words.back() += "; in the others their materials, since the mask is not the car's silhouette, as in " +
                     least->name + " (IoU " + decimal_text(*least->registration) + ", needed " +
                     decimal_text(camouflage::least_registration) + ")";
-  if (without.count > 0)
-    words.push_back("in " + without.words() +
+  if (!without.empty())
+    words.push_back(such_as(without) +
                     "there is no mask and the detector finds no car where the mesh is: their photographs "
                     "give no light and no pixels");
-  if (doubtful.count > 0)
-    words.push_back("in " + doubtful.words() +
+  if (!doubtful.empty())
+    words.push_back(such_as(doubtful) +
                     "the untouched photograph, whose pixels the car shows, has less than .01 of confidence "
                     "in a car there: does it hold the car?");
   return words;

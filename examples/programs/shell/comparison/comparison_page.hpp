@@ -16,15 +16,6 @@ struct ComparisonWords {
 
 namespace detail {
 
-inline Json json_of(const WordTable& table) {
-  return {{"title", table.title}, {"header", table.header}, {"rows", table.rows}};
-}
-
-inline WordTable word_table_of(const Json& json) {
-  return {json.at("title").get<std::string>(), json.at("header").get<std::vector<std::string>>(),
-          json.at("rows").get<std::vector<std::vector<std::string>>>()};
-}
-
 /// A path as seen from a folder.
 inline std::string path_from(const std::string& folder, const std::string& path) {
   std::error_code failure;
@@ -51,10 +42,13 @@ inline std::string row_html(const Json& row) {
 
 /// The part of a page about one comparison. \param json  as comparison_json() writes it
 inline std::string section_html(const std::string& name, const Json& json) {
-  std::string html = "<h2 id=\"" + escaped(name) + "\">" + escaped(json.at("title").get<std::string>()) +
-                     "</h2>\n<p><img alt=\"\" src=\"" + escaped(name) + ".svg\"></p>\n";
+  std::string html =
+      "<h2 id=\"" + escaped(name) + "\">" + escaped(json.at("title").get<std::string>()) +
+      "</h2>\n<div class=\"wide figure\" tabindex=\"0\"><img alt=\"the figure of the tables below\" src=\"" +
+      escaped(name) + ".svg\"></div>\n";
   html += "<div class=\"panels\">\n";
-  for (const auto& table : json.at("tables")) html += html_of(word_table_of(table));
+  for (const auto& table : json.at("tables"))
+    html += html_of({table.at("title"), table.at("header"), table.at("rows")});
   html += "</div>\n<ul>\n";
   for (const auto& note : json.at("notes")) html += "<li>" + escaped(note.get<std::string>()) + "</li>\n";
   html += "</ul>\n<details><summary>Runs and pictures</summary><ul>\n";
@@ -75,7 +69,8 @@ inline Json comparison_json(const std::string& folder, const Comparison& compari
                             const std::vector<WordTable>& tables, const ComparisonWords& words) {
   Json json = {
       {"program", "tabulate"}, {"title", words.title}, {"notes", words.notes}, {"command", words.command}};
-  for (const auto& table : tables) json["tables"].push_back(detail::json_of(table));
+  for (const auto& table : tables)
+    json["tables"].push_back({{"title", table.title}, {"header", table.header}, {"rows", table.rows}});
   for (const auto& row : comparison.rows) {
     Json entry = {
         {"name", row.name}, {"measured", Json::array()}, {"runs", Json::array()}};  // runs: none of a picture
@@ -119,7 +114,8 @@ inline std::string comparisons_page(const std::string& folder) {
     contents += "<li>" + detail::link_to("#" + name, json.at("title").get<std::string>()) + "</li>\n";
     sections += detail::section_html(name, json);
   }
-  return page_begin("Tables", std::string(figure_style) + protocol_style) + "<ul>\n" + contents + "</ul>\n" +
+  constexpr const char* style = "@media (max-width: 60em) { .figure img { max-width: none } }\n";
+  return page_begin("Tables", std::string(protocol_style) + style) + "<ul>\n" + contents + "</ul>\n" +
          sections + "</body></html>\n";
 }
 

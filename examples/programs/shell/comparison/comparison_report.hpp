@@ -12,10 +12,6 @@ inline std::string percent_text(double share, const std::array<double, 2>& inter
   return fixed(100 * share, 1) + " " + interval_text(interval);
 }
 
-inline std::string rate_text(const evaluate::DetectionRate& rate) {
-  return percent_text(rate.p_at_50, rate.interval);
-}
-
 /// Shares of the fates in per cent, in their order.
 inline std::string fates_text(const evaluate::FateCounts& fates) {
   std::string text;
@@ -40,7 +36,7 @@ struct TextureFigure {
 inline std::vector<TextureFigure> texture_figures(const Comparison& comparison) {
   std::vector<TextureFigure> figures{
       {"pictures in which the car is found, % (P@0.5), 95 %", "found, %, 95 %",
-       [](const auto& texture) { return rate_text(texture.rate); }},
+       [](const auto& texture) { return percent_text(texture.rate.p_at_50, texture.rate.interval); }},
       {"mean best confidence", "mean best confidence",
        [](const auto& texture) { return fixed(texture.mean_best_confidence, 3); }},
       {"found at a confidence above .05, %", "found above .05, %",
@@ -119,13 +115,17 @@ inline WordTable table_by_column(const Comparison& comparison, const std::string
   return table;
 }
 
-/// Adds a line by column, unless no words are there. \param words_of  returns those of a column
+/// Adds a line by column. \param words_of  returns the words of a column
 template <class WordsOf>
 void add_line(WordTable& table, const std::string& name, WordsOf words_of) {
   std::vector<std::string> words{name};
   for (std::size_t column = 0; column + 1 < table.header.size(); ++column) words.push_back(words_of(column));
-  if (std::ranges::count(words, std::string("-")) + 1 < static_cast<long>(words.size()))
-    table.rows.push_back(std::move(words));
+  table.rows.push_back(std::move(words));
+}
+
+/// Whether a line of a table has nothing beside its name.
+inline bool is_blank(const std::vector<std::string>& line) {
+  return std::ranges::count(line, std::string("-")) + 1 == static_cast<long>(line.size());
 }
 
 /// Adds the words of each row of a comparison, or of its only one under the name of the figure.
@@ -152,6 +152,7 @@ inline std::vector<WordTable> tables_of_row(const Comparison& comparison) {
       return texture == nullptr ? std::string("-") : figures[i % figures.size()].words_of(*texture);
     });
   for (const auto& figure : effect_figures(comparison)) add_effects(effects, comparison, figure);
+  std::erase_if(effects.rows, is_blank);
   return {std::move(textures), std::move(effects)};
 }
 
@@ -174,7 +175,8 @@ inline std::vector<WordTable> comparison_tables(const Comparison& comparison) {
     tables.push_back(detail::table_by_column(comparison, figure.title));
     detail::add_effects(tables.back(), comparison, figure);
   }
-  std::erase_if(tables, [](const WordTable& table) { return table.rows.empty(); });
+  std::erase_if(tables,
+                [](const WordTable& table) { return std::ranges::all_of(table.rows, detail::is_blank); });
   return tables;
 }
 

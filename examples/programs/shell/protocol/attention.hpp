@@ -20,16 +20,16 @@ inline double attention_share(const Array<float, 3>& picture, const camouflage::
 }
 
 inline Figure attention_figure(const Protocol&, const ProtocolResult& result) {
-  Figure figure{"How much of each detector's attention lies on the car", {}, {490, 44, ""}, 2};
+  Figure figure{"How much of each detector's attention lies on the car",
+                {},
+                {{{"class=\"third\"", "the car's share of the picture: even attention"}}},
+                2};
   for (const auto& section : result.sections) {
     std::vector<TextureBar> bars;
     for (std::size_t k = 0; k < result.textures.size(); ++k)
       bars.push_back({section.attention[k].mean, {}, section.car_share});
     figure.panels.push_back(texture_panel(result, section.name, bars));
   }
-  figure.legend.svg =
-      svg_rectangle(14, 6, 4, 18, "class=\"third\"") +
-      svg_text(26, 19, "muted", "the car's share of the picture, what even attention would give");
   return figure;
 }
 

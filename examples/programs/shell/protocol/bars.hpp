@@ -50,8 +50,9 @@ Panel bar_panel(const Protocol& protocol, const ProtocolResult& result, const Ba
       }
       svg += svg_rectangle(x, y(rate.p_at_50), bar_width - 2, bottom - y(rate.p_at_50),
                            bar_style(result, shown[i]));
-      svg += svg_line(middle, y(rate.interval[0]), middle, y(rate.interval[1]), "ink");
-      for (const double end : rate.interval) svg += svg_line(middle - 3, y(end), middle + 3, y(end), "ink");
+      const double low = y(rate.interval[0]), high = y(rate.interval[1]), from = middle - 3, to = middle + 3;
+      svg += svg_strokes({{middle, low}, {middle, high}, {from, low}, {to, low}, {from, high}, {to, high}},
+                         "ink");
     }
     const double middle = left + group_width * (static_cast<double>(group) + 0.5);
     const auto [words, muted] = words_of(row, cell);
@@ -62,16 +63,11 @@ Panel bar_panel(const Protocol& protocol, const ProtocolResult& result, const Ba
 }
 
 /// Legend of the bars.
-inline std::string bar_legend(const ProtocolResult& result) {
-  std::string svg;
-  double x = 14;
-  for (const std::size_t texture : result.shown_textures()) {
-    svg += svg_rectangle(x, 8, 12, 12, bar_style(result, texture));
-    svg += svg_text(x + 18, 18, "", result.textures[texture]);
-    x += 44 + 6.5 * static_cast<double>(result.textures[texture].size());
-  }
-  return svg + svg_text(14, 40, "muted", "bars: frames in which the car is found (P@0.5)") +
-         svg_text(14, 56, "muted", "lines: 95 % intervals (Wilson)");
+inline Legend bar_legend(const ProtocolResult& result) {
+  Legend legend{{}, "bars: frames in which the car is found (P@0.5); lines: 95 % intervals (Wilson)"};
+  for (const std::size_t texture : result.shown_textures())
+    legend.keys.emplace_back(bar_style(result, texture), result.textures[texture]);
+  return legend;
 }
 
 }  // namespace tapestry::shell

@@ -32,7 +32,7 @@ struct TextureBar {
 /// One detector: a bar for each texture.
 inline Panel texture_panel(const ProtocolResult& result, const std::string& title,
                            const std::vector<TextureBar>& bars) {
-  constexpr double left = 120, right = 470, top = 34, row_height = 22;
+  constexpr double left = 120, right = 338, top = 34, row_height = 22;
   const double bottom = top + row_height * static_cast<double>(result.textures.size());
   const auto x = [=](double share) { return left + share * (right - left); };
   std::string svg = svg_text(14, 18, "title", title) + share_axis(x, top, bottom);
@@ -46,21 +46,21 @@ inline Panel texture_panel(const ProtocolResult& result, const std::string& titl
     if (interval) svg += svg_interval(x, *interval, middle);
     svg += svg_rectangle(x(mark) - 2, middle - 9, 4, 18, "class=\"third\"");
   }
-  return {490, bottom + 26, svg};
+  return {358, bottom + 26, svg};
 }
 
 inline Figure texture_figure(const Protocol&, const ProtocolResult& result) {
-  Figure figure{"How often detectors find the car in photographs", {}, {490, 64, ""}, 2};
+  Figure figure{"How often detectors find the car in photographs",
+                {},
+                {{{"class=\"third\"", "mean best confidence, from 0 to 1"}},
+                 "bars: photographs in which the car is found (P@0.5); lines: 95 % (Wilson)"},
+                2};
   for (const auto& section : result.sections) {
     std::vector<TextureBar> bars;
     for (const auto& texture : section.cell.textures)
       bars.push_back({texture.rate.p_at_50, texture.rate.interval, texture.mean_best_confidence});
     figure.panels.push_back(texture_panel(result, section.name, bars));
   }
-  figure.legend.svg =
-      svg_text(14, 16, "muted", "bars: photographs in which the car is found (P@0.5); lines: 95 % (Wilson)") +
-      svg_rectangle(14, 26, 4, 18, "class=\"third\"") +
-      svg_text(26, 39, "muted", "mean best confidence, from 0 to 1");
   return figure;
 }
 

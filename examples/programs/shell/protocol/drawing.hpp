@@ -14,11 +14,18 @@ struct Panel {
   std::string svg;
 };
 
-/// Panels side by side, as many as fit, above a legend.
+/// Explanation of a figure.
+struct Legend {
+  std::vector<std::pair<std::string, std::string>> keys{};  ///< style of a mark, and its words
+  std::string words{};                                      ///< below the keys
+  Panel further{};                                          ///< below both
+};
+
+/// Panels side by side, as many as fit, below a legend.
 struct Figure {
   std::string title;
   std::vector<Panel> panels;
-  Panel legend;
+  Legend legend;
   std::size_t columns = 1;  ///< of panels, in a separate picture; a page wraps them
 };
 
@@ -26,7 +33,7 @@ struct Figure {
 inline constexpr const char* figure_style = R"(svg text { font: 12px sans-serif; fill: #24292f }
 svg .heading { font-size: 15px; font-weight: bold } svg .title { font-size: 13px; font-weight: bold }
 svg .muted { fill: #57606a } svg .middle { text-anchor: middle } svg .end { text-anchor: end }
-svg .value { font-size: 10px } svg .on-dark { fill: #fff } svg .on-light { fill: #14181d }
+svg .value { font-size: 9px } svg .on-dark { fill: #fff } svg .on-light { fill: #14181d }
 svg .paper { fill: #fff } svg .cell { stroke: #fff; stroke-width: 1 }
 svg .none { fill: #eceff2; stroke: #fff } svg .ink { stroke: #24292f; fill: none }
 svg .grid { stroke: #d8dee4; fill: none }
@@ -76,6 +83,22 @@ inline std::string svg_line(double x1, double y1, double x2, double y2, const st
   return svg_strokes({{x1, y1}, {x2, y2}}, style);
 }
 
+/// Text from y on, broken at spaces into lines of at most a width; y moves to the line below.
+/// \param style  heading, or one of the usual size
+inline std::string svg_lines(double x, double& y, double width, const std::string& style,
+                             const std::string& words) {
+  const double letter = style == "heading" ? 9.5 : 6.5, line = style == "heading" ? 20 : 16;
+  const auto most = static_cast<std::size_t>(width / letter);
+  std::string svg;
+  for (std::size_t begin = 0; begin < words.size(); y += line) {
+    std::size_t end = begin + most < words.size() ? words.rfind(' ', begin + most) : words.size();
+    if (end == std::string::npos || end <= begin) end = std::min(words.find(' ', begin + 1), words.size());
+    svg += svg_text(x, y, style, words.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return svg;
+}
+
 /// Upright lines at quarters from 0 to 1, with their numbers below. \param x  returns the place of a share
 template <class Place>
 std::string share_axis(Place x, double top, double bottom) {
@@ -106,29 +129,19 @@ inline std::string svg_rectangle(double x, double y, double width, double height
 inline constexpr std::array<std::array<double, 3>, 5> share_stops{
     {{43, 48, 99}, {38, 92, 128}, {41, 138, 133}, {126, 187, 106}, {247, 226, 122}}};
 
-inline std::array<int, 3> share_colour(double share) {
+inline std::string colour_text(double share) {
   const double at = std::clamp(share, 0.0, 1.0) * (share_stops.size() - 1);
   const std::size_t first = std::min(static_cast<std::size_t>(at), share_stops.size() - 2);
   const double part = at - static_cast<double>(first);
-  std::array<int, 3> colour{};
+  std::string text;
   for (std::size_t c = 0; c < 3; ++c)
-    colour[c] = static_cast<int>(
-        std::lround(share_stops[first][c] + part * (share_stops[first + 1][c] - share_stops[first][c])));
-  return colour;
+    text += (c == 0 ? "rgb(" : ",") +
+            fixed(share_stops[first][c] + part * (share_stops[first + 1][c] - share_stops[first][c]), 0);
+  return text + ")";
 }
 
-inline std::string colour_text(double share) {
-  const auto [red, green, blue] = share_colour(share);
-  return "rgb(" + std::to_string(red) + "," + std::to_string(green) + "," + std::to_string(blue) + ")";
-}
-
-inline std::string fill_of(double share) { return "fill=\"" + colour_text(share) + "\""; }
-
-/// The style of text on the colour of a share.
-inline const char* style_on(double share) { return share > 0.55 ? "on-light" : "on-dark"; }
-
-/// A scale of the colours of shares, with its ends and their meaning.
-inline std::string share_scale(double left, double top, double width, const std::string& meaning) {
+/// A scale of the colours of shares, with its ends.
+inline std::string share_scale(double left, double top, double width) {
   std::string svg = "<linearGradient id=\"shares\">";
   for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0})
     svg += "<stop offset=\"" + detail::coordinate(share) + "\" stop-color=\"" + colour_text(share) + "\"/>";
@@ -138,44 +151,69 @@ inline std::string share_scale(double left, double top, double width, const std:
     svg += svg_text(left + width * tick / 4, top + 27, anchor,
                     std::to_string(25 * tick) + (tick == 4 ? " %" : ""));
   }
-  return svg + svg_text(left, top - 7, "", meaning);
+  return svg;
+}
+
+/// The beginning of a drawing with its size, which viewers need beside the viewBox.
+inline std::string svg_begin(double width, double height, const std::string& attributes) {
+  const std::string w = detail::coordinate(width), h = detail::coordinate(height);
+  return "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + w + " " + h + "\" width=\"" + w +
+         "\" height=\"" + h + "\" role=\"img\" " + attributes + ">\n";
+}
+
+/// A legend as a panel of this width, with as many keys beside each other as fit.
+inline Panel legend_panel(const Legend& legend, double width) {
+  double x = 14, y = 18;
+  std::string svg;
+  for (const auto& [style, words] : legend.keys) {
+    const double end = x + 18 + 7 * static_cast<double>(words.size());
+    if (end > width && x > 14) x = 14, y += 20;
+    svg += svg_rectangle(x, y - 10, 12, 12, style) + svg_text(x + 18, y, "", words);
+    x += 40 + 7 * static_cast<double>(words.size());
+  }
+  if (!legend.keys.empty()) y += 20;
+  svg += svg_lines(14, y, width - 28, "muted", legend.words);
+  svg +=
+      "<g transform=\"translate(0 " + detail::coordinate(y - 16) + ")\">\n" + legend.further.svg + "</g>\n";
+  return {width, y - 8 + legend.further.height, svg};
 }
 
 /// The figure as a separate picture.
 inline std::string figure_svg(const Figure& figure) {
-  constexpr double header = 34;
   const double cell_width = figure.panels.empty() ? 0 : figure.panels.front().width;
   const double cell_height = figure.panels.empty() ? 0 : figure.panels.front().height;
   const std::size_t columns = std::max<std::size_t>(1, std::min(figure.columns, figure.panels.size()));
   const std::size_t rows = (figure.panels.size() + columns - 1) / columns;
-  const double legend_top = header + static_cast<double>(rows) * cell_height;
-  const double width = std::max(static_cast<double>(columns) * cell_width, figure.legend.width);
-  const std::string extents =
-      detail::coordinate(width) + " " + detail::coordinate(legend_top + figure.legend.height);
-  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + extents + "\" width=\"" +
-                    detail::coordinate(width) + "\">\n<style>\n" + figure_style +
-                    "</style>\n<rect width=\"100%\" height=\"100%\" class=\"paper\"/>\n";
-  svg += svg_text(14, 22, "heading", figure.title);
-  const auto place = [&](double x, double y, const Panel& panel) {
-    svg += "<g transform=\"translate(" + detail::coordinate(x) + " " + detail::coordinate(y) + ")\">\n" +
+  const double width = std::max(static_cast<double>(columns) * cell_width, figure.legend.further.width);
+  double y = 22;
+  const std::string heading = svg_lines(14, y, width - 28, "heading", figure.title);
+  const Panel legend = legend_panel(figure.legend, width);
+  const double legend_top = y - 14, panels_top = legend_top + legend.height;
+  std::string svg = svg_begin(width, panels_top + static_cast<double>(rows) * cell_height,
+                              "aria-label=\"" + escaped(figure.title) + "\"") +
+                    "<style>\n" + figure_style +
+                    "</style>\n<rect width=\"100%\" height=\"100%\" class=\"paper\"/>\n" + heading;
+  const auto place = [&](double left, double top, const Panel& panel) {
+    svg += "<g transform=\"translate(" + detail::coordinate(left) + " " + detail::coordinate(top) + ")\">\n" +
            panel.svg + "</g>\n";
   };
+  place(0, legend_top, legend);
   for (std::size_t i = 0; i < figure.panels.size(); ++i)
     place(cell_width * static_cast<double>(i % columns),
-          header + cell_height * static_cast<double>(i / columns), figure.panels[i]);
-  place(0, legend_top, figure.legend);
+          panels_top + cell_height * static_cast<double>(i / columns), figure.panels[i]);
   return svg + "</svg>\n";
 }
 
 /// The figure as part of a page, whose style must hold figure_style: panels wrap where the page is narrow.
 inline std::string figure_html(const Figure& figure) {
-  const auto drawing = [](const Panel& panel) {
-    return "<svg viewBox=\"0 0 " + detail::coordinate(panel.width) + " " + detail::coordinate(panel.height) +
-           "\" style=\"width:" + detail::coordinate(panel.width) + "px\">\n" + panel.svg + "</svg>\n";
+  constexpr double of_telephone = 358;
+  const auto drawing = [&](const Panel& panel) {
+    return svg_begin(panel.width, panel.height, "aria-label=\"" + escaped(figure.title) + "\"") + panel.svg +
+           "</svg>\n";
   };
-  std::string html = "<div class=\"panels\">\n";
+  std::string html = drawing(legend_panel(figure.legend, of_telephone)) + "<div class=\"panels\">\n";
   for (const Panel& panel : figure.panels) html += drawing(panel);
-  return html + "</div>\n" + drawing(figure.legend);
+  return html + "</div>\n";
 }
 
 }  // namespace tapestry::shell

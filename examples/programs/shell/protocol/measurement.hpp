@@ -56,12 +56,6 @@ inline void write_outcomes(const std::string& path, const evaluate::ProtocolOutc
   file.write(path);
 }
 
-/// Copies the first rank's outcomes to every rank.
-inline void share_outcomes(evaluate::ProtocolOutcomes& outcomes) {
-  for_each_array(outcomes,
-                 [](const char*, auto& array) { Ranks::all().share(std::span(array.data(), array.size())); });
-}
-
 /// Views of one frame: of the original car, and of the car in the run's shape if the run has moved it.
 struct FrameViews {
   camouflage::View<float> original;

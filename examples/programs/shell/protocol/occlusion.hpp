@@ -6,7 +6,7 @@
 namespace tapestry::shell {
 
 inline Figure occlusion_figure(const Protocol& protocol, const ProtocolResult& result) {
-  Figure figure{"How often the detector finds the partly hidden car", {}, {420, 70, ""}, 2};
+  Figure figure{"How often the detector finds the partly hidden car", {}, bar_legend(result), 2};
   const auto& table = protocol.table;
   for (std::size_t column = 0; column < table.columns.size(); ++column)
     figure.panels.push_back(bar_panel(
@@ -16,7 +16,6 @@ inline Figure occlusion_figure(const Protocol& protocol, const ProtocolResult& r
               std::string(evaluate::occlusion_group_names[row]),
               cell.measured > 0 ? fixed(100 * cell.mean_hidden_share, 0) + " % hidden" : "no frames"};
         }));
-  figure.legend.svg = bar_legend(result);
   return figure;
 }
 

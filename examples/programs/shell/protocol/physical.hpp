@@ -26,7 +26,7 @@ inline io::Frame physical_street(const scenes::Vehicle& vehicle, const evaluate:
 }
 
 inline Figure physical_figure(const Protocol& protocol, const ProtocolResult& result) {
-  Figure figure{"How often the detector finds the printed and photographed car", {}, {420, 70, ""}, 3};
+  Figure figure{"How often the detector finds the printed and photographed car", {}, bar_legend(result), 3};
   const auto& table = protocol.table;
   for (const auto& part : protocol.parts)
     for (std::size_t column = 0; column < table.columns.size(); ++column)
@@ -37,7 +37,6 @@ inline Figure physical_figure(const Protocol& protocol, const ProtocolResult& re
           [&](std::size_t row, const evaluate::Cell& cell) {
             return std::array{table.rows[row - part.first_row], std::to_string(cell.measured) + " frames"};
           }));
-  figure.legend.svg = bar_legend(result);
   return figure;
 }
 

@@ -161,15 +161,8 @@ inline Json protocol_json(const Protocol& protocol, const ProtocolResult& result
   return json;
 }
 
-/// Pictures within the page, each under its description.
-inline std::string picture_html(const std::vector<std::pair<std::string, std::string>>& pictures) {
-  std::string html;
-  for (const auto& [words, png] : pictures)
-    html += "<h2>" + escaped(words) + "</h2>\n<img alt=\"" + escaped(words) +
-            "\" src=\"data:image/png;base64," + base64(png) + "\">\n";
-  return html;
-}
-inline constexpr const char* protocol_style = R"(.panels { display: flex; flex-wrap: wrap; gap: 0 1em }
+inline constexpr const char* protocol_style =
+    R"(.panels { display: flex; flex-wrap: wrap; gap: 0 1em } .panels > * { min-width: 0; max-width: 100% }
 svg, img { max-width: 100%; height: auto; display: block }
 figcaption { font-weight: bold; color: inherit } .verdict { font-size: 19px }
 )";
@@ -183,8 +176,11 @@ inline std::string protocol_html(const Protocol& protocol, const ProtocolResult&
   const Figure figure = protocol.figure(protocol, result);
   std::string page = page_begin(protocol.title, std::string(list_style) + figure_style + protocol_style);
   for (const auto& words : verdicts(result)) page += "<p class=\"verdict\">" + escaped(words) + "</p>\n";
-  page += "<h2>" + escaped(figure.title) + "</h2>\n" + figure_html(figure) + picture_html(result.pictures) +
-          "<h2>Tables</h2>\n";
+  page += "<h2>" + escaped(figure.title) + "</h2>\n" + figure_html(figure);
+  for (const auto& [words, png] : result.pictures)
+    page += "<h2>" + escaped(words) + "</h2>\n<img alt=\"" + escaped(words) +
+            "\" src=\"data:image/png;base64," + base64(png) + "\">\n";
+  page += "<h2>Tables</h2>\n";
   for (const auto& table : all_tables(protocol, result)) page += html_of(table);
   for (const auto& words : findings(protocol, result)) page += "<p><b>" + escaped(words) + "</b></p>\n";
   page += "<ul>\n";

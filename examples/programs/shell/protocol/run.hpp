@@ -157,7 +157,9 @@ struct ProtocolFolder {
         outcomes = read_outcomes(outcomes_path(), frames, textures.size());
     }
     outcomes.draws = draws_of(textures);
-    share_outcomes(outcomes);
+    for_each_array(outcomes, [](const char*, auto& array) {
+      Ranks::all().share(std::span(array.data(), array.size()));
+    });
   }
   [[nodiscard]] std::string outcomes_path() const { return folder.empty() ? "" : folder + "/outcomes.npz"; }
 };

@@ -22,21 +22,16 @@ class PolarPanel {
     draw_car();
     svg_ += svg_text(middle_x, middle_y - radius - 7, "muted middle", "front, 0°");
     svg_ += svg_text(middle_x, middle_y + radius + 17, "muted middle", "rear, 180°");
-    for (const auto& [x, side, degrees] :
-         {Side{middle_x - radius - 18, "left", "90°"}, Side{middle_x + radius + 18, "right", "270°"}}) {
-      svg_ += svg_text(x, middle_y - 3, "muted middle", side);
-      svg_ += svg_text(x, middle_y + 11, "muted middle", degrees);
-    }
+    svg_ += svg_text(middle_x - radius - 18, middle_y - 3, "muted middle", "left");
+    svg_ += svg_text(middle_x - radius - 18, middle_y + 11, "muted middle", "90°");
+    svg_ += svg_text(middle_x + radius + 18, middle_y - 3, "muted middle", "right");
+    svg_ += svg_text(middle_x + radius + 18, middle_y + 11, "muted middle", "270°");
     return {width, height, svg_};
   }
 
-  static constexpr double width = 340, height = 390;
+  static constexpr double width = 358, height = 390;
 
  private:
-  struct Side {
-    double x;
-    const char *name, *degrees;
-  };
   static constexpr double middle_x = width / 2, middle_y = 212, radius = 132, hole = 27;
 
   /// A point at a distance from the middle and an azimuth, which grows counter-clockwise.
@@ -54,17 +49,21 @@ class PolarPanel {
     const double sector = 360.0 / static_cast<double>(table_.rows.size());
     const double begin = sector * static_cast<double>(row), end = begin + sector;
     const std::string far = detail::coordinate(outer), near = detail::coordinate(inner);
-    svg_ += "<path d=\"M" + point(outer, begin) + "A" + far + " " + far + " 0 0 0 " + point(outer, end) +
-            "L" + point(inner, end) + "A" + near + " " + near + " 0 0 1 " + point(inner, begin) + "Z\" " +
-            (rate.views > 0 ? "class=\"cell\" " + fill_of(rate.p_at_50) : "class=\"none\"") + "><title>" +
-            escaped(result_.textures[texture_] + ", azimuth " + table_.rows[row] + ", distance " +
-                    table_.columns[column] + ": found in " + std::to_string(rate.detected) + " of " +
-                    std::to_string(rate.views)) +
-            "</title></path>\n";
+    svg_ +=
+        "<path d=\"M" + point(outer, begin) + "A" + far + " " + far + " 0 0 0 " + point(outer, end) + "L" +
+        point(inner, end) + "A" + near + " " + near + " 0 0 1 " + point(inner, begin) + "Z\" " +
+        (rate.views > 0 ? "class=\"cell\" fill=\"" + colour_text(rate.p_at_50) + "\"" : "class=\"none\"") +
+        "><title>" +
+        escaped(result_.textures[texture_] + ", azimuth " + table_.rows[row] + ", distance " +
+                table_.columns[column] + ": found in " + std::to_string(rate.detected) + " of " +
+                std::to_string(rate.views)) +
+        "</title></path>\n";
     const double angle = (begin + end) / 2 * std::numbers::pi / 180, r = (inner + outer) / 2;
-    const std::string style = rate.views > 0 ? style_on(rate.p_at_50) : "muted";
-    svg_ += svg_text(middle_x - r * std::sin(angle), middle_y - r * std::cos(angle) + 3.5,
-                     "value middle " + style, rate.views > 0 ? fixed(100 * rate.p_at_50, 0) : "-");
+    const double aside = column % 2 == 0 ? 4 : -4;  // so that numbers of narrow rings do not touch
+    const std::string style = rate.views == 0 ? "muted" : rate.p_at_50 > 0.55 ? "on-light" : "on-dark";
+    svg_ += svg_text(middle_x - r * std::sin(angle) - aside * std::cos(angle),
+                     middle_y - r * std::cos(angle) + aside * std::sin(angle) + 3.5, "value middle " + style,
+                     rate.views > 0 ? fixed(100 * rate.p_at_50, 0) : "-");
   }
 
   void draw_car() {
@@ -80,13 +79,17 @@ class PolarPanel {
 };
 
 inline Figure views_figure(const Protocol& protocol, const ProtocolResult& result) {
-  Figure figure{"Where the detector finds the car", {}, {340, 84, ""}, 3};
-  for (const std::size_t texture : result.shown_textures())
-    figure.panels.push_back(PolarPanel(protocol, result, texture).draw());
   std::string rings;
   for (const auto& distance : protocol.table.columns) rings += (rings.empty() ? "" : ", ") + distance;
-  figure.legend.svg = share_scale(14, 24, 312, "views in which the car is found (P@0.5), per cent") +
-                      svg_text(14, 72, "muted", "rings, from the middle: distances " + rings);
+  Figure figure{
+      "Where the detector finds the car",
+      {},
+      {{},
+       "views in which the car is found (P@0.5), per cent; rings, from the middle: distances " + rings,
+       {340, 34, share_scale(14, 4, 312)}},
+      3};
+  for (const std::size_t texture : result.shown_textures())
+    figure.panels.push_back(PolarPanel(protocol, result, texture).draw());
   return figure;
 }
 
