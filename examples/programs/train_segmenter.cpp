@@ -51,10 +51,7 @@ void print_validation(const nn::NetworkDescription& description, const HeldOutSc
     std::vector<double> largest(set.scenes.size()), labelled(set.scenes.size());
     parallel_for(set.scenes.size(), [&](std::size_t i) {
       const SegmentedScene& scene = set.scenes[i];
-      Array<float, 3> picture(scene.colours.shape());
-      for (std::size_t k = 0; k < picture.size(); ++k)
-        picture.data()[k] = static_cast<float>(scene.colours.data()[k]) / 255;
-      const auto mask = network(picture);
+      const auto mask = network(image::from_bytes<float>(scene.colours));
       const auto silhouette = silhouette_of(scene);
       largest[i] = segment::mask_iou(segment::car_component(mask), silhouette);
       labelled[i] = segment::mask_iou(segment::car_component(mask, scene.box), silhouette);
@@ -81,16 +78,17 @@ class Trainer {
         scenes_(options.seed),
         pictures_(Extents<4>{options.batch, side(), side(), 3}),
         inputs_(pictures_.shape()) {
+    const auto require = [&](bool holds, const char* fault) {
+      if (!holds)
+        throw FileError(ErrorKind::mismatch,
+                        {description_.path, "", std::string("cannot be trained: ") + fault,
+                         "a model that train_segmenter wrote", ""});
+    };
     for (const nn::WeightBlock& weight : network_.weight_blocks())
-      if (!description_.constants.contains(weight.name))
-        throw FileError(ErrorKind::mismatch,
-                        {description_.path, "", "cannot be trained: weights are merged as it is read",
-                         "a model that train_segmenter wrote", ""});
+      require(description_.constants.contains(weight.name), "weights are merged as it is read");
     for (std::size_t output = 0; output < network_.output_count(); ++output)
-      if (network_.output_shape(output) != nn::Shape{1, 1, side(), side()})
-        throw FileError(ErrorKind::mismatch,
-                        {description_.path, "", "cannot be trained: an output is not of the input's size",
-                         "a model that train_segmenter wrote", ""});
+      require(network_.output_shape(output) == nn::Shape{1, 1, side(), side()},
+              "an output is not of the input's size");
   }
 
   [[nodiscard]] std::size_t side() const { return network_.input_shape(0)[1]; }
