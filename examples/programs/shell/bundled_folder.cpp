@@ -24,8 +24,7 @@ std::string line_of(const Error& error) {
   const bool lacks = message.starts_with(folder) && !std::filesystem::exists(io::path_of(folder), failure);
   const char* const remedy =
       "; this copy of the program has no bundled files beside it: make a link to the program instead, or "
-      "give "
-      "files of your own by options such as --mesh, --frames and --weights";
+      "give files of your own by options such as --mesh, --frames and --weights";
   return for_terminal(message + (lacks ? remedy : ""));
 }
 

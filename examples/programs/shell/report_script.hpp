@@ -68,14 +68,15 @@ function listViews() {
       (only.value === '' || view.scores[data.textures.indexOf(only.value)][1] < 1));
     shown.sort((a, b) => sign * (key(a) < key(b) ? -1 : key(a) > key(b) ? 1 : 0) || a.index - b.index);
     body.replaceChildren(...shown.map(view => {
-      const row = make('tr'); const name = row.insertCell(), button = make('button', view.name);
+      const row = make('tr'), button = make('button', view.name);
       button.onclick = () => { choose(view); for (const r of body.rows) r.classList.toggle('chosen', r === row);
         document.getElementById('chosen').scrollIntoView({block: 'nearest'}); };
-      name.append(view.picture < 0 ? view.name : button);
+      row.insertCell().append(view.picture < 0 ? view.name : button);
       view.place.forEach((value, i) => row.append(make('td', value.toFixed(digits[i]) + unit[i])));
       view.scores.forEach(([best, found]) => {
         const cell = make('td', best.toFixed(3) + (found === 1 ? '' : found === 0 ? ' not found' : ' ' + found.toFixed(2)));
-        if (found < 1) cell.className = 'missed'; row.append(cell);
+        if (found < 1) cell.className = 'missed';
+        row.append(cell);
       });
       return row;
     }));
